@@ -1,0 +1,356 @@
+//! The control cycle: sensor sample and robot telegram in, correction out.
+
+use crate::correction::{Counts, Quantiser};
+use crate::dynamics::{BodyState, Observation, ObservationFrames, TwoBody, TwoBodyState};
+use crate::frames::{
+    self, Pose, Wrench, abc_from_orientation, orientation_from_abc, pose_components,
+};
+use crate::health::{Health, plausible};
+use crate::io::{BodyTrace, CycleRecord, Inputs, Output, RobotSample, Sequence, Trace};
+use crate::limits::{LimitFlags, load_beyond};
+use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
+use crate::run::{LoopInput, Plan, Run};
+use crate::scalar::Scalar;
+use crate::settings::{Settings, SettingsError};
+use crate::wrench::{Compensated, Compensation, MotionEstimator};
+use crate::zero::RestMean;
+
+/// Largest force (N) and torque (N·m) that is taken from the sensor; a larger reading saturates
+/// here, ten times beyond the largest overload limit, and is an overload.
+const LARGEST_READING: f64 = 1.0e6;
+
+/// The controller: settings ready to run, and state.
+#[derive(Clone, Debug)]
+pub struct Cycle<S: Scalar> {
+    settings: Settings,
+    compensation: Compensation<S>,
+    observers: ObservationFrames<S>,
+    plan: Plan<S>,
+    health: Health,
+    modes: Modes,
+    estimator: MotionEstimator<S>,
+    rest_mean: RestMean<S>,
+    run: Run<S>,
+    /// Measured pose of M when RSI began.
+    box_center: Option<Pose<S>>,
+    /// The robot is asked to stop.
+    stop: bool,
+    quantiser: Quantiser,
+    cycle: u64,
+}
+
+impl<S: Scalar> Cycle<S> {
+    /// Builds the controller in mode Idle.
+    pub fn new(settings: &Settings) -> Result<Self, SettingsError> {
+        settings.validate()?;
+        let (sensor, robot) = (&settings.sensor, &settings.robot);
+        Ok(Self {
+            compensation: Compensation::new(sensor),
+            observers: ObservationFrames::new(&settings.frames),
+            plan: Plan::new(settings),
+            health: Health::new(sensor, robot),
+            modes: Modes::default(),
+            estimator: MotionEstimator::new(sensor.acceleration_bandwidth_hz, robot.cycle_s),
+            rest_mean: RestMean::new(),
+            run: Run::new(settings, &Pose::identity(), &Pose::identity()),
+            box_center: None,
+            stop: false,
+            quantiser: Quantiser::new(robot.correction_mode, robot.correction_decimals),
+            cycle: 0,
+            settings: settings.clone(),
+        })
+    }
+
+    /// One cycle. It must end before the robot's next telegram (4 ms); a later answer is rejected
+    /// by the robot and counted in its `Delay`.
+    pub fn step(&mut self, inputs: &Inputs) -> CycleRecord {
+        let mut trace = Trace {
+            cycle: self.cycle,
+            time_s: self.cycle as f64 * self.settings.robot.cycle_s,
+            ..Trace::default()
+        };
+        self.cycle += 1;
+
+        // Check.
+        self.follow_sequence(inputs.robot.sequence);
+        let guarded = self.guarded();
+        let fault = self.health.check(inputs, self.modes.mode(), guarded);
+
+        // Compensate.
+        let pose = self.measured_pose(&inputs.robot);
+        let wrench = self.compensated(inputs, &pose, &mut trace);
+
+        // Obey and judge.
+        self.obey(inputs, &pose, &wrench.at_m, &mut trace);
+        if let Some(fault) = fault.or_else(|| self.load_fault(&wrench.at_m)) {
+            self.latch(fault);
+        }
+
+        // Integrate, compensate the delay, limit, round.
+        let moved = match self.modes.mode() {
+            Mode::Running => {
+                let freeze = self.freeze(&inputs.robot);
+                let input = LoopInput {
+                    wrench: &wrench.at_m,
+                    measured: &pose,
+                    freeze,
+                };
+                self.run.step(&self.plan, &input, &mut trace).map(|()| true)
+            }
+            Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, &mut trace),
+            Mode::Fault => Ok(false),
+        };
+        let correction = self.correction(moved);
+
+        // Log.
+        let output = Output {
+            correction,
+            stop: self.stop,
+        };
+        self.finish(&mut trace);
+        CycleRecord {
+            inputs: *inputs,
+            output,
+            trace,
+        }
+    }
+
+    /// The present mode.
+    pub fn mode(&self) -> Mode {
+        self.modes.mode()
+    }
+
+    /// The latched fault.
+    pub fn fault(&self) -> Option<Fault> {
+        self.modes.fault()
+    }
+
+    /// Poses and relative velocity of the docking surfaces J (= N) and P, at any time.
+    pub fn observe(&self) -> Observation<S> {
+        self.observers.observe(&self.run.state)
+    }
+
+    /// The two simulated craft and their motion.
+    pub fn bodies(&self) -> (&TwoBody<S>, &TwoBodyState<S>) {
+        (&self.plan.bodies, &self.run.state)
+    }
+
+    /// The answer that moves nothing, for telegrams that no cycle is run for (malformed ones).
+    pub fn resting_correction(&self) -> Counts {
+        self.quantiser.rest()
+    }
+
+    /// A new RSI run forgets all corrections; a start pose taken before it is worth nothing.
+    fn follow_sequence(&mut self, sequence: Sequence) {
+        if sequence != Sequence::NewRun {
+            return;
+        }
+        self.quantiser.new_run();
+        self.estimator.reset();
+        self.rest_mean = RestMean::new();
+        self.box_center = None;
+        // The stop has been carried out: this run must be able to begin.
+        self.stop = false;
+        if self.modes.mode() != Mode::Running {
+            self.run.halt();
+        }
+        if self.modes.mode() == Mode::Armed {
+            // Stop is allowed in Armed, whatever the data.
+            let _ = self.modes.command(Command::Stop, Ok(()));
+        }
+    }
+
+    /// The robot moves by us, or may do so in the next cycle.
+    fn guarded(&self) -> bool {
+        let fading = self.run.last_sent != frames::Twist::zero();
+        fading || matches!(self.modes.mode(), Mode::Armed | Mode::Running)
+    }
+
+    /// The telegram's pose; the last good one if it has none. Tells the estimator and the box.
+    fn measured_pose(&mut self, robot: &RobotSample) -> Pose<S> {
+        let cycles = match robot.sequence {
+            Sequence::Gap(lost) => lost.saturating_add(1),
+            Sequence::Next | Sequence::NewRun => 1,
+        };
+        let pose = robot.pose.filter(plausible).map(|[x, y, z, a, b, c]| {
+            let rotation = orientation_from_abc(&[a, b, c]);
+            Pose::from_parts(frames::vector(&[x, y, z]).into(), rotation)
+        });
+        self.estimator.update(pose.as_ref(), cycles);
+        let pose = self.estimator.last_pose();
+        self.box_center.get_or_insert(pose);
+        pose
+    }
+
+    fn compensated(
+        &mut self,
+        inputs: &Inputs,
+        pose: &Pose<S>,
+        trace: &mut Trace,
+    ) -> Compensated<S> {
+        let motion = self.estimator.motion();
+        // What is not finite has been judged; it must not reach the running mean.
+        let finite = inputs.sensor.wrench.iter().all(|v| v.is_finite());
+        let raw = if finite {
+            let limit = LARGEST_READING;
+            inputs.sensor.wrench.map(|v| v.clamp(-limit, limit))
+        } else {
+            [0.0; 6]
+        };
+        let wrench = self
+            .compensation
+            .compensate(&Wrench::of(&raw), &pose.rotation, &motion);
+        if self.health.good_sample(inputs) {
+            self.rest_mean.push(&wrench.contact_in_s);
+        }
+
+        trace.pose = pose_components(pose);
+        trace.executed_velocity = self.estimator.raw_velocity().get();
+        trace.sensor_age = self.health.sensor_age();
+        trace.wrench_at_m = wrench.at_m.get();
+        trace.removed = (wrench.gravity + wrench.inertial).get();
+        wrench
+    }
+
+    /// Carries out the operator's command, or notes why not.
+    fn obey(&mut self, inputs: &Inputs, pose: &Pose<S>, at_m: &Wrench<S>, trace: &mut Trace) {
+        let Some(command) = inputs.command else {
+            return;
+        };
+        let ready = self.ready(command, inputs, pose, at_m);
+        if let Err(refusal) = self.modes.command(command, ready) {
+            trace.refusal = Some(refusal);
+            return;
+        }
+        match command {
+            Command::Arm => {
+                let center = self.box_center.unwrap_or(*pose);
+                self.run = Run::new(&self.settings, pose, &center);
+                let [_, _, _, a, b, c] = inputs.robot.pose.unwrap_or_default();
+                self.quantiser.start([a, b, c]);
+            }
+            Command::Zero => {
+                let mean = self.rest_mean.get().unwrap_or_else(Wrench::zero);
+                self.compensation.shift_bias(&mean);
+                self.rest_mean = RestMean::new();
+            }
+            Command::Reset => self.stop = false,
+            Command::Hold | Command::Start | Command::Stop => {}
+        }
+    }
+
+    /// Whether the present data allow a command.
+    fn ready(
+        &self,
+        command: Command,
+        inputs: &Inputs,
+        pose: &Pose<S>,
+        at_m: &Wrench<S>,
+    ) -> Readiness {
+        self.health.ready(inputs)?;
+        if self.run.last_sent != frames::Twist::zero() {
+            return Err(Refusal::StillMoving);
+        }
+        if command == Command::Zero {
+            return self.zero_allowed();
+        }
+        if self.too_large_for_start(at_m).is_some() {
+            return Err(Refusal::ForceTooLarge);
+        }
+        let moved = command == Command::Start && self.run.moved_since_armed(pose);
+        if moved {
+            Err(Refusal::MovedSinceArmed)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// A zero needs a steady mean, and must not hide a contact.
+    fn zero_allowed(&self) -> Readiness {
+        let start = &self.settings.start;
+        let (force, torque) = (
+            S::of(start.max_zero_force_n),
+            S::of(start.max_zero_torque_n_m),
+        );
+        match self.rest_mean.get() {
+            None => Err(Refusal::TooFewSamples),
+            Some(mean) if load_beyond(&mean, force, torque).is_some() => {
+                Err(Refusal::ForceTooLarge)
+            }
+            Some(_) => Ok(()),
+        }
+    }
+
+    /// The load that forbids a start: (limit, value).
+    fn too_large_for_start(&self, at_m: &Wrench<S>) -> Option<(f64, f64)> {
+        let start = &self.settings.start;
+        load_beyond(at_m, S::of(start.max_force_n), S::of(start.max_torque_n_m))
+    }
+
+    /// Faults of the load: contact while the start ramp runs, or overload.
+    fn load_fault(&self, at_m: &Wrench<S>) -> Option<Fault> {
+        if self.modes.mode() == Mode::Running
+            && self.run.starting(&self.plan)
+            && let Some((limit, load)) = self.too_large_for_start(at_m)
+        {
+            return Some(Fault::new(FaultCode::ContactAtStart, limit, load));
+        }
+        if self.guarded() {
+            self.plan.overload(at_m)
+        } else {
+            None
+        }
+    }
+
+    /// Latches a fault; an overload may also ask the robot to stop, until its next run.
+    fn latch(&mut self, fault: Fault) {
+        let overload = fault.code == FaultCode::Overload && self.modes.fault().is_none();
+        self.stop |= overload && self.settings.limits.stop_on_overload;
+        self.modes.latch(fault);
+    }
+
+    /// Reasons not to integrate in this cycle.
+    fn freeze(&self, robot: &RobotSample) -> LimitFlags {
+        let mut flags = LimitFlags::default();
+        if self.health.stale() {
+            flags.set(LimitFlags::SENSOR_STALE);
+        }
+        // Bit 0 says that POSCORR is active, bits 1 to 7 that it clamps.
+        if robot.poscorr_stat & 0xfe != 0 {
+            flags.set(LimitFlags::ROBOT_CLAMP);
+        }
+        flags
+    }
+
+    /// The rounded correction if the commanded pose moved; else the one that moves nothing.
+    fn correction(&mut self, moved: Result<bool, Fault>) -> Counts {
+        let moved = moved.unwrap_or_else(|fault| {
+            self.latch(fault);
+            false
+        });
+        if moved {
+            let abc = abc_from_orientation(&self.run.orientation);
+            return self.quantiser.advance(&self.run.displacement, abc);
+        }
+        self.run.halt();
+        self.quantiser.rest()
+    }
+
+    fn finish(&self, trace: &mut Trace) {
+        let body = |state: &BodyState<S>| BodyTrace {
+            pose: pose_components(&state.c_from_body),
+            velocity: state.velocity.get(),
+        };
+        trace.mode = self.modes.mode();
+        trace.fault = self.modes.fault();
+        trace.body_k = body(&self.run.state.k);
+        trace.body_q = body(&self.run.state.q);
+        let seen = self.observe();
+        trace.docking = BodyTrace {
+            pose: pose_components(&seen.p_from_j),
+            velocity: seen.relative_velocity.get(),
+        };
+        trace.sent_velocity = self.run.last_sent.get();
+        trace.command_pose = pose_components(&self.run.command_pose());
+    }
+}

@@ -1,0 +1,295 @@
+//! Two-body Newton-Euler dynamics, relative motion and the observation frames (section 3.2).
+//!
+//! Velocities are integrated in C, angular velocities in body axes (A17). The space manipulator
+//! enters once, as operator-set accelerations (A12). What integrates and how is the paper's, on
+//! purpose: it is the model that a recording is compared with.
+
+use crate::frames::{self, Pose, Twist, Wrench, components, matrix, saturated, vector};
+use crate::scalar::Scalar;
+use crate::settings::{BodySettings, FrameSettings};
+use nalgebra::{Matrix3, Vector3};
+
+/// Declared ranges of the model, per component: several times what the settings and the limits
+/// of the correction allow, so that a model that runs away saturates here, in every scalar type,
+/// while the limits flag it and then latch a fault.
+const FASTEST_M_S: f64 = 100.0;
+/// Likewise, rad/s: 0.08 rad in a cycle, where the small-motion series still hold.
+const FASTEST_RAD_S: f64 = 20.0;
+/// Likewise, rad/s².
+const LARGEST_RAD_S2: f64 = 1.0e6;
+
+/// Motion of one craft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState<S: Scalar> {
+    /// Body frame (axes of the craft, origin in its centre of mass) in C.
+    pub c_from_body: Pose<S>,
+    /// Velocity in C and angular velocity in body axes.
+    pub velocity: Twist<S>,
+}
+
+impl<S: Scalar> BodyState<S> {
+    /// The operator's initial conditions.
+    pub fn initial(settings: &BodySettings) -> Self {
+        Self {
+            c_from_body: frames::pose(&settings.position_m, &settings.orientation_wxyz),
+            velocity: Twist {
+                linear: vector(&settings.velocity_m_s),
+                angular: vector(&settings.angular_velocity_rad_s),
+            },
+        }
+    }
+}
+
+/// Inertia tensor and its inverse, both divided by the tensor's largest element: in fixed point
+/// the inverse of a large tensor would otherwise have no digits left.
+#[derive(Clone, Debug)]
+struct Inertia<S: Scalar> {
+    scale: S,
+    tensor: Matrix3<S>,
+    inverse: Matrix3<S>,
+    /// Largest torque that is taken, N·m: 1e4 rad/s² of the largest moment of inertia.
+    torque_limit: f64,
+}
+
+impl<S: Scalar> Inertia<S> {
+    fn new(tensor_kg_m2: &[[f64; 3]; 3]) -> Self {
+        let tensor = Matrix3::from_fn(|r, c| tensor_kg_m2[r][c]);
+        let scale = tensor.amax().max(f64::MIN_POSITIVE);
+        let inverse = (tensor / scale)
+            .try_inverse()
+            .unwrap_or_else(Matrix3::identity);
+        let rows = |m: &Matrix3<f64>| matrix(&[0, 1, 2].map(|r| components(&m.row(r).transpose())));
+        Self {
+            scale: S::of(scale),
+            tensor: rows(&(tensor / scale)),
+            inverse: rows(&inverse),
+            torque_limit: (scale * 1e4).min(1e9),
+        }
+    }
+
+    /// I⁻¹ (T − ω × I ω): Euler's equation in body axes, rad/s².
+    fn angular_acceleration(&self, torque: &Vector3<S>, omega: &Vector3<S>) -> Vector3<S> {
+        let torque = saturated(torque, self.torque_limit) / self.scale;
+        let alpha = self.inverse * (torque - omega.cross(&(self.tensor * omega)));
+        saturated(&alpha, LARGEST_RAD_S2)
+    }
+}
+
+/// One craft, ready to run.
+#[derive(Clone, Debug)]
+pub struct Body<S: Scalar> {
+    fixed: bool,
+    mass: S,
+    inertia: Inertia<S>,
+    /// a_ARM in C and α_ARM in body axes.
+    arm: Twist<S>,
+}
+
+impl<S: Scalar> Body<S> {
+    /// From validated settings.
+    pub fn new(settings: &BodySettings) -> Self {
+        Self {
+            fixed: settings.fixed,
+            mass: S::of(settings.mass_kg),
+            inertia: Inertia::new(&settings.inertia_kg_m2),
+            arm: Twist {
+                linear: vector(&settings.arm_acceleration_m_s2),
+                angular: vector(&settings.arm_angular_acceleration_rad_s2),
+            },
+        }
+    }
+
+    /// Angular acceleration over one cycle by the paper's four stages, rad/s².
+    ///
+    /// α₁ to α₄ of section 3.2: a Runge-Kutta step of ω with the torque frozen, the attitude not
+    /// staged (A18).
+    pub fn angular_acceleration(
+        &self,
+        torque: &Vector3<S>,
+        omega: &Vector3<S>,
+        ts: S,
+    ) -> Vector3<S> {
+        let half = S::of(0.5) * ts;
+        let alpha = |omega: Vector3<S>| {
+            let omega = saturated(&omega, FASTEST_RAD_S);
+            self.inertia.angular_acceleration(torque, &omega)
+        };
+        let a1 = alpha(*omega);
+        let a2 = alpha(omega + a1 * half);
+        let a3 = alpha(omega + a2 * half);
+        let a4 = alpha(omega + a3 * ts);
+        (a1 + (a2 + a3) * S::of(2.0) + a4) / S::of(6.0)
+    }
+
+    /// The state one cycle later under a wrench at the centre of mass, in body axes (N, N·m).
+    ///
+    /// `v += (F/m + a_ARM) Ts`, `ω += (α + α_ARM) Ts`, pose by the mean of old and new velocity.
+    pub fn step(&self, state: &BodyState<S>, wrench: &Wrench<S>, ts: S) -> BodyState<S> {
+        if self.fixed {
+            return *state;
+        }
+        let Twist {
+            linear: v,
+            angular: omega,
+        } = state.velocity;
+        let force_c = state.c_from_body.rotation * wrench.force;
+        let alpha = self.angular_acceleration(&wrench.torque, &omega, ts) + self.arm.angular;
+        let velocity = Twist {
+            linear: saturated(
+                &(v + force_c * ts / self.mass + self.arm.linear * ts),
+                FASTEST_M_S,
+            ),
+            angular: saturated(&(omega + alpha * ts), FASTEST_RAD_S),
+        };
+        let mean = (state.velocity + velocity) * S::of(0.5);
+        BodyState {
+            c_from_body: advanced(&state.c_from_body, &mean, ts),
+            velocity,
+        }
+    }
+
+    /// Kinetic energy (J) of a state of this body.
+    pub fn kinetic_energy(&self, state: &BodyState<S>) -> S {
+        let Twist { linear, angular } = state.velocity;
+        let rotation = angular.dot(&(self.inertia.tensor * angular)) * self.inertia.scale;
+        (linear.norm_squared() * self.mass + rotation) * S::of(0.5)
+    }
+
+    /// Linear momentum (kg·m/s) and angular momentum about the origin of C (kg·m²/s), axes of C.
+    pub fn momentum(&self, state: &BodyState<S>) -> (Vector3<S>, Vector3<S>) {
+        let linear = state.velocity.linear * self.mass;
+        let spin = self.inertia.tensor * state.velocity.angular * self.inertia.scale;
+        let orbital = state.c_from_body.translation.vector.cross(&linear);
+        (linear, orbital + state.c_from_body.rotation * spin)
+    }
+}
+
+/// A pose moved for one cycle: linear velocity in the pose's outer frame, angular velocity in its
+/// own axes (A19: the translation is added in C, not multiplied from the right in body axes).
+pub fn advanced<S: Scalar>(pose: &Pose<S>, velocity: &Twist<S>, ts: S) -> Pose<S> {
+    let position = pose.translation.vector + velocity.linear * ts;
+    let rotation = frames::rotated(&pose.rotation, &(velocity.angular * ts));
+    Pose::from_parts(position.into(), rotation)
+}
+
+/// Velocity of K relative to Q as an observer on Q sees it: linear in axes of Q, angular in body
+/// axes of K.
+///
+/// `v_K − v_Q − ω_Q × p` with p = r_K − r_Q, all in C, then turned into Q (A19);
+/// `ω_K − ω_Q` in the axes of K.
+pub fn relative_velocity<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Twist<S> {
+    let (rk, rq) = (k.c_from_body.rotation, q.c_from_body.rotation);
+    let lever = k.c_from_body.translation.vector - q.c_from_body.translation.vector;
+    let omega_q_c = rq * q.velocity.angular;
+    let linear_c = k.velocity.linear - q.velocity.linear - omega_q_c.cross(&lever);
+    Twist {
+        linear: rq.inverse() * linear_c,
+        angular: k.velocity.angular - rk.inverse() * omega_q_c,
+    }
+}
+
+/// Both craft and what couples them.
+#[derive(Clone, Debug)]
+pub struct TwoBody<S: Scalar> {
+    /// Passive craft, moved by the rig.
+    pub k: Body<S>,
+    /// Active craft.
+    pub q: Body<S>,
+    ts: S,
+}
+
+/// Motion of both craft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoBodyState<S: Scalar> {
+    /// Passive craft.
+    pub k: BodyState<S>,
+    /// Active craft.
+    pub q: BodyState<S>,
+}
+
+impl<S: Scalar> TwoBodyState<S> {
+    /// Pose of K in Q.
+    pub fn q_from_k(&self) -> Pose<S> {
+        self.q.c_from_body.inverse() * self.k.c_from_body
+    }
+}
+
+impl<S: Scalar> TwoBody<S> {
+    /// From validated settings; `ts` is the cycle in s.
+    pub fn new(k: &BodySettings, q: &BodySettings, ts: f64) -> Self {
+        Self {
+            k: Body::new(k),
+            q: Body::new(q),
+            ts: S::of(ts),
+        }
+    }
+
+    /// One cycle under the wrench measured on K (at K, body axes); Q gets the reaction.
+    ///
+    /// Returns the new state and the wrench on Q (at Q, body axes of Q).
+    pub fn step(&self, s: &TwoBodyState<S>, on_k: &Wrench<S>) -> (TwoBodyState<S>, Wrench<S>) {
+        let (k, q) = (&s.k.c_from_body, &s.q.c_from_body);
+        let on_k_c = on_k.map(|v| k.rotation * v);
+        let on_q_c = on_k_c.reaction(&(q.translation.vector - k.translation.vector));
+        let on_q = on_q_c.map(|v| q.rotation.inverse() * v);
+        let next = TwoBodyState {
+            k: self.k.step(&s.k, on_k, self.ts),
+            q: self.q.step(&s.q, &on_q, self.ts),
+        };
+        (next, on_q)
+    }
+}
+
+/// The observation frames: J (= N) on K, P on Q.
+#[derive(Clone, Debug)]
+pub struct ObservationFrames<S: Scalar> {
+    k_from_j: Pose<S>,
+    q_from_p: Pose<S>,
+}
+
+/// What an observer sees of the docking surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation<S: Scalar> {
+    /// J in C.
+    pub c_from_j: Pose<S>,
+    /// P in C.
+    pub c_from_p: Pose<S>,
+    /// J seen from P: what has to become identity for a docking.
+    pub p_from_j: Pose<S>,
+    /// Velocity of J relative to P: linear in axes of P, angular in axes of J.
+    pub relative_velocity: Twist<S>,
+}
+
+impl<S: Scalar> ObservationFrames<S> {
+    /// From validated settings.
+    pub fn new(settings: &FrameSettings) -> Self {
+        Self {
+            k_from_j: frames::pose(&settings.j_position_m, &settings.j_orientation_wxyz),
+            q_from_p: frames::pose(&settings.p_position_m, &settings.p_orientation_wxyz),
+        }
+    }
+
+    /// Poses and relative velocity of the docking surfaces in a state.
+    pub fn observe(&self, state: &TwoBodyState<S>) -> Observation<S> {
+        let at = |body: &BodyState<S>, offset: &Pose<S>| BodyState {
+            c_from_body: body.c_from_body * offset,
+            velocity: surface_velocity(body, offset),
+        };
+        let (j, p) = (at(&state.k, &self.k_from_j), at(&state.q, &self.q_from_p));
+        Observation {
+            c_from_j: j.c_from_body,
+            c_from_p: p.c_from_body,
+            p_from_j: p.c_from_body.inverse() * j.c_from_body,
+            relative_velocity: relative_velocity(&j, &p),
+        }
+    }
+}
+
+/// Velocity of a frame fixed to a body: linear in C, angular in the frame's own axes.
+fn surface_velocity<S: Scalar>(body: &BodyState<S>, offset: &Pose<S>) -> Twist<S> {
+    let spin = body.velocity.angular.cross(&offset.translation.vector);
+    Twist {
+        linear: body.velocity.linear + body.c_from_body.rotation * spin,
+        angular: offset.rotation.inverse() * body.velocity.angular,
+    }
+}

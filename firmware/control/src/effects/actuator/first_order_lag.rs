@@ -1,0 +1,98 @@
+//! First-order lag: velocity approaches its command exponentially.
+
+use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::scalar::Scalar;
+use nalgebra::ComplexField;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "actuation_lag",
+    equation: "time_constant_s dv/dt = u - v; exact for a held u: v(t+h) = u + (v(t) - u) exp(-h/time_constant_s)",
+    source: "textbook; facts on delay compensation, section 1 (variants mix and lag)",
+    signature: "executed velocity is late by the time constant and its edges are rounded; a pure delay keeps them sharp",
+    parameters: &[Parameter {
+        name: "time_constant_s",
+        unit: "s",
+        low: 0.0,
+        high: 0.2,
+    }],
+};
+
+/// First-order lag of one axis, exact for an input that is constant over a step.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstOrderLag<S: Scalar> {
+    /// exp(−h/T): what is left of the distance to the input after a step.
+    remaining: S,
+    /// Mean of exp(−t/T) over the step: (1 − exp(−h/T)) T/h.
+    mean_remaining: S,
+    value: S,
+}
+
+impl<S: Scalar> FirstOrderLag<S> {
+    /// At rest. `time_constant_s` 0 (passes the input through) to 10 s, `step_s` in s.
+    pub fn new(time_constant_s: f64, step_s: f64) -> Result<Self, OutOfRange> {
+        let step_s = step_in_range(step_s)?;
+        let time_constant_s = in_range("time_constant_s", time_constant_s, 0.0, 10.0)?;
+        let (remaining, mean) = if time_constant_s < 1e-9 {
+            (0.0, 0.0)
+        } else {
+            let remaining = ComplexField::exp(-step_s / time_constant_s);
+            (remaining, (1.0 - remaining) * time_constant_s / step_s)
+        };
+        Ok(Self {
+            remaining: S::of(remaining),
+            mean_remaining: S::of(mean),
+            value: S::zero(),
+        })
+    }
+
+    /// One step with constant input; returns the mean output over the step.
+    pub fn advance(&mut self, input: S) -> S {
+        let distance = self.value - input;
+        self.value = input + distance * self.remaining;
+        input + distance * self.mean_remaining
+    }
+
+    /// Output at the end of the last step.
+    pub fn value(&self) -> S {
+        self.value
+    }
+
+    /// Continues from this output.
+    pub fn reset(&mut self, value: S) {
+        self.value = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Fixed;
+
+    /// Unit step: v = 1 − exp(−t/T), travelled = t − T (1 − exp(−t/T)).
+    fn unit_step<S: Scalar>(tolerance: f64) {
+        let (time_constant, step) = (0.032, 0.0005);
+        let mut lag = FirstOrderLag::<S>::new(time_constant, step).unwrap();
+        let mut travelled = 0.0;
+        for k in 1..=400 {
+            travelled += step * lag.advance(S::of(1.0)).get();
+            let t = step * f64::from(k);
+            let end = 1.0 - (-t / time_constant).exp();
+            assert!((lag.value().get() - end).abs() < tolerance);
+            assert!((travelled - (t - time_constant * end)).abs() < tolerance);
+        }
+    }
+
+    #[test]
+    fn unit_step_is_the_exponential() {
+        unit_step::<f64>(1e-12);
+        unit_step::<f32>(1e-4);
+        unit_step::<Fixed>(1e-6);
+    }
+
+    #[test]
+    fn without_time_constant_the_input_passes() {
+        let mut lag = FirstOrderLag::<f64>::new(0.0, 0.004).unwrap();
+        assert_eq!((lag.advance(0.7), lag.value()), (0.7, 0.7));
+    }
+}

@@ -1,0 +1,128 @@
+//! Under-damped second-order servo or structural mode between command and executed velocity.
+
+use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::scalar::Scalar;
+use nalgebra::ComplexField;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "structural_resonance",
+    equation: "v'' + 2 damping_ratio w v' + w^2 v = w^2 u, w = 2 pi natural_frequency_hz",
+    source: "textbook (robot joint elasticity, flange and tool as one mode)",
+    signature: "executed velocity overshoots and rings at one frequency after each change of command; \
+                its spectrum has a peak where delay and lag have none",
+    parameters: &[
+        Parameter {
+            name: "natural_frequency_hz",
+            unit: "Hz",
+            low: 3.0,
+            high: 120.0,
+        },
+        Parameter {
+            name: "damping_ratio",
+            unit: "-",
+            low: 0.005,
+            high: 0.95,
+        },
+    ],
+};
+
+/// Second-order response of one axis, exact for an input that is constant over a step.
+#[derive(Clone, Copy, Debug)]
+pub struct SecondOrderServo<S: Scalar> {
+    /// Transition of (v − u, v'/w) over a step; the rate is scaled by w to suit fixed point.
+    transition: [[S; 2]; 2],
+    /// 1/(w h) and 2 ζ/(w h), for the mean over a step.
+    inverse_phase: S,
+    damping_over_phase: S,
+    value: S,
+    scaled_rate: S,
+}
+
+impl<S: Scalar> SecondOrderServo<S> {
+    /// At rest. `natural_frequency_hz` 0.1 to 2000, `damping_ratio` 0 to 0.999, `step_s` in s.
+    ///
+    /// A critically or over-damped servo is a lag: use the first-order effect.
+    pub fn new(
+        natural_frequency_hz: f64,
+        damping_ratio: f64,
+        step_s: f64,
+    ) -> Result<Self, OutOfRange> {
+        let step_s = step_in_range(step_s)?;
+        let frequency = in_range("natural_frequency_hz", natural_frequency_hz, 0.1, 2000.0)?;
+        let zeta = in_range("damping_ratio", damping_ratio, 0.0, 0.999)?;
+        let phase = core::f64::consts::TAU * frequency * step_s; // w h
+        let damped = ComplexField::sqrt(1.0 - zeta * zeta); // w_d / w
+        let (sin, cos) = ComplexField::sin_cos(damped * phase);
+        let decay = ComplexField::exp(-zeta * phase);
+        let (along, across) = (decay * cos, decay * sin / damped);
+        Ok(Self {
+            transition: [
+                [S::of(along + zeta * across), S::of(across)],
+                [S::of(-across), S::of(along - zeta * across)],
+            ],
+            inverse_phase: S::of(1.0 / phase),
+            damping_over_phase: S::of(2.0 * zeta / phase),
+            value: S::zero(),
+            scaled_rate: S::zero(),
+        })
+    }
+
+    /// One step with constant input; returns the mean output over the step.
+    ///
+    /// The mean follows from the equation of motion itself, integrated over the step.
+    pub fn advance(&mut self, input: S) -> S {
+        let [[a, b], [c, d]] = self.transition;
+        let distance = self.value - input;
+        let value = input + a * distance + b * self.scaled_rate;
+        let rate = c * distance + d * self.scaled_rate;
+        let mean = input
+            - (rate - self.scaled_rate) * self.inverse_phase
+            - (value - self.value) * self.damping_over_phase;
+        (self.value, self.scaled_rate) = (value, rate);
+        mean
+    }
+
+    /// Output at the end of the last step.
+    pub fn value(&self) -> S {
+        self.value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Fixed;
+
+    /// Unit step: v = 1 − e^{−ζwt} (cos w_d t + ζ w/w_d sin w_d t); its integral by fine sums.
+    fn unit_step<S: Scalar>(tolerance: f64) {
+        let (frequency, zeta, step) = (20.0, 0.1_f64, 0.0005);
+        let w = core::f64::consts::TAU * frequency;
+        let wd = w * (1.0 - zeta * zeta).sqrt();
+        let exact = |t: f64| {
+            1.0 - (-zeta * w * t).exp() * ((wd * t).cos() + zeta * w / wd * (wd * t).sin())
+        };
+        let mut servo = SecondOrderServo::<S>::new(frequency, zeta, step).unwrap();
+        let (mut travelled, mut expected) = (0.0, 0.0);
+        for k in 0..400 {
+            travelled += step * servo.advance(S::of(1.0)).get();
+            let t = step * f64::from(k);
+            expected += step / 6.0 * (exact(t) + 4.0 * exact(t + step / 2.0) + exact(t + step));
+            assert!((servo.value().get() - exact(t + step)).abs() < tolerance);
+            assert!((travelled - expected).abs() < tolerance);
+        }
+    }
+
+    #[test]
+    fn unit_step_is_the_decaying_oscillation() {
+        unit_step::<f64>(1e-8);
+        unit_step::<f32>(2e-4);
+        unit_step::<Fixed>(1e-6);
+    }
+
+    #[test]
+    fn over_damped_is_refused() {
+        let error = SecondOrderServo::<f64>::new(10.0, 1.2, 0.001).unwrap_err();
+        assert_eq!((error.parameter, error.value), ("damping_ratio", 1.2));
+    }
+}

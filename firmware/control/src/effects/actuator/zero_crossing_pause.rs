@@ -1,0 +1,124 @@
+//! Pause at a zero crossing: an axis that reverses stands still for a short time.
+
+use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::scalar::Scalar;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "zero_cross_pause",
+    equation: "on a sign change of v: v = 0 for pause_s, then v resumes at the current (delayed) command; \
+               the position that was missed is not caught up",
+    source: "seed paper section 4.1 (observed on the robot); length and resumption are open there (A21), \
+             16 to 32 ms fits its figures",
+    signature: "executed velocity is exactly zero for the same time after each reversal and the pose keeps an \
+                offset afterwards; friction acts in both directions and at all times instead",
+    parameters: &[Parameter {
+        name: "pause_s",
+        unit: "s",
+        low: 0.0,
+        high: 0.1,
+    }],
+};
+
+/// The pause of one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct ZeroCrossingPause<S: Scalar> {
+    /// Length in steps: whole numbers count down without rounding.
+    pause_steps: S,
+    remaining_steps: S,
+    /// Sign of the motion: +1, −1, or 0 when it is free to start in either direction.
+    direction: S,
+}
+
+impl<S: Scalar> ZeroCrossingPause<S> {
+    /// At rest. `pause_s` 0 (no effect) to 1 s, `step_s` in s.
+    pub fn new(pause_s: f64, step_s: f64) -> Result<Self, OutOfRange> {
+        let pause_s = in_range("pause_s", pause_s, 0.0, 1.0)?;
+        Ok(Self {
+            pause_steps: S::of(pause_s / step_in_range(step_s)?),
+            remaining_steps: S::zero(),
+            direction: S::zero(),
+        })
+    }
+
+    /// One step with constant input; returns the mean output over the step.
+    ///
+    /// A reversal begins at the start of the step that brings the new sign. A pause that ends
+    /// inside a step lets the input through for the rest of it.
+    pub fn advance(&mut self, input: S) -> S {
+        let sign = sign(input);
+        if self.remaining_steps <= S::zero() && sign * self.direction < S::zero() {
+            self.remaining_steps = self.pause_steps;
+        }
+        if self.remaining_steps >= S::one() {
+            self.remaining_steps -= S::one();
+            self.direction = S::zero(); // after the pause either direction is a start from rest
+            return S::zero();
+        }
+        let moving = S::one() - self.remaining_steps;
+        self.remaining_steps = S::zero();
+        if sign != S::zero() {
+            self.direction = sign;
+        }
+        input * moving
+    }
+
+    /// Whether the axis stands still because of the pause.
+    pub fn is_paused(&self) -> bool {
+        self.remaining_steps > S::zero()
+    }
+}
+
+fn sign<S: Scalar>(value: S) -> S {
+    if value > S::zero() {
+        S::one()
+    } else if value < S::zero() {
+        -S::one()
+    } else {
+        S::zero()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Fixed;
+
+    /// cos(w t) with a pause: 0 in [T/4, T/4 + Tp), the cosine itself everywhere else.
+    fn cosine<S: Scalar>() {
+        let (step, pause) = (0.0005, 0.016);
+        let mut axis = ZeroCrossingPause::<S>::new(pause, step).unwrap();
+        for k in 0..400 {
+            let t = step * (f64::from(k) + 0.5);
+            let u = (std::f64::consts::TAU * t / 0.2).cos();
+            let paused = [0.05, 0.15].iter().any(|c| t > *c && t < c + pause);
+            let expected = if paused { 0.0 } else { u };
+            let got = axis.advance(S::of(u)).get();
+            assert!((got - expected).abs() < 1e-6, "{t}: {got} {expected}");
+        }
+    }
+
+    #[test]
+    fn stands_still_then_resumes_at_the_current_command() {
+        cosine::<f64>();
+        cosine::<Fixed>();
+    }
+
+    #[test]
+    fn neither_a_start_nor_a_stop_is_a_crossing() {
+        let mut axis = ZeroCrossingPause::<f64>::new(0.004, 0.001).unwrap();
+        let out = [0.0, -1.0, 0.0, -1.0].map(|u| axis.advance(u));
+        assert_eq!(out, [0.0, -1.0, 0.0, -1.0]);
+        // through an exact zero it is one
+        let out = [0.0, 1.0, 1.0, 1.0, 1.0, 1.0].map(|u| axis.advance(u));
+        assert_eq!(out, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_pause_that_ends_inside_a_step_lets_the_rest_pass() {
+        let mut axis = ZeroCrossingPause::<f64>::new(0.0015, 0.001).unwrap();
+        let out = [1.0, -1.0, -1.0, -1.0].map(|u| axis.advance(u));
+        assert_eq!(out[..2], [1.0, 0.0]);
+        assert!((out[2] + 0.5).abs() < 1e-12 && out[3] == -1.0);
+    }
+}

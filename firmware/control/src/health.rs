@@ -1,0 +1,181 @@
+//! Checks of a cycle's inputs: is the sensor fresh and sane, is the robot in step?
+//!
+//! Reactions are those of the project's safety notes: an old sample ramps the rate down and then
+//! latches a fault; status bits, saturation and non-finite numbers latch at once.
+
+use crate::io::{Inputs, SensorSample, Sequence};
+use crate::modes::{Fault, FaultCode, Mode, Readiness, Refusal};
+use crate::settings::{RobotSettings, SensorSettings};
+
+/// Largest |B| at which the robot may be armed and up to which it may turn, rad (80°): near 90° A
+/// and C are not defined, and a small rotation takes a large step of both.
+pub(crate) const LARGEST_B_RAD: f64 = 1.4;
+
+/// Largest coordinate (m) and angle (rad) of a measured pose that is believed: no robot reaches
+/// farther, and KUKA's angles stay within ±π.
+const FARTHEST_M: f64 = 1.0e3;
+const LARGEST_ANGLE_RAD: f64 = 10.0;
+
+/// Whether a measured pose (x y z in m, A B C in rad) is finite and within its declared range.
+pub fn plausible(pose: &[f64; 6]) -> bool {
+    implausible(pose).is_none()
+}
+
+/// The first coordinate beyond its range: (limit, value).
+fn implausible([x, y, z, a, b, c]: &[f64; 6]) -> Option<(f64, f64)> {
+    let (far, wide) = (FARTHEST_M, LARGEST_ANGLE_RAD);
+    [
+        (x, far),
+        (y, far),
+        (z, far),
+        (a, wide),
+        (b, wide),
+        (c, wide),
+    ]
+    .into_iter()
+    .find(|(value, limit)| !value.is_finite() || value.abs() > *limit)
+    .map(|(value, limit)| (limit, *value))
+}
+
+/// Remembers what the checks need from cycle to cycle.
+#[derive(Clone, Debug)]
+pub struct Health {
+    stale_after: u32,
+    fault_after: u32,
+    frozen_after: u32,
+    ignored_status: u16,
+    lost_fault: u32,
+    late_fault: u32,
+    age: u32,
+    identical: u32,
+    last: SensorSample,
+    late_at_start: u32,
+}
+
+impl Health {
+    /// From validated settings.
+    pub fn new(sensor: &SensorSettings, robot: &RobotSettings) -> Self {
+        Self {
+            stale_after: sensor.stale_after_cycles,
+            fault_after: sensor.fault_after_cycles,
+            frozen_after: sensor.frozen_after_cycles,
+            ignored_status: sensor.ignored_status_bits,
+            lost_fault: robot.lost_telegrams_fault,
+            late_fault: robot.late_answers_fault,
+            age: 0,
+            identical: 0,
+            last: SensorSample::default(),
+            late_at_start: 0,
+        }
+    }
+
+    /// Takes this cycle's inputs; the answer is a fault that they call for, in a mode in which the
+    /// robot moves or is about to (`guarded`).
+    pub fn check(&mut self, inputs: &Inputs, mode: Mode, guarded: bool) -> Option<Fault> {
+        self.count(&inputs.sensor);
+        let closed = mode == Mode::Running;
+        if inputs.robot.sequence == Sequence::NewRun || !closed {
+            self.late_at_start = inputs.robot.late_answers;
+        }
+        if !guarded {
+            return None;
+        }
+        self.numeric(inputs)
+            .or_else(|| self.robot(inputs, closed))
+            .or_else(|| self.sensor(&inputs.sensor))
+    }
+
+    /// Whether the newest sample came in this cycle and is sane.
+    pub fn good_sample(&self, inputs: &Inputs) -> bool {
+        self.age == 0 && self.sensor(&inputs.sensor).is_none() && self.numeric(inputs).is_none()
+    }
+
+    /// Cycles since the newest sample.
+    pub fn sensor_age(&self) -> u32 {
+        self.age
+    }
+
+    /// Whether the sample is too old to integrate.
+    pub fn stale(&self) -> bool {
+        self.age > self.stale_after
+    }
+
+    /// Whether sensor and robot allow arming (the force is judged elsewhere).
+    pub fn ready(&self, inputs: &Inputs) -> Readiness {
+        let sensor = &inputs.sensor;
+        if sensor.counter == 0 || self.stale() {
+            return Err(Refusal::SensorStale);
+        }
+        if self.sensor(sensor).is_some() || self.numeric(inputs).is_some() {
+            return Err(Refusal::SensorUnhealthy);
+        }
+        match inputs.robot.pose {
+            None => Err(Refusal::NoPose),
+            Some(pose) if pose[4].abs() > LARGEST_B_RAD => Err(Refusal::OrientationSingular),
+            Some(_) => Ok(()),
+        }
+    }
+
+    fn count(&mut self, sample: &SensorSample) {
+        if sample.counter == self.last.counter {
+            self.age = self.age.saturating_add(1);
+            return;
+        }
+        let identical = sample.words == self.last.words && sample.wrench == self.last.wrench;
+        self.identical = if identical {
+            self.identical.saturating_add(1)
+        } else {
+            0
+        };
+        self.age = 0;
+        self.last = *sample;
+    }
+
+    fn numeric(&self, inputs: &Inputs) -> Option<Fault> {
+        if inputs.sensor.wrench.iter().any(|v| !v.is_finite()) {
+            return Some(Fault::new(FaultCode::Numeric, 0.0, 0.0));
+        }
+        let (limit, value) = implausible(&inputs.robot.pose.unwrap_or_default())?;
+        let received = if value.is_finite() { value } else { 0.0 };
+        let expected = if value.is_finite() { limit } else { 0.0 };
+        Some(Fault::new(FaultCode::Numeric, expected, received))
+    }
+
+    fn robot(&self, inputs: &Inputs, closed: bool) -> Option<Fault> {
+        if !closed {
+            return None;
+        }
+        let late = inputs.robot.late_answers.saturating_sub(self.late_at_start);
+        let fault = |code, expected: u32, received: u32| {
+            Some(Fault::new(code, f64::from(expected), f64::from(received)))
+        };
+        match inputs.robot.sequence {
+            Sequence::NewRun => fault(FaultCode::RobotRestarted, 0, 0),
+            Sequence::Gap(lost) if lost > self.lost_fault => {
+                fault(FaultCode::TelegramsLost, self.lost_fault, lost)
+            }
+            _ if late > self.late_fault => fault(FaultCode::LateAnswers, self.late_fault, late),
+            _ if inputs.robot.pose.is_none() => fault(FaultCode::PoseLost, 1, 0),
+            _ => None,
+        }
+    }
+
+    fn sensor(&self, sample: &SensorSample) -> Option<Fault> {
+        let status = sample.status & !self.ignored_status;
+        let frozen = self.frozen_after > 0 && self.identical > self.frozen_after;
+        let fault = |code, expected: u32, received: u32| {
+            Some(Fault::new(code, f64::from(expected), f64::from(received)))
+        };
+        if status != 0 {
+            fault(FaultCode::SensorStatus, 0, u32::from(status))
+        } else if sample.saturated {
+            fault(FaultCode::SensorSaturated, 0, 1)
+        } else if self.age > self.fault_after {
+            fault(FaultCode::SensorStale, self.fault_after, self.age)
+        } else if frozen {
+            fault(FaultCode::SensorFrozen, self.frozen_after, self.identical)
+        } else {
+            None
+        }
+    }
+}

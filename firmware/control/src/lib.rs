@@ -1,0 +1,29 @@
+//! Physics and the one control cycle of a docking test rig.
+//!
+//! Nothing in here does I/O, reads a clock, allocates, formats, blocks or panics: the cycle is a
+//! function of (state, settings, one sensor sample, one robot telegram) to (state, correction,
+//! trace). A recording can therefore be replayed bit for bit, on the host or on the board.
+//!
+//! Where to look:
+//! - [`frames`]: poses, twists, wrenches and the drawing of all named frames,
+//! - [`cycle`]: the step that runs each 4 ms,
+//! - [`wrench`], [`dynamics`], [`delay`], [`limits`], [`modes`]: its phases in their order,
+//! - [`settings`]: what a person writes, and its validation,
+//! - `effects`: physical effects of rigs, one file each.
+#![cfg_attr(not(test), no_std)]
+
+pub mod correction;
+pub mod cycle;
+pub mod delay;
+pub mod dynamics;
+pub mod effects;
+pub mod frames;
+pub mod health;
+pub mod io;
+pub mod limits;
+pub mod modes;
+mod run;
+pub mod scalar;
+pub mod settings;
+pub mod wrench;
+pub mod zero;

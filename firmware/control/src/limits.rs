@@ -1,0 +1,384 @@
+//! Bounds of the correction and of the load. Clamped is flagged; what lasts becomes a fault.
+//!
+//! The limits protect tool and process. They are not a safety function: that is the robot's own
+//! safety controller.
+
+use crate::frames::{Twist, Wrench, small_rotation, vector};
+use crate::scalar::Scalar;
+use crate::settings::{SettingsError, in_range};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Bounds, all symmetric.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct LimitSettings {
+    /// Largest translation per cycle, m.
+    pub step_m: f64,
+    /// Largest rotation per cycle, rad.
+    pub step_rad: f64,
+    /// Largest speed, m/s.
+    pub speed_m_s: f64,
+    /// Largest angular speed, rad/s.
+    pub speed_rad_s: f64,
+    /// Largest acceleration, m/s².
+    pub acceleration_m_s2: f64,
+    /// Largest angular acceleration, rad/s².
+    pub acceleration_rad_s2: f64,
+    /// Half-widths of the box around the start position, axes of C, m. Smaller than the robot's
+    /// POSCORR limits, which clamp silently.
+    pub box_m: [f64; 3],
+    /// Largest rotation away from the start orientation, rad.
+    pub box_rad: f64,
+    /// Contact force that latches a fault, N.
+    pub force_n: f64,
+    /// Contact torque about M that latches a fault, N·m.
+    pub torque_n_m: f64,
+    /// Cycles in a row with any clamp that latch a fault.
+    pub clamp_fault_cycles: u32,
+    /// An overload also asks the robot to stop (`<Stop>1</Stop>`).
+    pub stop_on_overload: bool,
+}
+
+impl Default for LimitSettings {
+    fn default() -> Self {
+        Self {
+            step_m: 0.002,
+            step_rad: 0.005,
+            speed_m_s: 0.3,
+            speed_rad_s: 0.5,
+            acceleration_m_s2: 10.0,
+            acceleration_rad_s2: 20.0,
+            box_m: [0.25; 3],
+            box_rad: 0.35,
+            force_n: 3000.0,
+            torque_n_m: 500.0,
+            clamp_fault_cycles: 25,
+            stop_on_overload: true,
+        }
+    }
+}
+
+impl LimitSettings {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        in_range("limits.step_m", self.step_m, 1e-6, 0.02)?;
+        in_range("limits.step_rad", self.step_rad, 1e-6, 0.05)?;
+        in_range("limits.speed_m_s", self.speed_m_s, 1e-4, 5.0)?;
+        in_range("limits.speed_rad_s", self.speed_rad_s, 1e-4, 5.0)?;
+        in_range(
+            "limits.acceleration_m_s2",
+            self.acceleration_m_s2,
+            1e-3,
+            1e3,
+        )?;
+        in_range(
+            "limits.acceleration_rad_s2",
+            self.acceleration_rad_s2,
+            1e-3,
+            1e3,
+        )?;
+        self.box_m
+            .iter()
+            .try_for_each(|b| in_range("limits.box_m", *b, 1e-4, 5.0))?;
+        in_range("limits.box_rad", self.box_rad, 1e-3, 1.5)?;
+        in_range("limits.force_n", self.force_n, 1.0, 1e5)?;
+        in_range("limits.torque_n_m", self.torque_n_m, 0.1, 1e5)?;
+        let cycles = f64::from(self.clamp_fault_cycles);
+        in_range("limits.clamp_fault_cycles", cycles, 1.0, 1e4)
+    }
+}
+
+/// Which limits acted in a cycle, one bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LimitFlags(pub u16);
+
+impl LimitFlags {
+    /// Speed or step.
+    pub const SPEED: Self = Self(1);
+    /// Acceleration.
+    pub const ACCELERATION: Self = Self(1 << 1);
+    /// Box around the start pose, or B near ±90°.
+    pub const BOX: Self = Self(1 << 2);
+    /// The robot reports that it clamps (POSCORR `Stat`); the model's integration is frozen.
+    pub const ROBOT_CLAMP: Self = Self(1 << 3);
+    /// The sensor is stale; the rate is ramped down.
+    pub const SENSOR_STALE: Self = Self(1 << 4);
+
+    /// Adds flags.
+    pub fn set(&mut self, flags: Self) {
+        self.0 |= flags.0;
+    }
+    /// These flags less others.
+    pub fn without(self, flags: Self) -> Self {
+        Self(self.0 & !flags.0)
+    }
+    /// Whether any of `flags` is set.
+    pub fn has(self, flags: Self) -> bool {
+        self.0 & flags.0 != 0
+    }
+}
+
+/// Share of the acceleration limit that brakes an axis: the end of [`Limits::stopping_speed`] takes
+/// twice as much, and three axes may brake at once: 2 √3 / 4 is less than 1.
+const BRAKING_SHARE: f64 = 0.25;
+
+/// The limits, ready to run.
+#[derive(Clone, Debug)]
+pub struct Limits<S: Scalar> {
+    ts: S,
+    /// Smaller of speed and step per cycle, m/s and rad/s.
+    speed: [S; 2],
+    /// Largest change of velocity per cycle.
+    change: [S; 2],
+    /// Decelerations that a stop before the edge of the box is planned with, see
+    /// [`Self::stopping_speed`].
+    braking: [S; 2],
+    box_m: Vector3<S>,
+    box_rad: S,
+    force_n: S,
+    torque_n_m: S,
+}
+
+impl<S: Scalar> Limits<S> {
+    /// From validated settings and the cycle in s.
+    pub fn new(settings: &LimitSettings, cycle_s: f64) -> Self {
+        Self {
+            ts: S::of(cycle_s),
+            speed: [
+                S::of(settings.speed_m_s.min(settings.step_m / cycle_s)),
+                S::of(settings.speed_rad_s.min(settings.step_rad / cycle_s)),
+            ],
+            change: [
+                S::of(settings.acceleration_m_s2 * cycle_s),
+                S::of(settings.acceleration_rad_s2 * cycle_s),
+            ],
+            braking: [
+                S::of(settings.acceleration_m_s2 * BRAKING_SHARE),
+                S::of(settings.acceleration_rad_s2 * BRAKING_SHARE),
+            ],
+            box_m: vector(&settings.box_m),
+            box_rad: S::of(settings.box_rad),
+            force_n: S::of(settings.force_n),
+            torque_n_m: S::of(settings.torque_n_m),
+        }
+    }
+
+    /// The velocity that may be sent: limited in speed, by the distance in which the edge of the box
+    /// allows a stop, in its change since `last`, and at last by the edge itself. `displacement`
+    /// and `turn` lead from the centre of the box to the commanded pose.
+    pub fn apply(
+        &self,
+        wanted: &Twist<S>,
+        last: &Twist<S>,
+        displacement: &Vector3<S>,
+        turn: &UnitQuaternion<S>,
+    ) -> (Twist<S>, LimitFlags) {
+        let mut flags = LimitFlags::default();
+        let mut capped = Twist {
+            linear: capped(&wanted.linear, self.speed[0], LimitFlags::SPEED, &mut flags),
+            angular: capped(
+                &wanted.angular,
+                self.speed[1],
+                LimitFlags::SPEED,
+                &mut flags,
+            ),
+        };
+        self.brake_before_edge(&mut capped, displacement, turn, &mut flags);
+        let change = capped - *last;
+        let acceleration = LimitFlags::ACCELERATION;
+        let mut sent = *last
+            + Twist {
+                linear: self::capped(&change.linear, self.change[0], acceleration, &mut flags),
+                angular: self::capped(&change.angular, self.change[1], acceleration, &mut flags),
+            };
+        self.keep_in_box(&mut sent, displacement, turn, &mut flags);
+        (sent, flags)
+    }
+
+    /// Caps the speed towards an edge to `√(2 a d)` over the distance d that is left.
+    fn brake_before_edge(
+        &self,
+        wanted: &mut Twist<S>,
+        displacement: &Vector3<S>,
+        turn: &UnitQuaternion<S>,
+        flags: &mut LimitFlags,
+    ) {
+        for i in 0..3 {
+            let v = wanted.linear[i];
+            let left = if v < S::zero() {
+                self.box_m[i] + displacement[i]
+            } else {
+                self.box_m[i] - displacement[i]
+            };
+            let fastest = self.stopping_speed(self.braking[0], left);
+            if v.abs() > fastest {
+                wanted.linear[i] = v.clamp(-fastest, fastest);
+                flags.set(LimitFlags::BOX);
+            }
+        }
+        // A turn that goes back towards the centre of the box is free.
+        let outward = turn.imag().dot(&wanted.angular) * turn.w > S::zero();
+        let fastest = self.stopping_speed(self.braking[1], self.box_rad - angle(turn));
+        if outward && wanted.angular.amax() > fastest {
+            wanted.angular = capped(&wanted.angular, fastest, LimitFlags::BOX, flags);
+        }
+    }
+
+    /// Largest speed at a distance d from the edge: `√(2 a d)`, and at the end half of the distance
+    /// per cycle, so that whole cycles do not overshoot. None is left beyond the edge.
+    fn stopping_speed(&self, deceleration: S, distance: S) -> S {
+        if distance <= S::zero() {
+            return S::zero();
+        }
+        let (two, half) = (S::of(2.0), S::of(0.5));
+        (deceleration * distance * two)
+            .sqrt()
+            .min(distance * half / self.ts)
+    }
+
+    /// The last resort: nothing goes beyond the edge, and what is beyond goes no further.
+    fn keep_in_box(
+        &self,
+        sent: &mut Twist<S>,
+        displacement: &Vector3<S>,
+        turn: &UnitQuaternion<S>,
+        flags: &mut LimitFlags,
+    ) {
+        for i in 0..3 {
+            let (now, edge) = (displacement[i], self.box_m[i]);
+            let next = now + sent.linear[i] * self.ts;
+            if next.abs() > edge && next.abs() > now.abs() {
+                let kept = if now.abs() < edge {
+                    next.clamp(-edge, edge)
+                } else {
+                    now
+                };
+                sent.linear[i] = (kept - now) / self.ts;
+                flags.set(LimitFlags::BOX);
+            }
+        }
+        let next = turn.quaternion() * small_rotation(&(sent.angular * self.ts)).quaternion();
+        let (now, next) = (angle(turn), angle(&UnitQuaternion::new_unchecked(next)));
+        if next > self.box_rad && next > now {
+            sent.angular = Vector3::zeros();
+            flags.set(LimitFlags::BOX);
+        }
+    }
+
+    /// The part of the load that is beyond its limit: (limit, value).
+    pub fn overload(&self, at_m: &Wrench<S>) -> Option<(f64, f64)> {
+        load_beyond(at_m, self.force_n, self.torque_n_m)
+    }
+}
+
+/// Force or torque, whichever is beyond its limit: (limit, value).
+pub fn load_beyond<S: Scalar>(load: &Wrench<S>, force_n: S, torque_n_m: S) -> Option<(f64, f64)> {
+    let beyond = |v: &Vector3<S>, limit: S| {
+        let size = size(v);
+        (size > limit).then(|| (limit.get(), size.get()))
+    };
+    beyond(&load.force, force_n).or_else(|| beyond(&load.torque, torque_n_m))
+}
+
+/// Length of a vector, by way of its largest component: squares might leave the range of fixed
+/// point.
+fn size<S: Scalar>(v: &Vector3<S>) -> S {
+    let largest = v.amax();
+    if largest == S::zero() {
+        largest
+    } else {
+        (v / largest).norm() * largest
+    }
+}
+
+/// Angle of a rotation, 0 to π rad.
+fn angle<S: Scalar>(turn: &UnitQuaternion<S>) -> S {
+    let sine = turn.imag();
+    let sine = size(&Vector3::new(sine.x, sine.y, sine.z));
+    sine.atan2(turn.w.abs()) * S::of(2.0)
+}
+
+/// A vector shortened to `limit`, with the flag set if it was.
+fn capped<S: Scalar>(
+    v: &Vector3<S>,
+    limit: S,
+    flag: LimitFlags,
+    flags: &mut LimitFlags,
+) -> Vector3<S> {
+    // Scaling by the largest component first keeps the squares within the range of fixed point.
+    let largest = v.amax();
+    if largest <= limit && v.norm_squared() <= limit * limit {
+        return *v;
+    }
+    flags.set(flag);
+    let direction = v / largest;
+    direction * (limit / direction.norm())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Fixed;
+    use proptest::prelude::*;
+
+    fn check<S: Scalar>(wanted: &[f64; 6], last: &[f64; 6], tolerance: f64) {
+        let settings = LimitSettings::default();
+        let limits = Limits::<S>::new(&settings, 0.004);
+        let zero = Vector3::zeros();
+        let last_sent = Limits::apply(
+            &limits,
+            &Twist::of(last),
+            &Twist::zero(),
+            &zero,
+            &UnitQuaternion::identity(),
+        )
+        .0;
+        let (sent, _) = limits.apply(
+            &Twist::of(wanted),
+            &last_sent,
+            &zero,
+            &UnitQuaternion::identity(),
+        );
+        let change = sent - last_sent;
+        assert!(sent.linear.norm().get() <= 0.3 * (1.0 + tolerance) + 0.04);
+        assert!(change.linear.norm().get() <= 10.0 * 0.004 * (1.0 + tolerance));
+        assert!(change.angular.norm().get() <= 20.0 * 0.004 * (1.0 + tolerance));
+    }
+
+    proptest! {
+        #[test]
+        fn never_beyond_its_limits(
+            wanted in prop::array::uniform6(-1e6..1e6f64),
+            last in prop::array::uniform6(-1e6..1e6f64),
+        ) {
+            check::<f64>(&wanted, &last, 1e-12);
+            check::<f32>(&wanted, &last, 1e-4);
+            check::<Fixed>(&wanted, &last, 1e-5);
+        }
+
+        /// Neither the box nor the acceleration is exceeded on the way to the edge.
+        #[test]
+        fn a_box_is_never_left_and_never_jerked_at(
+            v in prop::array::uniform3(-1.0..1.0f64),
+            w in prop::array::uniform3(-1.0..1.0f64),
+        ) {
+            let settings = LimitSettings::default();
+            let limits = Limits::<f64>::new(&settings, 0.004);
+            let (mut at, mut turn) = (Vector3::zeros(), UnitQuaternion::identity());
+            let mut last = Twist::zero();
+            for _ in 0..1000 {
+                let wanted = Twist::of(&[v[0], v[1], v[2], w[0], w[1], w[2]]);
+                let sent = limits.apply(&wanted, &last, &at, &turn).0;
+                let change = sent - last;
+                prop_assert!(change.linear.norm() <= settings.acceleration_m_s2 * 0.004 * 1.0001);
+                prop_assert!(change.angular.norm() <= settings.acceleration_rad_s2 * 0.004 * 1.0001);
+                last = sent;
+                at += last.linear * 0.004;
+                turn *= UnitQuaternion::from_scaled_axis(last.angular * 0.004);
+                prop_assert!(at.amax() <= settings.box_m[0] + 1e-12);
+                prop_assert!(turn.angle() <= settings.box_rad + 1e-9);
+            }
+        }
+    }
+}

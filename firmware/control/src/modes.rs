@@ -1,0 +1,233 @@
+//! Modes of the controller, the operator's commands, and faults.
+//!
+//! ```text
+//!            hold           arm*           start*
+//!    Idle ---------> Hold ---------> Armed ---------> Running
+//!                     ^ ^              | stop, hold     | stop, hold
+//!                     | +--------------+<---------------+
+//!                     | reset*
+//!                   Fault  <-- from Armed, Running and while a stop fades out; latched
+//! ```
+//!
+//! `*` needs fresh, healthy sensor data, a robot that stands still and reports its pose, and a
+//! small contact force. In every mode each telegram is answered; only Running moves the robot.
+
+/// Mode of the controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Answers zeros; waits for the operator.
+    #[default]
+    Idle,
+    /// Answers zeros; may be armed.
+    Hold,
+    /// Ready: initial conditions are loaded, the start pose is taken.
+    Armed,
+    /// Closes the loop.
+    Running,
+    /// Latched; answers zeros.
+    Fault,
+}
+
+/// A command of the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Answer zeros and wait for `arm`.
+    Hold,
+    /// Load the initial conditions and take the start pose.
+    Arm,
+    /// Close the loop.
+    Start,
+    /// Bring the velocity to zero and hold.
+    Stop,
+    /// Leave a fault.
+    Reset,
+    /// In hold: take the present mean reading as the sensor's zero.
+    Zero,
+}
+
+impl Command {
+    /// All commands with the word that an operator types.
+    pub const WORDS: [(&'static str, Self); 6] = [
+        ("hold", Self::Hold),
+        ("arm", Self::Arm),
+        ("start", Self::Start),
+        ("stop", Self::Stop),
+        ("reset", Self::Reset),
+        ("zero", Self::Zero),
+    ];
+
+    /// The command of a word.
+    pub fn from_word(word: &str) -> Option<Self> {
+        Self::WORDS
+            .iter()
+            .find(|(w, _)| *w == word)
+            .map(|(_, command)| *command)
+    }
+}
+
+/// Why a command was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The command does not apply in this mode.
+    WrongMode,
+    /// No fresh sensor sample.
+    SensorStale,
+    /// The sensor reports an error or is saturated.
+    SensorUnhealthy,
+    /// The telegrams carry no pose (RIst).
+    NoPose,
+    /// The contact force or torque is too large.
+    ForceTooLarge,
+    /// The last run has not faded out yet.
+    StillMoving,
+    /// The robot was moved after it was armed; arm again.
+    MovedSinceArmed,
+    /// Too few good samples since the run began for a mean.
+    TooFewSamples,
+    /// B is near ±90°, where A and C cannot be told apart.
+    OrientationSingular,
+}
+
+/// What latched a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultCode {
+    /// No new sensor sample for too long (expected: most cycles; received: cycles).
+    SensorStale,
+    /// Six identical raw words for too long (most cycles; cycles).
+    SensorFrozen,
+    /// A status bit of the sensor (0; status word).
+    SensorStatus,
+    /// A gauge at its range (1; 1).
+    SensorSaturated,
+    /// Contact force or torque beyond its limit (limit; value).
+    Overload,
+    /// Contact during the start ramp (largest force; value).
+    ContactAtStart,
+    /// A number that is not finite (0; 0), or a pose beyond its declared range (limit; value).
+    Numeric,
+    /// Too many telegrams lost in a row (limit; lost).
+    TelegramsLost,
+    /// The robot started a new RSI run while the loop was closed (expected IPOC; received).
+    RobotRestarted,
+    /// The robot counts late answers (most; count).
+    LateAnswers,
+    /// A limit clamped for too long (most cycles; cycles).
+    SustainedClamp,
+    /// The robot's telegrams stopped carrying a pose.
+    PoseLost,
+}
+
+/// A latched fault with the numbers that caused it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// The cause.
+    pub code: FaultCode,
+    /// The limit or the expected value, see [`FaultCode`].
+    pub expected: f64,
+    /// What came.
+    pub received: f64,
+}
+
+impl Fault {
+    /// A fault with its numbers.
+    pub fn new(code: FaultCode, expected: f64, received: f64) -> Self {
+        Self {
+            code,
+            expected,
+            received,
+        }
+    }
+}
+
+/// Whether a cycle's data allow something.
+pub type Readiness = Result<(), Refusal>;
+
+/// The mode and the latched fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Modes {
+    mode: Mode,
+    fault: Option<Fault>,
+}
+
+impl Modes {
+    /// The present mode.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// The latched fault.
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Latches a fault; the first one stays.
+    pub fn latch(&mut self, fault: Fault) {
+        if self.fault.is_none() {
+            self.fault = Some(fault);
+        }
+        self.mode = Mode::Fault;
+    }
+
+    /// Carries out a command, or says why not. `ready` is whether the present data allow this
+    /// command; `hold` and `stop` need nothing.
+    pub fn command(&mut self, command: Command, ready: Readiness) -> Result<(), Refusal> {
+        let next = match (self.mode, command) {
+            (Mode::Idle | Mode::Hold | Mode::Armed | Mode::Running, Command::Hold) => Mode::Hold,
+            (Mode::Armed | Mode::Running | Mode::Hold, Command::Stop) => Mode::Hold,
+            (Mode::Hold, Command::Arm) => ready.map(|()| Mode::Armed)?,
+            (Mode::Armed, Command::Start) => ready.map(|()| Mode::Running)?,
+            (Mode::Fault, Command::Reset) => ready.map(|()| Mode::Hold)?,
+            (Mode::Hold, Command::Zero) => ready.map(|()| Mode::Hold)?,
+            _ => return Err(Refusal::WrongMode),
+        };
+        self.mode = next;
+        if command == Command::Reset {
+            self.fault = None;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_left_only_by_reset_with_healthy_data() {
+        let mut modes = Modes::default();
+        modes.latch(Fault::new(FaultCode::Overload, 1.0, 2.0));
+        for (word, command) in Command::WORDS {
+            if command != Command::Reset {
+                assert_eq!(
+                    modes.command(command, Ok(())),
+                    Err(Refusal::WrongMode),
+                    "{word}"
+                );
+            }
+        }
+        let stale = Err(Refusal::SensorStale);
+        assert_eq!(modes.command(Command::Reset, stale), stale);
+        modes.latch(Fault::new(FaultCode::Numeric, 0.0, 0.0));
+        assert_eq!(modes.fault().map(|f| f.code), Some(FaultCode::Overload));
+        assert_eq!(modes.command(Command::Reset, Ok(())), Ok(()));
+        assert_eq!((modes.mode(), modes.fault()), (Mode::Hold, None));
+    }
+
+    #[test]
+    fn running_is_reached_only_through_hold_and_arm() {
+        let mut modes = Modes::default();
+        assert_eq!(
+            modes.command(Command::Start, Ok(())),
+            Err(Refusal::WrongMode)
+        );
+        assert_eq!(modes.command(Command::Arm, Ok(())), Err(Refusal::WrongMode));
+        assert!(modes.command(Command::Hold, Err(Refusal::NoPose)).is_ok());
+        assert_eq!(
+            modes.command(Command::Arm, Err(Refusal::NoPose)),
+            Err(Refusal::NoPose)
+        );
+        assert!(modes.command(Command::Arm, Ok(())).is_ok());
+        assert!(modes.command(Command::Start, Ok(())).is_ok());
+        assert_eq!(modes.mode(), Mode::Running);
+    }
+}

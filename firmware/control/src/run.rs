@@ -1,0 +1,310 @@
+//! The closed loop: from the contact wrench to the velocity that is sent and the commanded pose.
+//!
+//! A [`Run`] is made new by each `arm`. Its phases: zero cycles, a ramp in which both craft glide
+//! with their initial velocities, then Newton; after a stop, the last velocity fades out.
+
+use crate::delay::{Law, LawInput, LawOutput, ModelVelocity, SentHistory};
+use crate::dynamics::{BodyState, TwoBody, TwoBodyState, advanced, relative_velocity};
+use crate::frames::{self, Pose, Twist, Wrench};
+use crate::health::LARGEST_B_RAD;
+use crate::io::Trace;
+use crate::limits::{LimitFlags, Limits};
+use crate::modes::{Fault, FaultCode};
+use crate::scalar::Scalar;
+use crate::settings::Settings;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Distance and angle by which the robot may differ from its pose when armed: beyond the noise of
+/// any robot, below what would matter for the first cycle.
+const MOVED_M: f64 = 1e-3;
+const MOVED_RAD: f64 = 2e-3;
+
+/// Fixed parts of the loop, built once from the settings.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan<S: Scalar> {
+    pub(crate) bodies: TwoBody<S>,
+    limits: Limits<S>,
+    ts: S,
+    model_velocity: ModelVelocity,
+    zero_cycles: u32,
+    ramp_cycles: u32,
+    stop_cycles: u32,
+    clamp_fault_cycles: u32,
+    largest_sine_of_b: S,
+    /// Part of the rate that a cycle with a stale sensor takes away.
+    authority_step: S,
+}
+
+/// What a cycle of the loop is given.
+pub(crate) struct LoopInput<'a, S: Scalar> {
+    /// Contact wrench at M, axes of M.
+    pub(crate) wrench: &'a Wrench<S>,
+    /// Measured pose of M in C.
+    pub(crate) measured: &'a Pose<S>,
+    /// Reasons not to integrate.
+    pub(crate) freeze: LimitFlags,
+}
+
+/// State of a closed loop.
+#[derive(Clone, Debug)]
+pub(crate) struct Run<S: Scalar> {
+    pub(crate) state: TwoBodyState<S>,
+    /// Velocity sent in the last cycle.
+    pub(crate) last_sent: Twist<S>,
+    /// Commanded translation since the start, axes of C.
+    pub(crate) displacement: Vector3<S>,
+    /// Commanded orientation of M in C.
+    pub(crate) orientation: UnitQuaternion<S>,
+    law: Law<S>,
+    sent: SentHistory<S>,
+    /// Velocity of K seen from Q at the end of the last cycle, in the laboratory.
+    last_relative: Twist<S>,
+    /// Orientation of Q in the laboratory; Q stands still there.
+    c_from_q: UnitQuaternion<S>,
+    /// Measured pose of M when armed.
+    start: Pose<S>,
+    /// Measured pose of M when RSI began: the box is around it, as the robot's POSCORR limits are.
+    box_center: Pose<S>,
+    /// Cycles since the start.
+    cycles: u32,
+    /// Part of the rate that is sent: 1, less while the sensor is stale.
+    authority: S,
+    /// Cycles in a row in which a limit acted.
+    clamped_cycles: u32,
+    /// Velocity taken away per cycle while a stop fades out, and the cycles left.
+    fade: (Twist<S>, u32),
+}
+
+impl<S: Scalar> Plan<S> {
+    /// From validated settings.
+    pub(crate) fn new(settings: &Settings) -> Self {
+        let (cycle_s, start) = (settings.robot.cycle_s, &settings.start);
+        let grace = settings.sensor.fault_after_cycles - settings.sensor.stale_after_cycles;
+        Self {
+            bodies: TwoBody::new(&settings.body_k, &settings.body_q, cycle_s),
+            limits: Limits::new(&settings.limits, cycle_s),
+            ts: S::of(cycle_s),
+            model_velocity: settings.delay.model_velocity,
+            zero_cycles: start.zero_cycles,
+            ramp_cycles: start.ramp_cycles,
+            stop_cycles: ((start.stop_time_s / cycle_s) as u32).max(1),
+            clamp_fault_cycles: settings.limits.clamp_fault_cycles,
+            largest_sine_of_b: S::of(nalgebra::ComplexField::sin(LARGEST_B_RAD)),
+            authority_step: S::of(1.0 / f64::from(grace.max(1))),
+        }
+    }
+
+    /// A fault if the load is beyond its limit.
+    pub(crate) fn overload(&self, at_m: &Wrench<S>) -> Option<Fault> {
+        let (limit, load) = self.limits.overload(at_m)?;
+        Some(Fault::new(FaultCode::Overload, limit, load))
+    }
+}
+
+impl<S: Scalar> Run<S> {
+    /// The operator's initial conditions, at a measured pose of the robot, in the box around
+    /// another.
+    pub(crate) fn new(settings: &Settings, start: &Pose<S>, box_center: &Pose<S>) -> Self {
+        let state = TwoBodyState {
+            k: BodyState::initial(&settings.body_k),
+            q: BodyState::initial(&settings.body_q),
+        };
+        let mut run = Self {
+            state,
+            last_sent: Twist::zero(),
+            displacement: Vector3::zeros(),
+            orientation: start.rotation,
+            law: Law::new(&settings.delay, settings.robot.cycle_s),
+            sent: SentHistory::new(),
+            last_relative: Twist::zero(),
+            c_from_q: start.rotation * state.q_from_k().rotation.inverse(),
+            start: *start,
+            box_center: *box_center,
+            cycles: 0,
+            authority: S::one(),
+            clamped_cycles: 0,
+            fade: (Twist::zero(), 0),
+        };
+        run.last_relative = run.relative();
+        run
+    }
+
+    /// Whether the start ramp still runs: no contact is allowed in it.
+    pub(crate) fn starting(&self, plan: &Plan<S>) -> bool {
+        self.cycles < plan.zero_cycles + plan.ramp_cycles
+    }
+
+    /// Commanded pose of M in C.
+    pub(crate) fn command_pose(&self) -> Pose<S> {
+        let position = self.start.translation.vector + self.displacement;
+        Pose::from_parts(position.into(), self.orientation)
+    }
+
+    /// One cycle: integrate, ask the delay law, limit, move the commanded pose.
+    pub(crate) fn step(
+        &mut self,
+        plan: &Plan<S>,
+        input: &LoopInput<'_, S>,
+        trace: &mut Trace,
+    ) -> Result<(), Fault> {
+        let frozen = input.freeze != LimitFlags::default();
+        let share = self.start_share(plan);
+        if !frozen {
+            self.integrate(plan, input.wrench, share);
+        }
+        let model = self.model_velocity(plan);
+        let law = self.law.step(&LawInput {
+            model,
+            wrench: input.wrench,
+            measured: input.measured,
+            sent: &self.sent,
+        });
+        let change = if frozen {
+            -plan.authority_step
+        } else {
+            plan.authority_step
+        };
+        self.authority = (self.authority + change).clamp(S::zero(), S::one());
+        self.cycles = self.cycles.saturating_add(1);
+        write_trace(trace, &model, &law);
+        self.send(
+            plan,
+            law.command * (share * self.authority),
+            input.freeze,
+            trace,
+        )
+    }
+
+    /// After the loop was opened: the last velocity fades out without a jerk. False at rest.
+    pub(crate) fn fade_out(&mut self, plan: &Plan<S>, trace: &mut Trace) -> Result<bool, Fault> {
+        let (step, left) = match self.fade {
+            (_, 0) if self.last_sent == Twist::zero() => return Ok(false),
+            (_, 0) => {
+                let cycles = plan.stop_cycles;
+                (self.last_sent * S::of(1.0 / f64::from(cycles)), cycles)
+            }
+            fade => fade,
+        };
+        self.fade = (step, left - 1);
+        let command = if left == 1 {
+            Twist::zero()
+        } else {
+            self.last_sent - step
+        };
+        self.send(plan, command, LimitFlags::default(), trace)?;
+        Ok(true)
+    }
+
+    /// Whether something other than the loop has moved the robot since it was armed.
+    pub(crate) fn moved_since_armed(&self, measured: &Pose<S>) -> bool {
+        let distance = (measured.translation.vector - self.start.translation.vector).amax();
+        let turn = (self.start.rotation.inverse() * measured.rotation)
+            .imag()
+            .amax();
+        distance > S::of(MOVED_M) || turn * S::of(2.0) > S::of(MOVED_RAD)
+    }
+
+    /// Nothing moves any more, at once.
+    pub(crate) fn halt(&mut self) {
+        self.last_sent = Twist::zero();
+        self.fade.1 = 0;
+    }
+
+    /// Share of the initial velocity in this cycle: zero, then a ramp, then 1.
+    fn start_share(&self, plan: &Plan<S>) -> S {
+        let since = self.cycles.saturating_sub(plan.zero_cycles);
+        S::of((f64::from(since) / f64::from(plan.ramp_cycles)).min(1.0))
+    }
+
+    fn integrate(&mut self, plan: &Plan<S>, at_m: &Wrench<S>, share: S) {
+        if share < S::one() {
+            for body in [&mut self.state.k, &mut self.state.q] {
+                body.c_from_body = advanced(&body.c_from_body, &(body.velocity * share), plan.ts);
+            }
+        } else {
+            self.state = plan.bodies.step(&self.state, at_m).0;
+        }
+    }
+
+    fn model_velocity(&mut self, plan: &Plan<S>) -> Twist<S> {
+        let relative = self.relative();
+        let before = core::mem::replace(&mut self.last_relative, relative);
+        match plan.model_velocity {
+            ModelVelocity::Mean => (before + relative) * S::of(0.5),
+            ModelVelocity::End => relative,
+        }
+    }
+
+    /// Velocity of K seen from Q, with the linear part turned into C of the laboratory.
+    fn relative(&self) -> Twist<S> {
+        let relative = relative_velocity(&self.state.k, &self.state.q);
+        Twist {
+            linear: self.c_from_q * relative.linear,
+            angular: relative.angular,
+        }
+    }
+
+    /// The correction is sent as A, B, C: a rotation that would bring B near ±90° is left out, as
+    /// at the edge of the box.
+    fn keep_off_singularity(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
+        let next = frames::rotated(&self.orientation, &(sent.angular * plan.ts));
+        let (now, next) = (sine_of_b(&self.orientation).abs(), sine_of_b(&next).abs());
+        if next > plan.largest_sine_of_b && next > now {
+            sent.angular = Vector3::zeros();
+            flags.set(LimitFlags::BOX);
+        }
+    }
+
+    fn send(
+        &mut self,
+        plan: &Plan<S>,
+        command: Twist<S>,
+        freeze: LimitFlags,
+        trace: &mut Trace,
+    ) -> Result<(), Fault> {
+        let turn = self.box_center.rotation.inverse() * self.orientation;
+        let offset = self.start.translation.vector - self.box_center.translation.vector;
+        let displacement = offset + self.displacement;
+        let (mut sent, mut flags) =
+            plan.limits
+                .apply(&command, &self.last_sent, &displacement, &turn);
+        self.keep_off_singularity(plan, &mut sent, &mut flags);
+        flags.set(freeze);
+        trace.limits = flags;
+        if !sent.get().iter().all(|v| v.is_finite()) {
+            return Err(Fault::new(FaultCode::Numeric, 0.0, 0.0));
+        }
+        // A stale sensor has a fault of its own.
+        let clamped = flags.without(LimitFlags::SENSOR_STALE) != LimitFlags::default();
+        self.clamped_cycles = if clamped {
+            self.clamped_cycles.saturating_add(1)
+        } else {
+            0
+        };
+        if self.clamped_cycles > plan.clamp_fault_cycles {
+            let (most, count) = (plan.clamp_fault_cycles, self.clamped_cycles);
+            return Err(Fault::new(
+                FaultCode::SustainedClamp,
+                most.into(),
+                count.into(),
+            ));
+        }
+        self.displacement += sent.linear * plan.ts;
+        self.orientation = frames::rotated(&self.orientation, &(sent.angular * plan.ts));
+        self.last_sent = sent;
+        self.sent.write(sent);
+        Ok(())
+    }
+}
+
+/// sin B of KUKA's A, B, C.
+fn sine_of_b<S: Scalar>(orientation: &UnitQuaternion<S>) -> S {
+    let q = orientation;
+    (q.w * q.j - q.i * q.k) * S::of(2.0)
+}
+
+fn write_trace<S: Scalar>(trace: &mut Trace, model: &Twist<S>, law: &LawOutput<S>) {
+    trace.model_velocity = model.get();
+    trace.law_velocity = law.command.get();
+    trace.law_parts = law.parts.map(|part| part.get());
+}

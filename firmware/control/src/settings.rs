@@ -1,0 +1,413 @@
+//! What a person writes, and its validation.
+//!
+//! `Settings` is plain SI text; [`Settings::validate`] names the field, the value and the allowed
+//! range of whatever does not fit, so that the cycle can build its ready-to-run form without a
+//! further check. Every range below is also the declared range of the fixed-point build.
+
+use crate::delay::DelaySettings;
+use crate::limits::LimitSettings;
+
+/// Dotted name of a settings field.
+pub type FieldName = &'static str;
+
+/// A settings value outside of its allowed range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingsError {
+    /// Dotted name of the field.
+    pub field: FieldName,
+    /// The value that was given.
+    pub received: f64,
+    /// Smallest allowed value.
+    pub low: f64,
+    /// Largest allowed value.
+    pub high: f64,
+}
+
+impl core::fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            field,
+            received,
+            low,
+            high,
+        } = self;
+        write!(f, "`{field}` is {received}; allowed is {low} to {high}")
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// `Ok` if `value` lies in `low..=high` (NaN does not).
+pub fn in_range(field: FieldName, value: f64, low: f64, high: f64) -> Result<(), SettingsError> {
+    if value >= low && value <= high {
+        Ok(())
+    } else {
+        Err(SettingsError {
+            field,
+            received: value,
+            low,
+            high,
+        })
+    }
+}
+
+/// `Ok` if every value lies in `-limit..=limit`.
+pub fn all_within(field: FieldName, values: &[f64], limit: f64) -> Result<(), SettingsError> {
+    values
+        .iter()
+        .try_for_each(|v| in_range(field, *v, -limit, limit))
+}
+
+/// Everything that the control cycle needs to know, in SI units.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct Settings {
+    /// How the robot takes corrections.
+    pub robot: RobotSettings,
+    /// The sensor's place on the flange, its zero and the tool it carries.
+    pub sensor: SensorSettings,
+    /// The simulated passive craft K, the one that the robot moves.
+    pub body_k: BodySettings,
+    /// The simulated active craft Q.
+    pub body_q: BodySettings,
+    /// Observation frames.
+    pub frames: FrameSettings,
+    /// Compensation of the robot's delay.
+    pub delay: DelaySettings,
+    /// Bounds of the correction and of the load.
+    pub limits: LimitSettings,
+    /// Conditions for arming and the start ramp.
+    pub start: StartSettings,
+}
+
+/// Whether a correction is added each cycle or is the total offset (RSI_ON's argument).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum CorrectionMode {
+    /// `#RELATIVE`: each correction is added; needs HOLDON=0.
+    #[default]
+    Relative,
+    /// `#ABSOLUTE`: the correction is the total offset; needs HOLDON=1.
+    Absolute,
+}
+
+/// How the robot takes corrections.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct RobotSettings {
+    /// Interpolation cycle of the robot, s (0.004 for IPO_FAST, 0.012 for IPO).
+    pub cycle_s: f64,
+    /// Relative or absolute corrections.
+    pub correction_mode: CorrectionMode,
+    /// Decimals of the corrections on the wire, which are in mm and degrees (3 to 6).
+    pub correction_decimals: u8,
+    /// Rise of the robot's counter of late answers within one run that latches a fault.
+    pub late_answers_fault: u32,
+    /// Lost telegrams in a row that latch a fault; a gap up to this is only counted.
+    pub lost_telegrams_fault: u32,
+}
+
+impl Default for RobotSettings {
+    fn default() -> Self {
+        Self {
+            cycle_s: 0.004,
+            correction_mode: CorrectionMode::Relative,
+            correction_decimals: 4,
+            late_answers_fault: 25,
+            lost_telegrams_fault: 10,
+        }
+    }
+}
+
+/// What to do about the wrench that accelerating the tool takes (section 3.2, last bracket).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum DynamicCompensation {
+    /// Ignored, as in the paper (A14).
+    #[default]
+    Off,
+    /// The sensor reads the load's reaction, −m a: the inertial wrench is added back.
+    LoadReaction,
+    /// The sign as printed (a sensor that reads the drive's action, +m a).
+    Printed,
+}
+
+/// The sensor's place, its zero and the tool that it carries.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct SensorSettings {
+    /// Origin of S in M, m.
+    pub position_m: [f64; 3],
+    /// Orientation of S in M, quaternion w x y z.
+    pub orientation_wxyz: [f64; 4],
+    /// Zero-load reading: three forces (N), three torques (N·m).
+    pub bias: [f64; 6],
+    /// Gravity in C, m/s². A tilted robot base shows here.
+    pub gravity_m_s2: [f64; 3],
+    /// Mass of everything beyond the sensor, kg.
+    pub tool_mass_kg: f64,
+    /// Centre of mass of the tool in S, m.
+    pub tool_com_m: [f64; 3],
+    /// Inertia tensor of the tool about its centre of mass, axes of S, kg·m².
+    pub tool_inertia_kg_m2: [[f64; 3]; 3],
+    /// Constant torque of gravity about S beyond that of the centre of mass, N·m in C (T_G of the
+    /// paper; zero when `tool_com_m` is right, A13).
+    pub gravity_torque_n_m: [f64; 3],
+    /// Removal of the tool's inertial wrench.
+    pub dynamic_compensation: DynamicCompensation,
+    /// Bandwidth of the estimate of the tool's acceleration from the robot's pose, Hz.
+    pub acceleration_bandwidth_hz: f64,
+    /// Cycles without a new sample after which the correction is ramped to zero.
+    pub stale_after_cycles: u32,
+    /// Cycles without a new sample that latch a fault (20 ms by default).
+    pub fault_after_cycles: u32,
+    /// Cycles with six bit-identical raw words that latch a fault; 0 switches the check off. A
+    /// real gauge flickers by a count; a silent simulation may not.
+    pub frozen_after_cycles: u32,
+    /// Status bits that are reported but do not fault.
+    pub ignored_status_bits: u16,
+}
+
+impl Default for SensorSettings {
+    fn default() -> Self {
+        Self {
+            position_m: [0.0; 3],
+            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
+            bias: [0.0; 6],
+            gravity_m_s2: [0.0, 0.0, -9.81],
+            tool_mass_kg: 0.0,
+            tool_com_m: [0.0; 3],
+            tool_inertia_kg_m2: [[0.0; 3]; 3],
+            gravity_torque_n_m: [0.0; 3],
+            dynamic_compensation: DynamicCompensation::Off,
+            acceleration_bandwidth_hz: 10.0,
+            stale_after_cycles: 2,
+            fault_after_cycles: 5,
+            frozen_after_cycles: 1000,
+            ignored_status_bits: 0,
+        }
+    }
+}
+
+/// One simulated craft: mass properties, space-manipulator terms and initial conditions.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct BodySettings {
+    /// Does not move, whatever acts on it (a craft of unlimited mass).
+    pub fixed: bool,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Inertia tensor about the centre of mass, body axes, kg·m².
+    pub inertia_kg_m2: [[f64; 3]; 3],
+    /// a_ARM: acceleration by the space manipulator, m/s² in C. It stands for −F_arm/m and is
+    /// entered once, here (A12).
+    pub arm_acceleration_m_s2: [f64; 3],
+    /// α_ARM: angular acceleration by the space manipulator, rad/s² in body axes.
+    pub arm_angular_acceleration_rad_s2: [f64; 3],
+    /// Initial position of the centre of mass in C, m.
+    pub position_m: [f64; 3],
+    /// Initial orientation in C, quaternion w x y z.
+    pub orientation_wxyz: [f64; 4],
+    /// Initial velocity in C, m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Initial angular velocity in body axes, rad/s.
+    pub angular_velocity_rad_s: [f64; 3],
+}
+
+impl Default for BodySettings {
+    fn default() -> Self {
+        Self {
+            fixed: false,
+            mass_kg: 500.0,
+            inertia_kg_m2: [[100.0, 0.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]],
+            arm_acceleration_m_s2: [0.0; 3],
+            arm_angular_acceleration_rad_s2: [0.0; 3],
+            position_m: [0.0; 3],
+            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
+            velocity_m_s: [0.0; 3],
+            angular_velocity_rad_s: [0.0; 3],
+        }
+    }
+}
+
+/// Observation frames: docking surfaces on the two craft.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct FrameSettings {
+    /// Origin of J (= N) in K, m.
+    pub j_position_m: [f64; 3],
+    /// Orientation of J in K, quaternion w x y z.
+    pub j_orientation_wxyz: [f64; 4],
+    /// Origin of P in Q, m.
+    pub p_position_m: [f64; 3],
+    /// Orientation of P in Q, quaternion w x y z.
+    pub p_orientation_wxyz: [f64; 4],
+}
+
+impl Default for FrameSettings {
+    fn default() -> Self {
+        let identity = [1.0, 0.0, 0.0, 0.0];
+        Self {
+            j_position_m: [0.0; 3],
+            j_orientation_wxyz: identity,
+            p_position_m: [0.0; 3],
+            p_orientation_wxyz: identity,
+        }
+    }
+}
+
+/// Conditions for arming, and the start ramp.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct StartSettings {
+    /// Largest compensated force with which the rig may be armed, started or reset, N.
+    pub max_force_n: f64,
+    /// Largest compensated torque likewise, N·m.
+    pub max_torque_n_m: f64,
+    /// Largest mean force that the `zero` command takes as the sensor's zero, N.
+    pub max_zero_force_n: f64,
+    /// Largest mean torque likewise, N·m.
+    pub max_zero_torque_n_m: f64,
+    /// Cycles of zero correction after the start.
+    pub zero_cycles: u32,
+    /// Cycles in which the velocity then rises to the initial velocity.
+    pub ramp_cycles: u32,
+    /// Time in which a stop or a stale sensor brings the velocity to zero, s.
+    pub stop_time_s: f64,
+}
+
+impl Default for StartSettings {
+    fn default() -> Self {
+        Self {
+            max_force_n: 20.0,
+            max_torque_n_m: 5.0,
+            max_zero_force_n: 100.0,
+            max_zero_torque_n_m: 20.0,
+            zero_cycles: 2,
+            ramp_cycles: 25,
+            stop_time_s: 0.1,
+        }
+    }
+}
+
+/// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
+/// digits of an acceleration and cannot overflow.
+const HEAVIEST: f64 = 1.0e6;
+/// Largest distance of anything from the origin of its frame, m.
+const FARTHEST_M: f64 = 1.0e3;
+/// Largest initial rate, rad/s: 0.1 rad per cycle, where the small-motion series end.
+const FASTEST_RAD_S: f64 = 5.0;
+
+impl Settings {
+    /// Checks every field; the first that does not fit is the error.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        self.robot.validate()?;
+        self.sensor.validate()?;
+        let (k, q) = (&self.body_k, &self.body_q);
+        k.validate("body_k.mass_kg", "body_k.inertia_kg_m2")?;
+        q.validate("body_q.mass_kg", "body_q.inertia_kg_m2")?;
+        all_within("frames.j_position_m", &self.frames.j_position_m, FARTHEST_M)?;
+        all_within("frames.p_position_m", &self.frames.p_position_m, FARTHEST_M)?;
+        let (j, p) = (
+            &self.frames.j_orientation_wxyz,
+            &self.frames.p_orientation_wxyz,
+        );
+        all_within("frames.j_orientation_wxyz", j, 1e3)?;
+        all_within("frames.p_orientation_wxyz", p, 1e3)?;
+        self.delay.validate()?;
+        self.limits.validate()?;
+        let start = &self.start;
+        in_range("start.max_force_n", start.max_force_n, 0.0, 1e5)?;
+        in_range("start.max_torque_n_m", start.max_torque_n_m, 0.0, 1e5)?;
+        in_range("start.max_zero_force_n", start.max_zero_force_n, 0.0, 1e5)?;
+        in_range(
+            "start.max_zero_torque_n_m",
+            start.max_zero_torque_n_m,
+            0.0,
+            1e5,
+        )?;
+        let (zero, ramp, shortest) = (start.zero_cycles, start.ramp_cycles, self.robot.cycle_s);
+        in_range("start.zero_cycles", f64::from(zero), 2.0, 1e4)?;
+        in_range("start.ramp_cycles", f64::from(ramp), 1.0, 1e5)?;
+        in_range("start.stop_time_s", start.stop_time_s, shortest, 10.0)
+    }
+}
+
+impl RobotSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        in_range("robot.cycle_s", self.cycle_s, 0.001, 0.02)?;
+        let decimals = f64::from(self.correction_decimals);
+        in_range("robot.correction_decimals", decimals, 3.0, 6.0)
+    }
+}
+
+impl SensorSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        all_within("sensor.position_m", &self.position_m, 10.0)?;
+        all_within("sensor.orientation_wxyz", &self.orientation_wxyz, 1e3)?;
+        all_within("sensor.bias", &self.bias, 1e5)?;
+        all_within("sensor.gravity_m_s2", &self.gravity_m_s2, 30.0)?;
+        in_range("sensor.tool_mass_kg", self.tool_mass_kg, 0.0, 2000.0)?;
+        all_within("sensor.tool_com_m", &self.tool_com_m, 10.0)?;
+        self.tool_inertia_kg_m2
+            .iter()
+            .try_for_each(|row| all_within("sensor.tool_inertia_kg_m2", row, 2000.0))?;
+        all_within("sensor.gravity_torque_n_m", &self.gravity_torque_n_m, 1e4)?;
+        let bandwidth = self.acceleration_bandwidth_hz;
+        in_range("sensor.acceleration_bandwidth_hz", bandwidth, 0.1, 60.0)?;
+        let stale = f64::from(self.stale_after_cycles);
+        in_range("sensor.stale_after_cycles", stale, 1.0, 100.0)?;
+        let fault = f64::from(self.fault_after_cycles);
+        in_range("sensor.fault_after_cycles", fault, stale, 1000.0)
+    }
+}
+
+impl BodySettings {
+    fn validate(&self, mass: FieldName, inertia: FieldName) -> Result<(), SettingsError> {
+        in_range(mass, self.mass_kg, 0.1, HEAVIEST)?;
+        let i = &self.inertia_kg_m2;
+        for (row, diagonal) in i.iter().enumerate() {
+            all_within(inertia, diagonal, HEAVIEST)?;
+            in_range(inertia, diagonal[row], 1e-3, HEAVIEST)?;
+        }
+        positive_definite(inertia, i)?;
+        let (a, alpha) = (
+            &self.arm_acceleration_m_s2,
+            &self.arm_angular_acceleration_rad_s2,
+        );
+        all_within("body arm_acceleration_m_s2", a, 100.0)?;
+        all_within("body arm_angular_acceleration_rad_s2", alpha, 100.0)?;
+        all_within("body orientation_wxyz", &self.orientation_wxyz, 1e3)?;
+        all_within("body position_m", &self.position_m, FARTHEST_M)?;
+        all_within("body velocity_m_s", &self.velocity_m_s, 10.0)?;
+        let omega = &self.angular_velocity_rad_s;
+        all_within("body angular_velocity_rad_s", omega, FASTEST_RAD_S)
+    }
+}
+
+/// Largest ratio of moments of inertia: beyond it, fixed point could not hold the inverse tensor.
+const LARGEST_RATIO: f64 = 1.0e4;
+
+/// An inertia tensor is symmetric, has positive principal minors and is well conditioned.
+fn positive_definite(field: FieldName, i: &[[f64; 3]; 3]) -> Result<(), SettingsError> {
+    let asymmetry = [i[0][1] - i[1][0], i[0][2] - i[2][0], i[1][2] - i[2][1]];
+    all_within(field, &asymmetry, 1e-9 * i[0][0].max(i[1][1]))?;
+    let minor = i[0][0] * i[1][1] - i[0][1] * i[1][0];
+    let tensor = nalgebra::Matrix3::from_fn(|r, c| i[r][c]);
+    in_range(field, minor, f64::MIN_POSITIVE, f64::MAX)?;
+    in_range(field, tensor.determinant(), f64::MIN_POSITIVE, f64::MAX)?;
+    let inverse = tensor.try_inverse().map_or(f64::MAX, |inv| inv.amax());
+    let (name, ratio) = (
+        "body inertia_kg_m2 ratio of moments",
+        inverse * tensor.amax(),
+    );
+    in_range(name, ratio, 0.0, LARGEST_RATIO)
+}
