@@ -1,0 +1,64 @@
+//! What the tasks need from a board.
+
+use core::net::SocketAddr;
+use softdock_control::io::CycleRecord;
+use softdock_link::can::Frame;
+
+/// Why a bus or socket gave nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IoError {
+    /// It is gone for good; the task ends.
+    Closed,
+    /// The CAN controller went bus-off; see [`CanBus::recover`].
+    BusOff,
+    /// Something was lost on the way; the task goes on.
+    Lost,
+}
+
+/// A CAN bus with the sensor on it.
+#[allow(
+    async_fn_in_trait,
+    reason = "one executor, one thread: no Send is needed"
+)]
+pub trait CanBus {
+    /// Hands a frame to the controller. Waits only for room in the transmit queue. Cancel-safe: a
+    /// dropped future has handed over the whole frame or nothing.
+    async fn send(&mut self, frame: &Frame) -> Result<(), IoError>;
+    /// The next received frame. Cancel-safe: a dropped future loses no frame.
+    async fn receive(&mut self) -> Result<Frame, IoError>;
+    /// Brings the controller back after bus-off.
+    async fn recover(&mut self) -> Result<(), IoError>;
+}
+
+/// A UDP socket on the robot's network.
+#[allow(
+    async_fn_in_trait,
+    reason = "one executor, one thread: no Send is needed"
+)]
+pub trait DatagramSocket {
+    /// The next datagram: its length in `buffer` and its sender. A longer datagram is cut off.
+    /// Cancel-safe: a dropped future loses no datagram.
+    async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError>;
+    /// A further datagram if one is queued already; never waits.
+    fn try_receive(&mut self, buffer: &mut [u8]) -> Option<(usize, SocketAddr)>;
+    /// Sends a datagram. Waits only for room in the transmit queue.
+    async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError>;
+}
+
+/// Monotonic time since boot.
+#[allow(
+    async_fn_in_trait,
+    reason = "one executor, one thread: no Send is needed"
+)]
+pub trait Clock {
+    /// Now, µs.
+    fn now_us(&self) -> u64;
+    /// Returns at `at_us` or soon after; never for `u64::MAX`. Cancel-safe.
+    async fn wait_until(&self, at_us: u64);
+}
+
+/// Takes the record of each cycle. Never blocks: what has no room is lost and counted there.
+pub trait Recorder {
+    /// Takes one record.
+    fn record(&mut self, record: &CycleRecord);
+}

@@ -1,0 +1,16 @@
+//! The Embassy tasks of the docking-rig controller, generic over their board.
+//!
+//! Two tasks share little: [`sensor`] keeps the newest force sample up to date, [`robot`] answers
+//! each telegram of the robot with one control cycle. The robot is the clock; nothing here starts
+//! a cycle by a timer. What the tasks need from a board is four small traits, whose methods are
+//! contracts ([`board`]); a microcontroller, a process with sockets, and a simulation in virtual
+//! time implement them, and the tasks run unchanged on all three.
+#![cfg_attr(not(test), no_std)]
+
+pub mod auto_start;
+pub mod board;
+pub mod robot;
+pub mod robot_link;
+pub mod sensor;
+pub mod settings;
+pub mod shared;

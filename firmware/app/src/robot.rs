@@ -1,0 +1,194 @@
+//! The robot task: answers each telegram with one control cycle. The robot is the clock.
+
+use crate::auto_start::AutoStart;
+use crate::board::{Clock, DatagramSocket, IoError, Recorder};
+use crate::robot_link::{Answer, Incoming, RobotLink};
+use crate::shared::Shared;
+use core::net::SocketAddr;
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use softdock_control::io::{CycleRecord, SensorSample, Sequence};
+use softdock_control::modes::{Command, Mode, Refusal};
+use softdock_control::scalar::Scalar;
+use softdock_link::can::SensorState;
+
+/// Longest telegram that is read. A full RSI configuration stays below an Ethernet frame.
+pub const TELEGRAM_BYTES: usize = 1500;
+
+/// Most queued datagrams that are looked at before one is answered, so that a flood of foreign
+/// ones cannot keep the robot waiting for ever.
+const MOST_QUEUED: usize = 32;
+
+/// What the robot task owns.
+pub struct RobotTask<'a, M: RawMutex, S: Scalar> {
+    /// State shared with the other tasks.
+    pub shared: &'a Shared<M>,
+    /// The link and the cycle.
+    pub link: RobotLink<S>,
+    /// Commands without an operator.
+    pub auto_start: AutoStart,
+    /// Longest wait for the sample that a telegram asks for, µs.
+    pub sample_wait_us: u64,
+}
+
+impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
+    /// Runs until the socket is closed.
+    pub async fn run(
+        mut self,
+        socket: &mut impl DatagramSocket,
+        clock: &impl Clock,
+        recorder: &mut impl Recorder,
+    ) {
+        let mut buffer = [0; TELEGRAM_BYTES];
+        loop {
+            let (incoming, from) = match self.newest(socket, clock, &mut buffer).await {
+                Ok(newest) => newest,
+                Err(IoError::Closed) => return,
+                Err(IoError::BusOff | IoError::Lost) => continue,
+            };
+            let (answer, record) = self.answer(incoming, clock).await;
+            let sent = match answer.is_empty() {
+                true => Ok(()),
+                false => socket.send(&answer, from).await,
+            };
+            self.publish(record.as_ref(), incoming != Incoming::Ignored);
+            if let Some(record) = &record {
+                recorder.record(record);
+            }
+            if sent == Err(IoError::Closed) {
+                return;
+            }
+        }
+    }
+
+    /// The newest datagram of the robot that is queued; older ones are counted and given up, for
+    /// their answers would be late.
+    async fn newest(
+        &mut self,
+        socket: &mut impl DatagramSocket,
+        clock: &impl Clock,
+        buffer: &mut [u8],
+    ) -> Result<(Incoming, SocketAddr), IoError> {
+        let (length, mut from) = self.next(socket, clock, buffer).await?;
+        let mut newest = self.read(buffer, length, from, clock);
+        for _ in 0..MOST_QUEUED {
+            let Some((length, sender)) = socket.try_receive(buffer) else {
+                break;
+            };
+            let incoming = self.read(buffer, length, sender, clock);
+            if incoming == Incoming::Ignored {
+                continue;
+            }
+            if newest != Incoming::Ignored {
+                self.link.count_overtaken();
+            }
+            (newest, from) = (incoming, sender);
+        }
+        Ok((newest, from))
+    }
+
+    /// Waits for a datagram, and tells the onlookers if the robot falls silent.
+    async fn next(
+        &self,
+        socket: &mut impl DatagramSocket,
+        clock: &impl Clock,
+        buffer: &mut [u8],
+    ) -> Result<(usize, SocketAddr), IoError> {
+        loop {
+            let silent_at_us = match self.shared.status().connected {
+                true => self.link.silent_at_us(),
+                false => u64::MAX,
+            };
+            let silence = clock.wait_until(silent_at_us);
+            match select(socket.receive(buffer), silence).await {
+                Either::First(received) => return received,
+                Either::Second(()) => self.shared.update_status(|status| status.connected = false),
+            }
+        }
+    }
+
+    fn read(
+        &mut self,
+        buffer: &[u8],
+        length: usize,
+        from: SocketAddr,
+        clock: &impl Clock,
+    ) -> Incoming {
+        let datagram = buffer.get(..length).unwrap_or_default();
+        self.link.receive(datagram, from, clock.now_us())
+    }
+
+    /// The answer, empty for none, and the record of the cycle if one was run for it.
+    async fn answer(
+        &mut self,
+        incoming: Incoming,
+        clock: &impl Clock,
+    ) -> (Answer, Option<CycleRecord>) {
+        let telegram = match incoming {
+            Incoming::Telegram(telegram) => telegram,
+            Incoming::Unreadable { ipoc } => return (self.link.resting_answer(ipoc), None),
+            Incoming::Ignored => return (Answer::new(), None),
+        };
+        let Some(sequence) = self.link.follow(&telegram) else {
+            return (self.link.last_answer().clone(), None);
+        };
+        let sample = self.sample_now(clock).await;
+        let command = self.command(sequence);
+        let record = self.link.run_cycle(&telegram, sequence, sample, command);
+        (self.link.last_answer().clone(), Some(record))
+    }
+
+    /// The sample that was asked for when the telegram came, so that force and pose are of one
+    /// instant; the newest one if it takes longer than the wait (0.35 ms is normal on CAN).
+    async fn sample_now(&self, clock: &impl Clock) -> SensorSample {
+        if self.shared.status().sensor == Some(SensorState::Running) {
+            let until = clock.now_us() + self.sample_wait_us;
+            self.shared.fresh.reset();
+            self.shared.wanted.signal(());
+            select(self.shared.fresh.wait(), clock.wait_until(until)).await;
+        }
+        self.shared.sample()
+    }
+
+    fn command(&mut self, sequence: Sequence) -> Option<Command> {
+        if sequence == Sequence::NewRun {
+            self.shared.commands.clear();
+        }
+        match self.shared.commands.try_receive() {
+            Ok(command) => {
+                self.auto_start.cancel();
+                Some(command)
+            }
+            Err(_) => self.auto_start.command(self.link.mode()),
+        }
+    }
+
+    fn publish(&self, record: Option<&CycleRecord>, heard: bool) {
+        let link = self.link.counters();
+        self.shared.update_status(|status| {
+            status.link = link;
+            status.connected |= heard;
+            if let Some(record) = record {
+                status.mode = record.trace.mode;
+                status.fault = record.trace.fault;
+                if let Some(command) = record.inputs.command {
+                    status.refusal = record.trace.refusal.map(|refusal| (command, refusal));
+                }
+            }
+        });
+        if record.is_some_and(restarts_sensor) {
+            self.shared.restart_sensor.signal(());
+        }
+    }
+}
+
+/// Whether the operator's reset is meant for the sensor: its data do not allow the reset, or there
+/// is no fault to leave. A closed loop keeps its sensor.
+fn restarts_sensor(record: &CycleRecord) -> bool {
+    let allowed = match record.trace.refusal {
+        Some(Refusal::SensorStale | Refusal::SensorUnhealthy) => true,
+        Some(Refusal::WrongMode) => !matches!(record.trace.mode, Mode::Armed | Mode::Running),
+        _ => false,
+    };
+    allowed && record.inputs.command == Some(Command::Reset)
+}

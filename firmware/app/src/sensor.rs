@@ -1,0 +1,120 @@
+//! The sensor task: keeps the newest force sample up to date.
+
+use crate::board::{CanBus, Clock, IoError};
+use crate::shared::Shared;
+use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use softdock_control::io::SensorSample;
+use softdock_link::can::{SensorDriver, SensorFault, SensorReading, SensorState};
+
+/// Pause after bus-off before the controller tries again, µs: a broken cable must not keep the
+/// controller busy.
+const BUS_OFF_PAUSE_US: u64 = 100_000;
+/// Recoveries without a frame in between after which only the operator's reset helps.
+const BUS_OFF_RETRIES: u32 = 10;
+
+/// Runs until the bus is closed.
+pub async fn run<M: RawMutex>(
+    shared: &Shared<M>,
+    bus: &mut impl CanBus,
+    clock: &impl Clock,
+    mut driver: SensorDriver,
+) {
+    let mut recoveries = 0;
+    loop {
+        let outcome = match exchange(shared, bus, clock, &mut driver).await {
+            Ok(received) => {
+                if received {
+                    recoveries = 0;
+                }
+                Ok(())
+            }
+            Err(IoError::BusOff) => {
+                bus_off(shared, clock, &mut driver, &mut recoveries).await;
+                bus.recover().await
+            }
+            Err(error) => Err(error),
+        };
+        match outcome {
+            Err(IoError::Closed) => return,
+            Err(IoError::Lost) => shared.update_status(|status| {
+                status.can_losses = status.can_losses.saturating_add(1);
+            }),
+            // A recovery that failed shows when the bus is used next.
+            Ok(()) | Err(IoError::BusOff) => {}
+        }
+    }
+}
+
+/// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that
+/// asks for a sample, or the operator's reset. True: it was a frame.
+async fn exchange<M: RawMutex>(
+    shared: &Shared<M>,
+    bus: &mut impl CanBus,
+    clock: &impl Clock,
+    driver: &mut SensorDriver,
+) -> Result<bool, IoError> {
+    let due = driver.poll_transmit(clock.now_us());
+    shared.update_status(|status| {
+        status.sensor = Some(driver.state());
+        status.sensor_counters = driver.counters();
+    });
+    if let Some(frame) = due {
+        // A bus that nobody acknowledges has no room for ever; later than its answer is due, the
+        // request is of no use.
+        let too_late = clock.wait_until(driver.next_deadline_us());
+        if let Either::First(sent) = select(bus.send(&frame), too_late).await {
+            sent?;
+        }
+    }
+    let restart = shared.restart_sensor.wait();
+    let asked = shared.wanted.wait();
+    let deadline = clock.wait_until(driver.next_deadline_us());
+    // The first that is ready wins: what is rare comes first, the deadline is met anyway.
+    match select4(restart, bus.receive(), asked, deadline).await {
+        // A sensor that is starting needs its time, however often it is asked.
+        Either4::First(()) if driver.state() == SensorState::Starting => {}
+        Either4::First(()) => driver.restart(),
+        Either4::Second(frame) => {
+            if let Some(reading) = driver.receive(&frame?, clock.now_us()) {
+                shared.publish(sample(&reading));
+            }
+            return Ok(true);
+        }
+        Either4::Third(()) => driver.hurry(clock.now_us()),
+        Either4::Fourth(()) => {}
+    }
+    Ok(false)
+}
+
+/// Waits until the controller may be brought back: a pause, and after too many recoveries the
+/// operator's reset.
+async fn bus_off<M: RawMutex>(
+    shared: &Shared<M>,
+    clock: &impl Clock,
+    driver: &mut SensorDriver,
+    recoveries: &mut u32,
+) {
+    shared.update_status(|status| {
+        status.bus_offs = status.bus_offs.saturating_add(1);
+        // No telegram need wait for a sample.
+        status.sensor = Some(SensorState::Failed(SensorFault::NoAnswer));
+    });
+    if *recoveries >= BUS_OFF_RETRIES {
+        shared.restart_sensor.wait().await;
+        driver.restart();
+        *recoveries = 0;
+    }
+    *recoveries += 1;
+    clock.wait_until(clock.now_us() + BUS_OFF_PAUSE_US).await;
+}
+
+fn sample(reading: &SensorReading) -> SensorSample {
+    SensorSample {
+        counter: reading.counter,
+        wrench: reading.wrench,
+        words: reading.gauges,
+        status: reading.status,
+        saturated: reading.flags.saturated,
+    }
+}

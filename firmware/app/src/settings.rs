@@ -1,0 +1,272 @@
+//! Settings of a board: those of the control cycle, and how its links are set up.
+
+use softdock_control::settings::{Settings, SettingsError, in_range};
+use softdock_link::can::SensorDriver;
+use softdock_link::can::ati::{AtiConfig, AtiDriver};
+use softdock_link::can::sri::{SriConfig, SriDriver};
+use softdock_link::rsi::{Name, TagError, Tags};
+
+/// Longest element name that may be configured, and a little more so that a longer one can be
+/// told from it.
+const NAME_BYTES: usize = 32;
+
+/// A short text of the settings.
+pub type Text = heapless::String<NAME_BYTES>;
+
+/// All settings of a board.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct BoardSettings {
+    /// The control cycle.
+    pub control: Settings,
+    /// The sensor's CAN link.
+    pub can: CanSettings,
+    /// The robot's RSI link.
+    pub rsi: RsiSettings,
+}
+
+/// Which CAN sensor is connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum SensorKind {
+    /// ATI NETCANOEM, polled.
+    #[default]
+    Ati,
+    /// SRI M8123B2, streaming.
+    Sri,
+}
+
+/// The sensor's CAN link.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct CanSettings {
+    /// The sensor.
+    pub sensor: SensorKind,
+    /// ATI: base of the identifiers, 7 bits.
+    pub base_id: u8,
+    /// ATI: longest time from one request to the next, s. Each telegram asks for a sample at once;
+    /// this is the pace while the robot is silent.
+    pub poll_period_s: f64,
+    /// ATI: time after which an answer counts as lost, s. By default two control cycles, the age
+    /// at which a sample counts as stale.
+    pub answer_timeout_s: f64,
+    /// ATI: gauge counts beyond which a gauge counts as saturated.
+    pub saturation_counts: i16,
+    /// SRI: force (N) and torque (N·m) beyond which an axis counts as saturated.
+    pub saturation_force_n: f64,
+    /// See `saturation_force_n`.
+    pub saturation_torque_n_m: f64,
+    /// SRI: silence after which the start command is sent again, s.
+    pub stream_timeout_s: f64,
+    /// SRI: longest time from the first to the last frame of a reading, s. On a bus 0.0005; through
+    /// a serial adapter frames come in bursts and need more. Shorter than the time between two
+    /// readings.
+    pub pairing_window_s: f64,
+    /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
+    /// one is used. The exchange takes 0.35 ms at 1 Mbit/s.
+    pub sample_wait_s: f64,
+}
+
+impl Default for CanSettings {
+    fn default() -> Self {
+        Self {
+            sensor: SensorKind::Ati,
+            base_id: 0x20,
+            poll_period_s: 0.005,
+            answer_timeout_s: 0.008,
+            saturation_counts: 32_000,
+            saturation_force_n: 1e5,
+            saturation_torque_n_m: 1e5,
+            stream_timeout_s: 0.1,
+            pairing_window_s: 0.0005,
+            sample_wait_s: 0.001,
+        }
+    }
+}
+
+/// The robot's RSI link. Element names must be those of the robot's Ethernet configuration, which
+/// `softdock robot-config` writes from the same settings.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct RsiSettings {
+    /// `Type` of the answers.
+    pub sentype: Text,
+    /// Element of the correction.
+    pub correction: Text,
+    /// Element of the stop request; empty: no stop request is sent.
+    pub stop: Text,
+    /// Element with POSCORR's status; empty: not sent by the robot.
+    pub poscorr_stat: Text,
+    /// The robot's address; empty: the first sender of a valid telegram is the robot.
+    pub robot_ip: Text,
+    /// Silence after which another sender may become the robot, s (in cycles of 4 ms: 100).
+    pub silence_s: f64,
+    /// Lost telegrams after which a new RSI run is assumed.
+    pub new_run_after_lost: u32,
+}
+
+impl Default for RsiSettings {
+    fn default() -> Self {
+        let text = |s: &str| Text::try_from(s).unwrap_or_default();
+        Self {
+            sentype: text("ImFree"),
+            correction: text("RKorr"),
+            stop: text("Stop"),
+            poscorr_stat: text("PosCorrStat"),
+            robot_ip: Text::new(),
+            silence_s: 0.4,
+            new_run_after_lost: 100,
+        }
+    }
+}
+
+/// What is wrong with the settings of a board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BoardSettingsError {
+    /// A number is outside of its range.
+    Range(SettingsError),
+    /// A name cannot be an RSI element.
+    Name {
+        /// Dotted name of the field.
+        field: &'static str,
+        /// What is wrong with it.
+        error: TagError,
+    },
+    /// `rsi.robot_ip` is not an IP address.
+    RobotIp,
+}
+
+impl core::fmt::Display for BoardSettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Range(error) => write!(f, "{error}"),
+            Self::Name { field, error } => write!(f, "`{field}`: {error}"),
+            Self::RobotIp => write!(
+                f,
+                "`rsi.robot_ip` is not an IP address; write it like \"192.168.1.10\" or leave it empty"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for BoardSettingsError {}
+
+impl From<SettingsError> for BoardSettingsError {
+    fn from(error: SettingsError) -> Self {
+        Self::Range(error)
+    }
+}
+
+/// µs of a time in s that was checked to be positive and short.
+fn microseconds(seconds: f64) -> u64 {
+    (seconds * 1e6) as u64
+}
+
+impl BoardSettings {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<(), BoardSettingsError> {
+        self.control.validate()?;
+        let can = &self.can;
+        in_range("can.base_id", f64::from(can.base_id), 0.0, 127.0)?;
+        in_range("can.poll_period_s", can.poll_period_s, 0.0005, 0.02)?;
+        in_range("can.answer_timeout_s", can.answer_timeout_s, 0.0005, 1.0)?;
+        in_range(
+            "can.saturation_counts",
+            f64::from(can.saturation_counts),
+            1.0,
+            32767.0,
+        )?;
+        in_range("can.saturation_force_n", can.saturation_force_n, 1.0, 1e6)?;
+        in_range(
+            "can.saturation_torque_n_m",
+            can.saturation_torque_n_m,
+            0.1,
+            1e6,
+        )?;
+        in_range("can.stream_timeout_s", can.stream_timeout_s, 0.005, 10.0)?;
+        in_range("can.pairing_window_s", can.pairing_window_s, 0.0001, 0.02)?;
+        in_range(
+            "can.sample_wait_s",
+            can.sample_wait_s,
+            0.0,
+            self.control.robot.cycle_s / 2.0,
+        )?;
+        in_range("rsi.silence_s", self.rsi.silence_s, 0.02, 60.0)?;
+        let lost = f64::from(self.rsi.new_run_after_lost);
+        in_range("rsi.new_run_after_lost", lost, 1.0, 1e6)?;
+        self.rsi.tags()?;
+        self.rsi.robot_ip().map(|_| ())
+    }
+}
+
+impl CanSettings {
+    /// The driver of the chosen sensor.
+    pub fn driver(&self) -> SensorDriver {
+        match self.sensor {
+            SensorKind::Ati => SensorDriver::Ati(AtiDriver::new(AtiConfig {
+                base_id: self.base_id,
+                poll_period_us: microseconds(self.poll_period_s),
+                answer_timeout_us: microseconds(self.answer_timeout_s),
+                saturation_counts: self.saturation_counts,
+            })),
+            SensorKind::Sri => {
+                let (f, t) = (self.saturation_force_n, self.saturation_torque_n_m);
+                SensorDriver::Sri(SriDriver::new(SriConfig {
+                    stream_timeout_us: microseconds(self.stream_timeout_s),
+                    pairing_window_us: microseconds(self.pairing_window_s),
+                    saturation: [f, f, f, t, t, t],
+                }))
+            }
+        }
+    }
+
+    /// Longest wait for a sample, µs.
+    pub fn sample_wait_us(&self) -> u64 {
+        microseconds(self.sample_wait_s)
+    }
+}
+
+impl RsiSettings {
+    /// The element names.
+    pub fn tags(&self) -> Result<Tags, BoardSettingsError> {
+        let name = |field, text: &Text| {
+            Name::new(text).map_err(|error| BoardSettingsError::Name { field, error })
+        };
+        let optional = |field, text: &Text| match text.is_empty() {
+            true => Ok(None),
+            false => name(field, text).map(Some),
+        };
+        let tags = Tags {
+            sentype: name("rsi.sentype", &self.sentype)?,
+            correction: name("rsi.correction", &self.correction)?,
+            stop: optional("rsi.stop", &self.stop)?,
+            poscorr_stat: optional("rsi.poscorr_stat", &self.poscorr_stat)?,
+        };
+        let clash = |error| BoardSettingsError::Name {
+            field: "rsi",
+            error,
+        };
+        tags.validate().map_err(clash)?;
+        Ok(tags)
+    }
+
+    /// The configured address of the robot, if any.
+    pub fn robot_ip(&self) -> Result<Option<core::net::IpAddr>, BoardSettingsError> {
+        if self.robot_ip.is_empty() {
+            return Ok(None);
+        }
+        self.robot_ip
+            .parse()
+            .map(Some)
+            .map_err(|_| BoardSettingsError::RobotIp)
+    }
+
+    /// Silence after which the connection is given up, µs.
+    pub fn silence_us(&self) -> u64 {
+        microseconds(self.silence_s)
+    }
+}

@@ -1,0 +1,151 @@
+//! What the tasks share: the newest sample, the operator's commands, and the state for onlookers.
+
+use core::cell::Cell;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use softdock_control::io::SensorSample;
+use softdock_control::modes::{Command, Fault, Mode, Refusal};
+use softdock_link::can::{SensorCounters, SensorState};
+
+/// Commands that may wait for the next telegram.
+const COMMANDS: usize = 8;
+
+/// Counters of the robot's link; they only rise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkCounters {
+    /// Cycles that were run and answered.
+    pub cycles: u64,
+    /// Telegrams that came twice and got the same answer twice.
+    pub duplicates: u32,
+    /// Telegrams missing in the sequence, whether they were lost, overtaken or malformed.
+    pub lost: u32,
+    /// Telegrams that could not be read.
+    pub malformed: u32,
+    /// Datagrams of other senders; they got no answer.
+    pub foreign: u32,
+    /// Telegrams that were overtaken by a newer one before they could be answered.
+    pub overtaken: u32,
+    /// New RSI runs.
+    pub runs: u32,
+}
+
+/// State for the service, the display and the watchdog.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Status {
+    /// Mode of the last cycle.
+    pub mode: Mode,
+    /// The latched fault.
+    pub fault: Option<Fault>,
+    /// The last refused command, until one is accepted.
+    pub refusal: Option<(Command, Refusal)>,
+    /// The robot sends telegrams: the last one is at most three cycles old. What else is said of
+    /// the robot is as of the last telegram.
+    pub connected: bool,
+    /// Counters of the robot's link.
+    pub link: LinkCounters,
+    /// State of the sensor's driver.
+    pub sensor: Option<SensorState>,
+    /// Counters of the sensor's driver.
+    pub sensor_counters: SensorCounters,
+    /// Times that the CAN controller went bus-off.
+    pub bus_offs: u32,
+    /// Times that the CAN controller lost frames.
+    pub can_losses: u32,
+}
+
+/// The shared state.
+pub struct Shared<M: RawMutex> {
+    sample: Mutex<M, Cell<SensorSample>>,
+    status: Mutex<M, Cell<Status>>,
+    /// Raised with each new sample.
+    pub(crate) fresh: Signal<M, ()>,
+    /// Raised when a telegram asks for a sample.
+    pub(crate) wanted: Signal<M, ()>,
+    /// Raised when the sensor shall start over.
+    pub(crate) restart_sensor: Signal<M, ()>,
+    /// The operator's commands; each cycle takes one. A new RSI run drops those that wait: what
+    /// was asked for while no robot was there must not move it when it comes.
+    pub commands: Channel<M, Command, COMMANDS>,
+}
+
+impl<M: RawMutex> Default for Shared<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<M: RawMutex> Shared<M> {
+    /// Nothing measured, nothing commanded.
+    pub const fn new() -> Self {
+        Self {
+            sample: Mutex::new(Cell::new(NO_SAMPLE)),
+            status: Mutex::new(Cell::new(BOOT)),
+            fresh: Signal::new(),
+            wanted: Signal::new(),
+            restart_sensor: Signal::new(),
+            commands: Channel::new(),
+        }
+    }
+
+    /// The newest sample.
+    pub fn sample(&self) -> SensorSample {
+        self.sample.lock(Cell::get)
+    }
+
+    pub(crate) fn publish(&self, sample: SensorSample) {
+        self.sample.lock(|cell| cell.set(sample));
+        self.fresh.signal(());
+    }
+
+    /// The present state.
+    pub fn status(&self) -> Status {
+        self.status.lock(Cell::get)
+    }
+
+    pub(crate) fn update_status(&self, change: impl FnOnce(&mut Status)) {
+        self.status.lock(|cell| {
+            let mut status = cell.get();
+            change(&mut status);
+            cell.set(status);
+        });
+    }
+}
+
+/// Before the first sample.
+const NO_SAMPLE: SensorSample = SensorSample {
+    counter: 0,
+    wrench: [0.0; 6],
+    words: [0; 6],
+    status: 0,
+    saturated: false,
+};
+
+/// At boot.
+const BOOT: Status = Status {
+    mode: Mode::Idle,
+    fault: None,
+    refusal: None,
+    connected: false,
+    link: LinkCounters {
+        cycles: 0,
+        duplicates: 0,
+        lost: 0,
+        malformed: 0,
+        foreign: 0,
+        overtaken: 0,
+        runs: 0,
+    },
+    sensor: None,
+    sensor_counters: SensorCounters {
+        timeouts: 0,
+        retries: 0,
+        late: 0,
+        unpaired: 0,
+        unknown: 0,
+        invalid: 0,
+    },
+    bus_offs: 0,
+    can_losses: 0,
+};
