@@ -1,0 +1,159 @@
+//! The page: one HTML file that is complete in itself.
+
+use super::bars::BarChart;
+use super::plot::Plot;
+use super::table::Table;
+use super::text::escape;
+use super::theme;
+use super::waterfall::Waterfall;
+use anyhow::{Context, Result};
+use std::path::Path;
+
+/// Layout of the page; the colours come from [`theme::css`].
+const LAYOUT: &str = include_str!("page.css");
+
+/// Size of each of the small plots that stand side by side, in pixels.
+const SMALL_PLOT_PX: (u32, u32) = (430, 250);
+
+/// A report, filled from top to bottom. All texts are escaped; nothing in a page refers to anything outside.
+#[derive(Clone, Debug)]
+pub struct Page {
+    title: String,
+    body: String,
+    identity: String,
+}
+
+impl Page {
+    /// A page with nothing but its title.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            body: String::new(),
+            identity: String::new(),
+        }
+    }
+
+    /// The one sentence that a hurried reader takes along.
+    pub fn headline(&mut self, sentence: &str) -> &mut Self {
+        self.element("p class=\"headline\"", sentence)
+    }
+
+    /// Starts a section.
+    pub fn section(&mut self, title: &str) -> &mut Self {
+        self.element("h2", title)
+    }
+
+    /// A paragraph of text.
+    pub fn paragraph(&mut self, text: &str) -> &mut Self {
+        self.element("p", text)
+    }
+
+    /// A table; wider ones than the page scroll.
+    pub fn table(&mut self, table: &Table) -> &mut Self {
+        self.push(&format!(
+            "<div class=\"scroll\">\n{}</div>\n",
+            table.to_html()
+        ))
+    }
+
+    /// A plot.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Plot::to_svg`].
+    pub fn plot(&mut self, plot: &Plot) -> Result<&mut Self> {
+        Ok(self.figure(&plot.to_svg()?))
+    }
+
+    /// Small plots side by side, for the same quantity in several axes, runs or regimes. Their sizes are ignored.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Plot::to_svg`].
+    pub fn columns(&mut self, plots: &[Plot]) -> Result<&mut Self> {
+        let (width, height) = SMALL_PLOT_PX;
+        self.push("<div class=\"columns\">\n");
+        for plot in plots {
+            self.figure(&plot.to_svg_sized(width, height)?);
+        }
+        Ok(self.push("</div>\n"))
+    }
+
+    /// A bar chart.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`BarChart::to_svg`].
+    pub fn bars(&mut self, chart: &BarChart) -> Result<&mut Self> {
+        Ok(self.figure(&chart.to_svg()?))
+    }
+
+    /// A waterfall.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Waterfall::to_svg`].
+    pub fn waterfall(&mut self, chart: &Waterfall) -> Result<&mut Self> {
+        Ok(self.figure(&chart.to_svg()?))
+    }
+
+    /// Preformatted text that is folded away until the reader opens it, such as all settings of a run.
+    pub fn details(&mut self, summary: &str, text: &str) -> &mut Self {
+        self.push(&format!(
+            "<details>\n<summary>{}</summary>\n<pre>{}</pre>\n</details>\n",
+            escape(summary),
+            escape(text)
+        ))
+    }
+
+    /// Version and identity of what made the page, for its foot.
+    pub fn identity(&mut self, identity: &str) -> &mut Self {
+        identity.clone_into(&mut self.identity);
+        self
+    }
+
+    /// The complete HTML document, which is also well-formed XML.
+    pub fn to_html(&self) -> String {
+        // The policy makes a browser refuse every outside address, should one ever slip in.
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
+             <title>{title}</title>\n<style>\n{colors}{LAYOUT}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n\
+             {body}</main>\n<footer>{identity}</footer>\n</body>\n</html>\n",
+            title = escape(&self.title),
+            colors = theme::css(),
+            body = self.body,
+            identity = escape(&self.identity),
+        )
+    }
+
+    /// Writes the page to `path`, replacing what was there.
+    ///
+    /// # Errors
+    ///
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        std::fs::write(path, self.to_html()).with_context(|| {
+            format!(
+                "cannot write the report to {}; check that the folder exists and can be written to",
+                path.display()
+            )
+        })
+    }
+
+    fn push(&mut self, html: &str) -> &mut Self {
+        self.body.push_str(html);
+        self
+    }
+
+    fn figure(&mut self, svg: &str) -> &mut Self {
+        self.push(&format!("<figure>\n{svg}</figure>\n"))
+    }
+
+    /// An element with `text` as its content; `open` is the tag's name and its attributes.
+    fn element(&mut self, open: &str, text: &str) -> &mut Self {
+        let name = open.split(' ').next().unwrap_or(open);
+        self.push(&format!("<{open}>{}</{name}>\n", escape(text)))
+    }
+}

@@ -1,0 +1,247 @@
+//! One table for both readers: the HTML page and the terminal show the same texts from the same cells.
+
+use super::number::{self, Format};
+use super::text;
+use comfy_table::{CellAlignment, LineStyle, TableStyle};
+use std::fmt::{self, Display, Formatter};
+
+/// Where a column aligns its texts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// Head of a column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// What the column holds.
+    pub title: String,
+    /// Unit of its numbers, empty for none. It stands in the head only, not at each number.
+    pub unit: String,
+    /// Where its texts stand.
+    pub align: Align,
+}
+
+impl Column {
+    /// A left-aligned column of words.
+    pub fn text(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: String::new(),
+            align: Align::Left,
+        }
+    }
+
+    /// A right-aligned column of numbers or intervals in `unit` (empty for none); its cells never wrap.
+    pub fn number(title: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            unit: unit.into(),
+            align: Align::Right,
+        }
+    }
+
+    fn head(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.title.clone(),
+            unit => format!("{} [{unit}]", self.title),
+        }
+    }
+}
+
+/// A judgement on a cell: a colour on the page, and everywhere a sign that needs no colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// As it should be, or better than before.
+    Good,
+    /// Not as it should be, or worse than before.
+    Bad,
+    /// Judged, and neither.
+    Neutral,
+}
+
+impl Mark {
+    /// The sign in front of the text.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Good => "✓",
+            Self::Bad => "✗",
+            Self::Neutral => "·",
+        }
+    }
+
+    fn class(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Bad => "bad",
+            Self::Neutral => "neutral",
+        }
+    }
+}
+
+/// A formatted cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cell {
+    content: String,
+    mark: Option<Mark>,
+}
+
+impl Cell {
+    /// Words. Line breaks become spaces.
+    pub fn text(text: impl AsRef<str>) -> Self {
+        Self {
+            content: text::printable(text.as_ref()),
+            mark: None,
+        }
+    }
+
+    /// A number with this many significant digits; see [`number::significant`].
+    pub fn number(value: f64, digits: usize) -> Self {
+        Self::formatted(value, Format::Significant(digits))
+    }
+
+    /// A fraction of one in percent with one decimal: `0.123` is written `12.3 %`.
+    pub fn percent(fraction: f64) -> Self {
+        Self::formatted(fraction, Format::Percent(1))
+    }
+
+    /// An interval, with as many decimals as show its width with `digits` digits; see [`number::interval`].
+    pub fn interval(low: f64, high: f64, digits: usize) -> Self {
+        Self::text(number::interval(low, high, digits))
+    }
+
+    /// A number in any [`Format`].
+    pub fn formatted(value: f64, format: Format) -> Self {
+        Self::text(format.write(value))
+    }
+
+    /// The same cell with a judgement.
+    #[must_use]
+    pub fn marked(mut self, mark: Mark) -> Self {
+        self.mark = Some(mark);
+        self
+    }
+
+    /// What both readers see.
+    fn shown(&self) -> String {
+        match self.mark {
+            Some(mark) => format!("{} {}", mark.sign(), self.content),
+            None => self.content.clone(),
+        }
+    }
+}
+
+/// A table. [`Display`] writes it for the terminal, [`Table::to_html`] for the page.
+///
+/// A row with fewer cells than columns is filled up with empty cells; surplus cells get columns without a head.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// Heads, from left to right.
+    pub columns: Vec<Column>,
+    /// Rows, from top to bottom.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(columns: Vec<Column>) -> Self {
+        Self {
+            columns,
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row at the end.
+    pub fn push(&mut self, row: Vec<Cell>) -> &mut Self {
+        self.rows.push(row);
+        self
+    }
+
+    /// The table as an HTML `<table>` element.
+    pub fn to_html(&self) -> String {
+        let mut html = String::from("<table>\n<thead><tr>");
+        for index in 0..self.width() {
+            let head = self
+                .columns
+                .get(index)
+                .map(Column::head)
+                .unwrap_or_default();
+            html += &format!(
+                "<th scope=\"col\"{}>{}</th>",
+                self.class(index, None),
+                text::escape(&head)
+            );
+        }
+        html += "</tr></thead>\n<tbody>\n";
+        for row in &self.rows {
+            html += "<tr>";
+            for index in 0..self.width() {
+                let cell = row.get(index);
+                let class = self.class(index, cell.and_then(|cell| cell.mark));
+                let shown = cell.map(Cell::shown).unwrap_or_default();
+                html += &format!("<td{class}>{}</td>", text::escape(&shown));
+            }
+            html += "</tr>\n";
+        }
+        html += "</tbody>\n</table>\n";
+        html
+    }
+
+    /// Number of columns that are drawn.
+    fn width(&self) -> usize {
+        let longest_row = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        self.columns.len().max(longest_row)
+    }
+
+    fn align(&self, column: usize) -> Align {
+        self.columns
+            .get(column)
+            .map_or(Align::Left, |column| column.align)
+    }
+
+    fn class(&self, column: usize, mark: Option<Mark>) -> String {
+        let number = (self.align(column) == Align::Right).then_some("number");
+        let classes: Vec<&str> = number.into_iter().chain(mark.map(Mark::class)).collect();
+        if classes.is_empty() {
+            String::new()
+        } else {
+            format!(" class=\"{}\"", classes.join(" "))
+        }
+    }
+}
+
+impl Display for Table {
+    /// Writes the table as lines of plain text, without colours, each ended by a line break.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let rule = LineStyle::none().fill('─').junction('─');
+        let mut terminal = comfy_table::Table::new();
+        terminal.load_style(TableStyle::new().header_separator(rule));
+        let aligned = |index: usize, shown: String| {
+            let alignment = match self.align(index) {
+                Align::Left => CellAlignment::Left,
+                Align::Right => CellAlignment::Right,
+            };
+            comfy_table::Cell::new(shown).set_alignment(alignment)
+        };
+        let head = |index: usize| {
+            self.columns
+                .get(index)
+                .map(Column::head)
+                .unwrap_or_default()
+        };
+        let heads = (0..self.width()).map(|index| aligned(index, text::printable(&head(index))));
+        terminal.set_header(heads.collect::<Vec<_>>());
+        for row in &self.rows {
+            let shown = |index: usize| row.get(index).map(Cell::shown).unwrap_or_default();
+            terminal.add_row(
+                (0..self.width())
+                    .map(|index| aligned(index, shown(index)))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        writeln!(f, "{}", terminal.trim_fmt())
+    }
+}
