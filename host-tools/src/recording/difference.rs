@@ -1,0 +1,91 @@
+//! Where two records of the same cycle differ, down to the bit.
+
+use super::cdr::Encoder;
+use super::field::{Field, Number, Visitor};
+use super::text::{CellWriter, columns};
+use super::topics::{Row, Topic};
+use softdock_control::io::CycleRecord;
+use std::convert::Infallible;
+
+/// A number that differs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Difference {
+    /// Name of the number: that of its column in a CSV file.
+    pub(crate) quantity: String,
+    /// Its text in both records.
+    pub(crate) texts: [String; 2],
+    /// Its bits in both records, hexadecimal.
+    pub(crate) bits: [String; 2],
+}
+
+/// Compares cycles; keeps its buffers from one to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Comparison {
+    encoders: [Encoder; 2],
+}
+
+impl Comparison {
+    /// The first number that differs, if any. All NaN count as the same number: which of them
+    /// the hardware makes is its own affair.
+    pub(crate) fn first_difference(&mut self, cycles: [&CycleRecord; 2]) -> Option<Difference> {
+        let mut rows = cycles.map(|cycle| Row {
+            cycle: *cycle,
+            ..Row::default()
+        });
+        let topics = Topic::all(false).iter();
+        topics.copied().find_map(|topic| {
+            for (encoder, row) in self.encoders.iter_mut().zip(&mut rows) {
+                encoder.begin();
+                let Ok(()) = topic.visit(encoder, row);
+            }
+            let [recorded, recomputed] = &self.encoders;
+            let same = recorded.bytes() == recomputed.bytes();
+            if same { None } else { named(topic, &mut rows) }
+        })
+    }
+}
+
+/// The first difference within a topic, with its name.
+fn named(topic: Topic, rows: &mut [Row; 2]) -> Option<Difference> {
+    let [mut recorded, mut recomputed] = rows.each_mut().map(|row| {
+        let (mut cells, mut bits) = (CellWriter::default(), BitWriter::default());
+        let Ok(()) = topic.visit(&mut cells, row);
+        let Ok(()) = topic.visit(&mut bits, row);
+        cells.cells.into_iter().zip(bits.0)
+    });
+    columns(topic).find_map(|quantity| {
+        let (one, other) = (recorded.next()?, recomputed.next()?);
+        (one.0 != other.0).then_some(Difference {
+            quantity,
+            texts: [one.0, other.0],
+            bits: [one.1, other.1],
+        })
+    })
+}
+
+/// Writes the bits of each number.
+#[derive(Debug, Default)]
+struct BitWriter(Vec<String>);
+
+impl Visitor for BitWriter {
+    type Error = Infallible;
+
+    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
+        self.0.extend(values.iter().map(|value| {
+            let bytes = value.to_bytes();
+            let digits = bytes.as_ref().iter().rev().map(|b| format!("{b:02x}"));
+            format!("0x{}", digits.collect::<String>())
+        }));
+        Ok(())
+    }
+
+    fn choice(
+        &mut self,
+        _: &Field,
+        _: &'static [&'static str],
+        code: &mut u8,
+    ) -> Result<(), Infallible> {
+        self.0.push(format!("0x{code:02x}"));
+        Ok(())
+    }
+}

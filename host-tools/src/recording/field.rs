@@ -1,0 +1,154 @@
+//! Fields of the recorded messages, and the ways of going through them.
+//!
+//! `topics` goes through every field of every message once, in the order of the wire. What is
+//! done with a field is the business of a [`Visitor`]: encode it, decode it, describe it, write
+//! it as text or read it from text. Schema, encoder, decoder and CSV columns therefore cannot
+//! disagree.
+
+/// SI unit of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Unit {
+    /// As part of a name: `m_s`; empty for a number without unit.
+    pub(super) suffix: &'static str,
+    /// As printed: `m/s`.
+    pub(super) symbol: &'static str,
+}
+
+impl Unit {
+    pub(super) const NONE: Self = Self::new("", "1");
+    pub(super) const CYCLES: Self = Self::new("cycles", "cycles");
+    pub(super) const COUNTS: Self = Self::new("counts", "counts");
+    pub(super) const MILLISECOND: Self = Self::new("ms", "ms");
+    pub(super) const SECOND: Self = Self::new("s", "s");
+    pub(super) const METRE: Self = Self::new("m", "m");
+    pub(super) const RADIAN: Self = Self::new("rad", "rad");
+    pub(super) const METRE_PER_SECOND: Self = Self::new("m_s", "m/s");
+    pub(super) const RADIAN_PER_SECOND: Self = Self::new("rad_s", "rad/s");
+    pub(super) const NEWTON: Self = Self::new("n", "N");
+    pub(super) const NEWTON_METRE: Self = Self::new("n_m", "N·m");
+
+    const fn new(suffix: &'static str, symbol: &'static str) -> Self {
+        Self { suffix, symbol }
+    }
+}
+
+/// One field of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Field {
+    /// Name without the unit.
+    pub(super) name: &'static str,
+    /// Unit of its number or numbers.
+    pub(super) unit: Unit,
+    /// Names of an array's elements; empty for a single number.
+    pub(super) parts: &'static [&'static str],
+    /// What it means.
+    pub(super) about: &'static str,
+}
+
+impl Field {
+    /// Name with the unit, as in the schema: `position_m`.
+    pub(super) fn wire_name(&self) -> String {
+        joined(&[self.name, self.unit.suffix])
+    }
+
+    /// Names of the columns under a prefix, one for each number: `motion_position_x_m`.
+    pub(super) fn columns(&self, prefix: &str) -> Vec<String> {
+        if self.parts.is_empty() {
+            return vec![joined(&[prefix, self.name, self.unit.suffix])];
+        }
+        let column = |part: &&str| joined(&[prefix, self.name, part, self.unit.suffix]);
+        self.parts.iter().map(column).collect()
+    }
+}
+
+fn joined(words: &[&str]) -> String {
+    let words: Vec<&str> = words.iter().copied().filter(|w| !w.is_empty()).collect();
+    words.join("_")
+}
+
+/// A way of going through the fields of a message. Each field is seen as a mutable place, so
+/// that the same walk reads and writes.
+pub(super) trait Visitor {
+    /// What can go wrong.
+    type Error;
+
+    /// A number or an array of numbers; `values` is as long as the field has parts.
+    fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), Self::Error>;
+
+    /// One of several words; `code` is its place in `words`.
+    fn choice(
+        &mut self,
+        field: &Field,
+        words: &'static [&'static str],
+        code: &mut u8,
+    ) -> Result<(), Self::Error>;
+}
+
+/// A number that can stand in a message.
+pub(super) trait Number: Copy {
+    /// Its name in a `ros2msg` schema.
+    const ROS_TYPE: &'static str;
+    /// Its bytes, least significant first.
+    type Bytes: AsRef<[u8]> + for<'a> TryFrom<&'a [u8]>;
+
+    fn to_bytes(self) -> Self::Bytes;
+    /// `None` if no number has these bytes.
+    fn from_bytes(bytes: Self::Bytes) -> Option<Self>;
+    /// The shortest text that reads back to the same bits.
+    fn text(self) -> String;
+    fn parse(text: &str) -> Option<Self>;
+}
+
+macro_rules! number {
+    ($($type:ty, $ros:literal, $format:literal;)+) => {$(
+        impl Number for $type {
+            const ROS_TYPE: &'static str = $ros;
+            type Bytes = [u8; size_of::<$type>()];
+
+            fn to_bytes(self) -> Self::Bytes {
+                self.to_le_bytes()
+            }
+            fn from_bytes(bytes: Self::Bytes) -> Option<Self> {
+                Some(Self::from_le_bytes(bytes))
+            }
+            fn text(self) -> String {
+                format!($format, self)
+            }
+            fn parse(text: &str) -> Option<Self> {
+                text.parse().ok()
+            }
+        }
+    )+};
+}
+
+// `{:?}` writes very large and very small floating-point numbers with an exponent, `{}` does not.
+number! {
+    f64, "float64", "{:?}";
+    i64, "int64", "{}";
+    u64, "uint64", "{}";
+    u32, "uint32", "{}";
+    u16, "uint16", "{}";
+    i16, "int16", "{}";
+}
+
+impl Number for bool {
+    const ROS_TYPE: &'static str = "bool";
+    type Bytes = [u8; 1];
+
+    fn to_bytes(self) -> Self::Bytes {
+        [u8::from(self)]
+    }
+    fn from_bytes(bytes: Self::Bytes) -> Option<Self> {
+        match bytes {
+            [0] => Some(false),
+            [1] => Some(true),
+            _ => None,
+        }
+    }
+    fn text(self) -> String {
+        self.to_string()
+    }
+    fn parse(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+}

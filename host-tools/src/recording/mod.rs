@@ -1,0 +1,83 @@
+//! Recordings: every cycle of a run with its settings and the identity of the firmware.
+//!
+//! The native format is MCAP with ROS 2 messages, which Foxglove and PlotJuggler open:
+//! - `topics` names every recorded number, `field` and `words` say how it is described,
+//! - `cdr` and `schema` turn that into messages and their description,
+//! - `writer` and `reader` put them into a file and get them back, also from half a file,
+//! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
+//! - `difference` compares two records of a cycle.
+
+mod cdr;
+mod csv_files;
+mod difference;
+mod field;
+mod reader;
+mod schema;
+mod text;
+mod topics;
+mod words;
+mod writer;
+
+pub use csv_files::{export_csv, import_csv};
+pub(crate) use difference::{Comparison, Difference};
+pub use writer::RecordingWriter;
+
+use crate::input;
+use softdock_control::io::CycleRecord;
+use softdock_control::settings::Settings;
+
+/// Name and version of the format, in every recording.
+pub const FORMAT: &str = "softdock/1";
+
+/// Name by which an MCAP file and its metadata show that they are ours.
+const PROFILE: &str = "softdock";
+
+/// What a recording says about itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Header {
+    /// Firmware that ran: name, version, git hash, dirty or not.
+    pub identity: String,
+    /// The board's settings as TOML, complete (defaults included).
+    pub settings_toml: String,
+    /// The scenario of a simulated run as TOML.
+    pub scenario_toml: Option<String>,
+}
+
+impl Header {
+    /// The settings of the control cycle: the table `control` of the board's settings. The other
+    /// tables concern its links.
+    pub fn control_settings(&self) -> anyhow::Result<Settings> {
+        #[derive(serde::Deserialize)]
+        struct Board {
+            control: Settings,
+        }
+        let board: Board = input::parse(&self.settings_toml, "settings in the recording")?;
+        Ok(board.control)
+    }
+}
+
+/// What a simulated rig really did at the instant of a cycle. Real rigs have no such record.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TruthRecord {
+    /// Time of the rig, s.
+    pub time_s: f64,
+    /// Pose of M in C: position (m), quaternion (w x y z).
+    pub pose: [f64; 7],
+    /// Velocity of M: linear in C (m/s), angular in M (rad/s).
+    pub velocity: [f64; 6],
+    /// Contact wrench at M, axes of M (N, N·m).
+    pub contact_wrench: [f64; 6],
+}
+
+/// A recording in memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// Identity and settings.
+    pub header: Header,
+    /// All cycles in their order.
+    pub cycles: Vec<CycleRecord>,
+    /// The rig's truth for each cycle; empty for a real rig.
+    pub truth: Vec<TruthRecord>,
+    /// Why the file ended early, if it was cut off; what is here is whole.
+    pub cut: Option<String>,
+}

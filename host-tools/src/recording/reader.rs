@@ -1,0 +1,304 @@
+//! Reads a recording from an MCAP file, up to the last whole chunk of a file that was cut off.
+//!
+//! A chunk is used only after its checksum was found right, so that nothing half-written or
+//! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
+
+use super::cdr::Decoder;
+use super::schema::ros2msg;
+use super::topics::{Row, Topic};
+use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
+use super::{FORMAT, Header, PROFILE, Recording};
+use anyhow::{Context, bail, ensure};
+use mcap::records::{Metadata, Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError, parse_record};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+impl Recording {
+    /// Reads a file. If it was cut off or damaged, the recording holds the whole chunks before,
+    /// and [`Recording::cut`] says what happened. Files of other programs and other versions are
+    /// errors.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        File::open(path)
+            .and_then(|file| Ok((file.metadata()?.len(), file)))
+            .map_err(anyhow::Error::from)
+            .and_then(|(length, file)| Self::read_from(BufReader::new(file), length))
+            .with_context(|| format!("cannot read the recording `{}`", path.display()))
+    }
+
+    /// Reads a recording of `length` bytes from any source.
+    pub fn read_from(mut source: impl Read, length: u64) -> anyhow::Result<Self> {
+        let mut start = Vec::new();
+        let magic_length = MAGIC.len() as u64;
+        source.by_ref().take(magic_length).read_to_end(&mut start)?;
+        ensure!(
+            MAGIC.starts_with(&start),
+            "not an MCAP file: expected the first bytes {MAGIC:02x?}, received {start:02x?}"
+        );
+
+        let mut loader = Loader::default();
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(usize::try_from(length)?);
+        let mut source = start.as_slice().chain(source);
+        let end = each_record(options, &mut source, |opcode, body| {
+            loader.file_record(opcode, body)
+        })?;
+        loader.finish(end, length)
+    }
+}
+
+/// Why reading ended before the end of the file.
+struct Broken {
+    why: McapError,
+    /// End of the last whole record.
+    byte: u64,
+}
+
+/// Hands over each whole record. An error of `each` ends the walk, a break of the file is told
+/// after it.
+fn each_record(
+    options: LinearReaderOptions,
+    source: &mut impl Read,
+    mut each: impl FnMut(u8, &[u8]) -> anyhow::Result<Option<McapError>>,
+) -> anyhow::Result<Option<Broken>> {
+    let mut reader = LinearReader::new_with_options(options);
+    let (mut fed, mut byte) = (0, 0);
+    while let Some(event) = reader.next_event() {
+        let broken = match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let read = source.read(reader.insert(wanted))?;
+                reader.notify_read(read);
+                fed += read as u64;
+                continue;
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => each(opcode, data)?,
+            Err(why) => Some(why),
+        };
+        if let Some(why) = broken {
+            return Ok(Some(Broken { why, byte }));
+        }
+        // The reader asks for no more than the record that it is in.
+        byte = fed;
+    }
+    Ok(None)
+}
+
+/// Builds a recording from the records of a file.
+#[derive(Default)]
+struct Loader {
+    /// The file's first record was seen, and it is ours.
+    ours: bool,
+    /// Header of the recording, once it was read.
+    header: Option<Header>,
+    recording: Recording,
+    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
+    channels: BTreeMap<u16, Topic>,
+    /// The file has the rig's truth.
+    truth: bool,
+    /// The cycle that is being put together.
+    row: Row,
+    /// Bits of the topics that it has.
+    seen: u16,
+}
+
+impl Loader {
+    /// A record outside of chunks.
+    fn file_record(&mut self, opcode: u8, body: &[u8]) -> anyhow::Result<Option<McapError>> {
+        if !self.ours {
+            ensure!(
+                opcode == op::HEADER,
+                "not a softdock recording: an MCAP file begins with a header record"
+            );
+            let Record::Header(header) = parse_record(opcode, body)? else {
+                return Ok(None);
+            };
+            ensure!(
+                header.profile == PROFILE,
+                "this MCAP file is not a softdock recording: expected profile `{PROFILE}`, \
+                 received `{}`, written by `{}`",
+                header.profile,
+                header.library
+            );
+            self.ours = true;
+            return Ok(None);
+        }
+        match opcode {
+            op::METADATA => self.metadata(body)?,
+            op::CHUNK => return self.chunk(body),
+            op::DATA_END => {
+                self.header.as_ref().with_context(no_header)?;
+            }
+            // Indexes, and what other programs may have added.
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn metadata(&mut self, body: &[u8]) -> anyhow::Result<()> {
+        let record = parse_record(op::METADATA, body).context("a damaged header")?;
+        let Record::Metadata(Metadata { name, mut metadata }) = record else {
+            return Ok(());
+        };
+        if name != PROFILE || self.header.is_some() {
+            return Ok(());
+        }
+        let format = metadata.remove("format").unwrap_or_default();
+        ensure!(
+            format == FORMAT,
+            "expected a recording of format `{FORMAT}`, received `{format}`: read it with the \
+             version of softdock that recorded it"
+        );
+        let mut entry = |key: &str| {
+            let missing = || format!("the header of the recording lacks `{key}`");
+            metadata.remove(key).with_context(missing)
+        };
+        self.header = Some(Header {
+            identity: entry("identity")?,
+            settings_toml: entry("settings")?,
+            scenario_toml: entry("scenario").ok(),
+        });
+        self.recording.cut = metadata.remove("cut");
+        Ok(())
+    }
+
+    /// All cycles of a chunk, if it is undamaged.
+    fn chunk(&mut self, body: &[u8]) -> anyhow::Result<Option<McapError>> {
+        self.header.as_ref().with_context(no_header)?;
+        let (header, data) = match parse_record(op::CHUNK, body) {
+            Ok(Record::Chunk { header, data }) => (header, data),
+            Ok(_) => return Ok(None),
+            Err(why) => return Ok(Some(why)),
+        };
+        ensure!(
+            header.compression.is_empty(),
+            "the recording was compressed (`{}`) by another program: decompress it first, for \
+             example with `mcap decompress`",
+            header.compression
+        );
+        // Opcode, length; then two times, size, checksum, length of the empty name, size.
+        const RECORD_HEAD: usize = 1 + 8;
+        const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
+        if body.len() != CHUNK_HEAD + data.len() {
+            return Ok(Some(McapError::UnexpectedEoc));
+        }
+        let mut head = [op::CHUNK; RECORD_HEAD];
+        if let Some(length) = head.last_chunk_mut() {
+            *length = (body.len() as u64).to_le_bytes();
+        }
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(body.len());
+        let end = each_record(options, &mut head.as_slice().chain(body), |opcode, body| {
+            self.chunk_record(opcode, body)
+                .with_context(|| format!("after {} whole cycles", self.recording.cycles.len()))
+                .map(|()| None)
+        })?;
+        ensure!(
+            self.seen == 0,
+            "cycle {} ends without {}",
+            self.recording.cycles.len(),
+            self.missing()
+        );
+        Ok(end.map(|broken| broken.why))
+    }
+
+    fn chunk_record(&mut self, opcode: u8, body: &[u8]) -> anyhow::Result<()> {
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+            return Ok(());
+        }
+        match parse_record(opcode, body)? {
+            Record::Schema { header, data } => {
+                let schema = (header.name, header.encoding, data.into_owned());
+                self.schemas.insert(header.id, schema);
+            }
+            Record::Channel(channel) => self.channel(&channel)?,
+            Record::Message { header, data } => self.message(header.channel_id, &data)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A channel of ours must have our schema; others are passed over.
+    fn channel(&mut self, channel: &mcap::records::Channel) -> anyhow::Result<()> {
+        let Some(topic) = Topic::from_name(&channel.topic) else {
+            return Ok(());
+        };
+        let (name, encoding) = (topic.schema_name(), SCHEMA_ENCODING);
+        let expected = (name.into(), encoding.into(), ros2msg(topic).into_bytes());
+        ensure!(
+            channel.message_encoding == MESSAGE_ENCODING
+                && self.schemas.get(&channel.schema_id) == Some(&expected),
+            "topic `{}` has other fields than those of format `{FORMAT}`",
+            topic.name()
+        );
+        self.truth |= topic == Topic::Truth;
+        self.channels.insert(channel.id, topic);
+        Ok(())
+    }
+
+    fn message(&mut self, channel_id: u16, data: &[u8]) -> anyhow::Result<()> {
+        let Some(topic) = self.channels.get(&channel_id).copied() else {
+            return Ok(());
+        };
+        if self.seen & topic.bit() != 0 {
+            bail!("`{}` comes twice before {}", topic.name(), self.missing());
+        }
+        let mut decode = || {
+            let mut decoder = Decoder::new(data)?;
+            topic.visit(&mut decoder, &mut self.row)?;
+            decoder.finish()
+        };
+        decode().with_context(|| format!("a message on `{}`", topic.name()))?;
+        self.seen |= topic.bit();
+        if self.seen == bits(Topic::all(self.truth)) {
+            self.recording.cycles.push(self.row.cycle);
+            if self.truth {
+                self.recording.truth.push(self.row.truth);
+            }
+            self.seen = 0;
+        }
+        Ok(())
+    }
+
+    /// The first topic that the present cycle lacks, for errors.
+    fn missing(&self) -> String {
+        let lacks = |topic: &&Topic| self.seen & topic.bit() == 0;
+        let name = Topic::all(self.truth)
+            .iter()
+            .find(lacks)
+            .map(|topic| topic.name());
+        format!("`{}`", name.unwrap_or("the next cycle"))
+    }
+
+    fn finish(mut self, end: Option<Broken>, length: u64) -> anyhow::Result<Recording> {
+        let mut recording = self.recording;
+        if let Some(Broken { why, byte }) = end {
+            recording.cut = Some(match recording.cycles.last() {
+                Some(last) => format!(
+                    "{} cycles up to {:.3} s are whole; after byte {byte} of {length}: {why}",
+                    recording.cycles.len(),
+                    last.trace.time_s
+                ),
+                None => format!("no cycle is whole; after byte {byte} of {length}: {why}"),
+            });
+        }
+        recording.header = self.header.take().unwrap_or_default();
+        Ok(recording)
+    }
+}
+
+fn bits(topics: &[Topic]) -> u16 {
+    topics.iter().fold(0, |bits, topic| bits | topic.bit())
+}
+
+fn no_header() -> String {
+    format!("not a softdock recording: it has no metadata `{PROFILE}` before its cycles")
+}

@@ -1,0 +1,138 @@
+//! Description of the messages: the `ros2msg` schemas of MCAP and the columns of CSV.
+
+use super::field::{Field, Number, Visitor};
+use super::topics::{Row, Topic};
+use std::convert::Infallible;
+use std::fmt::Write;
+
+/// A field as readers of a recording see it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Described {
+    pub(super) field: Field,
+    /// Type of its numbers in a `ros2msg` schema.
+    pub(super) ros_type: &'static str,
+    /// Words of a choice; empty for numbers.
+    pub(super) words: &'static [&'static str],
+}
+
+/// All fields of a topic in the order of the wire.
+pub(super) fn fields(topic: Topic) -> Vec<Described> {
+    let mut describer = Describer::default();
+    let Ok(()) = topic.visit(&mut describer, &mut Row::default());
+    describer.0
+}
+
+/// Text of the topic's schema in the language of ROS 2 messages.
+pub(super) fn ros2msg(topic: Topic) -> String {
+    let mut text = String::new();
+    for described in fields(topic) {
+        describe(&mut text, &described);
+    }
+    text
+}
+
+fn describe(text: &mut String, described: &Described) {
+    let Described {
+        field,
+        ros_type,
+        words,
+    } = described;
+    let name = field.wire_name();
+    let mut line = |text_line: std::fmt::Arguments<'_>| {
+        // Writing into a String does not fail.
+        let _ = text.write_fmt(text_line);
+        text.push('\n');
+    };
+    line(format_args!("# {}; {}", field.about, field.unit.symbol));
+    for (code, word) in words.iter().enumerate() {
+        let (constant, word) = (name.to_uppercase(), word.to_uppercase());
+        line(format_args!("{ros_type} {constant}_{word}={code}"));
+    }
+    match field.parts {
+        [] => line(format_args!("{ros_type} {name}")),
+        parts => line(format_args!("{ros_type}[{}] {name}", parts.len())),
+    }
+}
+
+#[derive(Default)]
+struct Describer(Vec<Described>);
+
+impl Visitor for Describer {
+    type Error = Infallible;
+
+    fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), Infallible> {
+        debug_assert_eq!(values.len(), field.parts.len().max(1), "{field:?}");
+        self.0.push(Described {
+            field: *field,
+            ros_type: T::ROS_TYPE,
+            words: &[],
+        });
+        Ok(())
+    }
+
+    fn choice(
+        &mut self,
+        field: &Field,
+        words: &'static [&'static str],
+        _: &mut u8,
+    ) -> Result<(), Infallible> {
+        self.0.push(Described {
+            field: *field,
+            ros_type: "uint8",
+            words,
+        });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn a_schema_as_other_programs_read_it() {
+        let expected = "# number of the cycle since boot; 1
+uint64 cycle
+# number of the cycle times the nominal cycle time; s
+float64 time_s
+# mode in which the cycle was answered; 1
+uint8 MODE_IDLE=0
+uint8 MODE_HOLD=1
+uint8 MODE_ARMED=2
+uint8 MODE_RUNNING=3
+uint8 MODE_FAULT=4
+uint8 mode
+";
+        assert!(ros2msg(Topic::Status).starts_with(expected));
+        assert!(ros2msg(Topic::Motion).contains("\nfloat64[4] orientation\n"));
+    }
+
+    #[test]
+    fn column_names_are_unique_and_carry_units() {
+        let mut names = BTreeSet::new();
+        for topic in Topic::all(true) {
+            for described in fields(*topic) {
+                for name in described.field.columns(&topic.prefix()) {
+                    assert!(names.insert(name.clone()), "{name} twice");
+                }
+            }
+        }
+        for name in [
+            "inputs_robot_ipoc_ms",
+            "inputs_sensor_gauge_5_counts",
+            "motion_position_x_m",
+            "model_k_orientation_w",
+            "law_c1_angular_z_rad_s",
+            "wrench_removed_torque_y_n_m",
+        ] {
+            assert!(names.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn both_craft_share_one_schema() {
+        assert_eq!(ros2msg(Topic::BodyK), ros2msg(Topic::BodyQ));
+        assert_eq!(Topic::BodyK.schema_name(), Topic::BodyQ.schema_name());
+    }
+}

@@ -1,0 +1,392 @@
+//! The format: each topic with all of its fields, in the order of the wire.
+//!
+//! This is the one place where a recorded number gets its name, its unit and its meaning. All
+//! topics together hold a complete cycle.
+
+use super::TruthRecord;
+use super::field::{Field, Number, Unit, Visitor};
+use super::words::Word;
+use softdock_control::delay::PARTS;
+use softdock_control::io::{
+    BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
+};
+use softdock_control::limits::LimitFlags;
+use softdock_control::modes::Fault;
+
+/// Everything that is recorded of a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Row {
+    pub(super) cycle: CycleRecord,
+    pub(super) truth: TruthRecord,
+}
+
+/// A topic: one message per cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Topic {
+    Robot,
+    Sensor,
+    Operator,
+    Output,
+    Wrench,
+    Motion,
+    BodyK,
+    BodyQ,
+    ModelVelocity,
+    /// What an observer sees of the docking surfaces.
+    Docking,
+    Law,
+    Command,
+    Status,
+    /// Only in recordings of a simulated rig.
+    Truth,
+}
+
+impl Topic {
+    /// All topics in the order in which they are written.
+    const ALL: [Self; 14] = [
+        Self::Robot,
+        Self::Sensor,
+        Self::Operator,
+        Self::Output,
+        Self::Wrench,
+        Self::Motion,
+        Self::BodyK,
+        Self::BodyQ,
+        Self::ModelVelocity,
+        Self::Docking,
+        Self::Law,
+        Self::Command,
+        Self::Status,
+        Self::Truth,
+    ];
+
+    /// The topics of a recording, with or without the rig's truth.
+    pub(super) fn all(truth: bool) -> &'static [Self] {
+        let [without @ .., _] = &Self::ALL;
+        if truth { &Self::ALL } else { without }
+    }
+
+    /// Name of the topic, and of its type in the schema.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Robot => ("/inputs/robot", "softdock/msg/Robot"),
+            Self::Sensor => ("/inputs/sensor", "softdock/msg/Sensor"),
+            Self::Operator => ("/inputs/command", "softdock/msg/Operator"),
+            Self::Output => ("/output", "softdock/msg/Output"),
+            Self::Wrench => ("/wrench", "softdock/msg/Wrench"),
+            Self::Motion => ("/motion", "softdock/msg/Motion"),
+            Self::BodyK => ("/model/k", "softdock/msg/Body"),
+            Self::BodyQ => ("/model/q", "softdock/msg/Body"),
+            Self::ModelVelocity => ("/model/velocity", "softdock/msg/ModelVelocity"),
+            Self::Docking => ("/model/docking", "softdock/msg/Docking"),
+            Self::Law => ("/law", "softdock/msg/Law"),
+            Self::Command => ("/command", "softdock/msg/Command"),
+            Self::Status => ("/status", "softdock/msg/Status"),
+            Self::Truth => ("/truth", "softdock/msg/Truth"),
+        }
+    }
+
+    /// Name of the topic.
+    pub(super) fn name(self) -> &'static str {
+        self.names().0
+    }
+
+    /// Name of its type in the schema.
+    pub(super) fn schema_name(self) -> &'static str {
+        self.names().1
+    }
+
+    /// What its column names start with: `model_k`.
+    pub(super) fn prefix(self) -> String {
+        self.name().trim_start_matches('/').replace('/', "_")
+    }
+
+    /// The topic of a name.
+    pub(super) fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// One bit for each topic.
+    pub(super) fn bit(self) -> u16 {
+        1 << self as u16
+    }
+
+    /// Goes through all fields of the topic's message.
+    pub(super) fn visit<V: Visitor>(self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
+        let Row { cycle, truth } = row;
+        let CycleRecord {
+            inputs,
+            output,
+            trace,
+        } = cycle;
+        match self {
+            Self::Robot => robot(v, &mut inputs.robot),
+            Self::Sensor => sensor(v, &mut inputs.sensor),
+            Self::Operator => operator(v, inputs),
+            Self::Output => answer(v, output),
+            Self::Wrench => wrench(v, trace),
+            Self::Motion => motion(v, trace),
+            Self::BodyK => body(v, &mut trace.body_k),
+            Self::BodyQ => body(v, &mut trace.body_q),
+            Self::ModelVelocity => model_velocity(v, trace),
+            Self::Docking => docking(v, &mut trace.docking),
+            Self::Law => law(v, trace),
+            Self::Command => command(v, trace),
+            Self::Status => status(v, trace),
+            Self::Truth => rig_truth(v, truth),
+        }
+    }
+}
+
+const XYZ: &[&str] = &["x", "y", "z"];
+const ABC: &[&str] = &["a", "b", "c"];
+const WXYZ: &[&str] = &["w", "x", "y", "z"];
+const XYZABC: &[&str] = &["x", "y", "z", "a", "b", "c"];
+const GAUGES: &[&str] = &["0", "1", "2", "3", "4", "5"];
+
+/// Parts of the paper's law in the order of its Fig. 9. Other laws put their own parts here.
+const LAW_PARTS: [LawPart; PARTS] = [
+    LawPart("c1_linear", "c1_angular", "c1 Σ s_v |dv|"),
+    LawPart("c2_linear", "c2_angular", "c2 Σ s_v |dv|²"),
+    LawPart("c3_linear", "c3_angular", "c3 Σ s_v |dv|³"),
+    LawPart("c4_linear", "c4_angular", "c4 Σ s_v |dv|⁴"),
+    LawPart("b0_linear", "b0_angular", "b0 s_dv"),
+    LawPart("b1_linear", "b1_angular", "b1 s_v |dv|"),
+    LawPart("back_linear", "back_angular", "v_back"),
+];
+
+/// Names of a part of the law, linear and angular, and its term in the paper.
+struct LawPart(&'static str, &'static str, &'static str);
+
+fn robot<V: Visitor>(v: &mut V, robot: &mut RobotSample) -> Result<(), V::Error> {
+    let about = "time stamp of the telegram";
+    scalar(v, ("ipoc", Unit::MILLISECOND, about), &mut robot.ipoc)?;
+
+    let (mut code, mut lost) = match robot.sequence {
+        Sequence::NewRun => (0, 0),
+        Sequence::Next => (1, 0),
+        Sequence::Gap(lost) => (2, lost),
+    };
+    let words = &["new_run", "next", "gap"];
+    let about = "place of the telegram in the robot's sequence";
+    v.choice(&single("sequence", Unit::NONE, about), words, &mut code)?;
+    let about = "telegrams lost before this one";
+    scalar(v, ("lost", Unit::NONE, about), &mut lost)?;
+    robot.sequence = match code {
+        0 => Sequence::NewRun,
+        1 => Sequence::Next,
+        _ => Sequence::Gap(lost),
+    };
+
+    let mut known = robot.pose.is_some();
+    let mut pose = robot.pose.unwrap_or([f64::NAN; 6]);
+    let about = "the telegram holds a pose; without one its numbers are NaN";
+    scalar(v, ("pose_known", Unit::NONE, about), &mut known)?;
+    let [x, y, z, a, b, c] = &mut pose;
+    let (mut position, mut angles) = ([*x, *y, *z], [*a, *b, *c]);
+    let about = "measured position of M in C";
+    v.numbers(&array("position", Unit::METRE, XYZ, about), &mut position)?;
+    let about = "measured angles A B C of M in C";
+    v.numbers(&array("angle", Unit::RADIAN, ABC, about), &mut angles)?;
+    [*x, *y, *z] = position;
+    [*a, *b, *c] = angles;
+    robot.pose = known.then_some(pose);
+
+    let about = "the robot's counter of late or rejected answers";
+    let late = &mut robot.late_answers;
+    scalar(v, ("late_answers", Unit::NONE, about), late)?;
+    let about = "POSCORR status bits: 1-3 lower, 4-6 upper X Y Z, 7 rotation clamped";
+    let stat = &mut robot.poscorr_stat;
+    scalar(v, ("poscorr_stat", Unit::NONE, about), stat)
+}
+
+fn sensor<V: Visitor>(v: &mut V, sensor: &mut SensorSample) -> Result<(), V::Error> {
+    let about = "number of the newest sample; 0 before the first";
+    let counter = &mut sensor.counter;
+    scalar(v, ("counter", Unit::NONE, about), counter)?;
+    let about = "status word of the sensor";
+    scalar(v, ("status", Unit::NONE, about), &mut sensor.status)?;
+    let about = "a gauge is at its range";
+    let saturated = &mut sensor.saturated;
+    scalar(v, ("saturated", Unit::NONE, about), saturated)?;
+    let about = "raw words of the six gauges";
+    let field = array("gauge", Unit::COUNTS, GAUGES, about);
+    v.numbers(&field, &mut sensor.words)?;
+    let names = ["force", "torque"];
+    loads(v, names, "raw, in S", &mut sensor.wrench)
+}
+
+fn operator<V: Visitor>(v: &mut V, inputs: &mut Inputs) -> Result<(), V::Error> {
+    let about = "command of the operator in this cycle";
+    word(v, ("command", about), &mut inputs.command)
+}
+
+fn answer<V: Visitor>(v: &mut V, output: &mut Output) -> Result<(), V::Error> {
+    let about = "correction as sent, in units of the last digit of mm and degrees";
+    let field = array("correction", Unit::COUNTS, XYZABC, about);
+    v.numbers(&field, &mut output.correction)?;
+    let about = "the robot is asked to stop";
+    scalar(v, ("stop", Unit::NONE, about), &mut output.stop)
+}
+
+fn wrench<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    let about = "compensated contact wrench at M, axes of M";
+    loads(v, ["force", "torque"], about, &mut trace.wrench_at_m)?;
+    let names = ["removed_force", "removed_torque"];
+    let about = "weight and inertia of the tool that were removed, in S";
+    loads(v, names, about, &mut trace.removed)
+}
+
+fn motion<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    pose(v, "measured, of M in C", &mut trace.pose)?;
+    let about = "measured velocity of M: difference of two poses";
+    twist(v, SPEED, about, &mut trace.executed_velocity)
+}
+
+fn body<V: Visitor>(v: &mut V, body: &mut BodyTrace) -> Result<(), V::Error> {
+    pose(v, "of the craft in C", &mut body.pose)?;
+    twist(v, SPEED, "of the craft", &mut body.velocity)
+}
+
+fn model_velocity<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    let about = "velocity of the model in the laboratory";
+    twist(v, SPEED, about, &mut trace.model_velocity)
+}
+
+fn docking<V: Visitor>(v: &mut V, docking: &mut BodyTrace) -> Result<(), V::Error> {
+    pose(
+        v,
+        "of the docking surface J of K, seen from P of Q",
+        &mut docking.pose,
+    )?;
+    let about = "of J relative to P: linear in axes of P, angular in axes of J";
+    twist(v, SPEED, about, &mut docking.velocity)
+}
+
+fn law<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    for (LawPart(linear, angular, term), part) in LAW_PARTS.iter().zip(&mut trace.law_parts) {
+        twist(v, [linear, angular], term, part)?;
+    }
+    let names = ["sum_linear", "sum_angular"];
+    let about = "velocity that the law asks for: the model's and all parts";
+    twist(v, names, about, &mut trace.law_velocity)
+}
+
+fn command<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    pose(v, "commanded, of M in C", &mut trace.command_pose)?;
+    let about = "velocity after the limits: what is sent";
+    twist(v, SPEED, about, &mut trace.sent_velocity)
+}
+
+fn status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    let about = "number of the cycle since boot";
+    scalar(v, ("cycle", Unit::NONE, about), &mut trace.cycle)?;
+    let about = "number of the cycle times the nominal cycle time";
+    scalar(v, ("time", Unit::SECOND, about), &mut trace.time_s)?;
+    let about = "mode in which the cycle was answered";
+    word(v, ("mode", about), &mut trace.mode)?;
+
+    let mut code = trace.fault.map(|fault| fault.code);
+    let [mut expected, mut received] = trace
+        .fault
+        .map_or([f64::NAN; 2], |fault| [fault.expected, fault.received]);
+    word(v, ("fault", "the latched fault"), &mut code)?;
+    let about = "limit that the fault's number is compared with; NaN without a fault";
+    scalar(v, ("fault_expected", Unit::NONE, about), &mut expected)?;
+    let about = "number that latched the fault; NaN without a fault";
+    scalar(v, ("fault_received", Unit::NONE, about), &mut received)?;
+    trace.fault = code.map(|code| Fault::new(code, expected, received));
+
+    let about = "why a command was refused in this cycle";
+    word(v, ("refusal", about), &mut trace.refusal)?;
+    let about = "limits that acted, one bit each: 0 speed, 1 acceleration, 2 box, \
+                 3 clamped by the robot, 4 stale sensor";
+    let LimitFlags(limits) = &mut trace.limits;
+    scalar(v, ("limits", Unit::NONE, about), limits)?;
+    let about = "cycles since the newest sensor sample";
+    let age = &mut trace.sensor_age;
+    scalar(v, ("sensor_age", Unit::CYCLES, about), age)
+}
+
+fn rig_truth<V: Visitor>(v: &mut V, truth: &mut TruthRecord) -> Result<(), V::Error> {
+    scalar(v, ("time", Unit::SECOND, "of the rig"), &mut truth.time_s)?;
+    pose(v, "true, of M in C", &mut truth.pose)?;
+    twist(v, SPEED, "true, of M", &mut truth.velocity)?;
+    let about = "true contact wrench at M, axes of M";
+    loads(v, ["force", "torque"], about, &mut truth.contact_wrench)
+}
+
+/// Names of a velocity that needs no other.
+const SPEED: [&str; 2] = ["linear", "angular"];
+
+const fn single(name: &'static str, unit: Unit, about: &'static str) -> Field {
+    array(name, unit, &[], about)
+}
+
+const fn array(
+    name: &'static str,
+    unit: Unit,
+    parts: &'static [&'static str],
+    about: &'static str,
+) -> Field {
+    Field {
+        name,
+        unit,
+        parts,
+        about,
+    }
+}
+
+fn scalar<V: Visitor, T: Number>(
+    v: &mut V,
+    (name, unit, about): (&'static str, Unit, &'static str),
+    value: &mut T,
+) -> Result<(), V::Error> {
+    v.numbers(&single(name, unit, about), core::slice::from_mut(value))
+}
+
+fn word<V: Visitor, T: Word + Copy>(
+    v: &mut V,
+    (name, about): (&'static str, &'static str),
+    value: &mut T,
+) -> Result<(), V::Error> {
+    let mut code = value.code();
+    v.choice(&single(name, Unit::NONE, about), T::WORDS, &mut code)?;
+    // A visitor gives back a code that has a word.
+    *value = T::from_code(code).unwrap_or(*value);
+    Ok(())
+}
+
+/// Force (N) and torque (N·m).
+fn loads<V: Visitor>(
+    v: &mut V,
+    [force, torque]: [&'static str; 2],
+    about: &'static str,
+    wrench: &mut [f64; 6],
+) -> Result<(), V::Error> {
+    let (forces, torques) = wrench.split_at_mut(3);
+    v.numbers(&array(force, Unit::NEWTON, XYZ, about), forces)?;
+    v.numbers(&array(torque, Unit::NEWTON_METRE, XYZ, about), torques)
+}
+
+/// Linear velocity in C (m/s) and angular velocity in body axes (rad/s).
+fn twist<V: Visitor>(
+    v: &mut V,
+    [linear, angular]: [&'static str; 2],
+    about: &'static str,
+    velocity: &mut [f64; 6],
+) -> Result<(), V::Error> {
+    let (linear_part, angular_part) = velocity.split_at_mut(3);
+    let field = array(linear, Unit::METRE_PER_SECOND, XYZ, about);
+    v.numbers(&field, linear_part)?;
+    let field = array(angular, Unit::RADIAN_PER_SECOND, XYZ, about);
+    v.numbers(&field, angular_part)
+}
+
+/// Position (m) and quaternion (w x y z).
+fn pose<V: Visitor>(v: &mut V, about: &'static str, pose: &mut [f64; 7]) -> Result<(), V::Error> {
+    let (position, orientation) = pose.split_at_mut(3);
+    v.numbers(&array("position", Unit::METRE, XYZ, about), position)?;
+    let field = array("orientation", Unit::NONE, WXYZ, about);
+    v.numbers(&field, orientation)
+}

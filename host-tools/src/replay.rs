@@ -1,0 +1,118 @@
+//! Recomputes a recording: the control cycle is a function of settings and inputs, so the same
+//! inputs must give the same correction, bit for bit, on the board and on the host.
+
+use crate::recording::{Comparison, Difference, Recording};
+use anyhow::{Context, bail};
+use serde::Serialize;
+use softdock_control::cycle::Cycle;
+
+/// What a replay found.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ReplayReport {
+    /// Every number of every cycle was found again, bit for bit.
+    pub identical: bool,
+    /// Cycles that were recomputed: all of them, or those up to the first difference.
+    pub cycles: u64,
+    /// The first number that differs.
+    pub first_difference: Option<FirstDifference>,
+}
+
+/// A number that the replay did not find again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FirstDifference {
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Name of the number, with its unit; the same as that of its CSV column.
+    pub quantity: String,
+    /// What the recording says.
+    pub recorded: String,
+    /// What the replay says.
+    pub recomputed: String,
+    /// The bits of both, hexadecimal.
+    pub recorded_bits: String,
+    /// See `recorded_bits`.
+    pub recomputed_bits: String,
+}
+
+impl core::fmt::Display for ReplayReport {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let cycles = self.cycles;
+        let Some(first) = &self.first_difference else {
+            return write!(
+                f,
+                "All {cycles} cycles were recomputed; every number is identical, bit for bit."
+            );
+        };
+        write!(
+            f,
+            "Cycle {} differs: `{}` is {} in the recording and {} in the replay ({} and {}).",
+            first.cycle,
+            first.quantity,
+            first.recorded,
+            first.recomputed,
+            first.recorded_bits,
+            first.recomputed_bits
+        )
+    }
+}
+
+/// Recomputes every cycle and compares the correction, the stop request and every number of the
+/// trace. Fails if the recording does not begin with the board's first cycle, because the state
+/// of the controller is not recorded, or if its settings cannot be read.
+pub fn replay(recording: &Recording) -> anyhow::Result<ReplayReport> {
+    match recording.cycles.first().map(|first| first.trace.cycle) {
+        Some(0) => {}
+        Some(first) => bail!(
+            "the recording begins with cycle {first}; only a recording that begins with cycle \
+             0, at the start of the board, can be replayed"
+        ),
+        None => bail!("the recording holds no whole cycle"),
+    }
+    let gap = recording
+        .cycles
+        .windows(2)
+        .find(|pair| pair[1].trace.cycle != pair[0].trace.cycle + 1);
+    if let Some([before, after]) = gap {
+        bail!(
+            "the recorder lost the cycles between {} and {}; what follows cannot be recomputed",
+            before.trace.cycle,
+            after.trace.cycle
+        );
+    }
+    let settings = recording.header.control_settings()?;
+    let mut controller =
+        Cycle::<f64>::new(&settings).context("the settings in the recording are not valid")?;
+
+    let mut comparison = Comparison::default();
+    for (recorded, cycles) in recording.cycles.iter().zip(1..) {
+        let recomputed = controller.step(&recorded.inputs);
+        if let Some(found) = comparison.first_difference([recorded, &recomputed]) {
+            return Ok(ReplayReport {
+                identical: false,
+                cycles,
+                first_difference: Some(first_difference(recorded.trace.cycle, found)),
+            });
+        }
+    }
+    Ok(ReplayReport {
+        identical: true,
+        cycles: recording.cycles.len() as u64,
+        first_difference: None,
+    })
+}
+
+fn first_difference(cycle: u64, difference: Difference) -> FirstDifference {
+    let Difference {
+        quantity,
+        texts: [recorded, recomputed],
+        bits: [recorded_bits, recomputed_bits],
+    } = difference;
+    FirstDifference {
+        cycle,
+        quantity,
+        recorded,
+        recomputed,
+        recorded_bits,
+        recomputed_bits,
+    }
+}
