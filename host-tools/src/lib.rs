@@ -1,6 +1,7 @@
 //! Host side of softdock: the simulated rig, the board on the host, recordings, models and their
 //! comparison, reports, and the command line.
 
+pub mod board;
 pub mod identity;
 pub mod input;
 pub mod recording;

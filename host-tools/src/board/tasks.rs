@@ -1,0 +1,44 @@
+//! The firmware's tasks as tasks of Embassy's executor on the host.
+//!
+//! The executor keeps tasks in static pools. A pool entry is taken when a board starts and given
+//! back when its tasks end, which they do when the board's bus and socket are closed.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use softdock_app::auto_start::AutoStart;
+use softdock_app::board::{CanBus, Clock, DatagramSocket, Recorder};
+use softdock_app::robot::RobotTask;
+use softdock_app::robot_link::RobotLink;
+use softdock_app::sensor;
+use softdock_app::settings::BoardSettings;
+use softdock_app::shared::Shared;
+
+/// Boards that may run at the same time in this process.
+pub(super) const MAX_BOARDS: usize = 64;
+
+/// Runs the sensor task on a bus of the host.
+pub(super) async fn sensor<M: RawMutex>(
+    shared: &Shared<M>,
+    settings: BoardSettings,
+    mut bus: impl CanBus,
+    clock: impl Clock,
+) {
+    sensor::run(shared, &mut bus, &clock, settings.can.driver()).await;
+}
+
+/// Runs the robot task on a socket of the host.
+pub(super) async fn robot<M: RawMutex>(
+    shared: &Shared<M>,
+    link: RobotLink<f64>,
+    start: bool,
+    sample_wait_us: u64,
+    mut io: (impl DatagramSocket, impl Clock, impl Recorder),
+) {
+    let auto_start = AutoStart::new(start);
+    let task = RobotTask {
+        shared,
+        link,
+        auto_start,
+        sample_wait_us,
+    };
+    task.run(&mut io.0, &io.1, &mut io.2).await;
+}

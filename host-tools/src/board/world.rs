@@ -1,0 +1,201 @@
+//! Bus, socket and clock of a board in virtual time: queues between the firmware's tasks and the
+//! simulation, and the alarms that the tasks wait for.
+//!
+//! Everything lives on one thread. `activity` rises whenever a task touches anything here, which
+//! is how the simulation knows that all tasks have come to rest.
+
+use softdock_app::board::{CanBus, Clock, DatagramSocket, IoError, Recorder};
+use softdock_app::robot_link::Answer;
+use softdock_control::io::CycleRecord;
+use softdock_link::can::Frame;
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::rc::Rc;
+use std::task::{Poll, Waker};
+
+/// The simulated robot's address; it never leaves the process.
+const ROBOT: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 49_152);
+
+/// A queue towards a task, with the task that waits for it.
+#[derive(Debug)]
+pub(super) struct Inbox<T> {
+    items: VecDeque<T>,
+    waker: Option<Waker>,
+}
+
+impl<T> Default for Inbox<T> {
+    fn default() -> Self {
+        Self {
+            items: VecDeque::new(),
+            waker: None,
+        }
+    }
+}
+
+impl<T> Inbox<T> {
+    pub(super) fn push(&mut self, item: T) {
+        self.items.push_back(item);
+        self.wake();
+    }
+    pub(super) fn wake(&mut self) {
+        if let Some(waker) = self.waker.take() {
+            waker.wake();
+        }
+    }
+}
+
+/// What the simulation and the tasks share.
+#[derive(Debug, Default)]
+pub(super) struct World {
+    pub(super) now_us: u64,
+    pub(super) closed: bool,
+    /// No place was left in the executor's pools.
+    pub(super) pool_exhausted: bool,
+    pub(super) activity: u64,
+    pub(super) running_tasks: usize,
+    pub(super) alarms: Vec<(u64, Waker)>,
+    pub(super) frames_to_board: Inbox<Frame>,
+    pub(super) frames_from_board: VecDeque<Frame>,
+    pub(super) telegrams: Inbox<heapless::Vec<u8, 1024>>,
+    pub(super) answers: VecDeque<Answer>,
+    pub(super) records: VecDeque<CycleRecord>,
+    pub(super) heartbeat: Option<Waker>,
+}
+
+/// A task's handle on the world.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Handle(pub(super) Rc<RefCell<World>>);
+
+impl Handle {
+    fn touch<R>(&self, op: impl FnOnce(&mut World) -> R) -> R {
+        let mut world = self.0.borrow_mut();
+        world.activity += 1;
+        op(&mut world)
+    }
+
+    /// The next item of an inbox, or `Closed`.
+    async fn take<T>(&self, inbox: impl Fn(&mut World) -> &mut Inbox<T>) -> Result<T, IoError> {
+        poll_fn(|context| {
+            self.touch(|world| {
+                if world.closed {
+                    return Poll::Ready(Err(IoError::Closed));
+                }
+                let inbox = inbox(world);
+                match inbox.items.pop_front() {
+                    Some(item) => Poll::Ready(Ok(item)),
+                    None => {
+                        inbox.waker = Some(context.waker().clone());
+                        Poll::Pending
+                    }
+                }
+            })
+        })
+        .await
+    }
+
+    /// Keeps the executor turning until all other tasks have ended, and once more: a task that was
+    /// woken while it ended has to be taken off the executor's queue, or its place in the pool
+    /// would be lost.
+    pub(super) async fn heartbeat(&self) {
+        let mut last_turn = false;
+        poll_fn(|context| {
+            let mut world = self.0.borrow_mut();
+            if last_turn {
+                return Poll::Ready(());
+            }
+            last_turn = world.closed && world.running_tasks == 1;
+            world.heartbeat = Some(context.waker().clone());
+            Poll::Pending
+        })
+        .await;
+    }
+
+    /// Says that a task has ended.
+    pub(super) fn task_ended(&self) {
+        self.touch(|world| world.running_tasks -= 1);
+    }
+}
+
+impl CanBus for Handle {
+    async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
+        self.touch(|world| world.frames_from_board.push_back(*frame));
+        Ok(())
+    }
+    async fn receive(&mut self) -> Result<Frame, IoError> {
+        self.take(|world| &mut world.frames_to_board).await
+    }
+    async fn recover(&mut self) -> Result<(), IoError> {
+        Ok(())
+    }
+}
+
+impl DatagramSocket for Handle {
+    async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError> {
+        let telegram = self.take(|world| &mut world.telegrams).await?;
+        let length = telegram.len().min(buffer.len());
+        buffer[..length].copy_from_slice(&telegram[..length]);
+        Ok((length, ROBOT))
+    }
+    fn try_receive(&mut self, _buffer: &mut [u8]) -> Option<(usize, SocketAddr)> {
+        // The simulated robot waits for its answer before it sends again.
+        None
+    }
+    async fn send(&mut self, datagram: &[u8], _to: SocketAddr) -> Result<(), IoError> {
+        self.touch(|world| {
+            world
+                .answers
+                .push_back(Answer::from_slice(datagram).unwrap_or_default())
+        });
+        Ok(())
+    }
+}
+
+impl Clock for Handle {
+    fn now_us(&self) -> u64 {
+        self.0.borrow().now_us
+    }
+    async fn wait_until(&self, at_us: u64) {
+        let mut alarm = Alarm {
+            handle: self,
+            waker: None,
+        };
+        poll_fn(|context| {
+            self.touch(|world| {
+                if world.now_us >= at_us {
+                    return Poll::Ready(());
+                }
+                if alarm.waker.is_none() {
+                    alarm.waker = Some(context.waker().clone());
+                    world.alarms.push((at_us, context.waker().clone()));
+                }
+                Poll::Pending
+            })
+        })
+        .await;
+    }
+}
+
+/// Takes an alarm back when the task no longer waits for it: an alarm that rings for nothing costs
+/// a turn of the executor.
+struct Alarm<'a> {
+    handle: &'a Handle,
+    waker: Option<Waker>,
+}
+
+impl Drop for Alarm<'_> {
+    fn drop(&mut self) {
+        if let Some(waker) = &self.waker {
+            let mut world = self.handle.0.borrow_mut();
+            // A task waits for one time only.
+            world.alarms.retain(|(_, known)| !known.will_wake(waker));
+        }
+    }
+}
+
+impl Recorder for Handle {
+    fn record(&mut self, record: &CycleRecord) {
+        self.touch(|world| world.records.push_back(*record));
+    }
+}
