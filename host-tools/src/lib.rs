@@ -2,8 +2,10 @@
 //! comparison, reports, and the command line.
 
 pub mod board;
+pub mod compare;
 pub mod identity;
 pub mod input;
+pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;

@@ -1,0 +1,184 @@
+//! Contacts, found from the measured force: no model of a wall is needed.
+
+use crate::model::Model;
+use crate::model::prediction::signals::Signals;
+use crate::model::prediction::wrench::measured_contact_force;
+use nalgebra::Vector3;
+use softdock_control::modes::Mode;
+
+/// A contact begins above this multiple of the force's noise ...
+const NOISE_FACTOR: f64 = 8.0;
+/// ... and above this share of the largest force, so that friction and errors of the zero are
+/// no contact.
+const PEAK_SHARE: f64 = 0.08;
+/// It ends below this share of the threshold; not much lower, or friction would hold it.
+const RELEASE_SHARE: f64 = 0.8;
+/// Cycles in a row above the threshold that make a contact, or below it that end one.
+const CONFIRM_CYCLES: usize = 3;
+
+/// A contact: cycles `from..to`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// First cycle.
+    pub from: usize,
+    /// Cycle after the last.
+    pub to: usize,
+    /// Direction of the largest force on M, in C, length 1.
+    pub direction: Vector3<f64>,
+}
+
+/// All contacts of a recording.
+#[derive(Clone, Debug)]
+pub struct Contacts {
+    /// In their order.
+    pub list: Vec<Contact>,
+    /// Force above which a contact begins, N.
+    pub threshold_n: f64,
+    /// Largest force, spikes of one cycle aside, N.
+    pub peak_n: f64,
+}
+
+/// Finds the contacts of the closed loop (of the whole recording if the loop was never closed).
+pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
+    let mut force = measured_contact_force(model, signals);
+    let running = |n: usize| signals.cycles[n].trace.mode == Mode::Running;
+    if (0..signals.len()).any(running) {
+        for (n, f) in force.iter_mut().enumerate() {
+            *f = f.filter(|_| running(n));
+        }
+    }
+    let zero = median_force(&force);
+    let known: Vec<(usize, Vector3<f64>)> = force
+        .iter()
+        .enumerate()
+        .filter_map(|(n, f)| Some((n, (*f)? - zero)))
+        .collect();
+    let size: Vec<f64> = known.iter().map(|(_, f)| f.norm()).collect();
+    // The larger of two neighbours' smaller ones: a single spike is no contact.
+    let peak_n = size.windows(2).map(|w| w[0].min(w[1])).fold(0.0, f64::max);
+    let threshold_n =
+        (NOISE_FACTOR * noise_n(&known, model.noise.force_n)).max(PEAK_SHARE * peak_n);
+    let list = intervals(&size, threshold_n)
+        .into_iter()
+        .map(|(from, to)| contact(&known[from..to]))
+        .collect();
+    Contacts {
+        list,
+        threshold_n,
+        peak_n,
+    }
+}
+
+fn contact(cycles: &[(usize, Vector3<f64>)]) -> Contact {
+    let largest = cycles
+        .iter()
+        .map(|(_, force)| *force)
+        .max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    Contact {
+        from: cycles.first().map_or(0, |(n, _)| *n),
+        to: cycles.last().map_or(0, |(n, _)| n + 1),
+        direction: largest
+            .and_then(|force| force.try_normalize(0.0))
+            .unwrap_or_else(Vector3::x),
+    }
+}
+
+/// The force that is there most of the time: what the model's zero or weight misses.
+fn median_force(force: &[Option<Vector3<f64>>]) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| median(force.iter().filter_map(|f| Some((*f)?[i])).collect()))
+}
+
+/// The larger of the data sheet's noise and what the steps from cycle to cycle say.
+fn noise_n(force: &[(usize, Vector3<f64>)], data_sheet_n: f64) -> f64 {
+    (0..3)
+        .map(|i| noise_of_steps(force.iter().map(|(_, f)| f[i])))
+        .fold(data_sheet_n, f64::max)
+}
+
+/// One standard deviation of white noise by the median step, which ignores motion and spikes:
+/// `1.4826 median|x(n) − x(n−1)| / √2`.
+pub(super) fn noise_of_steps(values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.collect();
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    1.4826 * median(steps) / std::f64::consts::SQRT_2
+}
+
+/// Median of finite values; 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|v| v.is_finite());
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Intervals above the threshold, with hysteresis in size and in time.
+fn intervals(size: &[f64], threshold: f64) -> Vec<(usize, usize)> {
+    let mut found: Vec<(usize, usize)> = Vec::new();
+    let (mut above, mut start, mut last_loaded) = (0, 0, None::<usize>);
+    for (n, value) in size.iter().enumerate() {
+        above = if *value > threshold { above + 1 } else { 0 };
+        if last_loaded.is_none() && above >= CONFIRM_CYCLES {
+            start = onset(size, n + 1 - CONFIRM_CYCLES, RELEASE_SHARE * threshold);
+            last_loaded = Some(n);
+        } else if let Some(last) = last_loaded {
+            if *value > RELEASE_SHARE * threshold {
+                last_loaded = Some(n);
+            } else if n - last > CONFIRM_CYCLES {
+                found.push((start, last + 1));
+                last_loaded = None;
+            }
+        }
+    }
+    if let Some(last) = last_loaded {
+        found.push((start, last + 1));
+    }
+    found
+}
+
+/// Steps back to where the force rose from below the release level.
+fn onset(size: &[f64], from: usize, release: f64) -> usize {
+    (0..from)
+        .rev()
+        .take(CONFIRM_CYCLES)
+        .take_while(|n| size[*n] > release)
+        .last()
+        .unwrap_or(from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chatter_and_spikes_make_no_contacts() {
+        let mut size = vec![0.1; 100];
+        size[10] = 50.0;
+        for (i, value) in [6.0, 8.5, 20.0, 30.0, 9.0, 4.0, 12.0, 8.5]
+            .iter()
+            .enumerate()
+        {
+            size[40 + i] = *value;
+        }
+        assert_eq!(intervals(&size, 10.0), vec![]);
+        size[44] = 12.0;
+        assert_eq!(intervals(&size, 10.0), vec![(41, 48)]);
+    }
+
+    #[test]
+    fn a_recording_that_ends_in_contact_keeps_it() {
+        let size = [0.0, 0.0, 20.0, 20.0, 20.0];
+        assert_eq!(intervals(&size, 10.0), vec![(2, 5)]);
+    }
+
+    #[test]
+    fn noise_is_found_beside_motion() {
+        let values = (0..1000).map(|n| f64::from(n) * 0.01 + if n % 2 == 0 { 1.0 } else { -1.0 });
+        let noise = noise_of_steps(values);
+        assert!(
+            (noise - 1.4826 * 2.0 / 2.0_f64.sqrt()).abs() < 0.02,
+            "{noise}"
+        );
+    }
+}

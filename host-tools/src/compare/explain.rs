@@ -1,0 +1,220 @@
+//! A one-parameter description of an error, where one is supported: the measurement is late, or
+//! larger by a factor, or shifted.
+//!
+//! It describes, and names no cause. It is only given if it accounts for most of what exceeds
+//! the noise and the data determine its parameter.
+
+use super::Phase;
+use crate::model::prediction::signals::Signals;
+use crate::model::prediction::{ChannelPrediction, Prediction, executed};
+use crate::model::{Axis, Channel, Model};
+use serde::Serialize;
+
+/// Share of the error beyond the noise that a description has to account for.
+const EXPLAINED: f64 = 0.8;
+/// Longest lateness that is looked for, s, to both sides.
+const LATE_S: (f64, f64) = (-0.02, 0.2);
+/// Steps of the search for the lateness between cycles: each leaves 0.62 of the interval.
+const GOLDEN_STEPS: usize = 16;
+/// Share of a cycle to which a lateness can be known.
+const INSIDE_A_CYCLE: f64 = 0.05;
+/// Half width of a 95 % interval in standard errors.
+const TWO_SIDED_95: f64 = 1.96;
+
+/// An estimated number with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+}
+
+/// What describes an error.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Explanation {
+    /// The actuator fits with so much more delay than the model has, s.
+    Late(Estimate),
+    /// Measured = value × predicted, beyond what is there in free flight.
+    Factor(Estimate),
+    /// Measured = predicted + value, in the channel's unit.
+    Offset(Estimate),
+}
+
+/// What a description is sought in.
+pub(super) struct Source<'a> {
+    pub(super) model: &'a Model,
+    pub(super) signals: &'a Signals<'a>,
+    pub(super) prediction: &'a Prediction,
+    pub(super) phases: &'a [Phase],
+}
+
+/// One cycle that is described.
+struct Sample {
+    cycle: usize,
+    error: f64,
+    /// 1 / variance of the error.
+    weight: f64,
+}
+
+/// The best description of the errors of an axis in the given cycles.
+pub(super) fn explain(
+    source: &Source<'_>,
+    channel: Channel,
+    axis: Axis,
+    cycles: &[usize],
+) -> Option<Explanation> {
+    let values = source.prediction.channel(channel);
+    let samples: Vec<Sample> = cycles
+        .iter()
+        .filter_map(|cycle| {
+            let sigma = values.expected_sigma(*cycle, axis);
+            Some(Sample {
+                cycle: *cycle,
+                error: values.residual(*cycle, axis)?,
+                weight: 1.0 / (sigma * sigma),
+            })
+        })
+        .collect();
+    let load = loads(values, source.phases, axis);
+    let ones: Vec<f64> = vec![1.0; samples.len()];
+    let loaded: Vec<f64> = samples.iter().map(|s| load[s.cycle]).collect();
+    let offset = linear(&samples, &ones).map(|(e, share)| (Explanation::Offset(e), share));
+    let factor = linear(&samples, &loaded).map(|(e, share)| {
+        let plus_one = Estimate {
+            value: 1.0 + e.value,
+            low: 1.0 + e.low,
+            high: 1.0 + e.high,
+        };
+        (Explanation::Factor(plus_one), share)
+    });
+    let late = (channel == Channel::ExecutedVelocity)
+        .then(|| lateness(source, axis, &samples))
+        .flatten()
+        .map(|(e, share)| (Explanation::Late(e), share));
+    [late, factor, offset]
+        .into_iter()
+        .flatten()
+        .filter(|(_, share)| *share >= EXPLAINED)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(explanation, _)| explanation)
+}
+
+/// The part of the prediction that a factor would scale: velocities, changes of the model's
+/// velocity and of the pose, and the wrench beyond its median in free flight.
+fn loads(values: &ChannelPrediction, phases: &[Phase], axis: Axis) -> Vec<f64> {
+    let i = axis.index();
+    let predicted = |n: usize| values.predicted[n].map(|p| p[i]);
+    let rest = match values.channel {
+        Channel::Wrench => {
+            let free = (0..phases.len()).filter(|n| phases[*n] == Phase::FreeFlight);
+            let mut values: Vec<f64> = free.filter_map(predicted).collect();
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(0.0)
+        }
+        _ => 0.0,
+    };
+    (0..values.predicted.len())
+        .map(|n| {
+            let from = match values.channel {
+                Channel::ModelVelocity | Channel::Pose => n
+                    .checked_sub(1)
+                    .map_or(0.0, |last| values.measured[last][i]),
+                Channel::ExecutedVelocity | Channel::Wrench => rest,
+            };
+            predicted(n).map_or(0.0, |p| p - from)
+        })
+        .collect()
+}
+
+/// Least squares of `error = value × regressor`: the estimate and the share that it explains.
+fn linear(samples: &[Sample], regressor: &[f64]) -> Option<(Estimate, f64)> {
+    let pairs = || samples.iter().zip(regressor);
+    let normal: f64 = pairs().map(|(s, x)| s.weight * x * x).sum();
+    if normal <= 0.0 || !normal.is_finite() {
+        return None;
+    }
+    let value = pairs().map(|(s, x)| s.weight * s.error * x).sum::<f64>() / normal;
+    let left: Vec<f64> = pairs()
+        .map(|(s, x)| (s.error - value * x) * s.weight.sqrt())
+        .collect();
+    determined(samples, &left, value, normal)
+}
+
+/// Searches the delay, beyond the model's, with which the actuator fits best.
+fn lateness(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option<(Estimate, f64)> {
+    let cycle_s = source.signals.cycle_s;
+    let least = LATE_S.0.max(-source.model.actuator.transport_delay_s);
+    let left = |late_s: f64| -> Vec<f64> {
+        let mut model = source.model.clone();
+        model.actuator.transport_delay_s += late_s.max(least);
+        let values = executed::predict(&model, source.signals);
+        let of = |s: &Sample| values.residual(s.cycle, axis).unwrap_or(s.error) * s.weight.sqrt();
+        samples.iter().map(of).collect()
+    };
+    let cost = |late_s: f64| left(late_s).iter().map(|e| e * e).sum::<f64>();
+    // The cost has one valley per reversal of the motion: look at all of them, then descend.
+    let (first, last) = ((least / cycle_s) as i32, (LATE_S.1 / cycle_s) as i32);
+    let (start, _) = (first..=last)
+        .map(|k| (f64::from(k) * cycle_s, cost(f64::from(k) * cycle_s)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let best = golden_section(start - cycle_s, start + cycle_s, &cost);
+    let (before, after) = (left(best - 0.5 * cycle_s), left(best + 0.5 * cycle_s));
+    let slope = |(a, b): (&f64, &f64)| ((b - a) / cycle_s).powi(2);
+    let normal: f64 = before.iter().zip(&after).map(slope).sum();
+    let (mut estimate, explained) = determined(samples, &left(best), best, normal)?;
+    // The samples say little about what happens inside a cycle.
+    let half = (estimate.high - best).max(INSIDE_A_CYCLE * cycle_s);
+    (estimate.low, estimate.high) = (best - half, best + half);
+    Some((estimate, explained))
+}
+
+/// The least of a function with one valley.
+fn golden_section(mut low: f64, mut high: f64, cost: &impl Fn(f64) -> f64) -> f64 {
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let inner = |low: f64, high: f64| (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut a, mut b) = inner(low, high);
+    let (mut cost_a, mut cost_b) = (cost(a), cost(b));
+    for _ in 0..GOLDEN_STEPS {
+        if cost_a < cost_b {
+            (high, b, cost_b) = (b, a, cost_a);
+            a = inner(low, high).0;
+            cost_a = cost(a);
+        } else {
+            (low, a, cost_a) = (a, b, cost_b);
+            b = inner(low, high).1;
+            cost_b = cost(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The interval of an estimate from what it leaves; None unless zero is clearly outside.
+///
+/// Standard error `√(s² (1+ρ)/(1−ρ) / normal)` with the variance s² of what is left (at least
+/// 1, the noise) and its correlation ρ from sample to sample.
+fn determined(
+    samples: &[Sample],
+    left: &[f64],
+    value: f64,
+    normal: f64,
+) -> Option<(Estimate, f64)> {
+    let n = left.len() as f64;
+    let squares: f64 = left.iter().map(|e| e * e).sum();
+    let neighbours: f64 = left.windows(2).map(|w| w[0] * w[1]).sum();
+    let correlation = (neighbours / squares.max(f64::MIN_POSITIVE)).clamp(0.0, 0.98);
+    let variance = (squares / n.max(1.0)).max(1.0);
+    let inflation = (1.0 + correlation) / (1.0 - correlation);
+    let half = TWO_SIDED_95 * (variance * inflation / normal.max(f64::MIN_POSITIVE)).sqrt();
+    let before: f64 = samples.iter().map(|s| s.error * s.error * s.weight).sum();
+    let explained = 1.0 - (squares - n).max(0.0) / (before - n).max(f64::MIN_POSITIVE);
+    let estimate = Estimate {
+        value,
+        low: value - half,
+        high: value + half,
+    };
+    (value.abs() > 2.0 * half).then_some((estimate, explained))
+}

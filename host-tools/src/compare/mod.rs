@@ -1,0 +1,235 @@
+//! `softdock compare`: predicted against measured, how large the error is, and where it stands.
+//!
+//! The error of a cycle is measured minus predicted ([`crate::model::prediction`]). It is given
+//! in its unit and relative to the noise: `rms_sigma` divides by the data sheet's noise, as
+//! docking-rig-log/1 defines it; what decides whether the model fails is the noise to expect of
+//! the difference, which includes what the prediction inherits from noisy measurements.
+
+mod contact;
+mod crossing;
+mod errors;
+mod explain;
+mod failure;
+mod notes;
+mod page;
+pub mod phases;
+mod sentence;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub use explain::{Estimate, Explanation};
+pub use failure::{Failure, PhaseShare};
+pub use phases::Phase;
+
+use crate::model::prediction::Prediction;
+use crate::model::prediction::signals::Signals;
+use crate::model::{Axis, Channel, Model, prediction};
+use crate::recording::Recording;
+use errors::AxisError;
+use serde::Serialize;
+
+/// Error of one axis of a channel over the whole recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelError {
+    /// Channel.
+    pub name: Channel,
+    /// Axis.
+    pub axis: Axis,
+    /// SI unit of `rms`.
+    pub unit: &'static str,
+    /// Root mean square of measured minus predicted over all cycles; a cycle without prediction
+    /// counts as zero.
+    pub rms: f64,
+    /// The same in units of the data sheet's noise.
+    pub rms_sigma: f64,
+    /// The same in units of the noise to expect of the difference, and over the cycles with a
+    /// prediction: 1 if the model is right.
+    pub rms_expected_sigma: f64,
+}
+
+/// Error of a channel over its judged axes, as docking-rig-log/1 sums it up.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelTotal {
+    /// Channel.
+    pub name: Channel,
+    /// Root mean square of all cycles and axes in units of the data sheet's noise.
+    pub rms_sigma: f64,
+}
+
+/// A stretch of time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Window {
+    /// Time of the first cycle, s.
+    pub from_s: f64,
+    /// Time of the last cycle, s.
+    pub to_s: f64,
+}
+
+/// Error of one phase of the test.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhaseError {
+    /// Phase.
+    pub name: Phase,
+    /// Its part of the sum of squared errors of all channels, each relative to the noise that is
+    /// expected of it; 0 to 1.
+    pub share: f64,
+    /// Its part of what exceeds the noise significantly; 0 to 1, and 0 everywhere if nothing does.
+    pub share_beyond_noise: f64,
+    /// Root mean square relative to the expected noise.
+    pub rms_sigma: f64,
+    /// Number of cycles.
+    pub cycles: usize,
+    /// When it was.
+    pub windows: Vec<Window>,
+}
+
+/// What a comparison finds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// Where the model fails, in a sentence.
+    #[serde(rename = "where")]
+    pub sentence: String,
+    /// Nothing exceeds the noise.
+    pub at_noise: bool,
+    /// Errors per channel and axis.
+    pub channels: Vec<ChannelError>,
+    /// Errors per channel.
+    pub totals: Vec<ChannelTotal>,
+    /// Errors per phase, all phases.
+    pub phases: Vec<PhaseError>,
+    /// Channels and axes in which the model fails, worst first.
+    pub failures: Vec<Failure>,
+    /// What the reader should know about the recording.
+    pub notes: Vec<String>,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Number of cycles.
+    pub cycles: usize,
+    /// Values for the plots.
+    #[serde(skip)]
+    detail: Detail,
+}
+
+/// Everything that the report draws.
+#[derive(Clone, Debug)]
+struct Detail {
+    prediction: Prediction,
+    phases: Vec<Phase>,
+    identity: String,
+    settings_toml: String,
+    scenario_toml: Option<String>,
+    model_toml: String,
+}
+
+/// Compares a recording with a model.
+///
+/// # Errors
+///
+/// A recording that cannot be predicted at all: fewer than two cycles, unreadable settings or
+/// no rising time. A recording without contact, or one that was cut off, is compared.
+pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Comparison> {
+    let signals = Signals::new(recording)?;
+    let prediction = prediction::predict_signals(model, &signals);
+    let contacts = contact::find(model, &signals);
+    let phases = phases::of_cycles(model, &signals, &contacts);
+    let errors = errors::of_axes(&prediction, &phases);
+    let source = explain::Source {
+        model,
+        signals: &signals,
+        prediction: &prediction,
+        phases: &phases,
+    };
+    let failures = failure::find(&source, &errors);
+    let mut notes = notes::of_recording(recording, &signals, &contacts);
+    notes.extend(prediction.notes.iter().cloned());
+    notes.extend(notes::too_much_noise(model, &signals, &prediction));
+    Ok(Comparison {
+        sentence: sentence::whole(model, &errors, &failures),
+        at_noise: failures.is_empty(),
+        channels: errors.iter().map(AxisError::summary).collect(),
+        totals: totals(&prediction, &errors),
+        phases: phase_errors(&prediction, &phases, &errors),
+        failures,
+        notes,
+        contacts: contacts.list.len(),
+        cycles: signals.len(),
+        detail: Detail {
+            prediction,
+            phases,
+            identity: recording.header.identity.clone(),
+            settings_toml: recording.header.settings_toml.clone(),
+            scenario_toml: recording.header.scenario_toml.clone(),
+            model_toml: model.to_toml(),
+        },
+    })
+}
+
+fn totals(prediction: &Prediction, errors: &[AxisError]) -> Vec<ChannelTotal> {
+    let total = |channel: Channel| {
+        // Angles of the pose are judged, but docking-rig-log/1 sums its translations only.
+        let axes = errors.iter().filter(|e| {
+            e.channel == channel && !(channel == Channel::Pose && e.axis.is_rotation())
+        });
+        let (sum, count) = axes.fold((0.0, 0), |(sum, count), e| {
+            (sum + e.data_sheet_squares, count + prediction.time_s.len())
+        });
+        ChannelTotal {
+            name: channel,
+            rms_sigma: (sum / count.max(1) as f64).sqrt(),
+        }
+    };
+    Channel::ALL.map(total).to_vec()
+}
+
+fn phase_errors(
+    prediction: &Prediction,
+    phases: &[Phase],
+    errors: &[AxisError],
+) -> Vec<PhaseError> {
+    let sum_of = |phase: Phase| errors::Sum::total(errors.iter().map(|e| e.in_phase(phase)));
+    let excess_of =
+        |phase: Phase| -> f64 { errors.iter().map(|e| e.in_phase(phase).excess()).sum() };
+    let all: f64 = Phase::ALL.map(|p| sum_of(p).squares).iter().sum();
+    let all_excess: f64 = Phase::ALL.map(excess_of).iter().sum();
+    let part = |value: f64, all: f64| if all > 0.0 { value / all } else { 0.0 };
+    Phase::ALL
+        .into_iter()
+        .map(|name| PhaseError {
+            name,
+            share: part(sum_of(name).squares, all),
+            share_beyond_noise: part(excess_of(name), all_excess),
+            rms_sigma: sum_of(name).rms(),
+            cycles: phases.iter().filter(|p| **p == name).count(),
+            windows: windows(prediction, phases, |p| p == name)
+                .into_iter()
+                .map(|cycles| window(prediction, &cycles))
+                .collect(),
+        })
+        .collect()
+}
+
+/// Stretches of cycles in phases that `wanted` accepts.
+fn windows(
+    prediction: &Prediction,
+    phases: &[Phase],
+    wanted: impl Fn(Phase) -> bool,
+) -> Vec<std::ops::Range<usize>> {
+    let mut found: Vec<std::ops::Range<usize>> = Vec::new();
+    let cycles = phases.iter().take(prediction.time_s.len()).enumerate();
+    for (n, _) in cycles.filter(|(_, phase)| wanted(**phase)) {
+        match found.last_mut() {
+            Some(last) if last.end == n => last.end = n + 1,
+            _ => found.push(n..n + 1),
+        }
+    }
+    found
+}
+
+fn window(prediction: &Prediction, cycles: &std::ops::Range<usize>) -> Window {
+    let at = |n: usize| prediction.time_s.get(n).copied().unwrap_or(0.0);
+    Window {
+        from_s: at(cycles.start),
+        to_s: at(cycles.end.saturating_sub(1)),
+    }
+}

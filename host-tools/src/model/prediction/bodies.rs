@@ -1,0 +1,223 @@
+//! Velocity that the rig's model asks for, from the measured and compensated wrench by the
+//! two-body dynamics (README C of docking-rig-log/1).
+//!
+//! The recorded state before the cycle is carried one cycle on with the recorded wrench at M;
+//! the change of K's velocity relative to Q is what the model's velocity should change by
+//! (averaged over two cycles where the board sends the mean, A11). Cycles in which the board
+//! does not integrate by design (start ramp, stale sensor, clamped robot) have no prediction or
+//! no change. Mass properties that the model leaves out are those of the board's settings.
+//!
+//! A log without bodies and settings is predicted with K at the measured pose, moving with the
+//! model's velocity, Q fixed, and the wrench compensated with the model's own tool and zero.
+
+use super::signals::{Signals, Step};
+use super::{ChannelPrediction, Six};
+use crate::model::{Channel, Model};
+use nalgebra::UnitQuaternion;
+use softdock_control::delay::ModelVelocity;
+use softdock_control::dynamics::{BodyState, TwoBody, TwoBodyState, relative_velocity};
+use softdock_control::frames::{self, Pose, Twist, Wrench};
+use softdock_control::io::{BodyTrace, CycleRecord};
+use softdock_control::limits::LimitFlags;
+use softdock_control::modes::Mode;
+use softdock_control::settings::BodySettings;
+use softdock_control::wrench::{Compensation, Motion};
+
+/// Predicts the channel; what cannot be predicted is noted.
+pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) -> ChannelPrediction {
+    let measured: Vec<Six> = signals
+        .cycles
+        .iter()
+        .map(|c| c.trace.model_velocity)
+        .collect();
+    let predicted = match TwoCraft::new(model, signals) {
+        Some(craft) => craft.predict(signals, &measured),
+        None => {
+            notes.push(
+                "The model velocity is not predicted: neither the model ([bodies.k] mass_kg and \
+                 inertia_kg_m2) nor the recording says how heavy the craft is."
+                    .to_owned(),
+            );
+            vec![None; measured.len()]
+        }
+    };
+    let noise = &model.noise;
+    ChannelPrediction {
+        channel: Channel::ModelVelocity,
+        measured,
+        predicted,
+        sigma: super::six(noise.model_velocity_m_s, noise.model_rate_rad_s),
+        expected_sigma: Vec::new(),
+    }
+}
+
+/// The two craft, ready to run.
+struct TwoCraft {
+    bodies: TwoBody<f64>,
+    /// The board's own states and wrench are recorded.
+    recorded: bool,
+    compensation: Compensation<f64>,
+    mean: bool,
+    /// Cycles at the start of a run that are not integrated.
+    start_cycles: u32,
+    active: [bool; 6],
+}
+
+impl TwoCraft {
+    fn new(model: &Model, signals: &Signals<'_>) -> Option<Self> {
+        let settings = signals.settings.clone();
+        let known = |body: &crate::model::BodyModel| {
+            body.fixed == Some(true) || (body.mass_kg.is_some() && body.inertia_kg_m2.is_some())
+        };
+        if settings.is_none() && !known(&model.bodies.k) {
+            return None;
+        }
+        let recorded = settings.is_some();
+        let settings = settings.unwrap_or_default();
+        let (mut k, mut q) = (settings.body_k.clone(), settings.body_q.clone());
+        if !recorded {
+            q = BodySettings {
+                fixed: !known(&model.bodies.q),
+                ..BodySettings::default()
+            };
+        }
+        model.bodies.k.apply_to(&mut k);
+        model.bodies.q.apply_to(&mut q);
+        let mut active = [false; 6];
+        for axis in &model.rig.active_axes {
+            active[axis.index()] = true;
+        }
+        Some(Self {
+            bodies: TwoBody::new(&k, &q, signals.cycle_s),
+            recorded,
+            compensation: Compensation::new(&model.sensor_settings()),
+            mean: settings.delay.model_velocity == ModelVelocity::Mean,
+            // Rows of an imported log that are compared begin after the second of a run.
+            start_cycles: if recorded {
+                settings.start.zero_cycles + settings.start.ramp_cycles
+            } else {
+                1
+            },
+            active,
+        })
+    }
+
+    fn predict(&self, signals: &Signals<'_>, measured: &[Six]) -> Vec<Option<Six>> {
+        let mut running = 0_u32;
+        let mut c_from_q = UnitQuaternion::identity();
+        let mut last: Option<Six> = None;
+        (0..signals.len())
+            .map(|n| {
+                let cycle = &signals.cycles[n];
+                if cycle.trace.mode != Mode::Running || signals.steps[n] == Step::Hole {
+                    running = 0;
+                    last = None;
+                    c_from_q = self.laboratory(signals, n).unwrap_or(c_from_q);
+                    return None;
+                }
+                if running == 0 && n == 0 {
+                    c_from_q = self.laboratory(signals, n).unwrap_or(c_from_q);
+                }
+                running = running.saturating_add(1);
+                if running <= self.start_cycles {
+                    return None;
+                }
+                let change = self.change(signals, n, &c_from_q);
+                // The first integrated cycle only serves the mean of the second.
+                let before = std::mem::replace(&mut last, change)?;
+                let change = change?;
+                Some(std::array::from_fn(|i| {
+                    let step = if self.mean {
+                        0.5 * (change[i] + before[i])
+                    } else {
+                        change[i]
+                    };
+                    measured[n - 1][i] + if self.active[i] { step } else { 0.0 }
+                }))
+            })
+            .collect()
+    }
+
+    /// Orientation of Q in the laboratory, which is fixed when the board is armed.
+    fn laboratory(&self, signals: &Signals<'_>, n: usize) -> Option<UnitQuaternion<f64>> {
+        if !self.recorded {
+            return Some(UnitQuaternion::identity());
+        }
+        let trace = &signals.cycles[n].trace;
+        let state = TwoBodyState {
+            k: body_state(&trace.body_k),
+            q: body_state(&trace.body_q),
+        };
+        let command = pose_of(&trace.command_pose);
+        Some(command.rotation * state.q_from_k().rotation.inverse())
+    }
+
+    /// Change of the velocity of K seen from Q in cycle n, in the laboratory.
+    fn change(
+        &self,
+        signals: &Signals<'_>,
+        n: usize,
+        c_from_q: &UnitQuaternion<f64>,
+    ) -> Option<Six> {
+        let cycle = &signals.cycles[n];
+        let frozen = LimitFlags(LimitFlags::SENSOR_STALE.0 | LimitFlags::ROBOT_CLAMP.0);
+        if cycle.trace.limits.has(frozen) {
+            return Some([0.0; 6]);
+        }
+        let (before, wrench) = self.before(signals, n)?;
+        let after = self.bodies.step(&before, &wrench).0;
+        let change =
+            relative_velocity(&after.k, &after.q) - relative_velocity(&before.k, &before.q);
+        let change = Twist {
+            linear: c_from_q * change.linear,
+            angular: change.angular,
+        };
+        let six = change.get();
+        six.iter().all(|v| v.is_finite()).then_some(six)
+    }
+
+    /// State before the integration of cycle n and the wrench on K in its axes.
+    fn before(&self, signals: &Signals<'_>, n: usize) -> Option<(TwoBodyState<f64>, Wrench<f64>)> {
+        if self.recorded {
+            let last: &CycleRecord = signals.cycles.get(n.checked_sub(1)?)?;
+            let state = TwoBodyState {
+                k: body_state(&last.trace.body_k),
+                q: body_state(&last.trace.body_q),
+            };
+            return Some((state, Wrench::of(&signals.cycles[n].trace.wrench_at_m)));
+        }
+        let pose = signals.pose(n)?;
+        let cycle = &signals.cycles[n];
+        let still = Twist::zero();
+        let state = TwoBodyState {
+            k: BodyState {
+                c_from_body: pose,
+                velocity: Twist::of(&cycle.trace.model_velocity),
+            },
+            q: BodyState {
+                c_from_body: Pose::identity(),
+                velocity: still,
+            },
+        };
+        signals.sampled_in(n)?;
+        let motion = Motion {
+            velocity: still,
+            acceleration: still,
+        };
+        let raw = Wrench::of(&cycle.inputs.sensor.wrench);
+        let wrench = self.compensation.compensate(&raw, &pose.rotation, &motion);
+        Some((state, wrench.at_m))
+    }
+}
+
+fn body_state(trace: &BodyTrace) -> BodyState<f64> {
+    BodyState {
+        c_from_body: pose_of(&trace.pose),
+        velocity: Twist::of(&trace.velocity),
+    }
+}
+
+fn pose_of(seven: &[f64; 7]) -> Pose<f64> {
+    let [x, y, z, qw, qx, qy, qz] = *seven;
+    frames::pose(&[x, y, z], &[qw, qx, qy, qz])
+}

@@ -1,0 +1,132 @@
+//! One-step predictions: what each cycle of a recording should have measured, given everything
+//! else that was recorded.
+//!
+//! | channel | predicted from | by |
+//! |---|---|---|
+//! | executed_velocity | velocities sent | nominal actuator ([`executed`]) |
+//! | wrench | measured pose and velocity | contact, tool, zero ([`wrench`]) |
+//! | model_velocity | measured, compensated wrench | two-body dynamics ([`bodies`]) |
+//! | pose | last pose, executed velocity | kinematics ([`pose`]) |
+//!
+//! Because each prediction starts from what was measured, an error stays in the channel that
+//! causes it: a robot that is late spoils executed_velocity alone, a wall that is too soft only
+//! the wrench.
+
+pub mod bodies;
+pub mod executed;
+pub mod pose;
+pub mod signals;
+#[cfg(test)]
+mod tests;
+pub mod wrench;
+
+use super::{Axis, Channel, Model};
+use crate::recording::Recording;
+use signals::Signals;
+
+/// Six numbers of a cycle, x y z rx ry rz.
+pub type Six = [f64; 6];
+
+/// Measured and predicted values of one channel.
+#[derive(Clone, Debug)]
+pub struct ChannelPrediction {
+    /// Which channel.
+    pub channel: Channel,
+    /// Measured values of each cycle.
+    pub measured: Vec<Six>,
+    /// Predicted values; None where nothing can be predicted.
+    pub predicted: Vec<Option<Six>>,
+    /// Noise of the measurement by data sheet, one standard deviation.
+    pub sigma: Six,
+    /// Noise of measured minus predicted in each cycle, with the share that the prediction
+    /// inherits from noisy measurements; empty where it is `sigma` in all cycles.
+    pub expected_sigma: Vec<Six>,
+}
+
+impl ChannelPrediction {
+    /// Measured minus predicted.
+    pub fn residual(&self, cycle: usize, axis: Axis) -> Option<f64> {
+        let i = axis.index();
+        let predicted = (*self.predicted.get(cycle)?)?;
+        let residual = self.measured.get(cycle)?[i] - predicted[i];
+        residual.is_finite().then_some(residual)
+    }
+
+    /// Noise that the residual should have.
+    pub fn expected_sigma(&self, cycle: usize, axis: Axis) -> f64 {
+        self.expected_sigma.get(cycle).unwrap_or(&self.sigma)[axis.index()]
+    }
+}
+
+/// All predictions for a recording.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// Time of each cycle, s.
+    pub time_s: Vec<f64>,
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// The channels, in the order of [`Channel::ALL`].
+    pub channels: [ChannelPrediction; 4],
+    /// Axes that are judged, per channel: the active ones, and all of the wrench.
+    pub judged: [Vec<Axis>; 4],
+    /// What could not be predicted, and why; sentences.
+    pub notes: Vec<String>,
+}
+
+impl Prediction {
+    /// A channel's values.
+    pub fn channel(&self, channel: Channel) -> &ChannelPrediction {
+        &self.channels[channel as usize]
+    }
+
+    /// A channel's judged axes.
+    pub fn judged(&self, channel: Channel) -> &[Axis] {
+        &self.judged[channel as usize]
+    }
+}
+
+/// Predicts all channels of a recording.
+///
+/// # Errors
+///
+/// A recording with fewer than two cycles, settings in it that cannot be read, or a cycle time
+/// that cannot be found.
+pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Prediction> {
+    Ok(predict_signals(model, &Signals::new(recording)?))
+}
+
+/// Predicts all channels from signals that have been read already.
+pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
+    let mut notes = Vec::new();
+    let channels = [
+        executed::predict(model, signals),
+        wrench::predict(model, signals),
+        bodies::predict(model, signals, &mut notes),
+        pose::predict(model, signals),
+    ];
+    if signals.velocity == signals::VelocityMeaning::CycleMean {
+        notes.push(
+            "The recorded velocity is the difference of the recorded poses: pose cannot differ \
+             from it, and its noise is that of the pose."
+                .to_owned(),
+        );
+    }
+    let active = &model.rig.active_axes;
+    Prediction {
+        time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),
+        cycle_s: signals.cycle_s,
+        channels,
+        judged: [
+            active.clone(),
+            Axis::ALL.to_vec(),
+            active.clone(),
+            active.clone(),
+        ],
+        notes,
+    }
+}
+
+/// Two three-vectors as six numbers.
+fn six(linear: f64, angular: f64) -> Six {
+    [linear, linear, linear, angular, angular, angular]
+}

@@ -1,0 +1,82 @@
+//! Pose from the last pose and the executed velocity (README K of docking-rig-log/1).
+//!
+//! `p(n) = p(n−1) + Ts/2 (v(n) + v(n−1))` with sampled velocities, `p(n−1) + Ts v(n)` with means
+//! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are
+//! given from the first pose of the recording, axes of M.
+
+use super::signals::{Signals, Step, VelocityMeaning};
+use super::{ChannelPrediction, Six, six};
+use crate::model::{Channel, Model};
+use softdock_control::frames::{Pose, Twist};
+
+/// Predicts the channel.
+pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
+    let noise = &model.noise;
+    let root2 = std::f64::consts::SQRT_2;
+    let first = (0..signals.len()).find_map(|n| signals.pose(n));
+    let measured: Vec<Six> = (0..signals.len())
+        .map(|n| match (first, signals.pose(n)) {
+            (Some(first), Some(pose)) => coordinates(&first, &pose),
+            _ => [f64::NAN; 6],
+        })
+        .collect();
+    let predicted = (0..signals.len())
+        .map(|n| {
+            let error = increment_error(signals, n)?;
+            let mut value = measured[n];
+            value.iter_mut().zip(error).for_each(|(v, e)| *v -= e);
+            Some(value)
+        })
+        .collect();
+    ChannelPrediction {
+        channel: Channel::Pose,
+        measured,
+        predicted,
+        sigma: six(root2 * noise.position_m, root2 * noise.angle_rad),
+        expected_sigma: expected_sigma(model, signals),
+    }
+}
+
+/// Measured minus predicted increment of the pose.
+fn increment_error(signals: &Signals<'_>, n: usize) -> Option<Six> {
+    let last = n.checked_sub(1)?;
+    if signals.steps[n] != Step::Next {
+        return None;
+    }
+    let moved = increment(&signals.pose(last)?, &signals.pose(n)?);
+    let mean = match signals.velocity {
+        VelocityMeaning::CycleMean => signals.executed(n)?,
+        VelocityMeaning::Sampled => (signals.executed(n)? + signals.executed(last)?) * 0.5,
+    };
+    Some((moved - mean * signals.cycle_s).get())
+}
+
+fn increment(from: &Pose<f64>, to: &Pose<f64>) -> Twist<f64> {
+    Twist {
+        linear: to.translation.vector - from.translation.vector,
+        angular: (from.rotation.inverse() * to.rotation).scaled_axis(),
+    }
+}
+
+/// Position in C and rotation vector from the first pose.
+fn coordinates(first: &Pose<f64>, pose: &Pose<f64>) -> Six {
+    let turned = (first.rotation.inverse() * pose.rotation).scaled_axis();
+    Twist {
+        linear: pose.translation.vector,
+        angular: turned,
+    }
+    .get()
+}
+
+/// The increment inherits the noise of two velocities, which is small beside that of two poses.
+fn expected_sigma(model: &Model, signals: &Signals<'_>) -> Vec<Six> {
+    let noise = &model.noise;
+    let velocity = signals.velocity_sigma(noise);
+    let pose = six(noise.position_m, noise.angle_rad);
+    let share = signals.cycle_s * signals.cycle_s * 0.5;
+    let mut sigma = [0.0; 6];
+    for i in 0..6 {
+        sigma[i] = (2.0 * pose[i] * pose[i] + share * velocity[i] * velocity[i]).sqrt();
+    }
+    vec![sigma; signals.len()]
+}

@@ -1,0 +1,246 @@
+//! A recording as signals: cycle time, continuity, and what its velocities mean.
+
+use crate::model::NoiseModel;
+use crate::model::prediction::{Six, six};
+use crate::recording::Recording;
+use anyhow::{bail, ensure};
+use nalgebra::Vector3;
+use softdock_control::frames::{self, Pose, Twist};
+use softdock_control::io::{CycleRecord, Sequence};
+use softdock_control::settings::Settings;
+
+/// What the recorded velocity of cycle n is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityMeaning {
+    /// Mean over the cycle that ended with cycle n: the difference of two poses, as the board
+    /// records it.
+    CycleMean,
+    /// Measured at the instant of cycle n.
+    Sampled,
+}
+
+/// How a cycle follows the one before it in the recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// One cycle later.
+    Next,
+    /// After so many telegrams without an answer, in which the robot was told nothing.
+    Lost(u32),
+    /// A new run of the robot, which stands still and has forgotten all commands.
+    NewRun,
+    /// Something is missing in the recording before this cycle.
+    Hole,
+}
+
+/// Signals of a recording.
+#[derive(Debug)]
+pub struct Signals<'a> {
+    /// The cycles.
+    pub cycles: &'a [CycleRecord],
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// Meaning of the recorded velocity.
+    pub velocity: VelocityMeaning,
+    /// How each cycle follows its predecessor.
+    pub steps: Vec<Step>,
+    /// The board's settings; None if the recording holds none.
+    pub settings: Option<Settings>,
+    /// Robot telegrams are recorded. An imported log has none.
+    telegrams: bool,
+    /// Sensor samples are counted.
+    samples_counted: bool,
+}
+
+impl<'a> Signals<'a> {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    ///
+    /// Fewer than two cycles, unreadable settings, or no cycle time.
+    pub fn new(recording: &'a Recording) -> anyhow::Result<Self> {
+        let cycles = recording.cycles.as_slice();
+        if cycles.len() < 2 {
+            let cut = recording.cut.as_deref().unwrap_or("the run was too short");
+            bail!(
+                "the recording holds {} cycle(s) and at least 2 are needed ({cut}); record again, \
+                 with the loop closed",
+                cycles.len()
+            );
+        }
+        let foreign = recording.header.settings_toml.trim().is_empty();
+        let settings = if foreign {
+            None
+        } else {
+            Some(recording.header.control_settings()?)
+        };
+        let cycle_s = match &settings {
+            Some(settings) => settings.robot.cycle_s,
+            None => median_cycle(cycles),
+        };
+        ensure!(
+            cycle_s > 0.0 && cycle_s.is_finite(),
+            "the time in the recording does not rise from cycle to cycle (found {cycle_s} s); \
+             expected a column with the time in seconds"
+        );
+        let telegrams = cycles.iter().any(|c| c.inputs.robot.ipoc != 0);
+        Ok(Self {
+            cycles,
+            cycle_s,
+            velocity: velocity_meaning(cycles, cycle_s),
+            steps: steps(cycles, telegrams),
+            settings,
+            telegrams,
+            samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
+        })
+    }
+
+    /// Number of cycles.
+    pub fn len(&self) -> usize {
+        self.cycles.len()
+    }
+
+    /// Never: a recording without cycles is refused.
+    pub fn is_empty(&self) -> bool {
+        self.cycles.is_empty()
+    }
+
+    /// Measured pose of M in C, if this cycle has one.
+    pub fn pose(&self, n: usize) -> Option<Pose<f64>> {
+        let cycle = self.cycles.get(n)?;
+        if self.telegrams && cycle.inputs.robot.pose.is_none() {
+            return None;
+        }
+        let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
+        let finite = cycle.trace.pose.iter().all(|v| v.is_finite());
+        finite.then(|| frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+    }
+
+    /// Recorded velocity, if it is one: not the first of a run, not across a gap.
+    pub fn executed(&self, n: usize) -> Option<Twist<f64>> {
+        let v = self.cycles.get(n)?.trace.executed_velocity;
+        let whole = match self.velocity {
+            VelocityMeaning::Sampled => true,
+            VelocityMeaning::CycleMean => {
+                let next = n > 0 && self.steps[n] == Step::Next;
+                next && self.pose(n).is_some() && self.pose(n - 1).is_some()
+            }
+        };
+        (whole && v.iter().all(|v| v.is_finite())).then(|| Twist::of(&v))
+    }
+
+    /// Velocity at the instant of the pose of cycle n.
+    pub fn velocity_at_pose(&self, n: usize) -> Option<Twist<f64>> {
+        match self.velocity {
+            VelocityMeaning::Sampled => self.executed(n),
+            VelocityMeaning::CycleMean => match (self.executed(n), self.executed(n + 1)) {
+                (Some(before), Some(after)) => Some((before + after) * 0.5),
+                (before, after) => before.or(after),
+            },
+        }
+    }
+
+    /// Acceleration at the instant of the pose; zero where only one velocity is known.
+    pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
+        let (from, to) = match self.velocity {
+            VelocityMeaning::Sampled => (n.checked_sub(1).and_then(|p| self.executed(p)), n),
+            VelocityMeaning::CycleMean => (self.executed(n), n + 1),
+        };
+        match (from, self.executed(to)) {
+            (Some(from), Some(to)) => (to - from) * (1.0 / self.cycle_s),
+            _ => Twist::zero(),
+        }
+    }
+
+    /// The cycle in which the wrench that cycle n holds was new; None if there was no sample yet.
+    pub fn sampled_in(&self, n: usize) -> Option<usize> {
+        let cycle = self.cycles.get(n)?;
+        let finite = cycle.inputs.sensor.wrench.iter().all(|v| v.is_finite());
+        if !finite || (self.samples_counted && cycle.inputs.sensor.counter == 0) {
+            return None;
+        }
+        n.checked_sub(cycle.trace.sensor_age as usize)
+    }
+
+    /// Noise of the recorded velocity, one standard deviation.
+    ///
+    /// A difference of two poses has √2 times the pose's noise per cycle.
+    pub fn velocity_sigma(&self, noise: &NoiseModel) -> Six {
+        match self.velocity {
+            VelocityMeaning::Sampled => six(noise.velocity_m_s, noise.rate_rad_s),
+            VelocityMeaning::CycleMean => {
+                let per_cycle = std::f64::consts::SQRT_2 / self.cycle_s;
+                six(noise.position_m * per_cycle, noise.angle_rad * per_cycle)
+            }
+        }
+    }
+
+    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`].
+    ///
+    /// Sampled: σ and √2 σ / Ts. Of poses: (p(n+1) − p(n−1)) / 2 Ts and their second difference
+    /// with √6 σ / Ts².
+    pub fn motion_sigma(&self, noise: &NoiseModel) -> (Six, Six) {
+        let recorded = self.velocity_sigma(noise);
+        let (velocity, acceleration) = match self.velocity {
+            VelocityMeaning::Sampled => (1.0, std::f64::consts::SQRT_2),
+            VelocityMeaning::CycleMean => (0.5, 3.0_f64.sqrt()),
+        };
+        (
+            recorded.map(|s| s * velocity),
+            recorded.map(|s| s * acceleration / self.cycle_s),
+        )
+    }
+}
+
+/// Median time between two records with consecutive numbers.
+fn median_cycle(cycles: &[CycleRecord]) -> f64 {
+    let mut steps: Vec<f64> = cycles
+        .windows(2)
+        .map(|pair| pair[1].trace.time_s - pair[0].trace.time_s)
+        .filter(|step| step.is_finite())
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
+    if !telegrams {
+        return vec![Step::Next; cycles.len()];
+    }
+    let mut last: Option<u64> = None;
+    cycles
+        .iter()
+        .map(|cycle| {
+            let number = cycle.trace.cycle;
+            let consecutive = last.map_or(number == 0, |last| number == last.wrapping_add(1));
+            last = Some(number);
+            match (cycle.inputs.robot.sequence, consecutive) {
+                (Sequence::NewRun, _) => Step::NewRun,
+                (_, false) => Step::Hole,
+                (Sequence::Gap(lost), true) => Step::Lost(lost),
+                (Sequence::Next, true) => Step::Next,
+            }
+        })
+        .collect()
+}
+
+/// Which meaning explains the steps of the recorded position better.
+fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
+    let position = |c: &CycleRecord| Vector3::from_row_slice(&c.trace.pose[..3]);
+    let velocity = |c: &CycleRecord| Vector3::from_row_slice(&c.trace.executed_velocity[..3]);
+    let (mut mean, mut sampled) = (0.0, 0.0);
+    for pair in cycles.windows(2) {
+        let moved = position(&pair[1]) - position(&pair[0]);
+        let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
+        let of_mean = (moved - after * cycle_s).norm_squared();
+        let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();
+        if of_mean.is_finite() && of_sampled.is_finite() {
+            mean += of_mean;
+            sampled += of_sampled;
+        }
+    }
+    if mean <= sampled {
+        VelocityMeaning::CycleMean
+    } else {
+        VelocityMeaning::Sampled
+    }
+}

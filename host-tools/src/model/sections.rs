@@ -1,0 +1,209 @@
+//! The sections of `model.toml`.
+
+use super::Axis;
+use serde::{Deserialize, Serialize};
+use softdock_control::settings::BodySettings;
+
+/// Axes of the rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RigModel {
+    /// Axes that move. The others are held: no motion is predicted or judged there; the wrench
+    /// always is.
+    pub active_axes: Vec<Axis>,
+}
+
+impl Default for RigModel {
+    fn default() -> Self {
+        Self {
+            active_axes: Axis::ALL.to_vec(),
+        }
+    }
+}
+
+/// From the velocity that was sent to the velocity that is executed: held for a cycle, then a
+/// transport delay, then a first-order lag.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActuatorModel {
+    /// Time from the start of the cycle in which a velocity is sent to the instant at which the
+    /// robot begins to move with it, s. Zero: during the very cycle that the telegram opens.
+    pub transport_delay_s: f64,
+    /// Time constant of the lag, s.
+    pub lag_s: f64,
+}
+
+/// What the docking mechanism touches.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactModel {
+    /// Elastic half spaces; their forces add.
+    pub walls: Vec<WallModel>,
+    /// A guide that centres the tip at all times.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guide: Option<GuideModel>,
+}
+
+/// An elastic, damped wall: `F = n max(0, k p + c min(1, p/d) dp/dt)` with penetration p.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallModel {
+    /// A point of the surface in C, m.
+    pub point_m: [f64; 3],
+    /// Direction out of the wall, in C; any length but zero.
+    pub normal: [f64; 3],
+    /// Stiffness k, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping c, N·s/m.
+    #[serde(default)]
+    pub damping_n_s_per_m: f64,
+    /// Penetration d at which the damping acts in full, m; 0: at once.
+    #[serde(default)]
+    pub damping_depth_m: f64,
+    /// The point that touches the wall, in M, m.
+    #[serde(default)]
+    pub tip_m: [f64; 3],
+}
+
+/// A spring and damper that act on the tip across an axis, in contact or not:
+/// `F = −(k (tip − point) + c v_tip)` without its component along the axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuideModel {
+    /// Direction that is free, in C; any length but zero.
+    pub axis: [f64; 3],
+    /// A point of the axis in C, m.
+    #[serde(default)]
+    pub point_m: [f64; 3],
+    /// The guided point in M, m.
+    #[serde(default)]
+    pub tip_m: [f64; 3],
+    /// Stiffness k across the axis, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping c across the axis, N·s/m.
+    #[serde(default)]
+    pub damping_n_s_per_m: f64,
+}
+
+/// Everything beyond the sensor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToolModel {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass in S, m.
+    pub com_m: [f64; 3],
+    /// Inertia tensor about the centre of mass, axes of S, kg·m².
+    pub inertia_kg_m2: [[f64; 3]; 3],
+    /// The predicted wrench contains what it takes to accelerate the tool.
+    pub dynamic_compensation: bool,
+}
+
+/// The sensor's place and its zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorModel {
+    /// Origin of S in M, m.
+    pub position_m: [f64; 3],
+    /// Orientation of S in M, quaternion w x y z.
+    pub orientation_wxyz: [f64; 4],
+    /// Zero-load reading: three forces (N), three torques (N·m).
+    pub bias: [f64; 6],
+    /// Gravity in C, m/s².
+    pub gravity_m_s2: [f64; 3],
+}
+
+impl Default for SensorModel {
+    fn default() -> Self {
+        Self {
+            position_m: [0.0; 3],
+            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
+            bias: [0.0; 6],
+            gravity_m_s2: [0.0, 0.0, -9.81],
+        }
+    }
+}
+
+/// The two simulated craft. What is left out is taken from the settings in the recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TwoBodyModel {
+    /// The passive craft, moved by the robot.
+    pub k: BodyModel,
+    /// The active craft.
+    pub q: BodyModel,
+}
+
+/// One simulated craft. What is left out is taken from the settings in the recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyModel {
+    /// Does not move, whatever acts on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<bool>,
+    /// Mass, kg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Inertia tensor about the centre of mass, body axes, kg·m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia_kg_m2: Option<[[f64; 3]; 3]>,
+    /// Acceleration by the space manipulator, m/s² in C.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_acceleration_m_s2: Option<[f64; 3]>,
+    /// Angular acceleration by the space manipulator, rad/s² in body axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_angular_acceleration_rad_s2: Option<[f64; 3]>,
+}
+
+impl BodyModel {
+    /// Overwrites what is written here; the rest stays as it is.
+    pub fn apply_to(&self, settings: &mut BodySettings) {
+        settings.fixed = self.fixed.unwrap_or(settings.fixed);
+        settings.mass_kg = self.mass_kg.unwrap_or(settings.mass_kg);
+        settings.inertia_kg_m2 = self.inertia_kg_m2.unwrap_or(settings.inertia_kg_m2);
+        settings.arm_acceleration_m_s2 = self
+            .arm_acceleration_m_s2
+            .unwrap_or(settings.arm_acceleration_m_s2);
+        settings.arm_angular_acceleration_rad_s2 = self
+            .arm_angular_acceleration_rad_s2
+            .unwrap_or(settings.arm_angular_acceleration_rad_s2);
+    }
+}
+
+/// One standard deviation of each measurement, by data sheet or from a quiet log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseModel {
+    /// Force, N.
+    pub force_n: f64,
+    /// Torque, N·m.
+    pub torque_n_m: f64,
+    /// Velocity where it is measured, m/s. Where it is the difference of two poses, the noise
+    /// of the pose counts.
+    pub velocity_m_s: f64,
+    /// Angular velocity where it is measured, rad/s.
+    pub rate_rad_s: f64,
+    /// Position, m.
+    pub position_m: f64,
+    /// Angle, rad.
+    pub angle_rad: f64,
+    /// Digits with which the model's velocity is logged, m/s.
+    pub model_velocity_m_s: f64,
+    /// Digits with which the model's angular velocity is logged, rad/s.
+    pub model_rate_rad_s: f64,
+}
+
+impl Default for NoiseModel {
+    fn default() -> Self {
+        Self {
+            force_n: 0.5,
+            torque_n_m: 0.03,
+            velocity_m_s: 5e-5,
+            rate_rad_s: 1e-4,
+            position_m: 5e-6,
+            angle_rad: 1e-5,
+            model_velocity_m_s: 2e-7,
+            model_rate_rad_s: 2e-7,
+        }
+    }
+}

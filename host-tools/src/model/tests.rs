@@ -1,0 +1,98 @@
+//! What a `model.toml` may hold and how it is refused.
+
+use super::*;
+
+#[test]
+fn the_commented_file_is_the_default() {
+    assert_eq!(
+        Model::from_toml(Model::default_toml(), "model.toml").unwrap(),
+        Model::default()
+    );
+}
+
+#[test]
+fn the_commented_parts_are_valid_too() {
+    let text: String = Model::default_toml()
+        .lines()
+        .map(|line| match line.strip_prefix("# ") {
+            Some(code) if code.starts_with('[') || code.contains(" = ") => format!("{code}\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    assert_eq!(model.contact.walls.len(), 1);
+    assert!(model.contact.guide.is_some());
+    assert_eq!(model.bodies.q.fixed, Some(true));
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let model = Model {
+        contact: ContactModel {
+            walls: vec![WallModel {
+                point_m: [0.1, 0.0, 0.0],
+                normal: [-1.0, 0.0, 0.0],
+                stiffness_n_per_m: 1e4,
+                damping_n_s_per_m: 1.0,
+                damping_depth_m: 0.0,
+                tip_m: [0.0; 3],
+            }],
+            guide: None,
+        },
+        bodies: TwoBodyModel {
+            k: BodyModel {
+                mass_kg: Some(800.0),
+                ..BodyModel::default()
+            },
+            ..TwoBodyModel::default()
+        },
+        ..Model::default()
+    };
+    assert_eq!(
+        Model::from_toml(&model.to_toml(), "model.toml").unwrap(),
+        model
+    );
+}
+
+#[test]
+fn errors_name_field_value_and_range() {
+    let wall = "[[contact.walls]]\npoint_m = [0, 0, 0]\nnormal = [1, 0, 0]\n";
+    let cases = [
+        (
+            "[actuator]\nlag_s = -0.1",
+            "`actuator.lag_s` is -0.1; allowed is 0 to 1",
+        ),
+        (
+            "[noise]\nforce_n = 0",
+            "`noise.force_n` is 0; allowed is 0.000000000001 to 10000",
+        ),
+        (
+            &format!("{wall}stiffness_n_per_m = nan"),
+            "`contact.walls[0].stiffness_n_per_m` is NaN",
+        ),
+        (
+            &format!("{wall}stifness_n_per_m = 1.0"),
+            "did you mean `stiffness_n_per_m`",
+        ),
+        (
+            "[contact.guide]\naxis = [0, 0, 0]\nstiffness_n_per_m = 1",
+            "`contact.guide.axis`",
+        ),
+        (
+            "[tool]\nmass_kg = 1e9",
+            "`tool.mass_kg` is 1000000000; allowed is 0 to 2000",
+        ),
+        (
+            "[bodies.k]\nmass_kg = 0",
+            "`bodies.k.mass_kg` is 0; allowed is 0.1 to 1000000",
+        ),
+        ("[actuator]\nlag = 1", "did you mean `lag_s`"),
+        ("[actuator", "not valid TOML"),
+    ];
+    for (text, expected) in cases {
+        let error = Model::from_toml(text, "model.toml")
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(expected), "{text}\n -> {error}");
+    }
+}
