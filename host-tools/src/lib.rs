@@ -2,7 +2,9 @@
 //! comparison, reports, and the command line.
 
 pub mod board;
+pub mod cli;
 pub mod compare;
+pub mod experiment;
 pub mod identity;
 pub mod input;
 pub mod model;
@@ -10,3 +12,4 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod robot_config;

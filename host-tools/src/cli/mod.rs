@@ -1,0 +1,77 @@
+//! The `softdock` command: one file per subcommand.
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+use std::io::Write;
+
+mod board;
+mod compare;
+mod demo;
+mod export;
+mod import;
+mod replay;
+mod reproduce;
+mod robot_config;
+mod run;
+
+/// Hardware-in-the-loop docking tests: run them, record them, and find out where model and rig
+/// disagree.
+///
+/// Results go to standard output, everything else to standard error. Nothing is overwritten
+/// without --force.
+#[derive(Debug, Parser)]
+#[command(
+    name = "softdock",
+    version,
+    about,
+    after_help = "Try it now, without hardware: softdock demo"
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::Demo),
+    Run(run::Run),
+    Board(board::Board),
+    RobotConfig(robot_config::RobotConfig),
+    Compare(compare::Compare),
+    Reproduce(reproduce::Reproduce),
+    Replay(replay::Replay),
+    Export(export::Export),
+    Import(import::Import),
+}
+
+impl Cli {
+    /// Carries the command out.
+    pub fn execute(self) -> Result<()> {
+        match self.command {
+            Command::Demo(command) => command.execute(),
+            Command::Compare(command) => command.execute(),
+            Command::Run(command) => command.execute(),
+            Command::Board(command) => command.execute(),
+            Command::RobotConfig(command) => command.execute(),
+            Command::Reproduce(command) => command.execute(),
+            Command::Replay(command) => command.execute(),
+            Command::Export(command) => command.execute(),
+            Command::Import(command) => command.execute(),
+        }
+    }
+}
+
+/// Writes a result to standard output. A reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
+    }
+}
+
+/// Writes one JSON document to standard output.
+fn print_json(value: &impl Serialize) -> Result<()> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}

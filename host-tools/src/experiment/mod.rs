@@ -1,0 +1,11 @@
+//! Experiments on the simulated rig: scenarios, the impacts found in them, the paper's figures,
+//! and the guided demonstration.
+
+pub mod demo;
+pub mod impact_table;
+pub mod impacts;
+pub mod reproduce;
+pub mod reproduce_page;
+pub mod run;
+pub mod scenario;
+pub mod spring_rod;
