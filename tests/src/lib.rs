@@ -1,0 +1,14 @@
+//! Shared helpers of the tests: the three scalar types, a driver of the cycle, a plant to close
+//! the loop with.
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a fixture that cannot be built is a failed test"
+)]
+
+pub mod driver;
+pub mod peers;
+pub mod plant;
+pub mod process;
+pub mod rig;
+pub mod scalars;

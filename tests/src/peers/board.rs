@@ -1,0 +1,138 @@
+//! `softdock board` as a child process on ports of its own.
+
+use crate::process::{PATIENCE, Running, scratch, softdock_binary};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use super::{Answer, Robot};
+
+/// Settings that keep a busy computer from being taken for a broken sensor or robot: whatever
+/// counts in cycles or seconds is as patient as it can be.
+pub const BUSY_COMPUTER: &str = "
+[control.robot]
+late_answers_fault = 1000000
+lost_telegrams_fault = 1000000
+[control.sensor]
+stale_after_cycles = 100
+fault_after_cycles = 1000
+[control.limits]
+clamp_fault_cycles = 10000
+[can]
+answer_timeout_s = 1.0
+sample_wait_s = 0.002
+[rsi]
+new_run_after_lost = 1000000
+silence_s = 60.0
+";
+
+/// A running board, the folder of its files, and where it listens.
+#[derive(Debug)]
+pub struct Board {
+    /// The process.
+    pub process: Running,
+    /// Folder with `board.toml` and `run.mcap`.
+    pub folder: PathBuf,
+    /// The robot's port (UDP).
+    pub robot: SocketAddr,
+    /// The sensor's port (TCP).
+    pub can: SocketAddr,
+}
+
+impl Board {
+    /// Starts a board with `settings` (TOML) on free ports; it records into `run.mcap`.
+    ///
+    /// # Panics
+    /// If it does not come up.
+    pub fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
+        let folder = scratch(test);
+        std::fs::write(folder.join("board.toml"), settings).expect("settings can be written");
+        let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0)).to_string();
+        let mut command = Command::new(softdock_binary());
+        command
+            .current_dir(&folder)
+            .args(["board", "--settings", "board.toml", "-o", "run.mcap"]);
+        command
+            .args(["--robot", &any, "--can", &any])
+            .args(arguments);
+        let mut process = Running::start("board", &mut command);
+        // board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2
+        let line = process.wait_for("board: robot on UDP ");
+        let mut addresses = line.split([' ', ',']).filter_map(|word| word.parse().ok());
+        let (Some(robot), Some(can)) = (addresses.next(), addresses.next()) else {
+            panic!("expected two addresses in `{line}`");
+        };
+        Self {
+            process,
+            folder,
+            robot,
+            can,
+        }
+    }
+
+    /// The recording's path.
+    pub fn recording(&self) -> PathBuf {
+        self.folder.join("run.mcap")
+    }
+
+    /// Lets `robot` go on, a cycle per ms, until the board says `text`; the last answer.
+    ///
+    /// # Panics
+    /// If it never does, or a cycle is not answered.
+    pub fn cycles_until(&mut self, robot: &mut Robot, text: &str) -> Answer {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            let answer = robot.cycle();
+            if self.process.heard(text).is_some() {
+                return answer;
+            }
+            assert!(
+                Instant::now() < give_up,
+                "never `{text}`\n{}",
+                self.process.transcript()
+            );
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    }
+
+    /// Ends it with Ctrl-C: the path of its recording, and what it said.
+    ///
+    /// # Panics
+    /// If it does not end well.
+    pub fn stop(self) -> (PathBuf, String) {
+        let recording = self.recording();
+        self.process.interrupt();
+        let (status, log) = self.process.finish();
+        assert!(status.success(), "the board ended with {status}\n{log}");
+        (recording, log)
+    }
+}
+
+/// The counter before `word` in the board's last line: `5 cycles, 0 lost, ..`.
+///
+/// # Panics
+/// If the board has not said it.
+pub fn counted(log: &str, word: &str) -> u64 {
+    let line = log
+        .lines()
+        .find(|line| line.contains(" cycles, "))
+        .expect("the board's last line");
+    let words: Vec<&str> = line.split([' ', ',']).filter(|w| !w.is_empty()).collect();
+    let at = words
+        .iter()
+        .position(|w| *w == word)
+        .expect("a counter's name");
+    words
+        .get(at - 1)
+        .and_then(|w| w.parse().ok())
+        .expect("a counter")
+}
+
+/// A path as text for a command line.
+///
+/// # Panics
+/// If it is not UTF-8.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}

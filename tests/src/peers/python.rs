@@ -1,0 +1,91 @@
+//! The peers in Python: RSIPI's robot controller and a sensor on python-can.
+
+use crate::process::Running;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Names the Python interpreter that has RSIPI and python-can.
+const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
+
+/// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.
+static RSIPI_PORT: Mutex<()> = Mutex::new(());
+
+/// A Python peer, in `folder`.
+fn peer(script: &str, folder: &Path) -> Command {
+    let python = std::env::var_os(PYTHON).unwrap_or_else(|| {
+        panic!("{PYTHON} is not set; `tests/run` installs the Python peers and sets it")
+    });
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("peers")
+        .join(script);
+    let mut command = Command::new(python);
+    command.current_dir(folder).arg("-u").arg(path);
+    command
+}
+
+/// A sensor on python-can's SLCAN client, once it has opened the channel.
+///
+/// # Panics
+/// If it does not come up.
+pub fn sensor(folder: &Path, can: SocketAddr) -> Running {
+    let mut command = peer("sensor.py", folder);
+    command.args(["--channel", &format!("socket://{can}")]);
+    let mut running = Running::start("python-can sensor", &mut command);
+    running.wait_for("ready");
+    running
+}
+
+/// RSIPI's robot controller.
+#[derive(Debug)]
+pub struct RsipiRobot {
+    /// The process.
+    pub process: Running,
+    _port: MutexGuard<'static, ()>,
+}
+
+/// What RSIPI decided.
+#[derive(Debug, Deserialize)]
+pub struct Verdict {
+    /// Accepted answers: time stamp, and RKorr as text.
+    pub accepted: Vec<(u64, BTreeMap<String, String>)>,
+    /// Reasons of answers that were wrong.
+    pub rejected: Vec<String>,
+    /// Cycles without an answer in time.
+    pub late: u64,
+    /// RIst at the start, mm and degrees.
+    pub start: BTreeMap<String, f64>,
+    /// RIst at the end.
+    pub end: BTreeMap<String, f64>,
+}
+
+impl RsipiRobot {
+    /// Starts it with an Ethernet configuration for so many answered cycles.
+    ///
+    /// # Panics
+    /// If Python cannot be started.
+    pub fn start(folder: &Path, config: &str, cycles: usize) -> Self {
+        let port = RSIPI_PORT.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut command = peer("rsipi_robot.py", folder);
+        command.args(["--config", config, "--mode", "relative", "--delay", "4"]);
+        command.args(["--cycles", &cycles.to_string()]);
+        Self {
+            process: Running::start("RSIPI", &mut command),
+            _port: port,
+        }
+    }
+
+    /// Waits for its last cycle.
+    ///
+    /// # Panics
+    /// If it fails, or does not say what it found.
+    pub fn verdict(mut self) -> Verdict {
+        let line = self.process.wait_for("{\"accepted\"");
+        let (status, log) = self.process.finish();
+        assert!(status.success(), "RSIPI ended with {status}\n{log}");
+        serde_json::from_str(&line).expect("RSIPI's verdict")
+    }
+}

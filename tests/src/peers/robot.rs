@@ -1,0 +1,164 @@
+//! A KUKA controller that sends its next telegram when the answer has come: as fast as the board
+//! is, or as slow as the test wants. It reads answers with a few lines of its own.
+
+use crate::process::PATIENCE;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+
+/// Interpolation cycle, ms.
+const CYCLE_MS: u64 = 4;
+/// A time stamp that does not fit into 32 bits, as on real controllers.
+const FIRST_IPOC: u64 = 123_645_634_560;
+
+/// An answer of the board.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// Time stamp that it answers to.
+    pub ipoc: u64,
+    /// Correction X Y Z (10⁻⁴ mm) A B C (10⁻⁴ degrees).
+    pub correction: [i64; 6],
+    /// The datagram.
+    pub bytes: Vec<u8>,
+}
+
+/// The robot.
+#[derive(Debug)]
+pub struct Robot {
+    socket: UdpSocket,
+    board: SocketAddr,
+    /// Time stamp of the next telegram.
+    pub ipoc: u64,
+    /// Pose in units of 10⁻⁴ mm and degrees: the sum of all corrections.
+    pub pose: [i64; 6],
+}
+
+impl Robot {
+    /// A robot on a port of its own.
+    ///
+    /// # Panics
+    /// If there is no free port.
+    pub fn new(board: SocketAddr) -> Self {
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free UDP port");
+        socket
+            .set_read_timeout(Some(PATIENCE))
+            .expect("a timeout can be set");
+        Self {
+            socket,
+            board,
+            ipoc: FIRST_IPOC,
+            pose: [0; 6],
+        }
+    }
+
+    /// The telegram with time stamp `ipoc`.
+    pub fn telegram(&self, ipoc: u64) -> String {
+        let [x, y, z, a, b, c] = self.pose.map(|counts| counts as f64 * 1e-4);
+        format!(
+            "<Rob Type=\"KUKA\"><RIst X=\"{x:.4}\" Y=\"{y:.4}\" Z=\"{z:.4}\" A=\"{a:.4}\" B=\"{b:.4}\" C=\"{c:.4}\"/>\
+             <Delay D=\"0\"/><IPOC>{ipoc}</IPOC></Rob>"
+        )
+    }
+
+    /// Sends any datagram.
+    ///
+    /// # Panics
+    /// If it cannot be sent.
+    pub fn send(&self, datagram: &[u8]) {
+        let sent = self
+            .socket
+            .send_to(datagram, self.board)
+            .expect("a datagram can be sent");
+        assert_eq!(sent, datagram.len());
+    }
+
+    /// The next answer.
+    ///
+    /// # Panics
+    /// If none comes within [`PATIENCE`], or it is not one.
+    pub fn receive(&self) -> Answer {
+        let mut buffer = [0; 2048];
+        let (length, from) = self
+            .socket
+            .recv_from(&mut buffer)
+            .expect("the board answers");
+        assert_eq!(from, self.board);
+        Answer::parse(&buffer[..length])
+    }
+
+    /// What has come and was not read. Nothing may come that was not asked for.
+    ///
+    /// # Panics
+    /// If the socket cannot be read.
+    pub fn unread(&self) -> usize {
+        self.socket
+            .set_nonblocking(true)
+            .expect("a socket can be made non-blocking");
+        let count = std::iter::from_fn(|| self.socket.recv_from(&mut [0; 2048]).ok()).count();
+        self.socket
+            .set_nonblocking(false)
+            .expect("a socket can be made blocking");
+        count
+    }
+
+    /// One cycle: telegram, answer, motion.
+    ///
+    /// # Panics
+    /// If the answer has another time stamp.
+    pub fn cycle(&mut self) -> Answer {
+        self.send(self.telegram(self.ipoc).as_bytes());
+        let answer = self.receive();
+        assert_eq!(
+            answer.ipoc, self.ipoc,
+            "the time stamp must come back as it was"
+        );
+        self.apply(&answer);
+        answer
+    }
+
+    /// Moves as an answer says and goes on to the next cycle after it.
+    pub fn apply(&mut self, answer: &Answer) {
+        for (pose, step) in self.pose.iter_mut().zip(answer.correction) {
+            *pose += step;
+        }
+        self.ipoc = answer.ipoc + CYCLE_MS;
+    }
+}
+
+impl Answer {
+    fn parse(bytes: &[u8]) -> Self {
+        let text = std::str::from_utf8(bytes).expect("an answer in UTF-8");
+        assert!(
+            text.starts_with("<Sen Type=\"ImFree\">") && text.ends_with("</Sen>"),
+            "{text}"
+        );
+        let between = |before: &str, after: &str| {
+            let rest = text.split_once(before).map(|(_, rest)| rest);
+            let value = rest
+                .and_then(|rest| rest.split_once(after))
+                .map(|(value, _)| value);
+            value.unwrap_or_else(|| panic!("expected {before}..{after} in {text}"))
+        };
+        let ipoc = between("<IPOC>", "</IPOC>").parse().expect("a time stamp");
+        let axes = ["X", "Y", "Z", "A", "B", "C"];
+        let correction = axes.map(|axis| counts(between(&format!(" {axis}=\""), "\"")));
+        Self {
+            ipoc,
+            correction,
+            bytes: bytes.to_vec(),
+        }
+    }
+
+    /// Whether the robot stays where it is.
+    pub fn is_zero(&self) -> bool {
+        self.correction == [0; 6]
+    }
+}
+
+/// Decimal text with four decimals in units of the last one.
+///
+/// # Panics
+/// If it is anything else.
+pub fn counts(text: &str) -> i64 {
+    let (whole, decimals) = text.split_once('.').expect("a decimal point");
+    assert_eq!(decimals.len(), 4, "{text}");
+    format!("{whole}{decimals}").parse().expect("a number")
+}

@@ -1,0 +1,170 @@
+//! A force sensor behind SLCAN that answers at once, falls silent, or makes noise on the line.
+
+use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
+use softdock_link::slcan::{MAX_LINE_BYTES, encode_frame_line, parse_frame_line};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+/// Gauge counts per N and per N·m; the gauges are the axes.
+const COUNTS_PER_UNIT: f64 = 100.0;
+/// How often the thread looks whether it shall end.
+const GLANCE: Duration = Duration::from_millis(20);
+/// Open sequence of python-can, with its empty line and its second `O`.
+const OPEN: &[u8] = b"C\rS8\r\rO\rO\r";
+/// What a bad cable puts on the line: whole lines of it, and one byte too many before a frame.
+const NOISE: &[u8] =
+    b"\x00\xfft2\rt99999999\r\x07garbage that is longer than any line of SLCAN may be\r";
+
+/// What the test and the sensor's thread share.
+#[derive(Debug, Default)]
+struct State {
+    ended: AtomicBool,
+    silent: AtomicBool,
+    noisy: AtomicBool,
+    readings: AtomicU64,
+}
+
+/// The sensor's thread; it ends when the test drops it.
+#[derive(Debug)]
+pub struct Sensor {
+    state: Arc<State>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Sensor {
+    /// Connects to a board and opens the channel.
+    ///
+    /// # Panics
+    /// If the board does not listen.
+    pub fn connect(can: SocketAddr) -> Self {
+        let mut stream = TcpStream::connect(can).expect("the board listens for its sensor");
+        stream
+            .set_nodelay(true)
+            .expect("small packets can be sent at once");
+        stream
+            .set_read_timeout(Some(GLANCE))
+            .expect("a timeout can be set");
+        stream.write_all(OPEN).expect("the board reads");
+        let state = Arc::new(State::default());
+        let shared = state.clone();
+        let thread = thread::spawn(move || Device::new(stream).serve(&shared));
+        Self {
+            state,
+            thread: Some(thread),
+        }
+    }
+
+    /// Answers nothing from now on, or answers again.
+    pub fn be_silent(&self, silent: bool) {
+        self.state.silent.store(silent, Ordering::Relaxed);
+    }
+
+    /// Puts noise between its answers and spoils some of them, or is quiet again.
+    pub fn be_noisy(&self, noisy: bool) {
+        self.state.noisy.store(noisy, Ordering::Relaxed);
+    }
+
+    /// Readings so far.
+    pub fn readings(&self) -> u64 {
+        self.state.readings.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Sensor {
+    fn drop(&mut self) {
+        self.state.ended.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Device {
+    stream: TcpStream,
+    device: AtiDevice,
+    line: Vec<u8>,
+}
+
+impl Device {
+    fn new(stream: TcpStream) -> Self {
+        let mut matrix = [[0.0; 6]; 6];
+        for (axis, row) in matrix.iter_mut().enumerate() {
+            row[axis] = 1.0;
+        }
+        let (counts_per_force, counts_per_torque) = (COUNTS_PER_UNIT, COUNTS_PER_UNIT);
+        let calibration = AtiCalibration {
+            matrix,
+            counts_per_force,
+            counts_per_torque,
+        };
+        let device = AtiDevice::new(
+            0x20,
+            &calibration,
+            ForceUnit::Newton,
+            TorqueUnit::NewtonMetre,
+        );
+        Self {
+            stream,
+            device: device.expect("a valid sensor"),
+            line: Vec::new(),
+        }
+    }
+
+    /// Answers until the test or the board ends.
+    fn serve(mut self, state: &State) {
+        let mut buffer = [0; 512];
+        while !state.ended.load(Ordering::Relaxed) {
+            let length = match self.stream.read(&mut buffer) {
+                Ok(0) => return,
+                Ok(length) => length,
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    continue;
+                }
+                Err(_) => return,
+            };
+            for byte in &buffer[..length] {
+                // BEL answers a line that the board could not read.
+                if !matches!(*byte, b'\r' | 0x07) {
+                    self.line.push(*byte);
+                    continue;
+                }
+                let line = std::mem::take(&mut self.line);
+                if !state.silent.load(Ordering::Relaxed) && self.answer(&line, state).is_err() {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn answer(&mut self, line: &[u8], state: &State) -> std::io::Result<()> {
+        let Ok(request) = parse_frame_line(line) else {
+            return Ok(());
+        };
+        // One count of gauge 0 flickers, as in every real converter.
+        let reading = state.readings.fetch_add(1, Ordering::Relaxed);
+        let gauges = [i16::from(reading.is_multiple_of(2)), 0, 0, 0, 0, 0];
+        let noisy = state.noisy.load(Ordering::Relaxed);
+        let mut out = Vec::new();
+        for frame in self.device.answer(&request, gauges, 0) {
+            if noisy {
+                out.extend_from_slice(NOISE);
+                // The end of this line is the end of the next frame, which is lost by that.
+                out.extend_from_slice(if reading.is_multiple_of(20) {
+                    b"#"
+                } else {
+                    b""
+                });
+            }
+            let mut text = heapless::Vec::<u8, MAX_LINE_BYTES>::new();
+            encode_frame_line(&frame, &mut text);
+            out.extend_from_slice(&text);
+        }
+        self.stream.write_all(&out)
+    }
+}

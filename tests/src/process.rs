@@ -1,0 +1,307 @@
+//! Child processes of the tests: what they say, bounded waits, and an end in every case.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Longest wait for anything. It only keeps a broken test from hanging; no test measures time.
+pub const PATIENCE: Duration = Duration::from_secs(240);
+/// How often a wait looks again.
+const GLANCE: Duration = Duration::from_millis(5);
+
+/// What a process has said so far, standard output and standard error together.
+#[derive(Debug, Default)]
+struct Log {
+    lines: Vec<String>,
+    /// Streams that have not ended.
+    open: u8,
+}
+
+#[derive(Debug, Default)]
+struct SharedLog {
+    log: Mutex<Log>,
+    changed: Condvar,
+}
+
+impl SharedLog {
+    fn lock(&self) -> MutexGuard<'_, Log> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A child process whose output is read line by line. It is killed when the test drops it.
+#[derive(Debug)]
+pub struct Running {
+    name: String,
+    child: Child,
+    stdin: Option<ChildStdin>,
+    log: Arc<SharedLog>,
+    readers: Vec<JoinHandle<()>>,
+    /// Lines that waits have passed already.
+    passed: usize,
+}
+
+impl Running {
+    /// Starts `command`; `name` stands for it in messages.
+    ///
+    /// # Panics
+    /// If the program cannot be started.
+    pub fn start(name: &str, command: &mut Command) -> Self {
+        let piped = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let mut child = piped
+            .spawn()
+            .unwrap_or_else(|error| panic!("{name}: cannot start: {error}"));
+        let log = Arc::new(SharedLog::default());
+        log.lock().open = 2;
+        let mut readers = Vec::new();
+        if let Some(stream) = child.stdout.take() {
+            readers.push(read_lines(stream, log.clone()));
+        }
+        if let Some(stream) = child.stderr.take() {
+            readers.push(read_lines(stream, log.clone()));
+        }
+        let stdin = child.stdin.take();
+        Self {
+            name: name.into(),
+            child,
+            stdin,
+            log,
+            readers,
+            passed: 0,
+        }
+    }
+
+    /// Writes a line to its standard input.
+    ///
+    /// # Panics
+    /// If it does not read any more.
+    pub fn say(&mut self, line: &str) {
+        let stdin = self.stdin.as_mut().expect("standard input is piped");
+        if let Err(error) = writeln!(stdin, "{line}") {
+            panic!(
+                "{}: does not read `{line}`: {error}\n{}",
+                self.name,
+                self.transcript()
+            );
+        }
+    }
+
+    /// Waits for a line that contains `text`, after those that earlier waits found.
+    ///
+    /// # Panics
+    /// If the process ends without it, or [`PATIENCE`] does.
+    pub fn wait_for(&mut self, text: &str) -> String {
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            if let Some(line) = self.heard(text) {
+                return line;
+            }
+            let log = self.log.lock();
+            let over = log.open == 0 || Instant::now() > give_up;
+            if !over {
+                drop(self.log.changed.wait_timeout(log, GLANCE));
+                continue;
+            }
+            drop(log);
+            // The last lines may have come between the two looks.
+            if let Some(line) = self.heard(text) {
+                return line;
+            }
+            panic!("{}: never said `{text}`\n{}", self.name, self.transcript());
+        }
+    }
+
+    /// The first line that contains `text`, after those that earlier waits found, if it is there.
+    pub fn heard(&mut self, text: &str) -> Option<String> {
+        let log = self.log.lock();
+        let found = log
+            .lines
+            .iter()
+            .enumerate()
+            .skip(self.passed)
+            .find(|(_, l)| l.contains(text));
+        let (index, line) = found.map(|(index, line)| (index, line.clone()))?;
+        self.passed = index + 1;
+        Some(line)
+    }
+
+    /// Everything that it has said.
+    pub fn transcript(&self) -> String {
+        self.log.lock().lines.join("\n")
+    }
+
+    /// Sends Ctrl-C (SIGINT) to this child alone.
+    ///
+    /// # Panics
+    /// If there is no `sh` to send it.
+    pub fn interrupt(&self) {
+        self.signal("INT");
+    }
+
+    /// Sends a signal by its name (`STOP`, `CONT`) to this child alone.
+    ///
+    /// # Panics
+    /// If there is no `sh` to send it.
+    pub fn signal(&self, name: &str) {
+        let kill = format!("kill -{name} {}", self.child.id());
+        let status = Command::new("sh").args(["-c", &kill]).status();
+        assert!(
+            status.is_ok_and(|s| s.success()),
+            "{}: `{kill}` failed",
+            self.name
+        );
+    }
+
+    /// Closes its standard input and waits for its end: how it ended, and all that it said.
+    ///
+    /// # Panics
+    /// If it does not end within [`PATIENCE`].
+    pub fn finish(mut self) -> (ExitStatus, String) {
+        self.stdin = None;
+        let status = wait(&self.name, &mut self.child);
+        for reader in self.readers.drain(..) {
+            reader.join().expect("a reader of lines does not panic");
+        }
+        (status, self.transcript())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // An error says that the child has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn read_lines(stream: impl Read + Send + 'static, log: Arc<SharedLog>) -> JoinHandle<()> {
+    thread::spawn(move || {
+        for line in BufReader::new(stream).split(b'\n').map_while(Result::ok) {
+            log.lock()
+                .lines
+                .push(String::from_utf8_lossy(&line).into_owned());
+            log.changed.notify_all();
+        }
+        log.lock().open -= 1;
+        log.changed.notify_all();
+    })
+}
+
+fn wait(name: &str, child: &mut Child) -> ExitStatus {
+    let give_up = Instant::now() + PATIENCE;
+    loop {
+        match child.try_wait() {
+            Ok(Some(status)) => return status,
+            Ok(None) if Instant::now() < give_up => thread::sleep(GLANCE),
+            Ok(None) => {
+                let _ = child.kill();
+                let _ = child.wait();
+                panic!("{name}: did not end");
+            }
+            Err(error) => panic!("{name}: cannot wait for its end: {error}"),
+        }
+    }
+}
+
+/// A command that has ended.
+#[derive(Debug)]
+pub struct Finished {
+    /// Whether it ended with 0.
+    pub success: bool,
+    /// Exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+/// Runs `softdock` with `arguments` in `folder` to its end.
+///
+/// # Panics
+/// If there is no binary, or it does not end within [`PATIENCE`].
+pub fn softdock(folder: &Path, arguments: &[&str]) -> Finished {
+    let mut command = Command::new(softdock_binary());
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null());
+    let mut child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("softdock starts");
+    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+    let stdout = thread::spawn(move || read_all(stdout));
+    let stderr = thread::spawn(move || read_all(stderr));
+    let status = wait(&format!("softdock {}", arguments.join(" ")), &mut child);
+    Finished {
+        success: status.success(),
+        code: status.code(),
+        stdout: stdout.join().expect("a reader does not panic"),
+        stderr: stderr.join().expect("a reader does not panic"),
+    }
+}
+
+fn read_all(stream: Option<impl Read>) -> String {
+    let mut bytes = Vec::new();
+    if let Some(mut stream) = stream {
+        stream.read_to_end(&mut bytes).expect("a pipe can be read");
+    }
+    String::from_utf8(bytes).expect("softdock writes UTF-8")
+}
+
+/// The `softdock` command that belongs to this build: `target/<profile>/softdock`.
+///
+/// # Panics
+/// If it was not built, or one of its sources is newer.
+pub fn softdock_binary() -> PathBuf {
+    let binary = profile_folder().join(format!("softdock{}", std::env::consts::EXE_SUFFIX));
+    let modified = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
+    let mend = "run `cargo build --workspace` (the same profile), or `tests/run`";
+    let Some(built) = modified(&binary) else {
+        panic!("{} is missing: {mend}", binary.display());
+    };
+    // Cargo lists the sources of a binary beside it: `binary: source source ..`.
+    let list = std::fs::read_to_string(binary.with_extension("d")).unwrap_or_default();
+    let sources = list.split_once(": ").map_or("", |(_, sources)| sources);
+    for source in sources.replace("\\ ", "\u{0}").split_whitespace() {
+        let source = PathBuf::from(source.replace('\u{0}', " "));
+        if modified(&source).is_some_and(|changed| changed > built) {
+            panic!(
+                "{} is older than {}: {mend}",
+                binary.display(),
+                source.display()
+            );
+        }
+    }
+    binary
+}
+
+/// `target/<profile>`; this test's executable stands in its folder `deps`.
+fn profile_folder() -> PathBuf {
+    let executable = std::env::current_exe().expect("a test has a path");
+    let profile = executable.parent().and_then(Path::parent);
+    profile
+        .expect("a test stands in target/<profile>/deps")
+        .to_path_buf()
+}
+
+/// An empty folder for the files of one test, under `target/`.
+///
+/// # Panics
+/// If it cannot be made.
+pub fn scratch(test: &str) -> PathBuf {
+    let folder = profile_folder().join("scratch").join(test);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("an old scratch folder can be removed");
+    }
+    std::fs::create_dir_all(&folder).expect("a scratch folder can be made");
+    folder
+}

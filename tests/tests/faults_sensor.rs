@@ -1,0 +1,230 @@
+//! What a sensor does wrong, and what the cycle answers: each event through the whole cycle.
+
+use softdock_control::io::{Inputs, SensorSample};
+use softdock_control::limits::LimitFlags;
+use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
+use softdock_control::scalar::Scalar;
+use softdock_tests::driver::{Driver, cruising, flying};
+use softdock_tests::in_three_scalars;
+
+const SPEED_M_S: f64 = 0.01;
+/// Correction X of one cycle at that speed: 0.04 mm of 4 decimals.
+const CRUISE_COUNTS: i64 = 400;
+
+fn assert_fault(driver: &Driver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
+    assert_eq!(driver.cycle.mode(), Mode::Fault);
+    assert_eq!(
+        driver.cycle.fault(),
+        Some(Fault::new(code, expected, received))
+    );
+}
+
+/// Up to two cycles without a sample change nothing; then the rate falls to zero by thirds; more
+/// than five latch a fault.
+fn an_old_sample_ramps_the_rate_down_then_faults<S: Scalar>() {
+    let mut driver = cruising::<S>(&flying(SPEED_M_S));
+    let mut body = None;
+    for (age, counts) in [
+        (1, 400),
+        (2, 400),
+        (3, 267),
+        (4, 133),
+        (5, 0),
+        (6, 0),
+        (7, 0),
+    ] {
+        let record = driver.step_stale(|_| {});
+        assert_eq!(record.trace.sensor_age, age);
+        let sent = record.output.correction[0];
+        assert!((sent - counts).abs() <= 1, "age {age}: {sent}");
+        assert_eq!(record.trace.mode == Mode::Fault, age > 5, "age {age}");
+        assert!(!record.output.stop);
+        if age == 3 {
+            assert!(record.trace.limits.has(LimitFlags::SENSOR_STALE));
+            body = Some(record.trace.body_k);
+        } else if age > 3 {
+            assert_eq!(
+                Some(record.trace.body_k),
+                body,
+                "the model is not integrated"
+            );
+        }
+    }
+    assert_fault(&driver, FaultCode::SensorStale, 5.0, 6.0);
+}
+
+fn a_sample_in_time_brings_the_rate_back<S: Scalar>() {
+    let mut driver = cruising::<S>(&flying(SPEED_M_S));
+    for _ in 0..5 {
+        driver.step_stale(|_| {});
+    }
+    for counts in [133, 267, 400, 400] {
+        let sent = driver.step().output.correction[0];
+        assert!((sent - counts).abs() <= 1, "{sent}, not {counts}");
+    }
+    assert_eq!(driver.cycle.mode(), Mode::Running);
+}
+
+/// Six identical words and an identical wrench for more than the set number of cycles.
+fn a_frozen_sensor_faults<S: Scalar>() {
+    let mut settings = flying(SPEED_M_S);
+    settings.sensor.frozen_after_cycles = 10;
+    let frozen = |inputs: &mut Inputs| inputs.sensor.words = [7; 6];
+    let mut driver = cruising::<S>(&settings);
+    for _ in 0..11 {
+        assert_eq!(driver.step_with(frozen).trace.fault, None);
+    }
+    driver.step();
+    for _ in 0..11 {
+        assert_eq!(
+            driver.step_with(frozen).trace.fault,
+            None,
+            "a flicker starts anew"
+        );
+    }
+    driver.step_with(frozen);
+    assert_fault(&driver, FaultCode::SensorFrozen, 10.0, 11.0);
+
+    settings.sensor.frozen_after_cycles = 0;
+    let mut driver = cruising::<S>(&settings);
+    for _ in 0..2000 {
+        assert_eq!(driver.step_with(frozen).trace.fault, None, "switched off");
+    }
+}
+
+type Spoil = fn(&mut SensorSample);
+
+/// Events that latch at once: what is spoiled, and the fault with its numbers.
+fn at_once() -> Vec<(Spoil, FaultCode, f64, f64)> {
+    vec![
+        (|s| s.status = 0x8001, FaultCode::SensorStatus, 0.0, 32769.0),
+        (|s| s.saturated = true, FaultCode::SensorSaturated, 0.0, 1.0),
+        (
+            |s| s.wrench[0] = 3500.0,
+            FaultCode::Overload,
+            3000.0,
+            3500.0,
+        ),
+        (
+            |s| s.wrench[2] = -3500.0,
+            FaultCode::Overload,
+            3000.0,
+            3500.0,
+        ),
+        (|s| s.wrench[4] = 600.0, FaultCode::Overload, 500.0, 600.0),
+        (|s| s.wrench[0] = f64::NAN, FaultCode::Numeric, 0.0, 0.0),
+        (
+            |s| s.wrench[3] = f64::INFINITY,
+            FaultCode::Numeric,
+            0.0,
+            0.0,
+        ),
+        (
+            |s| s.wrench[5] = f64::NEG_INFINITY,
+            FaultCode::Numeric,
+            0.0,
+            0.0,
+        ),
+    ]
+}
+
+/// Zero in the same cycle, for ever; only an overload also asks the robot to stop.
+fn an_unhealthy_sample_latches_at_once<S: Scalar>() {
+    for (spoil, code, expected, received) in at_once() {
+        let mut driver = cruising::<S>(&flying(SPEED_M_S));
+        let record = driver.step_with(|inputs| spoil(&mut inputs.sensor));
+        assert_fault(&driver, code, expected, received);
+        assert_eq!(record.trace.fault, driver.cycle.fault());
+        assert_eq!(record.output.correction, [0; 6], "{code:?}");
+        assert_eq!(record.output.stop, code == FaultCode::Overload);
+        for _ in 0..100 {
+            let record = driver.step();
+            assert_eq!(record.output.correction, [0; 6], "{code:?} moves");
+            assert_eq!(record.output.stop, code == FaultCode::Overload);
+        }
+        assert_fault(&driver, code, expected, received);
+    }
+}
+
+/// The same while armed; before that, a bad sample only keeps the rig from being armed.
+fn an_unhealthy_sample_counts_when_armed_and_not_before<S: Scalar>() {
+    for (spoil, code, ..) in at_once() {
+        let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+        driver.arm();
+        driver.step_with(|inputs| spoil(&mut inputs.sensor));
+        assert_eq!(driver.cycle.fault().map(|f| f.code), Some(code));
+
+        let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+        driver.command(Command::Hold);
+        driver.step_with(|inputs| spoil(&mut inputs.sensor));
+        assert_eq!(driver.cycle.fault(), None);
+        let record = driver.step_with(|inputs| {
+            spoil(&mut inputs.sensor);
+            inputs.command = Some(Command::Arm);
+        });
+        assert!(record.trace.refusal.is_some(), "{code:?}");
+        assert_eq!(record.trace.mode, Mode::Hold);
+    }
+}
+
+fn an_ignored_status_bit_is_ignored<S: Scalar>() {
+    let mut settings = flying(SPEED_M_S);
+    settings.sensor.ignored_status_bits = 0x8000;
+    let mut driver = cruising::<S>(&settings);
+    let record = driver.step_with(|inputs| inputs.sensor.status = 0x8000);
+    assert_eq!(record.output.correction[0], CRUISE_COUNTS);
+    driver.step_with(|inputs| inputs.sensor.status = 0x8001);
+    assert_fault(&driver, FaultCode::SensorStatus, 0.0, 1.0);
+}
+
+fn an_overload_stops_the_robot_only_if_asked<S: Scalar>() {
+    let mut settings = flying(SPEED_M_S);
+    settings.limits.stop_on_overload = false;
+    let mut driver = cruising::<S>(&settings);
+    let record = driver.step_with(|inputs| inputs.sensor.wrench[1] = 1e5);
+    assert_eq!(record.trace.mode, Mode::Fault);
+    assert!(!record.output.stop);
+}
+
+/// The stop is asked for until the reset, and the reset waits for the force to go.
+fn an_overload_is_over_with_its_reset<S: Scalar>() {
+    let mut driver = cruising::<S>(&flying(SPEED_M_S));
+    driver.inputs.sensor.wrench[0] = -4000.0;
+    driver.step();
+    let record = driver.command(Command::Reset);
+    assert_eq!(record.trace.refusal, Some(Refusal::ForceTooLarge));
+    assert!(record.output.stop);
+    driver.inputs.sensor.wrench[0] = -10.0;
+    assert!(driver.step().output.stop);
+    let record = driver.command(Command::Reset);
+    assert_eq!((record.trace.mode, record.output.stop), (Mode::Hold, false));
+    assert_eq!(record.output.correction, [0; 6]);
+}
+
+/// A force that would be a contact later is a fault while the start ramp runs.
+fn contact_during_the_start_ramp_faults<S: Scalar>() {
+    let settings = flying(SPEED_M_S);
+    let touch = |inputs: &mut Inputs| inputs.sensor.wrench[0] = -25.0;
+    let mut driver = Driver::<S>::new(&settings);
+    driver.start();
+    driver.step();
+    let record = driver.step_with(touch);
+    assert_fault(&driver, FaultCode::ContactAtStart, 20.0, 25.0);
+    assert_eq!(record.output.correction, [0; 6]);
+    assert!(!record.output.stop);
+
+    let mut driver = cruising::<S>(&settings);
+    assert_eq!(driver.step_with(touch).trace.fault, None);
+}
+
+in_three_scalars! {
+    stale: an_old_sample_ramps_the_rate_down_then_faults,
+    back_in_time: a_sample_in_time_brings_the_rate_back,
+    frozen: a_frozen_sensor_faults,
+    at_once_in_running: an_unhealthy_sample_latches_at_once,
+    at_once_in_armed: an_unhealthy_sample_counts_when_armed_and_not_before,
+    ignored_status: an_ignored_status_bit_is_ignored,
+    overload_without_stop: an_overload_stops_the_robot_only_if_asked,
+    overload_and_reset: an_overload_is_over_with_its_reset,
+    contact_in_the_ramp: contact_during_the_start_ramp_faults
+}
