@@ -113,7 +113,7 @@ pub fn page(reproduction: &Reproduction) -> Result<Page> {
     page.paragraph(
         "Two stops that face each other: each impact should be as strong as the last. The literal \
          law, whose sums are never reset, runs away as well; gating and resetting them, which the \
-         paper does not have, keeps it bounded.",
+         paper does not have, keeps it bounded at this speed, not at every one.",
     );
     page.table(&bounce_table(reproduction));
     page.columns(
