@@ -1,6 +1,7 @@
 //! Settings of a board: those of the control cycle, and how its links are set up.
 
-use softdock_control::settings::{Settings, SettingsError, in_range};
+use softdock_control::range::{SettingsError, in_range};
+use softdock_control::settings::Settings;
 use softdock_link::can::SensorDriver;
 use softdock_link::can::ati::{AtiConfig, AtiDriver};
 use softdock_link::can::sri::{SriConfig, SriDriver};

@@ -9,9 +9,10 @@ use crate::health::{Health, plausible};
 use crate::io::{BodyTrace, CycleRecord, Inputs, Output, RobotSample, Sequence, Trace};
 use crate::limits::{LimitFlags, load_beyond};
 use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
+use crate::range::SettingsError;
 use crate::run::{LoopInput, Plan, Run};
 use crate::scalar::Scalar;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::Settings;
 use crate::wrench::{Compensated, Compensation, MotionEstimator};
 use crate::zero::RestMean;
 

@@ -22,6 +22,7 @@ pub mod health;
 pub mod io;
 pub mod limits;
 pub mod modes;
+pub mod range;
 mod run;
 pub mod scalar;
 pub mod settings;

@@ -4,8 +4,8 @@
 //! safety controller.
 
 use crate::frames::{Twist, Wrench, small_rotation, vector};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
-use crate::settings::{SettingsError, in_range};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Bounds, all symmetric.

@@ -6,57 +6,7 @@
 
 use crate::delay::DelaySettings;
 use crate::limits::LimitSettings;
-
-/// Dotted name of a settings field.
-pub type FieldName = &'static str;
-
-/// A settings value outside of its allowed range.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// Dotted name of the field.
-    pub field: FieldName,
-    /// The value that was given.
-    pub received: f64,
-    /// Smallest allowed value.
-    pub low: f64,
-    /// Largest allowed value.
-    pub high: f64,
-}
-
-impl core::fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self {
-            field,
-            received,
-            low,
-            high,
-        } = self;
-        write!(f, "`{field}` is {received}; allowed is {low} to {high}")
-    }
-}
-
-impl core::error::Error for SettingsError {}
-
-/// `Ok` if `value` lies in `low..=high` (NaN does not).
-pub fn in_range(field: FieldName, value: f64, low: f64, high: f64) -> Result<(), SettingsError> {
-    if value >= low && value <= high {
-        Ok(())
-    } else {
-        Err(SettingsError {
-            field,
-            received: value,
-            low,
-            high,
-        })
-    }
-}
-
-/// `Ok` if every value lies in `-limit..=limit`.
-pub fn all_within(field: FieldName, values: &[f64], limit: f64) -> Result<(), SettingsError> {
-    values
-        .iter()
-        .try_for_each(|v| in_range(field, *v, -limit, limit))
-}
+use crate::range::{FieldName, SettingsError, all_within, in_range};
 
 /// Everything that the control cycle needs to know, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,8 @@
 //! Ranges of the values in `model.toml`.
 
 use super::{BodyModel, GuideModel, Model, NoiseModel, WallModel};
-use softdock_control::settings::{Settings, SettingsError};
+use softdock_control::range::SettingsError;
+use softdock_control::settings::Settings;
 
 /// A value in `model.toml` that does not fit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

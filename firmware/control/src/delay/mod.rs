@@ -7,8 +7,8 @@
 pub mod seed;
 
 use crate::frames::{Pose, Twist, Wrench};
+use crate::range::SettingsError;
 use crate::scalar::Scalar;
-use crate::settings::SettingsError;
 use seed::{Seed, SeedSettings};
 
 /// Commands kept for laws that look into the pipeline: 64 cycles are 256 ms, several times the

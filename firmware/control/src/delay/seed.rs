@@ -32,8 +32,8 @@
 
 use super::{LawOutput, PARTS};
 use crate::frames::Twist;
+use crate::range::{SettingsError, all_within, in_range};
 use crate::scalar::Scalar;
-use crate::settings::{SettingsError, all_within, in_range};
 
 /// Sums beyond this (mm/s) have run away; they saturate here, so that fixed point cannot wrap.
 const SUM_LIMIT_MM_S: f64 = 1.0e5;
