@@ -1,0 +1,179 @@
+//! Reproducible random numbers and the measurement noise of one log.
+
+use nalgebra::{Vector3, Vector6};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::meta::NoiseSigma;
+
+/// One independent stream of random numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Noise {
+    generator: ChaCha8Rng,
+    spare: Option<f64>,
+}
+
+impl Noise {
+    /// Streams of one seed are independent: what one source draws never shifts another.
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(stream);
+        Self {
+            generator,
+            spare: None,
+        }
+    }
+
+    /// Uniform in [0, 1), with 53 random bits.
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in [`low`, `high`).
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// True with the probability `p`.
+    pub(crate) fn chance(&mut self, p: f64) -> bool {
+        self.unit() < p
+    }
+
+    /// +1 or -1.
+    pub(crate) fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
+    }
+
+    /// Integer in 0..`n`; 0 when `n` is 0.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f64) as usize).min(n.saturating_sub(1))
+    }
+
+    /// One of the values.
+    pub(crate) fn pick<T: Copy, const N: usize>(&mut self, values: [T; N]) -> T {
+        values[self.below(N)]
+    }
+
+    /// Standard normal (Box-Muller).
+    pub(crate) fn normal(&mut self) -> f64 {
+        if let Some(value) = self.spare.take() {
+            return value;
+        }
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
+        let (sin, cos) = (core::f64::consts::TAU * self.unit()).sin_cos();
+        self.spare = Some(radius * sin);
+        radius * cos
+    }
+
+    /// Three standard normals.
+    pub(crate) fn normal3(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.normal())
+    }
+
+    /// Six standard normals.
+    pub(crate) fn normal6(&mut self) -> Vector6<f64> {
+        Vector6::from_fn(|_, _| self.normal())
+    }
+}
+
+/// How the real noise differs from the data sheet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NoiseCharacter {
+    /// Real over data-sheet sigma of the wrench.
+    pub(crate) wrench_factor: f64,
+    /// Real over data-sheet sigma of velocity and pose.
+    pub(crate) motion_factor: f64,
+    /// Coefficient of the first-order autoregression of the wrench noise, 0 = white.
+    pub(crate) colour: f64,
+}
+
+/// Noise of one tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Disturbance {
+    /// N (3x), Nm (3x).
+    pub(crate) wrench: Vector6<f64>,
+    /// m/s (3x), rad/s (3x).
+    pub(crate) twist: Vector6<f64>,
+    /// m.
+    pub(crate) position: Vector3<f64>,
+    /// rad, rotation vector in the body.
+    pub(crate) angle: Vector3<f64>,
+}
+
+/// Source of the measurement noise: the same draws for a log and its oracle twin.
+#[derive(Clone, Debug)]
+pub(crate) struct MeasurementNoise {
+    stream: Noise,
+    character: NoiseCharacter,
+    sigma: NoiseSigma,
+    wrench: Vector6<f64>,
+}
+
+impl MeasurementNoise {
+    /// Starts in the stationary state of the autoregression.
+    pub(crate) fn new(seed: u64, character: NoiseCharacter, sigma: NoiseSigma) -> Self {
+        let mut stream = Noise::new(seed, 1);
+        let wrench = stream.normal6();
+        Self {
+            stream,
+            character,
+            sigma,
+            wrench,
+        }
+    }
+
+    /// Draws one tick. Wrench: `x(n) = a x(n-1) + sqrt(1 - a²) e(n)`, so its sigma does not
+    /// depend on the colour `a`.
+    pub(crate) fn tick(&mut self) -> Disturbance {
+        let (sigma, character) = (self.sigma, self.character);
+        let colour = character.colour;
+        self.wrench = self.wrench * colour + self.stream.normal6() * (1.0 - colour * colour).sqrt();
+        let split = |linear: f64, angular: f64, factor: f64| {
+            Vector6::from_fn(|i, _| factor * if i < 3 { linear } else { angular })
+        };
+        let motion = character.motion_factor;
+        Disturbance {
+            wrench: self.wrench.component_mul(&split(
+                sigma.force_n,
+                sigma.torque_nm,
+                character.wrench_factor,
+            )),
+            twist: self.stream.normal6().component_mul(&split(
+                sigma.velocity_m_s,
+                sigma.rate_rad_s,
+                motion,
+            )),
+            position: self.stream.normal3() * (sigma.position_m * motion),
+            angle: self.stream.normal3() * (sigma.angle_rad * motion),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coloured_noise_keeps_its_sigma_and_shows_its_colour() {
+        let character = NoiseCharacter {
+            wrench_factor: 1.2,
+            motion_factor: 1.0,
+            colour: 0.4,
+        };
+        let sigma = NoiseSigma::DATA_SHEET;
+        let mut noise = MeasurementNoise::new(3, character, sigma);
+        let x: Vec<f64> = (0..50_000).map(|_| noise.tick().wrench[0]).collect();
+        let power = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
+        let lagged = x.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / x.len() as f64;
+        assert!((power.sqrt() / (1.2 * sigma.force_n) - 1.0).abs() < 0.02);
+        assert!((lagged / power - 0.4).abs() < 0.02);
+    }
+
+    #[test]
+    fn streams_differ_and_seeds_repeat() {
+        let draw = |seed, stream| Noise::new(seed, stream).unit();
+        assert_eq!(draw(1, 0), draw(1, 0));
+        assert_ne!(draw(1, 0), draw(1, 1));
+        assert_ne!(draw(1, 0), draw(2, 0));
+    }
+}
