@@ -1,11 +1,16 @@
 //! Host side of softdock: the simulated rig, the board on the host, recordings, models and their
 //! comparison, reports, and the command line.
 
+pub mod bench;
 pub mod board;
+pub mod catalogue;
 pub mod cli;
 pub mod compare;
+pub mod diagnose;
 pub mod experiment;
+pub mod fit;
 pub mod identity;
+pub mod import;
 pub mod input;
 pub mod model;
 pub mod recording;
@@ -13,3 +18,4 @@ pub mod replay;
 pub mod report;
 pub mod rig;
 pub mod robot_config;
+pub mod statistics;

@@ -6,7 +6,9 @@
     reason = "a fixture that cannot be built is a failed test"
 )]
 
+pub mod browser;
 pub mod driver;
+pub mod made_up;
 pub mod peers;
 pub mod plant;
 pub mod process;

@@ -5,11 +5,19 @@ use clap::{Parser, Subcommand};
 use serde::Serialize;
 use std::io::Write;
 
+mod add;
+mod bench;
 mod board;
 mod compare;
 mod demo;
+mod diagnose;
+mod effects;
 mod export;
+mod fit;
+mod history;
 mod import;
+mod logs;
+mod progress;
 mod replay;
 mod reproduce;
 mod robot_config;
@@ -39,6 +47,12 @@ enum Command {
     Board(board::Board),
     RobotConfig(robot_config::RobotConfig),
     Compare(compare::Compare),
+    Diagnose(diagnose::Diagnose),
+    Add(add::Add),
+    Fit(fit::Fit),
+    History(history::History),
+    Bench(bench::Bench),
+    Effects(effects::Effects),
     Reproduce(reproduce::Reproduce),
     Replay(replay::Replay),
     Export(export::Export),
@@ -51,6 +65,12 @@ impl Cli {
         match self.command {
             Command::Demo(command) => command.execute(),
             Command::Compare(command) => command.execute(),
+            Command::Diagnose(command) => command.execute(),
+            Command::Add(command) => command.execute(),
+            Command::Fit(command) => command.execute(),
+            Command::History(command) => command.execute(),
+            Command::Bench(command) => command.execute(),
+            Command::Effects(command) => command.execute(),
             Command::Run(command) => command.execute(),
             Command::Board(command) => command.execute(),
             Command::RobotConfig(command) => command.execute(),

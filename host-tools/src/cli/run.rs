@@ -8,7 +8,7 @@ use crate::experiment::scenario::Scenario;
 use crate::input::refuse_overwrite;
 use crate::recording::{RecordingWriter, TruthRecord};
 use crate::report::{Cell, Column, Table};
-use crate::rig;
+use crate::rig::{self, hidden::suggest};
 use anyhow::{Result, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
@@ -46,6 +46,12 @@ pub(super) struct Run {
     /// Initial speed of the moving craft, instead of the scenario's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     speed_mm_s: Option<f64>,
+    /// Effect of the catalogue for the rig to hide, in a size drawn from the seed; may be repeated
+    #[arg(long, value_name = "ID")]
+    effect: Vec<String>,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
     /// Overwrite an existing recording
     #[arg(long)]
     force: bool,
@@ -121,6 +127,11 @@ impl Run {
         }
         if let Some(speed) = self.speed_mm_s {
             scenario = scenario.with_speed(speed * 1e-3)?;
+        }
+        scenario.seed = self.seed.unwrap_or(scenario.seed);
+        for id in &self.effect {
+            let hidden = suggest(id, scenario.seed)?;
+            scenario.rig.hidden.push(hidden);
         }
         scenario.validate()?;
         Ok(scenario)

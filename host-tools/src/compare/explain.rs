@@ -4,10 +4,9 @@
 //! It describes, and names no cause. It is only given if it accounts for most of what exceeds
 //! the noise and the data determine its parameter.
 
-use super::Phase;
-use crate::model::prediction::signals::Signals;
-use crate::model::prediction::{ChannelPrediction, Prediction, executed};
-use crate::model::{Axis, Channel, Model};
+use super::{Phase, Source};
+use crate::model::prediction::{ChannelPrediction, executed};
+use crate::model::{Axis, Channel};
 use serde::Serialize;
 
 /// Share of the error beyond the noise that a description has to account for.
@@ -42,14 +41,6 @@ pub enum Explanation {
     Factor(Estimate),
     /// Measured = predicted + value, in the channel's unit.
     Offset(Estimate),
-}
-
-/// What a description is sought in.
-pub(super) struct Source<'a> {
-    pub(super) model: &'a Model,
-    pub(super) signals: &'a Signals<'a>,
-    pub(super) prediction: &'a Prediction,
-    pub(super) phases: &'a [Phase],
 }
 
 /// One cycle that is described.
@@ -151,7 +142,7 @@ fn lateness(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option<(Esti
     let left = |late_s: f64| -> Vec<f64> {
         let mut model = source.model.clone();
         model.actuator.transport_delay_s += late_s.max(least);
-        let values = executed::predict(&model, source.signals);
+        let values = executed::predict(&model, source.signals, &[]);
         let of = |s: &Sample| values.residual(s.cycle, axis).unwrap_or(s.error) * s.weight.sqrt();
         samples.iter().map(of).collect()
     };

@@ -1,7 +1,9 @@
 //! Channels and axes in which the model fails, and the phases in which it does.
 
+use super::Source;
 use super::errors::AxisError;
-use super::explain::{Explanation, Source, explain};
+use super::explain::{Explanation, explain};
+use super::regime::Regime;
 use super::{Phase, Window, window, windows};
 use crate::model::{Axis, Channel};
 use serde::Serialize;
@@ -40,22 +42,32 @@ pub struct Failure {
     pub worst: Window,
     /// Number of such windows.
     pub windows: usize,
+    /// The regime that explains most of the error, if one does.
+    pub regime: Option<Regime>,
     /// What describes most of the error there, if something simple does.
     pub explanation: Option<Explanation>,
 }
 
 /// All failures, worst first.
-pub(super) fn find(source: &Source<'_>, errors: &[AxisError]) -> Vec<Failure> {
+///
+/// `regimes` holds the errors by regime, the best first on each axis.
+pub(super) fn find(source: &Source<'_>, errors: &[AxisError], regimes: &[Regime]) -> Vec<Failure> {
     let all: f64 = errors.iter().map(AxisError::excess).sum();
     let mut failing: Vec<&AxisError> = errors.iter().filter(|e| e.excess() > 0.0).collect();
     failing.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
     failing
         .into_iter()
-        .map(|error| failure(source, error, all))
+        .map(|error| {
+            let best = regimes
+                .iter()
+                .find(|r| r.channel == error.channel && r.axis == error.axis);
+            let regime = best.filter(|r| r.explains()).cloned();
+            failure(source, error, regime, all)
+        })
         .collect()
 }
 
-fn failure(source: &Source<'_>, error: &AxisError, all: f64) -> Failure {
+fn failure(source: &Source<'_>, error: &AxisError, regime: Option<Regime>, all: f64) -> Failure {
     let (prediction, phases) = (source.prediction, source.phases);
     let named = named_phases(error);
     let is_named = |phase: Phase| named.iter().any(|n| n.phase == phase);
@@ -79,13 +91,16 @@ fn failure(source: &Source<'_>, error: &AxisError, all: f64) -> Failure {
         time_share: cycles.len() as f64 / phases.len().max(1) as f64,
         worst: window(prediction, worst.unwrap_or(&(0..1))),
         windows: parts.len(),
+        regime,
         explanation: explain(source, error.channel, error.axis, &cycles),
         phases: named,
     }
 }
 
 fn named_phases(error: &AxisError) -> Vec<PhaseShare> {
-    let all = error.excess();
+    // What is not significant in its phase belongs to the error all the same.
+    let overall = error.overall();
+    let all = error.excess().max(overall.squares - overall.count as f64);
     let mut shares = Phase::ALL.map(|phase| PhaseShare {
         phase,
         share: error.in_phase(phase).excess() / all,

@@ -10,24 +10,36 @@ mod crossing;
 mod errors;
 mod explain;
 mod failure;
+mod motion;
+mod noise;
 mod notes;
 mod page;
 pub mod phases;
+mod regime;
+mod residual_tests;
 mod sentence;
+mod series;
 mod tables;
 #[cfg(test)]
 mod tests;
 
 pub use explain::{Estimate, Explanation};
 pub use failure::{Failure, PhaseShare};
+pub use noise::{NoiseLevel, NoiseVerdict};
 pub use phases::Phase;
+pub use regime::{Bin, Dependence, Interval, Quantity, Regime};
+pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
 
 use crate::model::prediction::Prediction;
 use crate::model::prediction::signals::Signals;
 use crate::model::{Axis, Channel, Model, prediction};
 use crate::recording::Recording;
+use contact::Contacts;
 use errors::AxisError;
+use motion::Motion;
+use regime::Regimes;
 use serde::Serialize;
+use series::Series;
 
 /// Error of one axis of a channel over the whole recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -100,6 +112,13 @@ pub struct Comparison {
     pub phases: Vec<PhaseError>,
     /// Channels and axes in which the model fails, worst first.
     pub failures: Vec<Failure>,
+    /// Errors by velocity, position, load, time and frequency: for each axis in which the model
+    /// fails all of them, the one that explains most first.
+    pub regimes: Vec<Regime>,
+    /// Tests of each axis against noise.
+    pub tests: Vec<ResidualTests>,
+    /// Noise that the recording shows, against the data sheet.
+    pub noise: Vec<NoiseLevel>,
     /// What the reader should know about the recording.
     pub notes: Vec<String>,
     /// Number of contacts.
@@ -116,10 +135,19 @@ pub struct Comparison {
 struct Detail {
     prediction: Prediction,
     phases: Vec<Phase>,
+    series: Vec<Series>,
     identity: String,
     settings_toml: String,
     scenario_toml: Option<String>,
     model_toml: String,
+}
+
+/// What errors are explained from.
+struct Source<'a> {
+    model: &'a Model,
+    signals: &'a Signals<'a>,
+    prediction: &'a Prediction,
+    phases: &'a [Phase],
 }
 
 /// Compares a recording with a model.
@@ -134,35 +162,76 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     let contacts = contact::find(model, &signals);
     let phases = phases::of_cycles(model, &signals, &contacts);
     let errors = errors::of_axes(&prediction, &phases);
-    let source = explain::Source {
+    let source = Source {
         model,
         signals: &signals,
         prediction: &prediction,
         phases: &phases,
     };
-    let failures = failure::find(&source, &errors);
+    let series = series::of_axes(&source);
+    let motion = Motion::new(&source);
+    let regimes = regimes(&source, &motion, &contacts, &errors, &series);
+    let tests = residual_tests::of_axes(&source, &motion, &series);
+    let failures = failure::find(&source, &errors, &regimes);
+    let noise = noise::of_axes(&source);
     let mut notes = notes::of_recording(recording, &signals, &contacts);
     notes.extend(prediction.notes.iter().cloned());
-    notes.extend(notes::too_much_noise(model, &signals, &prediction));
+    notes.extend(noise::notes(&source, &noise));
     Ok(Comparison {
-        sentence: sentence::whole(model, &errors, &failures),
+        sentence: sentence::whole(model, &errors, &failures, &noise),
         at_noise: failures.is_empty(),
         channels: errors.iter().map(AxisError::summary).collect(),
         totals: totals(&prediction, &errors),
         phases: phase_errors(&prediction, &phases, &errors),
         failures,
+        regimes,
+        tests,
+        noise,
         notes,
         contacts: contacts.list.len(),
         cycles: signals.len(),
         detail: Detail {
             prediction,
             phases,
+            series,
             identity: recording.header.identity.clone(),
             settings_toml: recording.header.settings_toml.clone(),
             scenario_toml: recording.header.scenario_toml.clone(),
             model_toml: model.to_toml(),
         },
     })
+}
+
+/// Phase of each cycle of a recording.
+///
+/// # Errors
+///
+/// Those of [`compare`].
+pub fn phases_of(model: &Model, recording: &Recording) -> anyhow::Result<Vec<Phase>> {
+    let signals = Signals::new(recording)?;
+    let contacts = contact::find(model, &signals);
+    Ok(phases::of_cycles(model, &signals, &contacts))
+}
+
+/// Errors by regime of the axes in which the model fails.
+fn regimes(
+    source: &Source<'_>,
+    motion: &Motion,
+    contacts: &Contacts,
+    errors: &[AxisError],
+    series: &[Series],
+) -> Vec<Regime> {
+    let touching: Vec<_> = contacts.list.iter().map(|c| c.from..c.to).collect();
+    let fails = |s: &&Series| {
+        let of = |e: &&AxisError| e.channel == s.channel && e.axis == s.axis;
+        errors.iter().find(of).is_some_and(|e| e.excess() > 0.0)
+    };
+    let failing: Vec<&Series> = series.iter().filter(fails).collect();
+    let regimes = Regimes::new(source, motion, &touching, failing.len());
+    failing
+        .into_iter()
+        .flat_map(|series| regimes.of(series))
+        .collect()
 }
 
 fn totals(prediction: &Prediction, errors: &[AxisError]) -> Vec<ChannelTotal> {

@@ -1,10 +1,12 @@
 //! The comparison as tables, for the terminal and for the report.
 
-use super::Comparison;
+use super::series::ROUND_OFF_SIGMA;
+use super::{Comparison, Failure};
+use crate::model::{Axis, Channel};
 use crate::report::{Cell, Column, Mark, Table};
 
-/// Errors below this part of the noise are shown as zero.
-const ROUND_OFF_SIGMA: f64 = 1e-6;
+/// Regimes of an axis that are listed.
+const LISTED: usize = 4;
 
 impl Comparison {
     /// Errors per channel and axis, and per phase of the test.
@@ -79,4 +81,72 @@ impl Comparison {
         }
         table
     }
+
+    /// The best regimes of each axis in which the model fails.
+    pub(super) fn regime_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Error of"),
+            Column::text("Regime"),
+            Column::number("Share beyond noise", ""),
+            Column::number("Probability by chance", ""),
+            Column::text("How"),
+        ]);
+        for failure in &self.failures {
+            let of = |r: &&super::Regime| is_of(failure, r.channel, r.axis);
+            for regime in self.regimes.iter().filter(of).take(LISTED) {
+                let share = Cell::percent(regime.share);
+                let share = if regime.explains() {
+                    share.marked(Mark::Good)
+                } else {
+                    share
+                };
+                table.push(vec![
+                    Cell::text(format!("{} {}", regime.channel, regime.axis)),
+                    Cell::text(regime.label()),
+                    share,
+                    Cell::number(regime.p, 2),
+                    Cell::text(regime.short()),
+                ]);
+            }
+        }
+        table
+    }
+
+    /// Noise, whiteness and independence of each axis.
+    pub(super) fn test_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Error of"),
+            Column::number("Measured noise", "data sheets"),
+            Column::number("Whiteness (25)", ""),
+            Column::text("White"),
+            Column::text("Depends on"),
+        ]);
+        for test in &self.tests {
+            let level = self.noise.iter();
+            let mut level = level.filter(|n| n.channel == test.channel && n.axis == test.axis);
+            let white = test.whiteness.white;
+            let inputs: Vec<&str> = test
+                .independence
+                .iter()
+                .filter(|input| !input.independent)
+                .map(|input| input.input.words())
+                .collect();
+            table.push(vec![
+                Cell::text(format!("{} {}", test.channel, test.axis)),
+                Cell::number(level.next().map_or(f64::NAN, |n| n.ratio), 2),
+                Cell::number(test.whiteness.statistic, 3),
+                Cell::text(if white { "yes" } else { "no" }).marked(if white {
+                    Mark::Good
+                } else {
+                    Mark::Bad
+                }),
+                Cell::text(inputs.join(", ")),
+            ]);
+        }
+        table
+    }
+}
+
+fn is_of(failure: &Failure, channel: Channel, axis: Axis) -> bool {
+    failure.channel == channel && failure.axis == axis
 }

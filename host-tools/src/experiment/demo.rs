@@ -1,157 +1,286 @@
-//! The guided demonstration: run a docking test, see where the model fails, switch the paper's
-//! delay compensation on, and see what changes.
+//! The guided demonstration: a rig hides an effect, its recordings are compared with a model that
+//! does not know it, the effect is diagnosed, added, and the error falls.
 
+use super::diagnosis::{self, Part};
 use super::impact_table;
 use super::impacts::{self, Impact};
 use super::run::{RunStatistics, record};
 use super::scenario::Scenario;
-use crate::compare::{Comparison, compare};
-use crate::identity;
-use crate::model::Model;
+use crate::diagnose::{Diagnosis, Estimate, Report, Step};
+use crate::model::{EffectModel, Model};
 use crate::recording::Recording;
-use crate::report::{Band, Cell, Column, Page, Plot, Series, Table};
+use crate::report::{Cell, Column, Mark, Table};
+use crate::rig::Hidden;
+use crate::rig::hidden::{self, suggest};
 use anyhow::{Context, Result};
+use serde::Serialize;
 use softdock_control::delay::LawName;
-use softdock_control::io::CycleRecord;
+use softdock_control::effects::Group;
 
-/// The model that believes in a robot without delay.
-pub const MODEL_TOML: &str = include_str!("../../scenarios/spring-rod.model.toml");
-/// Speed of the demonstration, m/s: the middle of the paper's range.
-pub const SPEED_M_S: f64 = 0.01;
+/// Speed of the bounces, m/s: the middle of the paper's range.
+pub const BOUNCE_SPEED_M_S: f64 = 0.01;
 
-/// One run of the demonstration and what was found in it.
+/// What the rig hides unless somebody asks for something else: with the 12 ms that the model knows,
+/// the robot of the paper, which is 32 ms late and stands still for 16 ms when it reverses.
+pub fn default_hidden() -> Vec<Hidden> {
+    let one = |id: &str, parameter: &str, value: f64| Hidden {
+        id: id.to_owned(),
+        parameters: [(parameter.to_owned(), value)].into(),
+    };
+    vec![
+        one("actuation_delay", "extra_delay_s", 0.020),
+        one("zero_cross_pause", "pause_s", 0.016),
+    ]
+}
+
+/// The effects with these ids in sizes drawn from the seed; without ids [`default_hidden`].
+///
+/// # Errors
+/// An id that the catalogue does not have; the error offers the nearest.
+pub fn hidden(ids: &[String], seed: u64) -> Result<Vec<Hidden>> {
+    if ids.is_empty() {
+        return Ok(default_hidden());
+    }
+    ids.iter().map(|id| suggest(id, seed)).collect()
+}
+
+/// A recording of the rig, and how fast it came.
 #[derive(Clone, Debug)]
-pub struct Step {
-    /// Delay law of the run.
-    pub law: LawName,
-    /// What the step shows.
-    pub title: &'static str,
+pub struct Run {
     /// Every cycle.
     pub recording: Recording,
     /// How fast it ran.
     pub statistics: RunStatistics,
-    /// The impact.
-    pub impact: Impact,
-    /// The model held against the recording.
-    pub comparison: Comparison,
 }
 
-/// The rig of the demonstration: the spring rod, with the noise of a good laboratory.
-fn scenario(law: LawName, seed: u64) -> Result<Scenario> {
-    let mut scenario = Scenario::spring_rod()?
-        .with_law(law)
-        .with_speed(SPEED_M_S)?;
-    scenario.seed = seed;
-    scenario.rig.sensor.noise_force_n = 0.2;
-    scenario.rig.sensor.noise_torque_nm = 0.01;
-    scenario.rig.robot.position_noise_m = 1e-6;
-    scenario.rig.robot.rotation_noise_rad = 2e-6;
-    Ok(scenario)
-}
-
-/// Runs one step.
-pub fn step(law: LawName, title: &'static str, seed: u64) -> Result<Step> {
-    let scenario = scenario(law, seed)?;
-    let model = Model::from_toml(MODEL_TOML, "built-in spring-rod model")?;
-    let (recording, statistics) = record(&scenario)?;
-    let impact = impacts::find(&scenario, &recording).into_iter().next();
-    let impact = impact.context("the craft never touched the stop")?;
-    let comparison = compare(&model, &recording)?;
-    Ok(Step {
-        law,
-        title,
+/// Runs one part of the test.
+///
+/// # Errors
+/// An effect that the rig cannot hide.
+pub fn run(part: Part, hidden: &[Hidden], seed: u64) -> Result<Run> {
+    let (recording, statistics) = record(&diagnosis::scenario(part, hidden, seed)?)?;
+    Ok(Run {
         recording,
         statistics,
-        impact,
-        comparison,
     })
 }
 
-/// The steps side by side.
-pub fn table(steps: &[Step]) -> Table {
-    let run = std::iter::once(Column::text("run"));
-    let mut table = Table::new(run.chain(impact_table::columns()).collect());
-    for step in steps {
-        let title = std::iter::once(Cell::text(step.title));
-        table.push(title.chain(impact_table::cells(&step.impact)).collect());
+/// The model file with what was named: the user's text as it was, then effects and history.
+///
+/// # Errors
+/// None that the demonstration can cause: the text is checked as a model before it is returned.
+pub fn model_with(report: &Report, train: &str, test: &str) -> Result<String> {
+    let mut text = diagnosis::MODEL.to_owned();
+    for effect in named(report) {
+        text += &effect_text(effect, train);
+    }
+    for step in steps(&report.diagnosis) {
+        text += &step_text(step, train, test);
+    }
+    Model::from_toml(&text, "the model with the effects added")?;
+    Ok(text)
+}
+
+/// The fitted effects that the verdict names.
+fn named(report: &Report) -> impl Iterator<Item = &EffectModel> {
+    let names = &report.diagnosis.effects;
+    let fitted = report.after.effects.iter();
+    fitted.filter(|effect| names.contains(&effect.id))
+}
+
+/// The fall of the error by what is named: an unexplained error does not fall.
+fn steps(diagnosis: &Diagnosis) -> impl Iterator<Item = &Step> {
+    let steps = diagnosis.steps.iter().enumerate();
+    let named = |place: usize, step: &Step| place == 0 || diagnosis.effects.contains(&step.effect);
+    steps
+        .filter(move |(place, step)| named(*place, step))
+        .map(|(_, step)| step)
+}
+
+fn effect_text(effect: &EffectModel, train: &str) -> String {
+    let values = effect.parameters.iter();
+    let values: Vec<_> = values
+        .map(|(k, v)| format!("{k} = {}", digits(*v)))
+        .collect();
+    let intervals = effect.interval_95.iter();
+    let intervals: Vec<_> = intervals
+        .map(|(k, [low, high])| format!("{k} = [{}, {}]", digits(*low), digits(*high)))
+        .collect();
+    format!(
+        "\n[[effect]]\nid = \"{}\"\nparameters = {{ {} }}\ninterval_95 = {{ {} }}\nfitted_on = \"{train}\"\n",
+        effect.id,
+        values.join(", "),
+        intervals.join(", "),
+    )
+}
+
+fn step_text(step: &Step, train: &str, test: &str) -> String {
+    let unseen = step.test_error.map_or_else(String::new, |error| {
+        format!("test = \"{test}\"\ntest_error = {}\n", digits(error))
+    });
+    format!(
+        "\n[[history]]\neffect = \"{}\"\ntrain = \"{train}\"\ntrain_error = {}\n{unseen}",
+        step.effect,
+        digits(step.train_error),
+    )
+}
+
+/// Six digits are more than any fit knows.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    format!("{rounded:?}")
+}
+
+/// A hidden parameter and what became of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Answer {
+    /// The hidden effect.
+    pub effect: String,
+    /// Whether the verdict names it.
+    pub named: bool,
+    /// Its parameter.
+    pub parameter: String,
+    /// What the rig had.
+    pub hidden: f64,
+    /// What the diagnosis says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<Estimate>,
+}
+
+/// Every hidden parameter beside what was found.
+pub fn answers(hidden: &[Hidden], diagnosis: &Diagnosis) -> Vec<Answer> {
+    let of_effect = |effect: &Hidden| {
+        let named = diagnosis.effects.contains(&effect.id);
+        let fitted = diagnosis.parameters.get(&effect.id).filter(|_| named);
+        let answer = |(name, value): (&String, &f64)| Answer {
+            effect: effect.id.clone(),
+            named,
+            parameter: name.clone(),
+            hidden: *value,
+            found: fitted.and_then(|fitted| fitted.get(name)).cloned(),
+        };
+        effect.parameters.iter().map(answer).collect::<Vec<_>>()
+    };
+    hidden.iter().flat_map(of_effect).collect()
+}
+
+/// Hidden against found.
+pub fn answer_table(answers: &[Answer]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("hidden effect"),
+        Column::text("parameter"),
+        Column::number("hidden", "SI"),
+        Column::number("found", "SI"),
+        Column::text("95 % interval"),
+        Column::number("off by", ""),
+        Column::text("named"),
+    ]);
+    for answer in answers {
+        let unknown = || Cell::text("-");
+        let (value, interval, off) = match &answer.found {
+            Some(found) => (
+                Cell::number(found.value, 4),
+                Cell::interval(found.low, found.high, 4),
+                Cell::percent(found.value / answer.hidden - 1.0),
+            ),
+            None => (unknown(), unknown(), unknown()),
+        };
+        table.push(vec![
+            Cell::text(&answer.effect),
+            Cell::text(&answer.parameter),
+            Cell::number(answer.hidden, 4),
+            value,
+            interval,
+            off,
+            if answer.named {
+                Cell::text("yes").marked(Mark::Good)
+            } else {
+                Cell::text("no").marked(Mark::Bad)
+            },
+        ]);
     }
     table
 }
 
-/// The page that shows all steps.
-pub fn page(steps: &[Step]) -> Result<Page> {
-    let mut page = Page::new("softdock demo");
-    if let (Some(first), Some(last)) = (steps.first(), steps.last()) {
-        page.headline(&format!(
-            "An elastic stop gives the craft back {:.1} times its speed, because the robot is late; \
-             with the paper's compensation it is {:.2} times.",
-            first.impact.restitution, last.impact.restitution
-        ));
+/// The fall of the error, effect by effect.
+pub fn history_table(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("model"),
+        Column::number("error, training", "sigma"),
+        Column::number("error, unseen", "sigma"),
+    ]);
+    for (place, step) in steps(diagnosis).enumerate() {
+        let name = if place == 0 {
+            step.effect.clone()
+        } else {
+            format!("+ {}", step.effect)
+        };
+        let unseen = step
+            .test_error
+            .map_or_else(|| Cell::text("-"), |e| Cell::number(e, 3));
+        table.push(vec![
+            Cell::text(name),
+            Cell::number(step.train_error, 3),
+            unseen,
+        ]);
     }
-    page.paragraph("All of this is simulated: the rig, its robot and its sensor. The controller is the firmware, and RSI telegrams and CAN frames are real.");
-    page.section("Before and after");
-    page.table(&table(steps));
-    page.columns(&steps.iter().map(velocity_plot).collect::<Vec<_>>())?;
-    page.columns(&steps.iter().map(force_plot).collect::<Vec<_>>())?;
-    for step in steps {
-        page.section(step.title);
-        page.paragraph(&format!(
-            "Where the model fails: {}",
-            step.comparison.sentence
-        ));
-        for table in step.comparison.tables() {
-            page.table(&table);
-        }
+    table
+}
+
+/// One bounce of the paper's spring-rod test on the demonstration's robot.
+#[derive(Clone, Debug)]
+pub struct Bounce {
+    /// Delay law of the run.
+    pub law: LawName,
+    /// How fast it ran.
+    pub statistics: RunStatistics,
+    /// The impact.
+    pub impact: Impact,
+}
+
+/// Whether the paper's delay law has anything to do on a rig that hides this.
+pub fn is_late(hidden: &[Hidden]) -> bool {
+    let cured = ["actuation_delay", "zero_cross_pause"];
+    hidden.iter().any(|h| cured.contains(&h.id.as_str()))
+}
+
+/// Bounces with a delay law.
+///
+/// # Errors
+/// The craft never reached the stop.
+pub fn bounce(law: LawName, hidden: &[Hidden], seed: u64) -> Result<Bounce> {
+    let known = diagnosis::scenario(Part::Train, &[], seed)?;
+    let mut scenario = Scenario::spring_rod()?
+        .with_law(law)
+        .with_speed(BOUNCE_SPEED_M_S)?;
+    scenario.seed = seed;
+    scenario.rig.robot.actuator = known.rig.robot.actuator;
+    scenario.rig.hidden = of_actuator(hidden);
+    let (recording, statistics) = record(&scenario)?;
+    let impact = impacts::find(&scenario, &recording).into_iter().next();
+    Ok(Bounce {
+        law,
+        statistics,
+        impact: impact.context("the craft never touched the stop")?,
+    })
+}
+
+/// Those that another mechanism and another craft have too.
+fn of_actuator(hidden: &[Hidden]) -> Vec<Hidden> {
+    let acts = |h: &&Hidden| hidden::effect(&h.id).is_ok_and(|e| e.group == Group::Actuator);
+    hidden.iter().filter(acts).cloned().collect()
+}
+
+/// Bounces side by side.
+pub fn bounce_table(bounces: &[Bounce]) -> Table {
+    let law = std::iter::once(Column::text("delay law"));
+    let mut table = Table::new(law.chain(impact_table::columns()).collect());
+    for bounce in bounces {
+        let law = std::iter::once(Cell::text(match bounce.law {
+            LawName::None => "none",
+            _ => "seed (the paper's)",
+        }));
+        table.push(law.chain(impact_table::cells(&bounce.impact)).collect());
     }
-    page.identity(&identity::text());
-    Ok(page)
-}
-
-fn curve(step: &Step, value: impl Fn(&CycleRecord) -> f64) -> Vec<(f64, f64)> {
-    step.recording
-        .cycles
-        .iter()
-        .map(|cycle| (cycle.trace.time_s, value(cycle)))
-        .collect()
-}
-
-fn velocity_plot(step: &Step) -> Plot {
-    let mut plot = Plot::new(step.title, "time [s]", "velocity x [mm/s]");
-    plot.series = vec![
-        Series::line("model", curve(step, |c| c.trace.model_velocity[0] * 1e3)),
-        Series::line(
-            "executed",
-            curve(step, |c| c.trace.executed_velocity[0] * 1e3),
-        ),
-        Series::dashed("command", curve(step, |c| c.trace.sent_velocity[0] * 1e3)),
-    ];
-    around_impact(plot, step)
-}
-
-/// Leaves of a plot what lies around the impact.
-fn around_impact(mut plot: Plot, step: &Step) -> Plot {
-    let (from, to) = (
-        step.impact.time_s,
-        step.impact.time_s + step.impact.contact_time_s,
-    );
-    for series in &mut plot.series {
-        series
-            .points
-            .retain(|(t, _)| (from - 0.15..=to + 0.25).contains(t));
-    }
-    plot.shaded = vec![Band {
-        from,
-        to,
-        label: "contact".to_owned(),
-    }];
-    plot
-}
-
-fn force_plot(step: &Step) -> Plot {
-    let mut plot = Plot::new(step.title, "time [s]", "contact force x [N]");
-    plot.series = vec![Series::line(
-        "measured",
-        curve(step, |c| c.trace.wrench_at_m[0]),
-    )];
-    plot
+    table
 }

@@ -2,6 +2,7 @@
 //! and the guided demonstration.
 
 pub mod demo;
+pub mod diagnosis;
 pub mod impact_table;
 pub mod impacts;
 pub mod reproduce;

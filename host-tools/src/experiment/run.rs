@@ -29,11 +29,12 @@ impl RunStatistics {
     }
 }
 
-/// What a recording of this scenario says about itself.
+/// What a recording of this scenario says about itself; the settings are those that the board
+/// really runs with, as a board reports them.
 pub fn header(scenario: &Scenario) -> Result<Header> {
     Ok(Header {
         identity: identity::text(),
-        settings_toml: toml_edit::ser::to_string_pretty(&scenario.board)?,
+        settings_toml: toml_edit::ser::to_string_pretty(&scenario.actual_board()?)?,
         scenario_toml: Some(scenario.to_toml()?),
     })
 }
@@ -45,9 +46,10 @@ pub fn run(
 ) -> Result<RunStatistics> {
     scenario.validate()?;
     let rig = Rig::new(&scenario.rig, scenario.start_pose(), scenario.seed).context("[rig]")?;
+    let board = scenario.actual_board()?;
     let sensor = &scenario.rig.sensor;
     let simulation = Simulation {
-        board: &scenario.board,
+        board: &board,
         rig,
         calibration: AtiCalibration {
             matrix: sensor.calibration,

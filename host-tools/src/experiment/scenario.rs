@@ -1,6 +1,7 @@
 //! A scenario: a board with its settings, a simulated rig, and how long they run.
 
 use crate::input;
+use crate::rig::hidden::craft;
 use crate::rig::settings::RigSettings;
 use anyhow::{Context, Result, bail};
 use nalgebra::Vector3;
@@ -57,6 +58,7 @@ impl Scenario {
         }
         self.board.validate().context("[board]")?;
         self.rig.validate().context("[rig]")?;
+        self.actual_board()?;
         let (board, rig) = (self.board.control.robot.cycle_s, self.rig.cycle_s());
         if (board - rig).abs() > 1e-9 {
             bail!(
@@ -64,6 +66,19 @@ impl Scenario {
             );
         }
         Ok(())
+    }
+
+    /// The board as it really runs: hidden errors of the craft are errors of its settings.
+    ///
+    /// # Errors
+    /// The hidden errors leave no craft that the board accepts.
+    pub fn actual_board(&self) -> Result<BoardSettings> {
+        let mut board = self.board.clone();
+        craft::apply(&self.rig.hidden, &mut board.control)?;
+        board
+            .validate()
+            .context("[board] with the hidden errors of the craft")?;
+        Ok(board)
     }
 
     /// Chooses the delay law.

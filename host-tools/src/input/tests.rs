@@ -55,7 +55,7 @@ fn a_wrong_key_or_section_is_told_with_what_is_known() {
     );
     assert_eq!(
         error("[rig]\ncolour = 'red'\n"),
-        "scenario.toml:2: unknown key `colour` in [rig]; known are: cycle_us, substep_us, gravity_m_s2, robot, mechanism, sensor\n  2 | colour = 'red'"
+        "scenario.toml:2: unknown key `colour` in [rig]; known are: cycle_us, substep_us, gravity_m_s2, robot, mechanism, sensor, hidden\n  2 | colour = 'red'"
     );
     assert_eq!(
         error("seeed = 3\n[rig]\n"),

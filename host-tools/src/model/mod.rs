@@ -3,18 +3,28 @@
 //! The file holds nominal parameters in SI units; a part that is left out takes the value in
 //! [`Model::default`]. [`Model::default_toml`] is a file to start from.
 
+pub mod actuator;
 pub mod channel;
+pub(crate) mod clock;
+pub mod edit;
+mod effects;
+pub mod load;
+pub(crate) mod log;
 pub mod prediction;
 mod sections;
 #[cfg(test)]
 mod tests;
+mod tolerance;
 mod validation;
 
 pub use channel::{Axis, Channel};
+pub(crate) use effects::{Allowed, known as known_parameters};
+pub use effects::{EffectError, EffectModel, HistoryStep};
 pub use sections::{
-    ActuatorModel, BodyModel, ContactModel, GuideModel, NoiseModel, RigModel, SensorModel,
-    ToolModel, TwoBodyModel, WallModel,
+    ActuatorModel, BodyModel, ContactModel, FilterModel, GuideModel, NoiseModel, RigModel,
+    SensorModel, ToolModel, TwoBodyModel, WallModel, WrenchMeaning,
 };
+pub use tolerance::ToleranceModel;
 pub use validation::ModelError;
 
 use crate::input;
@@ -40,6 +50,14 @@ pub struct Model {
     pub bodies: TwoBodyModel,
     /// Noise of the measurements by their data sheets.
     pub noise: NoiseModel,
+    /// How far the nominal parameters may be off.
+    pub tolerance: ToleranceModel,
+    /// Physical effects that have been added.
+    #[serde(rename = "effect", skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectModel>,
+    /// The error after each step.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub history: Vec<HistoryStep>,
 }
 
 impl Model {

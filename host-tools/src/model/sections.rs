@@ -99,6 +99,17 @@ pub struct ToolModel {
     pub dynamic_compensation: bool,
 }
 
+/// What the recorded wrench is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WrenchMeaning {
+    /// The reading of a force/torque sensor: it can only be later than the motion.
+    #[default]
+    Measured,
+    /// A force that a motor was told to apply, with reversed sign: it can only be earlier.
+    Commanded,
+}
+
 /// The sensor's place and its zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -111,6 +122,27 @@ pub struct SensorModel {
     pub bias: [f64; 6],
     /// Gravity in C, m/s².
     pub gravity_m_s2: [f64; 3],
+    /// What the recorded wrench is.
+    pub wrench: WrenchMeaning,
+    /// Every cycle is a measurement of its own at rest: poses and wrenches have no motion
+    /// between them.
+    pub at_rest: bool,
+    /// The filter that wrench and motion went through when they were imported.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<FilterModel>,
+}
+
+/// A zero-phase Butterworth low-pass (forward and backward).
+///
+/// A linear load passes it as its motion does. A friction does not: its sign is taken from the
+/// filtered motion, so its force has to be filtered as the recorded one was.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilterModel {
+    /// Order of one pass.
+    pub order: u32,
+    /// Cut-off frequency of one pass, Hz.
+    pub cutoff_hz: f64,
 }
 
 impl Default for SensorModel {
@@ -120,6 +152,9 @@ impl Default for SensorModel {
             orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
             bias: [0.0; 6],
             gravity_m_s2: [0.0, 0.0, -9.81],
+            wrench: WrenchMeaning::Measured,
+            at_rest: false,
+            filter: None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Ranges of the values in `model.toml`.
 
-use super::{BodyModel, GuideModel, Model, NoiseModel, WallModel};
+use super::{BodyModel, EffectError, GuideModel, Model, NoiseModel, WallModel};
 use softdock_control::range::SettingsError;
 use softdock_control::settings::Settings;
 
@@ -25,6 +25,9 @@ pub enum ModelError {
         /// Dotted name of the field.
         field: String,
     },
+    /// An effect that is none, or has parameters that it cannot have.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
 }
 
 /// A value that the controller would not accept either, by its name in the model file. `body`
@@ -72,6 +75,11 @@ impl Model {
             guide.validate()?;
         }
         self.noise.validate()?;
+        if let Some(filter) = &self.sensor.filter {
+            within("sensor.filter.order", f64::from(filter.order), 1.0, 8.0)?;
+            within("sensor.filter.cutoff_hz", filter.cutoff_hz, 1e-3, 1e4)?;
+        }
+        super::EffectModel::validate_all(&self.effects)?;
         self.bodies.k.validate("bodies.k")?;
         self.bodies.q.validate("bodies.q")?;
         // The controller checks sensor and tool with the same ranges.

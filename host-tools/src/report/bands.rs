@@ -1,4 +1,4 @@
-//! Shaded windows behind the curves: the phases of a docking, or where something fails.
+//! Shaded windows behind the curves: the phases of a docking, or where something fails; and the band of the noise.
 
 use super::canvas::{self, Area, FONT_PX, SCALE, units};
 use super::legend::{Rect, Sample};
@@ -6,12 +6,15 @@ use super::plot::{Band, Chart};
 use super::text;
 use super::theme::{Hue, Paint};
 use anyhow::Result;
-use plotters::element::Rectangle;
+use plotters::element::{PathElement, Rectangle};
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// Font size of the names above the frame, in pixels.
 const LABEL_FONT_PX: f64 = FONT_PX - 1.0;
+
+/// Colour of the band along x; not one of the first tints of windows.
+const CORRIDOR: Hue = Hue::Blue;
 
 /// Start and end of a window, in drawing units.
 type Window = (i32, i32);
@@ -51,6 +54,31 @@ pub(super) fn draw(
         }
     }
     Ok(legend)
+}
+
+/// Tints a band along x between two clear edges; returns its legend row, or nothing if it is not in view.
+pub(super) fn corridor(
+    area: &Area<'_>,
+    chart: &Chart<'_, '_>,
+    frame: Rect,
+    band: &Band,
+) -> Result<Option<(String, Sample)>> {
+    let (x, y) = (chart.x_range().start, chart.y_range());
+    let (low, high) = (band.from.min(band.to), band.from.max(band.to));
+    if !(low < y.end && high > y.start) {
+        return Ok(None);
+    }
+    let at = |value: f64| chart.backend_coord(&(x, value.clamp(y.start, y.end))).1;
+    let color = Paint::Hue(CORRIDOR).solid();
+    let field = [(frame.left, at(high)), (frame.right, at(low))];
+    area.draw(&Rectangle::new(field, color.mix(0.13).filled()))?;
+    for value in [low, high].into_iter().filter(|value| y.contains(value)) {
+        let edge = [(frame.left, at(value)), (frame.right, at(value))];
+        let style = color.mix(0.55).stroke_width(SCALE.unsigned_abs());
+        area.draw(&PathElement::new(edge, style))?;
+    }
+    let label = text::printable(&band.label);
+    Ok((!label.is_empty()).then_some((label, Sample::Band(CORRIDOR))))
 }
 
 /// A faint field over the height of the frame, and a clear bar on its upper edge that survives a bad printer.

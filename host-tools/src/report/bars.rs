@@ -12,6 +12,8 @@ pub struct Bar {
     pub label: String,
     /// Its length, in the unit of the chart.
     pub value: f64,
+    /// The same quantity on other data, drawn as a thin bar below; see [`BarChart::names`].
+    pub second: Option<f64>,
     /// Uncertainty interval (low, high) in the same unit, drawn as a whisker.
     pub interval: Option<(f64, f64)>,
     /// Colour; by default all bars are of one colour.
@@ -24,9 +26,17 @@ impl Bar {
         Self {
             label: label.into(),
             value,
+            second: None,
             interval: None,
             color: None,
         }
+    }
+
+    /// The same bar with a thin one below it.
+    #[must_use]
+    pub fn with_second(mut self, value: f64) -> Self {
+        self.second = Some(value);
+        self
     }
 
     /// The same bar with an uncertainty interval.
@@ -44,6 +54,8 @@ pub struct BarChart {
     pub title: String,
     /// What the values are, with their unit, as in `share of the squared error`.
     pub value_label: String,
+    /// What the bars and the thin ones below them stand for, if there are both.
+    pub names: Option<[String; 2]>,
     /// How the values are written.
     pub format: Format,
     /// The bars, best first.
@@ -58,6 +70,7 @@ impl BarChart {
         Self {
             title: title.into(),
             value_label: value_label.into(),
+            names: None,
             format,
             bars: Vec::new(),
             width: 860,
@@ -76,6 +89,7 @@ impl BarChart {
         RowChart {
             title: &self.title,
             value_label: &self.value_label,
+            names: self.names.as_ref(),
             rows,
             connected: false,
             width: self.width,
@@ -91,7 +105,9 @@ impl BarChart {
             label: bar.label.clone(),
             value: self.format.write(bar.value),
             bar: bar.value.is_finite().then_some((0.0, bar.value)),
+            thin_bar: bar.second.filter(|v| v.is_finite()).map(|v| (0.0, v)),
             interval,
+            dot: None,
             paint: Paint::Hue(bar.color.unwrap_or(Hue::Blue)),
         }
     }

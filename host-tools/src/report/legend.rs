@@ -64,15 +64,15 @@ impl Rect {
 
 /// Draws the rows at the upper or lower edge of `frame`, where they cover the fewest of the `occupied` points.
 ///
-/// Returns the part of the frame's height that would have to be free of data, if they cover any.
+/// Returns whether they cover any.
 pub(super) fn draw(
     area: &Area<'_>,
     frame: Rect,
     rows: &[(String, Sample)],
     occupied: &[(i32, i32)],
-) -> Result<Option<f64>> {
+) -> Result<bool> {
     if rows.is_empty() {
-        return Ok(None);
+        return Ok(false);
     }
     let frame_width_px = f64::from(frame.right - frame.left) / f64::from(SCALE);
     let limit_px = frame_width_px * LARGEST_PART - SAMPLE_PX - 3.0 * PADDING_PX;
@@ -100,8 +100,55 @@ pub(super) fn draw(
         draw_sample(area, *sample, (x, y))?;
         area.draw_text(name, &style, (x + units(SAMPLE_PX + PADDING_PX), y))?;
     }
-    let needed = f64::from(size.1 + 2 * units(PADDING_PX)) / f64::from(frame.bottom - frame.top);
-    Ok((place.covered(occupied) > 0).then_some(needed))
+    Ok(place.covered(occupied) > 0)
+}
+
+/// Height in pixels of [`draw_above`].
+pub(super) fn height_above(rows: &[(String, Sample)], width_px: f64) -> i32 {
+    let lines = places_above(rows, width_px)
+        .last()
+        .map_or(0, |last| last.1 + 1);
+    (f64::from(lines) * ROW_PX + PADDING_PX) as i32
+}
+
+/// Draws the rows side by side on as many lines as they need, from `(left, top)` in drawing units.
+pub(super) fn draw_above(
+    area: &Area<'_>,
+    (left, top): (i32, i32),
+    rows: &[(String, Sample)],
+    width_px: f64,
+) -> Result<()> {
+    let style = canvas::font(FONT_PX, Paint::Ink, HPos::Left, VPos::Center);
+    for ((name, sample), (x_px, line)) in rows.iter().zip(places_above(rows, width_px)) {
+        let at = (
+            left + units(x_px),
+            top + units((f64::from(line) + 0.5) * ROW_PX),
+        );
+        draw_sample(area, *sample, at)?;
+        let name = name_above(name, width_px);
+        area.draw_text(&name, &style, (at.0 + units(SAMPLE_PX + PADDING_PX), at.1))?;
+    }
+    Ok(())
+}
+
+/// Where each row begins above the plot: pixels from the left, and line.
+fn places_above(rows: &[(String, Sample)], width_px: f64) -> Vec<(f64, i32)> {
+    let (mut x_px, mut line) = (0.0, 0);
+    let mut places = Vec::new();
+    for (name, _) in rows {
+        let needed = SAMPLE_PX + PADDING_PX + text::width_px(&name_above(name, width_px), FONT_PX);
+        if x_px > 0.0 && x_px + needed > width_px {
+            (x_px, line) = (0.0, line + 1);
+        }
+        places.push((x_px, line));
+        x_px += needed + 3.0 * PADDING_PX;
+    }
+    places
+}
+
+fn name_above(name: &str, width_px: f64) -> String {
+    let limit_px = width_px - SAMPLE_PX - PADDING_PX;
+    text::shorten(&text::printable(name), FONT_PX, limit_px)
 }
 
 fn draw_sample(area: &Area<'_>, sample: Sample, (x, y): (i32, i32)) -> Result<()> {
@@ -141,6 +188,20 @@ fn emptiest_place(frame: Rect, size: (i32, i32), occupied: &[(i32, i32)]) -> Rec
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_above_the_plot_wrap() {
+        let rows =
+            ["measured", "model", "noise"].map(|name| (name.to_owned(), Sample::Band(Hue::Blue)));
+        let lines = |width_px| -> Vec<i32> {
+            let places = places_above(&rows, width_px);
+            places.iter().map(|place| place.1).collect()
+        };
+        assert_eq!(lines(800.0), [0, 0, 0]);
+        assert_eq!(lines(200.0), [0, 0, 1]);
+        assert_eq!(lines(0.0), [0, 1, 2]);
+        assert!(height_above(&rows, 200.0) > height_above(&rows, 800.0));
+    }
 
     #[test]
     fn the_legend_avoids_the_data() {

@@ -29,6 +29,7 @@ mod bars;
 mod canvas;
 mod curves;
 mod decimate;
+mod intervals;
 mod legend;
 pub mod number;
 mod page;
@@ -44,6 +45,7 @@ mod waterfall;
 mod tests;
 
 pub use bars::{Bar, BarChart};
+pub use intervals::{Interval, IntervalChart};
 pub use number::Format;
 pub use page::Page;
 pub use plot::{Band, Plot, Series, Style};

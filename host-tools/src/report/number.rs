@@ -7,6 +7,8 @@ pub enum Format {
     Significant(usize),
     /// The number is a fraction of one; written in percent with this many decimals, see [`percent`].
     Percent(usize),
+    /// This many decimals, see [`fixed`].
+    Fixed(usize),
 }
 
 impl Format {
@@ -15,6 +17,7 @@ impl Format {
         match self {
             Self::Significant(digits) => significant(value, digits),
             Self::Percent(decimals) => percent(value, decimals),
+            Self::Fixed(decimals) => fixed(value, decimals),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The page: one HTML file that is complete in itself.
 
 use super::bars::BarChart;
+use super::intervals::IntervalChart;
 use super::plot::Plot;
-use super::table::Table;
+use super::table::{Mark, Table};
 use super::text::escape;
 use super::theme;
 use super::waterfall::Waterfall;
@@ -38,6 +39,14 @@ impl Page {
         self.element("p class=\"headline\"", sentence)
     }
 
+    /// The headline with what it amounts to in a word or two, on a ground that shows the judgement.
+    pub fn verdict(&mut self, mark: Mark, badge: &str, sentence: &str) -> &mut Self {
+        let (class, badge, sentence) = (mark.class(), escape(badge), escape(sentence));
+        self.push(&format!(
+            "<p class=\"headline verdict-{class}\"><strong class=\"badge\">{badge}</strong> {sentence}</p>\n"
+        ))
+    }
+
     /// Starts a section.
     pub fn section(&mut self, title: &str) -> &mut Self {
         self.element("h2", title)
@@ -46,6 +55,20 @@ impl Page {
     /// A paragraph of text.
     pub fn paragraph(&mut self, text: &str) -> &mut Self {
         self.element("p", text)
+    }
+
+    /// Paragraphs or short remarks of equal rank, one below the other.
+    pub fn list(&mut self, items: &[String]) -> &mut Self {
+        self.push("<ul>\n");
+        for item in items {
+            self.element("li", item);
+        }
+        self.push("</ul>\n")
+    }
+
+    /// Text to copy, as a command.
+    pub fn code(&mut self, text: &str) -> &mut Self {
+        self.element("pre class=\"code\"", text)
     }
 
     /// A table; wider ones than the page scroll.
@@ -94,6 +117,15 @@ impl Page {
     ///
     /// Those of [`Waterfall::to_svg`].
     pub fn waterfall(&mut self, chart: &Waterfall) -> Result<&mut Self> {
+        Ok(self.figure(&chart.to_svg()?))
+    }
+
+    /// Intervals.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`IntervalChart::to_svg`].
+    pub fn intervals(&mut self, chart: &IntervalChart) -> Result<&mut Self> {
         Ok(self.figure(&chart.to_svg()?))
     }
 

@@ -26,8 +26,14 @@ const BAND_LABEL_PX: i32 = 17;
 /// Height of the x axis with its label, in pixels.
 const X_AXIS_PX: i32 = 42;
 
+/// Margin at the left edge: glyphs of the turned label reach a little over its line, in pixels.
+const LEFT_MARGIN_PX: i32 = 3;
+
 /// Width of the y axis without its tick labels, in pixels.
 const Y_AXIS_PX: f64 = 32.0;
+
+/// Characters of tick labels that every y axis has room for, so that the x axes of most plots stand below each other.
+const TICK_LABEL_LENGTH: usize = 6;
 
 /// Distance between ticks, in pixels.
 const TICK_PX: (u32, u32) = (105, 48);
@@ -130,6 +136,8 @@ pub struct Plot {
     pub series: Vec<Series>,
     /// Shaded windows behind the curves.
     pub shaded: Vec<Band>,
+    /// A band along x behind the curves, from and to in the unit of y, as ±2 σ of the noise.
+    pub corridor: Option<Band>,
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -151,6 +159,7 @@ impl Plot {
             y_label: y_label.into(),
             series: Vec::new(),
             shaded: Vec::new(),
+            corridor: None,
             width: 860,
             height: 300,
             y_from_zero: false,
@@ -169,30 +178,41 @@ impl Plot {
     /// The plot in another size, in pixels.
     pub(super) fn to_svg_sized(&self, width: u32, height: u32) -> Result<String> {
         let size = (width, height.max(140));
-        let mut needed = None;
+        let mut hidden = None;
         let svg = canvas::draw(&self.title, size, |area| {
-            needed = self.draw_on(area, 0.0)?;
+            hidden = self.draw_on(area, &[])?;
             Ok(())
         })?;
-        match needed {
-            // A second attempt with room for the legend above the curves, unless it would take half of the plot.
-            Some(part) if part < 0.5 => canvas::draw(&self.title, size, |area| {
-                self.draw_on(area, part).map(|_| ())
-            }),
+        match hidden {
+            // A second attempt with the legend above the frame, as long as that leaves half of the height to the plot.
+            Some(legend) if legend::height_above(&legend, f64::from(width)) < height as i32 / 2 => {
+                canvas::draw(&self.title, size, |area| {
+                    self.draw_on(area, &legend).map(|_| ())
+                })
+            }
             _ => Ok(svg),
         }
     }
 
-    /// Draws everything, with this part of the height left free above the curves; returns the part that the legend
-    /// would need, if it hides a curve.
-    fn draw_on(&self, area: &Area<'_>, free_part: f64) -> Result<Option<f64>> {
+    /// Draws everything, with this legend above the frame, or without one with a legend inside; returns the legend if
+    /// it hides a curve there.
+    fn draw_on(
+        &self,
+        area: &Area<'_>,
+        above: &[(String, Sample)],
+    ) -> Result<Option<Vec<(String, Sample)>>> {
+        let width_px = f64::from(area.dim_in_pixel().0) / f64::from(SCALE);
         let title_px = canvas::title(area, &self.title)?;
+        let legend_px = match above {
+            [] => 0,
+            rows => legend::height_above(rows, width_px),
+        };
         let band_px = if self.shaded.is_empty() {
             4
         } else {
             BAND_LABEL_PX
         };
-        let mut chart = self.axes(area, title_px + band_px, free_part)?;
+        let mut chart = self.axes(area, title_px + legend_px + band_px)?;
         let (x_pixels, y_pixels) = chart.plotting_area().get_pixel_range();
         let frame = Rect {
             left: x_pixels.start,
@@ -201,6 +221,10 @@ impl Plot {
             bottom: y_pixels.end,
         };
         let unnamed_bands = bands::draw(area, &chart, frame, &self.shaded)?;
+        let corridor = match &self.corridor {
+            Some(band) => bands::corridor(area, &chart, frame, band)?,
+            None => None,
+        };
         let mut rows = Vec::new();
         let mut occupied = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
@@ -215,6 +239,7 @@ impl Plot {
             }
             occupied.extend(passed);
         }
+        rows.extend(corridor);
         rows.extend(unnamed_bands);
         if occupied.is_empty() {
             let style = canvas::font(FONT_PX, Paint::Muted, HPos::Center, VPos::Center);
@@ -224,27 +249,23 @@ impl Plot {
             );
             area.draw_text("no data", &style, middle)?;
         }
-        legend::draw(area, frame, &rows, &occupied)
+        legend::draw_above(area, (0, title_px * SCALE), above, width_px)?;
+        let hides = above.is_empty() && legend::draw(area, frame, &rows, &occupied)?;
+        Ok(hides.then_some(rows))
     }
 
-    /// Frame, grid, ticks and axis labels, below `top_px` pixels and with a part of the height free of data.
-    fn axes<'a, 'b>(
-        &self,
-        area: &'a Area<'b>,
-        top_px: i32,
-        free_part: f64,
-    ) -> Result<Chart<'a, 'b>> {
+    /// Frame, grid, ticks and axis labels, below `top_px` pixels.
+    fn axes<'a, 'b>(&self, area: &'a Area<'b>, top_px: i32) -> Result<Chart<'a, 'b>> {
         let (width, height) = area.dim_in_pixel();
         let x = Axis::new(self.x_range(), (width / SCALE as u32 / TICK_PX.0) as usize);
-        let y = Axis::new(
-            self.y_range(free_part),
-            (height / SCALE as u32 / TICK_PX.1) as usize,
-        );
-        let label_px = text::width_px(&"0".repeat(y.ticks.longest_label()), FONT_PX);
+        let y = Axis::new(self.y_range(), (height / SCALE as u32 / TICK_PX.1) as usize);
+        let label_length = y.ticks.longest_label().max(TICK_LABEL_LENGTH);
+        let label_px = text::width_px(&"0".repeat(label_length), FONT_PX);
         let x_label = x.ticks.with_exponent(&text::printable(&self.x_label));
         let y_label = y.ticks.with_exponent(&text::printable(&self.y_label));
         let spans_zero = y.spans_zero();
         let mut chart = ChartBuilder::on(area)
+            .margin_left(LEFT_MARGIN_PX * SCALE)
             .margin_right(RIGHT_MARGIN_PX * SCALE)
             .margin_top(top_px * SCALE)
             .margin_bottom(2 * SCALE)
@@ -287,7 +308,10 @@ impl Plot {
             .any(|series| series.style == Style::Points);
         let margin = if has_markers { 0.02 } else { 0.0 };
         if self.drawable_points().next().is_some() {
-            ticks::range_of(self.drawable_points().map(|point| point.0), margin)
+            // A gap at the ends is a part of the record too.
+            let points = self.series.iter().flat_map(|series| &series.points);
+            let x = points.map(|point| point.0);
+            ticks::range_of(x.filter(|x| x.abs() <= ticks::LARGEST), margin)
         } else {
             ticks::range_of(
                 self.shaded.iter().flat_map(|band| [band.from, band.to]),
@@ -296,19 +320,19 @@ impl Plot {
         }
     }
 
-    fn y_range(&self, free_part: f64) -> Range<f64> {
+    fn y_range(&self) -> Range<f64> {
         let lowest = self
             .drawable_points()
             .map(|point| point.1)
             .fold(f64::INFINITY, f64::min);
         let zero = self.y_from_zero.then_some(0.0);
-        let range = ticks::range_of(
-            self.drawable_points().map(|point| point.1).chain(zero),
-            Y_MARGIN,
-        );
+        let corridor = self.corridor.iter().flat_map(|band| [band.from, band.to]);
+        let corridor = corridor.filter(|value| value.abs() <= ticks::LARGEST);
+        let shown = self.drawable_points().map(|point| point.1);
+        let range = ticks::range_of(shown.chain(zero).chain(corridor), Y_MARGIN);
         // Magnitudes stand on the axis, without a margin below it.
         let stands_on_zero = self.y_from_zero && lowest >= 0.0 && range.end > 0.0;
         let start = if stands_on_zero { 0.0 } else { range.start };
-        start..start + (range.end - start) / (1.0 - free_part)
+        start..range.end
     }
 }

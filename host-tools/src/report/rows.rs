@@ -1,11 +1,12 @@
-//! A drawing of labelled rows, each with a horizontal bar and its value: what bar charts and waterfalls share.
+//! A drawing of labelled rows, each with a horizontal bar and its value: what bar charts, waterfalls and interval charts
+//! share.
 
 use super::canvas::{self, Area, FONT_PX, SCALE, units};
 use super::text;
-use super::theme::Paint;
+use super::theme::{Hue, Paint};
 use super::ticks;
 use anyhow::Result;
-use plotters::element::{PathElement, Rectangle};
+use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, VPos};
 use std::ops::Range;
@@ -16,11 +17,20 @@ const ROW_PX: f64 = 25.0;
 /// Half the thickness of a bar, in pixels.
 const HALF_BAR_PX: f64 = 7.0;
 
+/// Middle and half the thickness of the thin bar below the main one, in pixels from the middle of the row.
+const THIN_BAR_PX: (f64, f64) = (7.5, 1.5);
+
+/// By how much the main bar moves up and gets slimmer when a thin one stands below it, in pixels.
+const BAR_MAKES_ROOM_PX: f64 = 2.0;
+
 /// Height of the line that names the values, in pixels.
 const HEADER_PX: f64 = 20.0;
 
 /// Space at the edges and between the columns, in pixels.
 const GAP_PX: f64 = 12.0;
+
+/// Width of a sample of bar in the legend, in pixels.
+const NAME_SAMPLE_PX: f64 = 16.0;
 
 /// Largest part of the width that labels take; longer ones are shortened.
 const LARGEST_LABEL_PART: f64 = 0.4;
@@ -36,8 +46,12 @@ pub(super) struct Row {
     pub(super) value: String,
     /// Start and end of the bar, in the unit of the values; `None` for a value that cannot be drawn.
     pub(super) bar: Option<(f64, f64)>,
+    /// Start and end of the thin bar below it, for the same quantity on other data.
+    pub(super) thin_bar: Option<(f64, f64)>,
     /// Ends of an uncertainty interval.
     pub(super) interval: Option<(f64, f64)>,
+    /// A dot, in the unit of the values.
+    pub(super) dot: Option<f64>,
     pub(super) paint: Paint,
 }
 
@@ -46,6 +60,8 @@ pub(super) struct RowChart<'a> {
     pub(super) title: &'a str,
     /// Name of the values, written above their column.
     pub(super) value_label: &'a str,
+    /// What the main and the thin bars stand for.
+    pub(super) names: Option<&'a [String; 2]>,
     pub(super) rows: Vec<Row>,
     /// Whether the end of each bar is tied to the next row.
     pub(super) connected: bool,
@@ -96,6 +112,9 @@ impl RowChart<'_> {
             units(layout.top - HEADER_PX / 2.0),
         );
         area.draw_text(&text::printable(self.value_label), &header, header_at)?;
+        if let Some(names) = self.names {
+            draw_names(area, (layout.x(layout.span.start), header_at.1), names)?;
+        }
         let middle = (layout.x(0.0), layout.y(0));
         if self.rows.is_empty() {
             let style = canvas::font(FONT_PX, Paint::Muted, HPos::Left, VPos::Center);
@@ -136,9 +155,15 @@ impl RowChart<'_> {
         let ends = self
             .rows
             .iter()
-            .flat_map(|row| [row.bar, row.interval])
+            .flat_map(|row| [row.bar, row.thin_bar, row.interval])
             .flatten();
-        let span = ticks::range_of(ends.flat_map(|(from, to)| [from, to]).chain([0.0]), 0.0);
+        // Bars stand on the edge, caps of intervals do not.
+        let margin = if self.rows.iter().any(|row| row.dot.is_some()) {
+            0.02
+        } else {
+            0.0
+        };
+        let span = ticks::range_of(ends.flat_map(|(from, to)| [from, to]).chain([0.0]), margin);
         let values_right = width - 2.0;
         let bars_left = label_px + GAP_PX;
         let bars_right = (values_right - value_px - GAP_PX).max(bars_left + 20.0);
@@ -169,16 +194,62 @@ fn draw_row(area: &Area<'_>, layout: &Layout, index: usize, row: &Row) -> Result
     )?;
     if let Some((from, to)) = row.bar {
         let (left, right) = (layout.x(from.min(to)), layout.x(from.max(to)));
-        let half = units(HALF_BAR_PX);
+        let (up, half) = match row.thin_bar {
+            Some(_) => (
+                units(BAR_MAKES_ROOM_PX),
+                units(HALF_BAR_PX - BAR_MAKES_ROOM_PX),
+            ),
+            None => (0, units(HALF_BAR_PX)),
+        };
         // A share too small to see still leaves a line.
-        let corners = [(left, y - half), (right.max(left + SCALE), y + half)];
+        let corners = [
+            (left, y - up - half),
+            (right.max(left + SCALE), y - up + half),
+        ];
         area.draw(&Rectangle::new(
             corners,
             row.paint.solid().mix(0.85).filled(),
         ))?;
     }
+    if let Some((from, to)) = row.thin_bar {
+        let (left, right) = (layout.x(from.min(to)), layout.x(from.max(to)));
+        draw_thin_bar(area, (left, right.max(left + SCALE)), y)?;
+    }
     if let Some((low, high)) = row.interval {
         draw_whisker(area, (layout.x(low), layout.x(high)), y)?;
+    }
+    if let Some(value) = row.dot {
+        let dot = Circle::new((layout.x(value), y), units(4.0), row.paint.solid().filled());
+        area.draw(&dot)?;
+    }
+    Ok(())
+}
+
+fn draw_thin_bar(area: &Area<'_>, (left, right): (i32, i32), y: i32) -> Result<()> {
+    let (middle, half) = (y + units(THIN_BAR_PX.0), units(THIN_BAR_PX.1));
+    let corners = [(left, middle - half), (right, middle + half)];
+    area.draw(&Rectangle::new(corners, Paint::Muted.solid().filled()))?;
+    Ok(())
+}
+
+/// The legend of main and thin bars, from `x` to the right.
+fn draw_names(area: &Area<'_>, (mut x, y): (i32, i32), names: &[String; 2]) -> Result<()> {
+    let style = canvas::font(FONT_PX, Paint::Muted, HPos::Left, VPos::Center);
+    for (index, name) in names.iter().enumerate() {
+        let end = x + units(NAME_SAMPLE_PX);
+        if index == 0 {
+            let half = units(HALF_BAR_PX - BAR_MAKES_ROOM_PX);
+            let sample = Rectangle::new(
+                [(x, y - half), (end, y + half)],
+                Paint::Hue(Hue::Grey).solid().mix(0.85).filled(),
+            );
+            area.draw(&sample)?;
+        } else {
+            draw_thin_bar(area, (x, end), y - units(THIN_BAR_PX.0))?;
+        }
+        let name = text::printable(name);
+        area.draw_text(&name, &style, (end + units(GAP_PX / 2.0), y))?;
+        x = end + units(text::width_px(&name, FONT_PX) + 2.0 * GAP_PX);
     }
     Ok(())
 }

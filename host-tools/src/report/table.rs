@@ -5,6 +5,9 @@ use super::text;
 use comfy_table::{CellAlignment, LineStyle, TableStyle};
 use std::fmt::{self, Display, Formatter};
 
+/// Words of up to this many characters are not broken on a page.
+const SHORT_TEXT: usize = 24;
+
 /// Where a column aligns its texts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -73,7 +76,7 @@ impl Mark {
         }
     }
 
-    fn class(self) -> &'static str {
+    pub(super) fn class(self) -> &'static str {
         match self {
             Self::Good => "good",
             Self::Bad => "bad",
@@ -123,6 +126,11 @@ impl Cell {
     pub fn marked(mut self, mark: Mark) -> Self {
         self.mark = Some(mark);
         self
+    }
+
+    /// Whether a page keeps it on one line.
+    fn is_short(&self) -> bool {
+        self.content.chars().count() <= SHORT_TEXT
     }
 
     /// What both readers see.
@@ -180,7 +188,7 @@ impl Table {
             html += "<tr>";
             for index in 0..self.width() {
                 let cell = row.get(index);
-                let class = self.class(index, cell.and_then(|cell| cell.mark));
+                let class = self.class(index, cell);
                 let shown = cell.map(Cell::shown).unwrap_or_default();
                 html += &format!("<td{class}>{}</td>", text::escape(&shown));
             }
@@ -202,9 +210,15 @@ impl Table {
             .map_or(Align::Left, |column| column.align)
     }
 
-    fn class(&self, column: usize, mark: Option<Mark>) -> String {
+    /// Class attribute of a cell, or of the head without one.
+    fn class(&self, column: usize, cell: Option<&Cell>) -> String {
         let number = (self.align(column) == Align::Right).then_some("number");
-        let classes: Vec<&str> = number.into_iter().chain(mark.map(Mark::class)).collect();
+        let short = cell.filter(|cell| number.is_none() && cell.is_short());
+        let classes: Vec<&str> = number
+            .into_iter()
+            .chain(short.map(|_| "short"))
+            .chain(cell.and_then(|cell| cell.mark).map(Mark::class))
+            .collect();
         if classes.is_empty() {
             String::new()
         } else {

@@ -12,6 +12,8 @@ pub struct Level {
     pub label: String,
     /// The value that this left, in the unit of the chart.
     pub value: f64,
+    /// The same on other data, drawn as a thin bar below; see [`Waterfall::names`].
+    pub second: Option<f64>,
 }
 
 impl Level {
@@ -20,7 +22,15 @@ impl Level {
         Self {
             label: label.into(),
             value,
+            second: None,
         }
+    }
+
+    /// The same level with its value on other data.
+    #[must_use]
+    pub fn with_second(mut self, value: f64) -> Self {
+        self.second = Some(value);
+        self
     }
 }
 
@@ -32,6 +42,8 @@ pub struct Waterfall {
     pub title: String,
     /// What the values are, with their unit, as in `RMS force error [N]`.
     pub value_label: String,
+    /// What the bars and the thin ones below them stand for, if there are both.
+    pub names: Option<[String; 2]>,
     /// How the values are written.
     pub format: Format,
     /// The start and the steps, in order.
@@ -46,6 +58,7 @@ impl Waterfall {
         Self {
             title: title.into(),
             value_label: value_label.into(),
+            names: None,
             format,
             levels: Vec::new(),
             width: 860,
@@ -60,17 +73,18 @@ impl Waterfall {
     ///
     /// If the plotting library refuses the geometry; no data do that.
     pub fn to_svg(&self) -> Result<String> {
-        let mut before = None;
+        let mut before = [None; 2];
         let mut rows = Vec::new();
         for level in &self.levels {
             rows.push(self.row(level, before));
-            if level.value.is_finite() {
-                before = Some(level.value);
-            }
+            let finite = |value: f64| value.is_finite().then_some(value);
+            let after = [finite(level.value), level.second.and_then(finite)];
+            before = [after[0].or(before[0]), after[1].or(before[1])];
         }
         RowChart {
             title: &self.title,
             value_label: &self.value_label,
+            names: self.names.as_ref(),
             rows,
             connected: true,
             width: self.width,
@@ -78,22 +92,29 @@ impl Waterfall {
         .to_svg()
     }
 
-    fn row(&self, level: &Level, before: Option<f64>) -> Row {
+    /// A row; `before` is the last level and the last second level.
+    fn row(&self, level: &Level, [before, second_before]: [Option<f64>; 2]) -> Row {
         let from = before.unwrap_or(0.0);
         let paint = match before {
             None => Paint::Hue(Hue::Grey),
             Some(before) if level.value.abs() <= before.abs() => Paint::Good,
             Some(_) => Paint::Bad,
         };
-        let value = self.format.write(level.value);
+        let mut value = self.format.write(level.value);
+        if let Some(change) = change(before, level.value) {
+            value += &format!(" ({change})");
+        }
+        if let Some(second) = level.second {
+            value += &format!(" | {}", self.format.write(second));
+        }
+        let second = level.second.filter(|second| second.is_finite());
         Row {
             label: level.label.clone(),
-            value: match change(before, level.value) {
-                Some(change) => format!("{value} ({change})"),
-                None => value,
-            },
+            value,
             bar: level.value.is_finite().then_some((from, level.value)),
+            thin_bar: second.map(|second| (second_before.unwrap_or(0.0), second)),
             interval: None,
+            dot: None,
             paint,
         }
     }

@@ -1,13 +1,13 @@
-//! Range checks that name the field, the value and the allowed range.
+//! Range checks that name the field, the value and the allowed range, as the controller's do.
 
 use anyhow::{Result, anyhow, ensure};
-use softdock_control::effects::OutOfRange;
+use softdock_control::range::SettingsError;
 
 /// `low <= value <= high`; NaN never is.
 pub(super) fn check(field: &str, value: f64, low: f64, high: f64) -> Result<()> {
     ensure!(
         value >= low && value <= high,
-        "{field} = {value}: allowed is {low} to {high}"
+        "`{field}` is {value}; allowed is {low} to {high}"
     );
     Ok(())
 }
@@ -20,16 +20,22 @@ pub(super) fn check_all(field: &str, values: &[f64], low: f64, high: f64) -> Res
 }
 
 /// What an effect refused, under the name of the key that it was read from.
-pub(super) fn named<T>(field: &str, built: Result<T, OutOfRange>) -> Result<T> {
+pub(super) fn named<T>(field: &str, built: Result<T, SettingsError>) -> Result<T> {
     built.map_err(|error| {
-        let OutOfRange {
-            value, low, high, ..
+        let SettingsError {
+            received,
+            low,
+            high,
+            ..
         } = error;
-        anyhow!("{field} = {value}: allowed is {low} to {high}")
+        anyhow!("`{field}` is {received}; allowed is {low} to {high}")
     })
 }
 
 /// What an effect refused, where the keys are its parameters behind a prefix.
-pub(super) fn prefixed<T, E: std::fmt::Display>(prefix: &str, built: Result<T, E>) -> Result<T> {
-    built.map_err(|error| anyhow!("{prefix}{error}"))
+pub(super) fn prefixed<T>(prefix: &str, built: Result<T, SettingsError>) -> Result<T> {
+    match built {
+        Err(error) => named(&format!("{prefix}{}", error.field), Err(error)),
+        Ok(value) => Ok(value),
+    }
 }

@@ -1,15 +1,14 @@
 //! The arm: from the commanded velocity of each axis to the executed one, and to the pose.
 
 use super::checks::{named, prefixed};
-use super::settings::{ActuatorSettings, RigSettings, ServoSettings};
+use super::hidden;
+use super::settings::RigSettings;
+use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
-use softdock_control::effects::actuator::first_order_lag::FirstOrderLag;
-use softdock_control::effects::actuator::rate_limit::RateLimit;
-use softdock_control::effects::actuator::second_order_servo::SecondOrderServo;
+use softdock_control::effects::actuator::command_quantisation::CommandQuantisation;
 use softdock_control::effects::actuator::transport_delay::TransportDelay;
-use softdock_control::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_control::effects::actuator::zero_crossing_pause::ZeroCrossingPause;
+use softdock_control::effects::body::clock_rate::ClockRate;
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
@@ -18,71 +17,18 @@ const COMMANDS_IN_FLIGHT: usize = 64;
 /// Six axes X Y Z A B C: m and rad, or m/s and rad/s.
 pub(super) type Axes = [f64; 6];
 
-/// What follows the transport delay on one axis.
-#[derive(Clone, Debug)]
-struct Axis {
-    lag: FirstOrderLag<f64>,
-    servo: Option<SecondOrderServo<f64>>,
-    pause: ZeroCrossingPause<f64>,
-    rate_limit: Option<RateLimit<f64>>,
-    saturation: Option<VelocitySaturation<f64>>,
-}
-
-impl Axis {
-    fn new(a: &ActuatorSettings, step_s: f64, unit: &str) -> Result<Self> {
-        let (acceleration, velocity) = match unit {
-            "rad" => (a.max_acceleration_rad_s2, a.max_velocity_rad_s),
-            _ => (a.max_acceleration_m_s2, a.max_velocity_m_s),
-        };
-        let key = |name: &str| format!("rig.robot.actuator.{name}");
-        let servo = |s: &ServoSettings| {
-            let built = SecondOrderServo::new(s.natural_frequency_hz, s.damping_ratio, step_s);
-            prefixed(&key("servo."), built)
-        };
-        let rate_limit = |limit| {
-            named(
-                &key(&format!("max_acceleration_{unit}_s2")),
-                RateLimit::new(limit, step_s),
-            )
-        };
-        let saturation = |limit| {
-            named(
-                &key(&format!("max_velocity_{unit}_s")),
-                VelocitySaturation::new(limit),
-            )
-        };
-        Ok(Self {
-            lag: named(&key("lag_s"), FirstOrderLag::new(a.lag_s, step_s))?,
-            servo: a.servo.as_ref().map(servo).transpose()?,
-            pause: named(&key("pause_s"), ZeroCrossingPause::new(a.pause_s, step_s))?,
-            rate_limit: acceleration.map(rate_limit).transpose()?,
-            saturation: velocity.map(saturation).transpose()?,
-        })
-    }
-
-    fn advance(&mut self, delayed: f64) -> f64 {
-        let lagged = self.lag.advance(delayed);
-        let served = self
-            .servo
-            .as_mut()
-            .map_or(lagged, |servo| servo.advance(lagged));
-        let paused = self.pause.advance(served);
-        let limited = self
-            .rate_limit
-            .as_mut()
-            .map_or(paused, |limit| limit.advance(paused));
-        self.saturation
-            .as_ref()
-            .map_or(limited, |saturation| saturation.apply(limited))
-    }
-}
-
 /// Six axes behind one delay line, and where they have got to.
+///
+/// Times that come in are those of the nominal clock; with a hidden error of the clock's rate, the
+/// arm lives in the real time that passes meanwhile.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
+    rounding: Option<CommandQuantisation<f64>>,
     line: TransportDelay<f64, 6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
+    /// Nominal integration step, s, and the clock that says how long it really takes.
     step_s: f64,
+    clock: ClockRate,
     /// X Y Z A B C in C, m and rad.
     position: Axes,
     /// Mean over the last step, m/s and rad/s.
@@ -93,13 +39,23 @@ pub(super) struct Drive {
 impl Drive {
     /// At rest at `start`.
     pub(super) fn new(settings: &RigSettings, start: Axes) -> Result<Self> {
-        let (actuator, step_s) = (&settings.robot.actuator, settings.substep_s());
+        let value = |id, parameter| {
+            hidden::find(&settings.hidden, id).map_or(0.0, |hidden| hidden.value(parameter))
+        };
+        let clock = ClockRate::new(value("clock_rate", "rate_error"));
+        let clock = prefixed("rig.hidden clock_rate.", clock)?;
+        let step_s = clock.real_time(settings.substep_s());
         let (linear, angular) = (
-            Axis::new(actuator, step_s, "m")?,
-            Axis::new(actuator, step_s, "rad")?,
+            Axis::new(settings, step_s, "m")?,
+            Axis::new(settings, step_s, "rad")?,
         );
-        let line = TransportDelay::new(actuator.delay_s, settings.cycle_s());
+        let delay_s = settings.robot.actuator.delay_s + value("actuation_delay", "extra_delay_s");
+        let line = TransportDelay::new(delay_s, clock.real_time(settings.cycle_s()));
+        let rounding = CommandQuantisation::new(value("command_quantisation", "step_m_s"));
+        let rounding = prefixed("rig.hidden command_quantisation.", rounding)?;
+        let rounds = hidden::find(&settings.hidden, "command_quantisation").is_some();
         Ok(Self {
+            rounding: rounds.then_some(rounding),
             line: named("rig.robot.actuator.delay_s", line)?,
             axes: std::array::from_fn(|i| {
                 if i < 3 {
@@ -108,7 +64,8 @@ impl Drive {
                     angular.clone()
                 }
             }),
-            step_s,
+            step_s: settings.substep_s(),
+            clock,
             position: start,
             velocity: [0.0; 6],
             twist: Twist::zero(),
@@ -117,29 +74,49 @@ impl Drive {
 
     /// Begins a cycle with this velocity.
     pub(super) fn push(&mut self, velocity: Axes) {
-        self.line.push(velocity);
+        self.line.push(self.rounded(velocity));
     }
 
     /// Corrects the velocity of the running cycle.
     pub(super) fn replace_newest(&mut self, velocity: Axes) {
-        self.line.replace_newest(velocity);
+        self.line.replace_newest(self.rounded(velocity));
+    }
+
+    fn rounded(&self, velocity: Axes) -> Axes {
+        let Some(rounding) = &self.rounding else {
+            return velocity;
+        };
+        velocity.map(|v| rounding.apply(v))
     }
 
     /// One integration step that begins `since_cycle_s` after the cycle did; `extra_delay_s` is
     /// this cycle's deviation from the nominal delay.
     pub(super) fn advance(&mut self, since_cycle_s: f64, extra_delay_s: f64) {
-        let from = since_cycle_s - extra_delay_s;
-        let delayed = self.line.mean_over(from, from + self.step_s);
+        let step_s = self.clock.real_time(self.step_s);
+        let from = self.clock.real_time(since_cycle_s) - extra_delay_s;
+        let delayed = self.line.mean_over(from, from + step_s);
         for (i, axis) in self.axes.iter_mut().enumerate() {
             self.velocity[i] = axis.advance(delayed[i]);
-            self.position[i] += self.step_s * self.velocity[i];
+            self.position[i] += step_s * self.velocity[i];
         }
         self.twist = twist(&self.position, &self.velocity);
     }
 
     /// X Y Z A B C, `ahead_s` after the last step.
     pub(super) fn position(&self, ahead_s: f64) -> Axes {
+        let ahead_s = self.clock.real_time(ahead_s);
         std::array::from_fn(|i| self.position[i] + ahead_s * self.velocity[i])
+    }
+
+    /// X Y Z A B C, `ahead_s` after the beginning of a cycle that begins now: what the commands in
+    /// flight make of it, exact as long as `ahead_s` is not beyond the delay.
+    pub(super) fn foreseen(&self, ahead_s: f64, extra_delay_s: f64) -> Axes {
+        let mut later = self.clone();
+        let steps = (ahead_s / self.step_s).floor().max(0.0) as u32;
+        for step in 0..steps {
+            later.advance(f64::from(step) * self.step_s, extra_delay_s);
+        }
+        later.position(ahead_s - f64::from(steps) * self.step_s)
     }
 
     /// Executed velocity: linear in C, angular in M.

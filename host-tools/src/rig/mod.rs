@@ -18,13 +18,21 @@ mod checks;
 mod controller;
 mod drive;
 mod feedback;
+mod guide;
+pub mod hidden;
+mod instants;
 mod jitter;
+mod load;
 mod mechanism;
-mod noise;
+pub(crate) mod noise;
+mod reading;
 mod sensor;
 pub mod settings;
+mod stage;
+mod wall;
 
 pub use controller::RsiStopped;
+pub use hidden::Hidden;
 pub use mechanism::MAX_WALLS;
 pub use sensor::SensorSampleSim;
 pub use settings::RigSettings;
@@ -34,10 +42,12 @@ use checks::{check, check_all};
 use controller::Controller;
 use drive::{Axes, Drive, pose};
 use feedback::Feedback;
+use instants::Instants;
 use jitter::Jitter;
+use load::Load;
 use mechanism::{Contact, Mechanism};
 use noise::Noise;
-use sensor::{Load, Sensor};
+use sensor::Sensor;
 use softdock_control::frames::{Pose, Twist, Wrench};
 
 /// Longest history of twists: integration steps per cycle.
@@ -65,7 +75,7 @@ pub struct Truth {
     pub pose: Pose<f64>,
     /// Executed velocity, mean over the last integration step: linear in C, angular in M.
     pub twist: Twist<f64>,
-    /// Contact at M, in M axes.
+    /// Contact with the walls at M, in M axes; the guide's force is not part of it.
     pub contact: Wrench<f64>,
     /// Penetration of each wall, m; negative is the distance to it, unused walls are 0.
     pub penetration_m: [f64; MAX_WALLS],
@@ -88,6 +98,7 @@ pub struct Rig {
     sensor: Sensor,
     feedback: Feedback,
     jitter: Jitter,
+    instants: Instants,
     /// Twists at the last integration steps, a ring over one cycle.
     twists: [Twist<f64>; MAX_SUBSTEPS],
 }
@@ -100,6 +111,7 @@ impl Rig {
     pub fn new(settings: &RigSettings, start_pose: [f64; 6], seed: u64) -> Result<Self> {
         check_steps(settings)?;
         check_all("start pose", &start_pose, -1e3, 1e3)?;
+        hidden::validate(settings)?;
         let mut rig = Self {
             cycle_us: settings.cycle_us.into(),
             substep_us: settings.substep_us.into(),
@@ -110,10 +122,11 @@ impl Rig {
             start: start_pose,
             controller: Controller::new(settings)?,
             drive: Drive::new(settings, start_pose)?,
-            mechanism: Mechanism::new(&settings.mechanism)?,
-            sensor: Sensor::new(settings, Noise::new(seed, 0))?,
+            mechanism: Mechanism::new(&settings.mechanism, &settings.hidden, &start_pose)?,
+            sensor: Sensor::new(settings, Noise::new(seed, 0), Noise::new(seed, 3))?,
             feedback: Feedback::new(settings, start_pose, Noise::new(seed, 1))?,
             jitter: Jitter::new(settings, Noise::new(seed, 2))?,
+            instants: Instants::new(settings, Noise::new(seed, 4))?,
             twists: [Twist::zero(); MAX_SUBSTEPS],
         };
         let load = rig.load(0.0).1;
@@ -154,7 +167,8 @@ impl Rig {
         };
         let poscorr_stat = self.controller.poscorr_stat();
         self.start_cycle(velocity);
-        let actual_pose = self.feedback.measure(self.drive.position(0.0), self.cycle);
+        let position = self.instants.position(&self.drive, self.jitter.now_s);
+        let actual_pose = self.feedback.measure(position, self.cycle);
         Some(RobotReport {
             actual_pose,
             setpoint_pose: self.start,
@@ -173,7 +187,7 @@ impl Rig {
 
     /// The gauges at the present instant. Each call draws new noise.
     pub fn gauges(&mut self) -> SensorSampleSim {
-        let (_, load) = self.load(self.ahead_s());
+        let (_, load) = self.load(self.ahead_s() + self.instants.jitter_s());
         self.sensor.read(&load, self.time_s())
     }
 
@@ -211,15 +225,18 @@ impl Rig {
     fn start_cycle(&mut self, velocity: Axes) {
         self.drive.push(velocity);
         self.jitter.draw();
+        self.instants.draw();
         self.next_telegram_us += self.cycle_us;
         self.cycle += 1;
     }
 
     fn substep(&mut self) {
         let since_cycle_us = self.time_us + self.cycle_us - self.next_telegram_us;
+        self.instants.remember(self.drive.position(0.0));
         self.drive
             .advance(since_cycle_us as f64 * 1e-6, self.jitter.now_s);
         self.time_us += self.substep_us;
+        self.mechanism.advance(&self.drive.position(0.0));
         if self.sensor.feels_inertia() {
             let slot = self.twist_slot(0);
             self.twists[slot] = self.drive.twist();
@@ -245,7 +262,7 @@ impl Rig {
             contact,
             Load {
                 c_from_m,
-                contact: contact.wrench,
+                contact: contact.wrench + contact.guide,
                 twist,
                 acceleration,
             },

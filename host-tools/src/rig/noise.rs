@@ -9,7 +9,7 @@ const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
 
 /// One independent stream of random numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Noise {
+pub(crate) struct Noise {
     generator: ChaCha8Rng,
     spare: Option<f64>,
 }
@@ -17,7 +17,7 @@ pub(super) struct Noise {
 impl Noise {
     /// Streams of one seed are independent: switching one source of noise on leaves the others as
     /// they were.
-    pub(super) fn new(seed: u64, stream: u64) -> Self {
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);
         Self {
@@ -27,12 +27,12 @@ impl Noise {
     }
 
     /// Uniform in (0, 1].
-    pub(super) fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         ((self.generator.next_u64() >> 11) + 1) as f64 * UNIT
     }
 
     /// Standard normal (Box-Muller), by the portable mathematics library.
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(crate) fn normal(&mut self) -> f64 {
         if let Some(value) = self.spare.take() {
             return value;
         }
@@ -43,7 +43,7 @@ impl Noise {
     }
 
     /// `value` plus normal noise; a sigma of 0 draws nothing.
-    pub(super) fn around(&mut self, value: f64, sigma: f64) -> f64 {
+    pub(crate) fn around(&mut self, value: f64, sigma: f64) -> f64 {
         if sigma > 0.0 {
             value + sigma * self.normal()
         } else {

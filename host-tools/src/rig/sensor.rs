@@ -1,16 +1,15 @@
-//! The force/torque sensor: from contact, weight and inertia to gauge counts.
+//! The force/torque sensor: from its load to gauge counts.
 
-use super::checks::{check, check_all, named, prefixed};
+use super::checks::{check, check_all, prefixed};
+use super::load::{Load, ToolLoad};
 use super::noise::Noise;
+use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
-use anyhow::Result;
-use nalgebra::Vector3;
-use softdock_control::effects::sensor::bias_drift::BiasDrift;
-use softdock_control::effects::sensor::gauge_quantisation::GaugeQuantisation;
+use anyhow::{Result, anyhow};
+use softdock_control::effects::sensor::gauge_quantisation::{GaugeError, GaugeQuantisation};
 use softdock_control::effects::sensor::low_pass::LowPass;
-use softdock_control::effects::sensor::tool_gravity::ToolGravity;
-use softdock_control::effects::sensor::tool_inertia::{LoadMotion, ToolInertia};
-use softdock_control::frames::{Pose, Twist, Wrench, orientation_from_abc, vector};
+use softdock_control::frames::{Wrench, vector};
+use std::f64::consts::TAU;
 
 /// One reading of all gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,27 +20,13 @@ pub struct SensorSampleSim {
     pub status: u16,
 }
 
-/// What the load does at one instant.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Load {
-    pub(super) c_from_m: Pose<f64>,
-    /// Contact at M, in M axes.
-    pub(super) contact: Wrench<f64>,
-    pub(super) twist: Twist<f64>,
-    /// Linear in C, angular in M; per second.
-    pub(super) acceleration: Twist<f64>,
-}
-
 /// Sensor and tool.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
-    s_from_m: Pose<f64>,
-    /// Origin of S in M, m.
-    position: Vector3<f64>,
-    gravity: Vector3<f64>,
-    weight: ToolGravity<f64>,
-    inertia: Option<ToolInertia<f64>>,
-    offset: BiasDrift<f64>,
+    tool: ToolLoad,
+    reading: Reading,
+    bias: Wrench<f64>,
+    drift_per_s: Wrench<f64>,
     low_pass: Option<LowPass<f64>>,
     gauges: GaugeQuantisation<f64>,
     noise_sigma: [f64; 6],
@@ -51,43 +36,28 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    pub(super) fn new(settings: &RigSettings, noise: Noise) -> Result<Self> {
+    /// `noise` is that of the reading, `losses` that of lost samples.
+    pub(super) fn new(settings: &RigSettings, noise: Noise, losses: Noise) -> Result<Self> {
         let s = &settings.sensor;
-        check_all("rig.gravity_m_s2", &settings.gravity_m_s2, -100.0, 100.0)?;
         check_sensor(s)?;
-        let rotation = orientation_from_abc(&s.orientation_abc_rad);
-        let m_from_s = Pose::from_parts(vector::<f64>(&s.position_m).into(), rotation);
         let six = |force: &[f64; 3], torque: &[f64; 3]| Wrench {
             force: vector(force),
             torque: vector(torque),
         };
         let (force, torque) = (s.noise_force_n, s.noise_torque_nm);
-        let weight = ToolGravity::new(s.tool_mass_kg, &s.tool_com_m);
-        let inertia = ToolInertia::new(s.tool_mass_kg, &s.tool_com_m, &s.tool_inertia_kg_m2);
-        let inertia = prefixed("rig.sensor.tool_", inertia)?;
-        let low_pass = |cutoff| {
-            named(
-                "rig.sensor.low_pass_hz",
-                LowPass::new(cutoff, settings.substep_s()),
-            )
+        let step_s = settings.substep_s();
+        let low_pass = |cutoff: f64| {
+            check("rig.sensor.low_pass_hz", cutoff, 0.1, 1e5)?;
+            let filter = LowPass::new(1.0 / (TAU * cutoff), step_s);
+            prefixed("rig.sensor.low_pass ", filter)
         };
-        let gauges = GaugeQuantisation::new(
-            &s.calibration,
-            s.counts_per_newton,
-            s.counts_per_newton_metre,
-        );
         Ok(Self {
-            s_from_m: m_from_s.inverse(),
-            position: vector(&s.position_m),
-            gravity: vector(&settings.gravity_m_s2),
-            weight: prefixed("rig.sensor.tool_", weight)?,
-            inertia: s.inertial_load.then_some(inertia),
-            offset: BiasDrift::new(
-                six(&s.bias_n, &s.bias_nm),
-                six(&s.drift_n_per_s, &s.drift_nm_per_s),
-            ),
+            tool: ToolLoad::new(settings)?,
+            reading: Reading::new(&settings.hidden, step_s, losses)?,
+            bias: six(&s.bias_n, &s.bias_nm),
+            drift_per_s: six(&s.drift_n_per_s, &s.drift_nm_per_s),
             low_pass: s.low_pass_hz.map(low_pass).transpose()?,
-            gauges: prefixed("rig.sensor.", gauges)?,
+            gauges: gauges(s)?,
             noise_sigma: [force, force, force, torque, torque, torque],
             noise,
             status: 0,
@@ -96,66 +66,67 @@ impl Sensor {
 
     /// Whether the sensor has to see every integration step.
     pub(super) fn has_memory(&self) -> bool {
-        self.low_pass.is_some()
+        self.low_pass.is_some() || self.reading.has_memory()
     }
 
     /// Whether the sensor feels acceleration.
     pub(super) fn feels_inertia(&self) -> bool {
-        self.inertia.is_some()
+        self.tool.has_inertia()
     }
 
     /// Starts as if the load had been at rest like this for a long time.
     pub(super) fn settle(&mut self, load: &Load) {
-        let wrench = self.load_wrench(load);
+        let wrench = self.strain(load);
         if let Some(filter) = &mut self.low_pass {
             filter.settle(&wrench);
         }
+        self.reading.settle(&wrench);
     }
 
     /// One integration step of what remembers.
     pub(super) fn advance(&mut self, load: &Load) {
-        let wrench = self.load_wrench(load);
-        if let Some(filter) = &mut self.low_pass {
-            filter.advance(&wrench);
-        }
+        let wrench = self.strain(load);
+        let filtered = match &mut self.low_pass {
+            Some(filter) => filter.advance(&wrench),
+            None => wrench,
+        };
+        self.reading.advance(&filtered);
     }
 
     /// A reading at `time_s`.
     pub(super) fn read(&mut self, load: &Load, time_s: f64) -> SensorSampleSim {
-        let felt = match &self.low_pass {
-            Some(filter) => filter.value(),
-            None => self.load_wrench(load),
+        let felt = if self.has_memory() {
+            self.reading.felt()
+        } else {
+            self.strain(load)
         };
-        let mut wrench = (felt + self.offset.at(time_s)).get();
+        let zero = self.bias + self.drift_per_s * time_s + self.reading.drift(time_s);
+        let mut wrench = (felt + zero).get();
         for (value, sigma) in wrench.iter_mut().zip(self.noise_sigma) {
             *value = self.noise.around(*value, sigma);
         }
+        let sample = self.reading.sampled(Wrench::of(&wrench));
         SensorSampleSim {
-            counts: self.gauges.counts(&Wrench::of(&wrench)),
+            counts: self.gauges.counts(&sample),
             status: self.status,
         }
     }
 
-    /// Contact, weight and inertia at S: the load's reaction.
-    fn load_wrench(&self, load: &Load) -> Wrench<f64> {
-        let s_from_c = self.s_from_m.rotation * load.c_from_m.rotation.inverse();
-        let still = load.contact.transferred(&self.s_from_m)
-            + self.weight.wrench(&(s_from_c * self.gravity));
-        let Some(tool) = &self.inertia else {
-            return still;
-        };
-        let at_m = LoadMotion {
-            acceleration: load.c_from_m.rotation.inverse() * load.acceleration.linear,
-            angular_velocity: load.twist.angular,
-            angular_acceleration: load.acceleration.angular,
-        };
-        let into_s = |v: Vector3<f64>| self.s_from_m.rotation * v;
-        still
-            + tool.wrench(&LoadMotion {
-                acceleration: into_s(at_m.acceleration_at(&self.position)),
-                angular_velocity: into_s(at_m.angular_velocity),
-                angular_acceleration: into_s(at_m.angular_acceleration),
-            })
+    /// What the gauges feel of a load.
+    fn strain(&self, load: &Load) -> Wrench<f64> {
+        self.reading.distorted(&self.tool.wrench(load))
+    }
+}
+
+fn gauges(s: &SensorSettings) -> Result<GaugeQuantisation<f64>> {
+    let built = GaugeQuantisation::new(
+        &s.calibration,
+        s.counts_per_newton,
+        s.counts_per_newton_metre,
+    );
+    match built {
+        Err(GaugeError::OutOfRange(error)) => prefixed("rig.sensor.", Err(error)),
+        other => other.map_err(|error| anyhow!("rig.sensor.{error}")),
     }
 }
 

@@ -5,6 +5,8 @@
 //! given. Noise, latency and faults are off until somebody asks for them, so that what differs is
 //! what was asked for.
 
+use super::hidden::Hidden;
+use crate::model::GuideModel;
 use serde::{Deserialize, Serialize};
 
 /// A simulated rig: robot, mechanism and sensor.
@@ -23,6 +25,9 @@ pub struct RigSettings {
     pub mechanism: MechanismSettings,
     /// The force/torque sensor and the tool on it.
     pub sensor: SensorSettings,
+    /// Effects of the catalogue that come on top of all of the above.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hidden: Vec<Hidden>,
 }
 
 impl Default for RigSettings {
@@ -34,6 +39,7 @@ impl Default for RigSettings {
             robot: RobotSettings::default(),
             mechanism: MechanismSettings::default(),
             sensor: SensorSettings::default(),
+            hidden: Vec::new(),
         }
     }
 }
@@ -180,7 +186,7 @@ impl Default for ActuatorSettings {
 #[serde(deny_unknown_fields)]
 pub struct ServoSettings {
     /// Natural frequency, Hz.
-    pub natural_frequency_hz: f64,
+    pub frequency_hz: f64,
     /// Damping ratio, below 1.
     pub damping_ratio: f64,
 }
@@ -226,13 +232,16 @@ impl Default for CorrectionMonitor {
     }
 }
 
-/// The docking mechanism: planes that stop tips of the moving craft.
+/// The docking mechanism: planes that stop tips of the moving craft, and a guide.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MechanismSettings {
     /// Up to eight planes. A spring rod between two stops is two planes that face each other; an
     /// oblique stop has an oblique normal; an off-centre one has its tip off the axis.
     pub walls: Vec<WallSettings>,
+    /// A spring and damper that centre a tip across an axis, in contact or not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guide: Option<GuideModel>,
 }
 
 /// An elastic plane, fixed in C, and the point of M that it stops.

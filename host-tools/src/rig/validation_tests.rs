@@ -23,36 +23,36 @@ fn steps_and_robot() {
         ),
         (
             |s| s.substep_us = 0,
-            "rig.substep_us = 0: allowed is 63 to 4000",
+            "`rig.substep_us` is 0; allowed is 63 to 4000",
         ),
         (
             |s| s.robot.actuator.delay_s = 0.3,
-            "rig.robot.actuator.delay_s = 0.3: allowed is 0 to 0.252",
+            "`rig.robot.actuator.delay_s` is 0.3; allowed is 0 to 0.252",
         ),
         (
             |s| s.robot.actuator.lag_s = -1.0,
-            "rig.robot.actuator.lag_s = -1: allowed is 0 to 10",
+            "`rig.robot.actuator.lag_s` is -1; allowed is 0 to 10",
         ),
         (
             |s| s.robot.actuator.max_velocity_rad_s = Some(0.0),
-            "rig.robot.actuator.max_velocity_rad_s = 0: allowed is 0.000001 to 1000",
+            "`rig.robot.actuator.max_velocity_rad_s` is 0; allowed is 0.000001 to 1000",
         ),
         (
             |s| {
                 s.robot.actuator.servo = Some(ServoSettings {
-                    natural_frequency_hz: 20.0,
+                    frequency_hz: 20.0,
                     damping_ratio: 1.0,
                 })
             },
-            "rig.robot.actuator.servo.damping_ratio = 1: allowed is 0 to 0.999",
+            "`rig.robot.actuator.servo.damping_ratio` is 1; allowed is 0 to 0.999",
         ),
         (
             |s| s.robot.feedback_latency_cycles = 32,
-            "rig.robot.feedback_latency_cycles = 32: allowed is 0 to 31",
+            "`rig.robot.feedback_latency_cycles` is 32; allowed is 0 to 31",
         ),
         (
             |s| s.robot.correction_limit.lower_m[2] = 0.1,
-            "rig.robot.correction_limit.lower_m = 0.1: allowed is -10 to 0",
+            "`rig.robot.correction_limit.lower_m` is 0.1; allowed is -10 to 0",
         ),
     ]);
 }
@@ -62,15 +62,15 @@ fn sensor_and_mechanism() {
     assert_refused(&[
         (
             |s| s.gravity_m_s2[1] = f64::NAN,
-            "rig.gravity_m_s2 = NaN: allowed is -100 to 100",
+            "`rig.gravity_m_s2` is NaN; allowed is -100 to 100",
         ),
         (
             |s| s.sensor.tool_mass_kg = -1.0,
-            "rig.sensor.tool_mass_kg = -1: allowed is 0 to 1000",
+            "`rig.sensor.tool_mass_kg` is -1; allowed is 0 to 1000",
         ),
         (
             |s| s.sensor.low_pass_hz = Some(0.0),
-            "rig.sensor.low_pass_hz = 0: allowed is 0.1 to 100000",
+            "`rig.sensor.low_pass_hz` is 0; allowed is 0.1 to 100000",
         ),
         (
             |s| s.sensor.calibration[1] = [0.0; 6],
@@ -91,8 +91,16 @@ fn sensor_and_mechanism() {
 fn settings_survive_a_round_trip_through_toml() {
     let mut settings = RigSettings::default();
     settings.robot.actuator.servo = Some(ServoSettings {
-        natural_frequency_hz: 20.0,
+        frequency_hz: 20.0,
         damping_ratio: 0.1,
+    });
+    settings.hidden = vec![crate::rig::hidden::suggest("guide_coulomb", 1).unwrap()];
+    settings.mechanism.guide = Some(crate::model::GuideModel {
+        axis: [1.0, 0.0, 0.0],
+        point_m: [0.0; 3],
+        tip_m: [0.0; 3],
+        stiffness_n_per_m: 800.0,
+        damping_n_s_per_m: 1.0,
     });
     let text = toml_edit::ser::to_string_pretty(&settings).unwrap();
     assert_eq!(

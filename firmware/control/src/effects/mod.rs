@@ -4,7 +4,8 @@
 //! comparison of recording and model, and the fit. Each file holds
 //! - the equation and its source,
 //! - its parameters with units, and the range in which a rig's value plausibly lies,
-//! - the signature that the effect leaves in a recording,
+//! - the signature that the effect leaves in a recording, its usual size, what it is confused with
+//!   and the experiment that tells them apart,
 //! - a known answer to test it against,
 //!
 //! and adds one line to [`CATALOGUE`].
@@ -13,108 +14,90 @@
 //! then position is the sum of step times velocity without error, whatever happens inside a step.
 //! Parameters enter as `f64` and are turned into coefficients once, so that the step itself needs
 //! only additions, multiplications and comparisons of the scalar `S`.
+//!
+//! **Forces.** A guide's law returns the force on the moving side, N, positive along its axis. A
+//! contact's law returns the push along the wall's outward normal, N, and is added to the nominal
+//! push; the sum is clipped at zero, because a wall cannot pull.
 
 pub mod actuator;
+pub mod body;
+mod entry;
 pub mod mechanism;
 pub mod sensor;
 
-/// What is known about an effect before any data: the text of its catalogue entry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effect {
-    /// Stable identifier, as used in model files and verdicts.
-    pub id: &'static str,
-    /// The equation, in the symbols of `parameters`.
-    pub equation: &'static str,
-    /// Where the equation comes from.
-    pub source: &'static str,
-    /// What it leaves in a recording, and what tells it from its neighbours.
-    pub signature: &'static str,
-    /// Parameters, units in their names.
-    pub parameters: &'static [Parameter],
-}
+pub use entry::{Effect, Group, Naming, Parameter};
 
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name with its SI unit as suffix.
-    pub name: &'static str,
-    /// SI unit, `-` if it has none.
-    pub unit: &'static str,
-    /// Smallest plausible value; its sign is the sign constraint.
-    pub low: f64,
-    /// Largest plausible value.
-    pub high: f64,
-}
+use crate::range::{SettingsError, in_range};
+use crate::scalar::Scalar;
 
-/// All effects, in the order in which a signal meets them.
+/// All effects, group by group, in the order in which a signal meets them.
 pub const CATALOGUE: &[&Effect] = &[
+    &actuator::command_quantisation::EFFECT,
     &actuator::transport_delay::EFFECT,
     &actuator::first_order_lag::EFFECT,
     &actuator::second_order_servo::EFFECT,
+    &actuator::structural_resonance::EFFECT,
     &actuator::zero_crossing_pause::EFFECT,
     &actuator::rate_limit::EFFECT,
+    &actuator::jerk_limit::EFFECT,
     &actuator::velocity_saturation::EFFECT,
-    &mechanism::plane_contact::EFFECT,
+    &actuator::velocity_gain::EFFECT,
+    &actuator::backlash::EFFECT,
+    &mechanism::guide_coulomb::EFFECT,
+    &mechanism::guide_viscous::EFFECT,
+    &mechanism::guide_stribeck::EFFECT,
+    &mechanism::guide_asymmetry::EFFECT,
+    &mechanism::guide_offset::EFFECT,
+    &mechanism::guide_hysteresis::EFFECT,
+    &mechanism::wall_position::EFFECT,
+    &mechanism::contact_deadzone::EFFECT,
+    &mechanism::contact_stiffness::EFFECT,
+    &mechanism::contact_cubic::EFFECT,
+    &mechanism::contact_damping::EFFECT,
+    &mechanism::hunt_crossley::EFFECT,
     &mechanism::coulomb_friction::EFFECT,
-    &sensor::tool_gravity::EFFECT,
+    &mechanism::cable_stiffness::EFFECT,
+    &mechanism::manipulator_resistance::EFFECT,
+    &sensor::base_tilt::EFFECT,
+    &sensor::tool_mass_error::EFFECT,
+    &sensor::tool_com_error::EFFECT,
     &sensor::tool_inertia::EFFECT,
+    &sensor::ft_mounting::EFFECT,
+    &sensor::ft_crosstalk::EFFECT,
+    &sensor::ft_scale::EFFECT,
+    &sensor::ft_bias::EFFECT,
     &sensor::bias_drift::EFFECT,
     &sensor::low_pass::EFFECT,
-    &sensor::gauge_quantisation::EFFECT,
+    &sensor::ft_saturation::EFFECT,
+    &sensor::ft_quantisation::EFFECT,
+    &sensor::ft_dropout::EFFECT,
+    &sensor::ft_latency::EFFECT,
+    &body::sc_mass_error::EFFECT,
+    &body::sc_inertia_error::EFFECT,
+    &body::clock_jitter::EFFECT,
+    &body::clock_offset::EFFECT,
+    &body::clock_rate::EFFECT,
 ];
 
-/// A parameter outside the range in which its equation holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OutOfRange {
-    /// Name with unit.
-    pub parameter: &'static str,
-    /// The value that came.
-    pub value: f64,
-    /// Smallest allowed value.
-    pub low: f64,
-    /// Largest allowed value.
-    pub high: f64,
+/// The effect with this id.
+pub fn by_id(id: &str) -> Option<&'static Effect> {
+    CATALOGUE.iter().copied().find(|effect| effect.id == id)
 }
 
-impl core::fmt::Display for OutOfRange {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self {
-            parameter,
-            value,
-            low,
-            high,
-        } = self;
-        write!(f, "{parameter} = {value}: allowed is {low} to {high}")
-    }
+/// Checks the step of a discretised effect: a microsecond to a second.
+pub(crate) fn check_step(step_s: f64) -> Result<(), SettingsError> {
+    in_range("step_s", step_s, 1e-6, 1.0)
 }
 
-impl core::error::Error for OutOfRange {}
-
-/// `value` if it lies in `low..=high`; NaN never does.
-pub(crate) fn in_range(
-    parameter: &'static str,
-    value: f64,
-    low: f64,
-    high: f64,
-) -> Result<f64, OutOfRange> {
-    if value >= low && value <= high {
-        Ok(value)
+/// +1, −1, or 0 for zero, which `signum` does not give.
+pub(crate) fn sign<S: Scalar>(value: S) -> S {
+    if value > S::zero() {
+        S::one()
+    } else if value < S::zero() {
+        -S::one()
     } else {
-        Err(OutOfRange {
-            parameter,
-            value,
-            low,
-            high,
-        })
+        S::zero()
     }
-}
-
-/// Longest step (s) that any effect accepts; the shortest is a microsecond.
-const LONGEST_STEP_S: f64 = 1.0;
-
-/// The step of a discretised effect, checked.
-pub(crate) fn step_in_range(step_s: f64) -> Result<f64, OutOfRange> {
-    in_range("step_s", step_s, 1e-6, LONGEST_STEP_S)
 }
 
 #[cfg(test)]
@@ -122,19 +105,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_entry_is_complete_and_its_id_unique() {
-        for (i, effect) in CATALOGUE.iter().enumerate() {
-            assert!(
-                CATALOGUE
-                    .iter()
-                    .skip(i + 1)
-                    .all(|other| other.id != effect.id),
-                "{}",
-                effect.id
-            );
-            for text in [effect.id, effect.equation, effect.source, effect.signature] {
+    fn every_entry_is_complete() {
+        for effect in CATALOGUE {
+            let texts = [
+                effect.id,
+                effect.title,
+                effect.summary,
+                effect.equation,
+                effect.source,
+                effect.signature,
+                effect.typical,
+                effect.tell_apart,
+            ];
+            for text in texts {
                 assert!(!text.is_empty(), "{}", effect.id);
             }
+            assert!(effect.summary.len() <= 90, "{} is one line", effect.id);
             assert!(!effect.parameters.is_empty(), "{}", effect.id);
             for p in effect.parameters {
                 assert!(p.low < p.high, "{} {}", effect.id, p.name);
@@ -143,9 +129,43 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_not_a_number_is_out_of_range() {
-        assert!(in_range("x", f64::NAN, 0.0, 1.0).is_err());
-        let error = in_range("mass_kg", -1.0, 0.0, 9.0).unwrap_err();
-        assert_eq!(error.to_string(), "mass_kg = -1: allowed is 0 to 9");
+    fn ids_are_unique_and_found() {
+        for effect in CATALOGUE {
+            assert_eq!(by_id(effect.id), Some(*effect)); // the first of two equal ids would differ
+        }
+        assert_eq!(by_id("guide_colomb"), None);
+    }
+
+    #[test]
+    fn parameter_names_are_unique_within_an_effect() {
+        for effect in CATALOGUE {
+            for (i, p) in effect.parameters.iter().enumerate() {
+                let twins = effect.parameters.iter().filter(|q| q.name == p.name);
+                assert_eq!(twins.count(), 1, "{} {} {i}", effect.id, p.name);
+            }
+        }
+    }
+
+    #[test]
+    fn effects_are_confused_with_others_of_the_catalogue() {
+        for effect in CATALOGUE {
+            assert!(!effect.confused_with.is_empty(), "{}", effect.id);
+            for id in effect.confused_with {
+                assert!(by_id(id).is_some(), "{} names {id}", effect.id);
+                assert_ne!(*id, effect.id);
+            }
+        }
+    }
+
+    #[test]
+    fn groups_follow_the_signal() {
+        let place = |effect: &Effect| Group::ALL.iter().position(|g| *g == effect.group);
+        assert!(CATALOGUE.is_sorted_by_key(|effect| place(effect)));
+    }
+
+    #[test]
+    fn a_step_that_is_not_a_number_is_refused() {
+        assert!(check_step(f64::NAN).is_err() && check_step(0.004).is_ok());
+        assert_eq!([2.0, -3.0, 0.0].map(sign::<f64>), [1.0, -1.0, 0.0]);
     }
 }

@@ -1,6 +1,7 @@
 //! Known answers: recordings of a synthetic rig against models that are right or wrong in one
 //! thing.
 
+mod regimes;
 mod robustness;
 mod synthetic;
 
@@ -212,6 +213,13 @@ fn the_json_has_the_keys_that_programs_rely_on() {
     assert_eq!(json["phases"][3]["name"], "zero_crossing");
     assert!(json["phases"][3]["share"].is_f64());
     assert_eq!(json["channels"].as_array().unwrap().len(), 24);
+    let test = &json["tests"][0];
+    assert_eq!(test["channel"], "executed_velocity");
+    assert!(test["whiteness"]["statistic"].is_f64() && test["whiteness"]["white"].is_boolean());
+    assert_eq!(test["independence"][0]["input"], "sent_velocity");
+    let noise = &json["noise"][0];
+    assert!(noise["measured"].is_f64() && noise["data_sheet"].is_f64());
+    assert_eq!(noise["verdict"], "as_data_sheet");
 }
 
 #[test]

@@ -61,6 +61,7 @@ struct TwoCraft {
     /// Cycles at the start of a run that are not integrated.
     start_cycles: u32,
     active: [bool; 6],
+    resistance: Option<Resistance>,
 }
 
 impl TwoCraft {
@@ -83,11 +84,13 @@ impl TwoCraft {
         }
         model.bodies.k.apply_to(&mut k);
         model.bodies.q.apply_to(&mut q);
+        add_errors(model, &mut k);
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
             active[axis.index()] = true;
         }
         Some(Self {
+            resistance: Resistance::of(model, k.mass_kg),
             bodies: TwoBody::new(&k, &q, signals.cycle_s),
             recorded,
             compensation: Compensation::new(&model.sensor_settings()),
@@ -122,7 +125,10 @@ impl TwoCraft {
                 if running <= self.start_cycles {
                     return None;
                 }
-                let change = self.change(signals, n, &c_from_q);
+                let mut change = self.change(signals, n, &c_from_q);
+                if let (Some(resistance), Some(change)) = (&self.resistance, &mut change) {
+                    resistance.add_to(signals, n, change);
+                }
                 // The first integrated cycle only serves the mean of the second.
                 let before = std::mem::replace(&mut last, change)?;
                 let change = change?;
@@ -207,6 +213,54 @@ impl TwoCraft {
         let raw = Wrench::of(&cycle.inputs.sensor.wrench);
         let wrench = self.compensation.compensate(&raw, &pose.rotation, &motion);
         Some((state, wrench.at_m))
+    }
+}
+
+/// Effects of the model file on the mass properties of K.
+fn add_errors(model: &Model, k: &mut BodySettings) {
+    for effect in &model.effects {
+        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
+        match effect.id.as_str() {
+            "sc_mass_error" => k.mass_kg += value("mass_error_kg"),
+            "sc_inertia_error" => {
+                let names = ["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"];
+                for (i, name) in names.into_iter().enumerate() {
+                    k.inertia_kg_m2[i][i] += value(name);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Resistance of a space manipulator that the rig's model contains: a spring to the origin of C
+/// and a damper on K.
+struct Resistance {
+    stiffness_per_kg: f64,
+    damping_per_kg: f64,
+}
+
+impl Resistance {
+    fn of(model: &Model, mass_kg: f64) -> Option<Self> {
+        let effect = model
+            .effects
+            .iter()
+            .find(|e| e.id == "manipulator_resistance")?;
+        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
+        Some(Self {
+            stiffness_per_kg: value("stiffness_n_per_m") / mass_kg,
+            damping_per_kg: value("damping_n_s_per_m") / mass_kg,
+        })
+    }
+
+    /// Adds the change of velocity in the cycle.
+    fn add_to(&self, signals: &Signals<'_>, n: usize, change: &mut Six) {
+        let trace = &signals.cycles[n].trace;
+        for (axis, change) in change.iter_mut().take(3).enumerate() {
+            let pull = self.stiffness_per_kg * trace.pose[axis]
+                + self.damping_per_kg * trace.model_velocity[axis];
+            *change -= signals.cycle_s * pull;
+        }
     }
 }
 

@@ -1,52 +1,29 @@
 //! Executed velocity from the velocities that were sent (README A of docking-rig-log/1).
 //!
-//! A velocity u(n), sent in cycle n, is held for a cycle. With the transport delay
-//! `(d + f) Ts`, 0 ≤ f < 1, the robot's drive sees u(n−2−d) during the first share f of the cycle
-//! that ends with cycle n, then u(n−1−d); so without any delay cycle n moves the robot until
-//! cycle n + 1. Behind it stands the lag `T dy/dt = u − y`, solved exactly. A sampled velocity is
-//! compared with y at the end of that cycle, the difference of two poses with its mean.
-//!
-//! Without f and seen at the end this is `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`.
+//! A velocity, sent in cycle n, is held for a cycle and passes through the actuator of the model
+//! ([`crate::model::actuator`]). A sampled velocity is compared with its end value, the difference
+//! of two poses with its mean. With whole cycles d of delay and the lag T this is
+//! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
 
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six};
-use crate::model::{ActuatorModel, Channel, Model};
-use std::collections::VecDeque;
+use crate::model::actuator::{Reading, Timing, simulate};
+use crate::model::{Channel, Model};
 
-/// Predicts the channel.
-pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
-    let mut actuator = Actuator::new(&model.actuator, signals.cycle_s);
-    let mut unknown = 0;
-    let predicted = (0..signals.len())
-        .map(|n| {
-            let motion = match signals.steps[n] {
-                Step::Next => actuator.step(),
-                Step::Lost(cycles) => {
-                    // More than the memory of the delay has no further effect.
-                    for _ in 0..cycles.min(actuator.memory_cycles()) {
-                        actuator.send([0.0; 6]);
-                        actuator.step();
-                    }
-                    actuator.step()
-                }
-                Step::NewRun => actuator.rest(),
-                Step::Hole => {
-                    unknown = actuator.memory_cycles();
-                    actuator.rest()
-                }
-            };
-            actuator.send(signals.cycles[n].trace.sent_velocity);
-            if unknown > 0 {
-                unknown -= 1;
-                return None;
-            }
-            signals.executed(n)?;
-            Some(match signals.velocity {
-                VelocityMeaning::CycleMean => motion.mean,
-                VelocityMeaning::Sampled => motion.end,
-            })
-        })
-        .collect();
+/// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal.
+pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> ChannelPrediction {
+    let mut predicted: Vec<Option<Six>> = vec![None; signals.len()];
+    let mut start = 0;
+    let sent = |n: usize| signals.cycles[n].trace.sent_velocity;
+    // A log without commands says nothing about the actuator.
+    let commanded = (0..signals.len()).any(|n| sent(n).iter().any(|v| *v != 0.0));
+    for n in 1..=signals.len() {
+        let ends = n == signals.len() || matches!(signals.steps[n], Step::NewRun | Step::Hole);
+        if ends && commanded {
+            predict_run(model, signals, intervals_s, start..n, &mut predicted);
+            start = n;
+        }
+    }
     ChannelPrediction {
         channel: Channel::ExecutedVelocity,
         measured: signals
@@ -60,86 +37,101 @@ pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
     }
 }
 
-/// Velocity over the cycle that has just ended.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    mean: Six,
-    end: Six,
-}
-
-/// The nominal actuator: hold, delay, lag.
-#[derive(Debug)]
-struct Actuator {
-    /// Duration of the two parts of a cycle, in cycles: first the older command, then the newer.
-    parts: [f64; 2],
-    /// Lag in cycles.
-    lag: f64,
-    /// Commands that are still on their way and the one before, oldest first.
-    pipeline: VecDeque<Six>,
-    velocity: Six,
-}
-
-impl Actuator {
-    fn new(model: &ActuatorModel, cycle_s: f64) -> Self {
-        let delay = model.transport_delay_s / cycle_s;
-        let fraction = delay.fract();
-        Self {
-            parts: [fraction, 1.0 - fraction],
-            lag: model.lag_s / cycle_s,
-            pipeline: vec![[0.0; 6]; delay as usize + 2].into(),
-            velocity: [0.0; 6],
+/// A run of the robot without a hole in the recording.
+fn predict_run(
+    model: &Model,
+    signals: &Signals<'_>,
+    intervals_s: &[f64],
+    run: std::ops::Range<usize>,
+    predicted: &mut [Option<Six>],
+) {
+    let memory = memory_cycles(model, signals.cycle_s);
+    // After a hole it is not known what is on its way.
+    let after_hole = signals.steps[run.start] == Step::Hole && run.start > 0;
+    let unknown = if after_hole || begins_in_motion(model, signals, run.start) {
+        memory
+    } else {
+        0
+    };
+    let commands = Commands::of(signals, run.clone(), intervals_s, memory);
+    let timing = Timing {
+        cycle_s: signals.cycle_s,
+        intervals_s: &commands.intervals_s,
+    };
+    let reading = match signals.velocity {
+        VelocityMeaning::CycleMean => Reading::Mean,
+        VelocityMeaning::Sampled => Reading::AtEnd,
+    };
+    let axes: [Vec<f64>; 6] = std::array::from_fn(|axis| {
+        simulate(&model.chain(axis), &commands.sent[axis], &timing, reading)
+    });
+    for (n, place) in run.clone().zip(&commands.places) {
+        if n >= run.start + unknown && signals.executed(n).is_some() {
+            predicted[n] = Some(std::array::from_fn(|axis| axes[axis][*place]));
         }
     }
+}
 
-    /// Cycles after which an unknown past is forgotten to 1 %.
-    fn memory_cycles(&self) -> u32 {
-        self.pipeline.len() as u32 + (5.0 * self.lag).ceil() as u32
-    }
+/// Whether the robot moves already when a run begins.
+fn begins_in_motion(model: &Model, signals: &Signals<'_>, start: usize) -> bool {
+    /// Velocity over its noise that is a motion.
+    const MOVES: f64 = 10.0;
+    let sigma = signals.velocity_sigma(&model.noise);
+    let Some(velocity) = signals.executed(start) else {
+        return false;
+    };
+    velocity
+        .get()
+        .iter()
+        .zip(sigma)
+        .any(|(v, s)| v.abs() > MOVES * s)
+}
 
-    /// Takes the command of the cycle that begins.
-    fn send(&mut self, command: Six) {
-        self.pipeline.pop_front();
-        self.pipeline
-            .push_back(command.map(|v| if v.is_finite() { v } else { 0.0 }));
-    }
+/// Cycles after which an unknown past is forgotten to 1 %.
+fn memory_cycles(model: &Model, cycle_s: f64) -> usize {
+    let chain = model.chain(0);
+    let past_s = chain.delay_s + 5.0 * (chain.lag_s + chain.extra_lag_s);
+    (past_s / cycle_s).ceil() as usize + 2
+}
 
-    /// The robot stands still and has nothing to do.
-    fn rest(&mut self) -> Motion {
-        self.pipeline.iter_mut().for_each(|u| *u = [0.0; 6]);
-        self.velocity = [0.0; 6];
-        Motion {
-            mean: [0.0; 6],
-            end: [0.0; 6],
-        }
-    }
+/// What the robot was told in each of its cycles, those without an answer included.
+struct Commands {
+    sent: [Vec<f64>; 6],
+    intervals_s: Vec<f64>,
+    /// Robot cycle of each recorded cycle.
+    places: Vec<usize>,
+}
 
-    /// Moves through the cycle after the last [`Self::send`].
-    fn step(&mut self) -> Motion {
-        let mut mean = [0.0; 6];
-        let commands = [self.pipeline[0], self.pipeline[1]];
-        for (duration, command) in self.parts.into_iter().zip(commands) {
-            let (decay, area) = self.response(duration);
-            for (i, u) in command.into_iter().enumerate() {
-                let offset = self.velocity[i] - u;
-                mean[i] += u * duration + offset * area;
-                self.velocity[i] = u + offset * decay;
+impl Commands {
+    fn of(
+        signals: &Signals<'_>,
+        run: std::ops::Range<usize>,
+        intervals_s: &[f64],
+        memory: usize,
+    ) -> Self {
+        let mut commands = Self {
+            sent: Default::default(),
+            intervals_s: Vec::new(),
+            places: Vec::new(),
+        };
+        for n in run {
+            if let Step::Lost(cycles) = signals.steps[n] {
+                // More than the memory of the delay has no further effect.
+                for _ in 0..(cycles as usize).min(memory) {
+                    commands.push([0.0; 6], None);
+                }
             }
+            commands.places.push(commands.sent[0].len());
+            let sent = signals.cycles[n].trace.sent_velocity;
+            commands.push(sent, intervals_s.get(n).copied());
         }
-        Motion {
-            mean,
-            end: self.velocity,
-        }
+        commands
     }
 
-    /// What is left of an initial offset after a duration, and its integral, in cycles.
-    fn response(&self, duration: f64) -> (f64, f64) {
-        if duration <= 0.0 {
-            (1.0, 0.0)
-        } else if self.lag <= 0.0 {
-            (0.0, 0.0)
-        } else {
-            let decay = (-duration / self.lag).exp();
-            (decay, self.lag * (1.0 - decay))
+    fn push(&mut self, sent: Six, interval_s: Option<f64>) {
+        for (series, value) in self.sent.iter_mut().zip(sent) {
+            series.push(if value.is_finite() { value } else { 0.0 });
         }
+        self.intervals_s.extend(interval_s);
     }
 }

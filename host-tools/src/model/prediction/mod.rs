@@ -20,7 +20,8 @@ pub mod signals;
 mod tests;
 pub mod wrench;
 
-use super::{Axis, Channel, Model};
+use super::log::Log;
+use super::{Axis, Channel, Model, clock};
 use crate::recording::Recording;
 use signals::Signals;
 
@@ -98,11 +99,14 @@ pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Predictio
 /// Predicts all channels from signals that have been read already.
 pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     let mut notes = Vec::new();
+    let intervals_s = intervals(model, signals);
+    let executed = executed::predict(model, signals, &intervals_s);
+    let wrench = wrench::predict(model, signals, &intervals_s, &executed);
     let channels = [
-        executed::predict(model, signals),
-        wrench::predict(model, signals),
+        executed,
+        wrench,
         bodies::predict(model, signals, &mut notes),
-        pose::predict(model, signals),
+        pose::predict(model, signals, &intervals_s),
     ];
     if signals.velocity == signals::VelocityMeaning::CycleMean {
         notes.push(
@@ -124,6 +128,25 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
         ],
         notes,
     }
+}
+
+/// True durations of the cycles where the model says that the clock jitters; else empty.
+pub(crate) fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
+    let jitter = model.effects.iter().find(|e| e.id == "clock_jitter");
+    let jitter_s = jitter.and_then(|e| e.parameters.get("jitter_s")).copied();
+    let Some(jitter_s) = jitter_s.filter(|j| *j > 0.0) else {
+        return Vec::new();
+    };
+    let Ok(log) = Log::of(signals, &model.noise) else {
+        return Vec::new();
+    };
+    let mut all = vec![signals.cycle_s; signals.len()];
+    let recovered = clock::recover(model, &log, jitter_s);
+    all.iter_mut()
+        .skip(log.first)
+        .zip(recovered)
+        .for_each(|(all, recovered)| *all = recovered);
+    all
 }
 
 /// Two three-vectors as six numbers.

@@ -9,8 +9,9 @@ use super::{ChannelPrediction, Six, six};
 use crate::model::{Channel, Model};
 use softdock_control::frames::{Pose, Twist};
 
-/// Predicts the channel.
-pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
+/// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal.
+pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> ChannelPrediction {
+    let clock = ClockErrors::of(model);
     let noise = &model.noise;
     let root2 = std::f64::consts::SQRT_2;
     let first = (0..signals.len()).find_map(|n| signals.pose(n));
@@ -22,7 +23,7 @@ pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
         .collect();
     let predicted = (0..signals.len())
         .map(|n| {
-            let error = increment_error(signals, n)?;
+            let error = increment_error(signals, n, intervals_s, &clock)?;
             let mut value = measured[n];
             value.iter_mut().zip(error).for_each(|(v, e)| *v -= e);
             Some(value)
@@ -37,8 +38,37 @@ pub fn predict(model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
     }
 }
 
+/// Errors of the clock that the model file knows.
+struct ClockErrors {
+    /// Relative error of the duration of all cycles.
+    rate: f64,
+    /// By how much the pose is later than the velocity, s.
+    offset_s: f64,
+}
+
+impl ClockErrors {
+    fn of(model: &Model) -> Self {
+        let value = |id: &str, name: &str| {
+            let effect = model.effects.iter().find(|e| e.id == id);
+            effect
+                .and_then(|e| e.parameters.get(name))
+                .copied()
+                .unwrap_or(0.0)
+        };
+        Self {
+            rate: value("clock_rate", "rate_error"),
+            offset_s: value("clock_offset", "offset_s"),
+        }
+    }
+}
+
 /// Measured minus predicted increment of the pose.
-fn increment_error(signals: &Signals<'_>, n: usize) -> Option<Six> {
+fn increment_error(
+    signals: &Signals<'_>,
+    n: usize,
+    intervals_s: &[f64],
+    clock: &ClockErrors,
+) -> Option<Six> {
     let last = n.checked_sub(1)?;
     if signals.steps[n] != Step::Next {
         return None;
@@ -48,7 +78,12 @@ fn increment_error(signals: &Signals<'_>, n: usize) -> Option<Six> {
         VelocityMeaning::CycleMean => signals.executed(n)?,
         VelocityMeaning::Sampled => (signals.executed(n)? + signals.executed(last)?) * 0.5,
     };
-    Some((moved - mean * signals.cycle_s).get())
+    let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s) * (1.0 + clock.rate);
+    let later = match clock.offset_s {
+        0.0 => Twist::zero(),
+        offset_s => (signals.executed(n)? - signals.executed(last)?) * offset_s,
+    };
+    Some((moved - mean * interval_s - later).get())
 }
 
 fn increment(from: &Pose<f64>, to: &Pose<f64>) -> Twist<f64> {

@@ -4,7 +4,7 @@ use crate::model::NoiseModel;
 use crate::model::prediction::{Six, six};
 use crate::recording::Recording;
 use anyhow::{bail, ensure};
-use nalgebra::Vector3;
+use nalgebra::Vector6;
 use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::io::{CycleRecord, Sequence};
 use softdock_control::settings::Settings;
@@ -225,11 +225,17 @@ fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
 
 /// Which meaning explains the steps of the recorded position better.
 fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
-    let position = |c: &CycleRecord| Vector3::from_row_slice(&c.trace.pose[..3]);
-    let velocity = |c: &CycleRecord| Vector3::from_row_slice(&c.trace.executed_velocity[..3]);
+    let pose = |c: &CycleRecord| {
+        let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
+        frames::pose(&[x, y, z], &[qw, qx, qy, qz])
+    };
+    let velocity = |c: &CycleRecord| Vector6::from_row_slice(&c.trace.executed_velocity);
     let (mut mean, mut sampled) = (0.0, 0.0);
     for pair in cycles.windows(2) {
-        let moved = position(&pair[1]) - position(&pair[0]);
+        let (from, to): (Pose<f64>, Pose<f64>) = (pose(&pair[0]), pose(&pair[1]));
+        let way = to.translation.vector - from.translation.vector;
+        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        let moved = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
         let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
         let of_mean = (moved - after * cycle_s).norm_squared();
         let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();

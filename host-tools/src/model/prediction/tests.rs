@@ -80,8 +80,8 @@ fn sampled_velocities_follow_the_equation_of_the_log_format() {
     let recording = log(50, |n, cycle| {
         cycle.trace.sent_velocity[0] = sent(n);
         // A velocity that is not the difference of the poses.
-        cycle.trace.executed_velocity[0] = 1.0 + n as f64;
-        let steps: f64 = (0..n).map(|k| 1.5 + k as f64).sum();
+        cycle.trace.executed_velocity[0] = n as f64;
+        let steps: f64 = (0..n).map(|k| 0.5 + k as f64).sum();
         cycle.trace.pose[0] = TS * steps;
     });
     let x = predicted_x(&model, &recording, Channel::ExecutedVelocity);

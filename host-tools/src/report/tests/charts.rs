@@ -44,6 +44,32 @@ fn bars_and_waterfalls_show_every_row() {
 }
 
 #[test]
+fn a_second_value_is_drawn_below_the_first_and_said() {
+    let names = Some(["unseen data".to_owned(), "data of the fit".to_owned()]);
+    let mut fall = Waterfall::new("The error falls", "RMS [N]", Format::Significant(3));
+    fall.levels = vec![Level::new("as built", 12.0), Level::new("delay", 3.0)];
+    let rectangles = |fall: &Waterfall| of(&elements(&fall.to_svg().unwrap()), "rect");
+    let alone = rectangles(&fall);
+    fall.levels[0].second = Some(11.0);
+    fall.levels[1].second = Some(f64::NAN);
+    assert_eq!(rectangles(&fall), alone + 1, "what is no number has no bar");
+    fall.names = names.clone();
+    let svg = fall.to_svg().unwrap();
+    for text in [
+        "unseen data",
+        "data of the fit",
+        "12.0 | 11.0",
+        "3.00 (−75 %) | n/a",
+    ] {
+        assert!(svg.contains(text), "{text} is missing");
+    }
+    let mut bars = BarChart::new("Gains", "fall of χ²", Format::Fixed(0));
+    bars.names = names;
+    bars.bars = vec![Bar::new("delay", 1234.4).with_second(-1.0)];
+    assert!(bars.to_svg().unwrap().contains("1234"));
+}
+
+#[test]
 fn page_and_terminal_show_the_same_cells() {
     let mut table = Table::new(vec![
         Column::text("Channel"),

@@ -42,6 +42,21 @@ fn a_plot_names_its_axes_series_and_windows() {
 }
 
 #[test]
+fn the_band_of_the_noise_is_in_view_and_in_the_legend() {
+    let mut plot = force_plot(vec![Series::line("error", vec![(0.0, 0.0), (1.0, 0.1)])]);
+    let band = |from, to| Band {
+        from,
+        to,
+        label: "±2 σ".to_owned(),
+    };
+    plot.corridor = Some(band(-2.0, 2.0));
+    let svg = plot.to_svg().unwrap();
+    assert!(svg.contains("±2 σ") && svg.contains(">\n−2\n<"), "{svg}");
+    plot.corridor = Some(band(f64::NAN, f64::INFINITY));
+    assert!(!plot.to_svg().unwrap().contains("±2 σ"));
+}
+
+#[test]
 fn no_data_says_so() {
     let empty = force_plot(vec![]).to_svg().unwrap();
     let nothing_finite = force_plot(vec![Series::line("sensor", vec![(0.0, f64::NAN); 3])]);
@@ -138,7 +153,7 @@ fn a_minute_of_cycles_stays_below_100_kb_and_keeps_its_peak() {
 }
 
 #[test]
-fn the_legend_gets_room_above_curves_that_leave_none() {
+fn the_legend_stands_above_curves_that_leave_no_room() {
     let points: Vec<(f64, f64)> = (0..2_000).map(|i| (f64::from(i), noise(i))).collect();
     let top_of_curve = |name: &str| {
         let plot = force_plot(vec![Series::line(name, points.clone())]);
@@ -180,15 +195,17 @@ fn any_plot() -> impl Strategy<Value = Plot> {
     let series =
         (".*", style, points).prop_map(|(name, style, points)| Series::new(name, style, points));
     let band = (number, number, ".*").prop_map(|(from, to, label)| Band { from, to, label });
+    let corridor = proptest::option::of(band.clone());
     let parts = (
-        ".*",
+        (".*", corridor),
         proptest::collection::vec(series, 0..4),
         proptest::collection::vec(band, 0..4),
     );
     (parts, any::<u32>(), any::<u32>(), any::<bool>()).prop_map(
-        |((text, series, shaded), width, height, zero)| Plot {
+        |(((text, corridor), series, shaded), width, height, zero)| Plot {
             series,
             shaded,
+            corridor,
             width,
             height,
             y_from_zero: zero,

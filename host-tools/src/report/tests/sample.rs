@@ -22,6 +22,9 @@ pub(super) fn sample_page() -> Page {
         "The robot answers 32.1 ms late and pauses 11 ms at each reversal; with both in the model the velocity error \
          falls from 1.84 to 0.26 mm/s on data that the fit has not seen.",
     );
+    page.verdict(Mark::Good, "<Named>", "Delay & pause.");
+    page.list(&["<one>".to_owned(), "two".to_owned()]);
+    page.code("softdock compare 'a <b>'");
     page.section("Where rig and model disagree");
     page.paragraph(
         "71 % of the squared error is in the executed velocity along z, in the 40 ms after the velocity changes sign.",

@@ -1,21 +1,31 @@
 //! First-order lag: velocity approaches its command exponentially.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::effects::{Effect, Group, Naming, Parameter, check_step};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "actuation_lag",
-    equation: "time_constant_s dv/dt = u - v; exact for a held u: v(t+h) = u + (v(t) - u) exp(-h/time_constant_s)",
-    source: "textbook; facts on delay compensation, section 1 (variants mix and lag)",
-    signature: "executed velocity is late by the time constant and its edges are rounded; a pure delay keeps them sharp",
-    parameters: &[Parameter {
-        name: "time_constant_s",
-        unit: "s",
-        low: 0.0,
-        high: 0.2,
-    }],
+    title: "First-order lag",
+    summary: "the executed velocity approaches the command exponentially",
+    group: Group::Actuator,
+    naming: Naming::Cause,
+    equation: "extra_lag_s dv/dt = u - v; exact for a held u: v(t+h) = u + (v(t) - u) exp(-h/extra_lag_s)",
+    source: "textbook (first-order lag)",
+    signature: "executed velocity is late by the time constant and its edges are rounded; a pure delay keeps \
+                them sharp",
+    typical: "2 to 30 ms: the bandwidth of the velocity loop",
+    parameters: &[Parameter::new("extra_lag_s", "s", 0.0, 0.2)],
+    confused_with: &[
+        "actuation_delay",
+        "second_order_servo",
+        "rate_limit",
+        "ft_low_pass",
+    ],
+    tell_apart: "a train of velocity steps of 10 mm/s, or a chirp of 1 to 60 Hz: after a step the distance to \
+                 the command decays exponentially from the first instant on, behind a delay nothing happens at first",
 };
 
 /// First-order lag of one axis, exact for an input that is constant over a step.
@@ -30,9 +40,9 @@ pub struct FirstOrderLag<S: Scalar> {
 
 impl<S: Scalar> FirstOrderLag<S> {
     /// At rest. `time_constant_s` 0 (passes the input through) to 10 s, `step_s` in s.
-    pub fn new(time_constant_s: f64, step_s: f64) -> Result<Self, OutOfRange> {
-        let step_s = step_in_range(step_s)?;
-        let time_constant_s = in_range("time_constant_s", time_constant_s, 0.0, 10.0)?;
+    pub fn new(time_constant_s: f64, step_s: f64) -> Result<Self, SettingsError> {
+        check_step(step_s)?;
+        in_range("time_constant_s", time_constant_s, 0.0, 10.0)?;
         let (remaining, mean) = if time_constant_s < 1e-9 {
             (0.0, 0.0)
         } else {

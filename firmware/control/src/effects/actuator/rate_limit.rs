@@ -1,21 +1,30 @@
 //! Acceleration limit of an axis.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::effects::{Effect, Group, Naming, Parameter, check_step};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "rate_limit",
-    equation: "|dv/dt| <= max_acceleration_m_s2 (rad/s2 for a rotation); v follows its input otherwise",
-    source: "robot data sheets; facts on delay compensation, section 5 (slew limits)",
-    signature: "executed velocity has straight flanks of one slope where the command is steeper, and is \
-                exact elsewhere",
-    parameters: &[Parameter {
-        name: "max_acceleration_m_s2",
-        unit: "m/s^2",
-        low: 0.05,
-        high: 50.0,
-    }],
+    title: "Acceleration limit",
+    summary: "the acceleration of the executed velocity is limited",
+    group: Group::Actuator,
+    naming: Naming::Cause,
+    equation: "|dv/dt| <= max_acceleration_m_s2 (rad/s^2 for a rotation); v follows its input otherwise",
+    source: "robot data sheets (acceleration of an axis); textbook (slew limit)",
+    signature: "executed velocity has straight flanks of one slope where the command is steeper, and is exact \
+                elsewhere",
+    typical: "0.5 to 10 m/s^2 at the flange",
+    parameters: &[Parameter::new("max_acceleration_m_s2", "m/s^2", 0.05, 50.0)],
+    confused_with: &[
+        "actuation_lag",
+        "actuation_delay",
+        "jerk_limit",
+        "velocity_saturation",
+    ],
+    tell_apart: "velocity steps of two heights: the time of the flank grows with the height, that of a lag or a \
+                 delay does not",
 };
 
 /// Acceleration limit of one axis.
@@ -27,10 +36,11 @@ pub struct RateLimit<S: Scalar> {
 
 impl<S: Scalar> RateLimit<S> {
     /// At rest. `max_acceleration` in m/s² (or rad/s²), above 0 to 1e6; `step_s` in s.
-    pub fn new(max_acceleration: f64, step_s: f64) -> Result<Self, OutOfRange> {
-        let limit = in_range("max_acceleration_m_s2", max_acceleration, 1e-6, 1e6)?;
+    pub fn new(max_acceleration: f64, step_s: f64) -> Result<Self, SettingsError> {
+        in_range("max_acceleration_m_s2", max_acceleration, 1e-6, 1e6)?;
+        check_step(step_s)?;
         Ok(Self {
-            largest_change: S::of(limit * step_in_range(step_s)?),
+            largest_change: S::of(max_acceleration * step_s),
             value: S::zero(),
         })
     }

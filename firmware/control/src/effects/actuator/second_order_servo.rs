@@ -1,30 +1,33 @@
-//! Under-damped second-order servo or structural mode between command and executed velocity.
+//! Under-damped second-order response between command and executed velocity.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::effects::{Effect, Group, Naming, Parameter, check_step};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
-    id: "structural_resonance",
-    equation: "v'' + 2 damping_ratio w v' + w^2 v = w^2 u, w = 2 pi natural_frequency_hz",
-    source: "textbook (robot joint elasticity, flange and tool as one mode)",
-    signature: "executed velocity overshoots and rings at one frequency after each change of command; \
-                its spectrum has a peak where delay and lag have none",
+    id: "second_order_servo",
+    title: "Second-order servo",
+    summary: "the velocity loop responds as a damped second-order system",
+    group: Group::Actuator,
+    naming: Naming::Cause,
+    equation: "v'' + 2 damping_ratio w v' + w^2 v = w^2 u, w = 2 pi frequency_hz",
+    source: "textbook (second-order servo)",
+    signature: "executed velocity starts with a rounded foot and overshoots each change of command a little, once",
+    typical: "5 to 30 Hz with a damping ratio of 0.5 to 0.9",
     parameters: &[
-        Parameter {
-            name: "natural_frequency_hz",
-            unit: "Hz",
-            low: 3.0,
-            high: 120.0,
-        },
-        Parameter {
-            name: "damping_ratio",
-            unit: "-",
-            low: 0.005,
-            high: 0.95,
-        },
+        Parameter::new("frequency_hz", "Hz", 1.0, 120.0),
+        Parameter::new("damping_ratio", "-", 0.3, 0.999),
     ],
+    confused_with: &[
+        "actuation_lag",
+        "actuation_delay",
+        "structural_resonance",
+        "jerk_limit",
+    ],
+    tell_apart: "a train of velocity steps of two heights: the overshoot scales with the step (a limit of \
+                 acceleration or jerk does not scale), and a lag never overshoots",
 };
 
 /// Second-order response of one axis, exact for an input that is constant over a step.
@@ -40,18 +43,15 @@ pub struct SecondOrderServo<S: Scalar> {
 }
 
 impl<S: Scalar> SecondOrderServo<S> {
-    /// At rest. `natural_frequency_hz` 0.1 to 2000, `damping_ratio` 0 to 0.999, `step_s` in s.
+    /// At rest. `frequency_hz` (undamped natural frequency) 0.1 to 2000, `damping_ratio` 0 to 0.999, `step_s` in s.
     ///
     /// A critically or over-damped servo is a lag: use the first-order effect.
-    pub fn new(
-        natural_frequency_hz: f64,
-        damping_ratio: f64,
-        step_s: f64,
-    ) -> Result<Self, OutOfRange> {
-        let step_s = step_in_range(step_s)?;
-        let frequency = in_range("natural_frequency_hz", natural_frequency_hz, 0.1, 2000.0)?;
-        let zeta = in_range("damping_ratio", damping_ratio, 0.0, 0.999)?;
-        let phase = core::f64::consts::TAU * frequency * step_s; // w h
+    pub fn new(frequency_hz: f64, damping_ratio: f64, step_s: f64) -> Result<Self, SettingsError> {
+        check_step(step_s)?;
+        in_range("frequency_hz", frequency_hz, 0.1, 2000.0)?;
+        in_range("damping_ratio", damping_ratio, 0.0, 0.999)?;
+        let zeta = damping_ratio;
+        let phase = core::f64::consts::TAU * frequency_hz * step_s; // w h
         let damped = ComplexField::sqrt(1.0 - zeta * zeta); // w_d / w
         let (sin, cos) = ComplexField::sin_cos(damped * phase);
         let decay = ComplexField::exp(-zeta * phase);
@@ -123,6 +123,6 @@ mod tests {
     #[test]
     fn over_damped_is_refused() {
         let error = SecondOrderServo::<f64>::new(10.0, 1.2, 0.001).unwrap_err();
-        assert_eq!((error.parameter, error.value), ("damping_ratio", 1.2));
+        assert_eq!((error.field, error.received), ("damping_ratio", 1.2));
     }
 }

@@ -1,21 +1,31 @@
 //! Transport delay: the robot executes a held command later, unchanged.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::effects::{Effect, Group, Naming, Parameter, check_step};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "actuation_delay",
-    equation: "v(t) = u(t - delay_s), u held for one cycle",
-    source: "seed paper section 4 (32 ms measured on a KUKA RSI robot); facts on delay compensation, section 1",
-    signature: "executed velocity is a shifted copy of the command; the error is delay times acceleration, \
-                without distortion; lag differs by rounding the edges",
-    parameters: &[Parameter {
-        name: "delay_s",
-        unit: "s",
-        low: 0.0,
-        high: 0.2,
-    }],
+    title: "Transport delay",
+    summary: "the robot executes the command later than nominal, unchanged",
+    group: Group::Actuator,
+    naming: Naming::Cause,
+    equation: "v(t) = u(t - nominal delay - extra_delay_s), u held for one cycle",
+    source: "seed paper section 4 (32 ms measured on a KUKA RSI robot); textbook (dead time)",
+    signature: "executed velocity is a shifted copy of the command: the error is the delay times the \
+                acceleration, without distortion",
+    typical: "32 ms in total on a KUKA robot with RSI, 16 to 26 ms on a UR5; a few ms beyond what a data \
+              sheet says",
+    parameters: &[Parameter::new("extra_delay_s", "s", 0.0, 0.2)],
+    confused_with: &[
+        "actuation_lag",
+        "second_order_servo",
+        "ft_latency",
+        "clock_offset",
+    ],
+    tell_apart: "a train of velocity steps of 10 mm/s: a delay keeps the edges sharp, a lag rounds them; \
+                 with small steps or slow motion the two cannot be told apart",
 };
 
 /// Delay line for `AXES` commands that are each held for one cycle.
@@ -41,13 +51,14 @@ pub struct TransportDelay<S: Scalar, const AXES: usize, const N: usize> {
 impl<S: Scalar, const AXES: usize, const N: usize> TransportDelay<S, AXES, N> {
     /// A line at rest: `delay_s` in 0..=(N−1)·`hold_s`, where `hold_s` is the time (s) for which a
     /// command is held.
-    pub fn new(delay_s: f64, hold_s: f64) -> Result<Self, OutOfRange> {
-        let hold_s = step_in_range(hold_s)?;
+    pub fn new(delay_s: f64, hold_s: f64) -> Result<Self, SettingsError> {
+        check_step(hold_s)?;
         let longest_s = hold_s * N.saturating_sub(1) as f64;
+        in_range("delay_s", delay_s, 0.0, longest_s)?;
         Ok(Self {
             commands: [[S::zero(); AXES]; N],
             newest: 0,
-            delay_s: S::of(in_range("delay_s", delay_s, 0.0, longest_s)?),
+            delay_s: S::of(delay_s),
             hold_s: S::of(hold_s),
         })
     }
@@ -146,7 +157,7 @@ mod tests {
     fn a_delay_longer_than_the_line_is_refused() {
         let error = TransportDelay::<f64, 6, 8>::new(0.0281, 0.004).unwrap_err();
         assert_eq!(
-            (error.parameter, error.value, error.high),
+            (error.field, error.received, error.high),
             ("delay_s", 0.0281, 0.028)
         );
         assert!(TransportDelay::<Fixed, 6, 8>::new(0.028, 0.004).is_ok());

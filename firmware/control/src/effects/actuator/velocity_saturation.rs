@@ -1,20 +1,24 @@
 //! Velocity limit of an axis.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
+use crate::effects::{Effect, Group, Naming, Parameter};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "velocity_saturation",
+    title: "Velocity limit",
+    summary: "the executed velocity is limited",
+    group: Group::Actuator,
+    naming: Naming::Cause,
     equation: "v = clamp(u, -max_velocity_m_s, +max_velocity_m_s) (rad/s for a rotation)",
     source: "robot data sheets; reduced-velocity mode T1 of robot controllers (250 mm/s)",
     signature: "executed velocity has flat tops at one height where the command is larger",
-    parameters: &[Parameter {
-        name: "max_velocity_m_s",
-        unit: "m/s",
-        low: 0.001,
-        high: 3.0,
-    }],
+    typical: "250 mm/s in the reduced-velocity mode; a configured limit of corrections may be some mm/s",
+    parameters: &[Parameter::new("max_velocity_m_s", "m/s", 0.001, 3.0)],
+    confused_with: &["rate_limit", "velocity_gain"],
+    tell_apart: "jogs of growing speed: below the limit the velocity is exact, above it the tops are flat; a \
+                 wrong gain is wrong at every speed",
 };
 
 /// Velocity limit of one axis.
@@ -25,10 +29,10 @@ pub struct VelocitySaturation<S: Scalar> {
 
 impl<S: Scalar> VelocitySaturation<S> {
     /// `max_velocity` in m/s (or rad/s), above 0 to 1e3.
-    pub fn new(max_velocity: f64) -> Result<Self, OutOfRange> {
-        let limit = in_range("max_velocity_m_s", max_velocity, 1e-6, 1e3)?;
+    pub fn new(max_velocity: f64) -> Result<Self, SettingsError> {
+        in_range("max_velocity_m_s", max_velocity, 1e-6, 1e3)?;
         Ok(Self {
-            max_velocity: S::of(limit),
+            max_velocity: S::of(max_velocity),
         })
     }
 

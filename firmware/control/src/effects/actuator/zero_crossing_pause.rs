@@ -1,23 +1,27 @@
 //! Pause at a zero crossing: an axis that reverses stands still for a short time.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range, step_in_range};
+use crate::effects::{Effect, Group, Naming, Parameter, check_step, sign};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "zero_cross_pause",
+    title: "Pause at a zero crossing",
+    summary: "an axis stands still for a short time when its velocity changes sign",
+    group: Group::Actuator,
+    naming: Naming::Cause,
     equation: "on a sign change of v: v = 0 for pause_s, then v resumes at the current (delayed) command; \
                the position that was missed is not caught up",
-    source: "seed paper section 4.1 (observed on the robot); length and resumption are open there (A21), \
-             16 to 32 ms fits its figures",
+    source: "seed paper section 4.1 (observed on the robot; length and resumption are left open there, 16 to \
+             32 ms fits its figures)",
     signature: "executed velocity is exactly zero for the same time after each reversal and the pose keeps an \
-                offset afterwards; friction acts in both directions and at all times instead",
-    parameters: &[Parameter {
-        name: "pause_s",
-        unit: "s",
-        low: 0.0,
-        high: 0.1,
-    }],
+                offset afterwards",
+    typical: "16 to 32 ms on an industrial arm; brakes, gear friction and torque reversal cause it",
+    parameters: &[Parameter::new("pause_s", "s", 0.0, 0.1)],
+    confused_with: &["backlash", "guide_coulomb", "command_quantisation"],
+    tell_apart: "reversals of different acceleration: a pause keeps its time, backlash keeps its distance, and a \
+                 quantised command keeps its band of velocity",
 };
 
 /// The pause of one axis.
@@ -32,10 +36,11 @@ pub struct ZeroCrossingPause<S: Scalar> {
 
 impl<S: Scalar> ZeroCrossingPause<S> {
     /// At rest. `pause_s` 0 (no effect) to 1 s, `step_s` in s.
-    pub fn new(pause_s: f64, step_s: f64) -> Result<Self, OutOfRange> {
-        let pause_s = in_range("pause_s", pause_s, 0.0, 1.0)?;
+    pub fn new(pause_s: f64, step_s: f64) -> Result<Self, SettingsError> {
+        in_range("pause_s", pause_s, 0.0, 1.0)?;
+        check_step(step_s)?;
         Ok(Self {
-            pause_steps: S::of(pause_s / step_in_range(step_s)?),
+            pause_steps: S::of(pause_s / step_s),
             remaining_steps: S::zero(),
             direction: S::zero(),
         })
@@ -66,16 +71,6 @@ impl<S: Scalar> ZeroCrossingPause<S> {
     /// Whether the axis stands still because of the pause.
     pub fn is_paused(&self) -> bool {
         self.remaining_steps > S::zero()
-    }
-}
-
-fn sign<S: Scalar>(value: S) -> S {
-    if value > S::zero() {
-        S::one()
-    } else if value < S::zero() {
-        -S::one()
-    } else {
-        S::zero()
     }
 }
 

@@ -1,30 +1,29 @@
 //! Coulomb friction in the plane of a contact, smoothed around standstill.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
+use crate::effects::{Effect, Group, Naming, Parameter};
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "contact_coulomb",
+    title: "Friction in the contact",
+    summary: "dry friction across the contact's normal, proportional to the normal force",
+    group: Group::Mechanism,
+    naming: Naming::Cause,
     equation: "F_t = -friction_coefficient N v_t / sqrt(v_t^2 + smoothing_speed_m_s^2)",
     source: "Coulomb's law, regularised by a smooth sign",
     signature: "a force across the contact's normal, proportional to the normal force, against the sliding, \
                 independent of speed above the smoothing speed",
+    typical: "0.1 to 0.3 between metals, 0.5 and more with rubber",
     parameters: &[
-        Parameter {
-            name: "friction_coefficient",
-            unit: "-",
-            low: 0.0,
-            high: 1.5,
-        },
-        Parameter {
-            name: "smoothing_speed_m_s",
-            unit: "m/s",
-            low: 1e-5,
-            high: 0.01,
-        },
+        Parameter::new("friction_coefficient", "-", 0.0, 1.5),
+        Parameter::new("smoothing_speed_m_s", "m/s", 1e-4, 0.01),
     ],
+    confused_with: &["ft_crosstalk", "ft_mounting", "guide_coulomb"],
+    tell_apart: "slide along the wall in both directions under the same push: friction changes its sign with the \
+                 direction, cross-talk and a turned sensor do not; a guide's friction is there without contact too",
 };
 
 /// Dry friction of a sliding point.
@@ -37,11 +36,12 @@ pub struct CoulombFriction<S: Scalar> {
 impl<S: Scalar> CoulombFriction<S> {
     /// `coefficient` 0 to 10; `smoothing_speed_m_s` 1e-4 to 1 m/s, below which friction grows
     /// linearly with speed. The lower bound keeps 1 m/s representable in fixed point.
-    pub fn new(coefficient: f64, smoothing_speed_m_s: f64) -> Result<Self, OutOfRange> {
-        let speed = in_range("smoothing_speed_m_s", smoothing_speed_m_s, 1e-4, 1.0)?;
+    pub fn new(coefficient: f64, smoothing_speed_m_s: f64) -> Result<Self, SettingsError> {
+        in_range("smoothing_speed_m_s", smoothing_speed_m_s, 1e-4, 1.0)?;
+        in_range("friction_coefficient", coefficient, 0.0, 10.0)?;
         Ok(Self {
-            coefficient: S::of(in_range("friction_coefficient", coefficient, 0.0, 10.0)?),
-            inverse_speed: S::of(1.0 / speed),
+            coefficient: S::of(coefficient),
+            inverse_speed: S::of(1.0 / smoothing_speed_m_s),
         })
     }
 

@@ -1,41 +1,15 @@
-//! Contact of a tip with an elastic, damped plane.
+//! Contact of a tip with an elastic, damped plane: `pen = −n·(tip − point) − gap`,
+//! `N = max(0, k pen + damping)` while pen > 0, `F = N n + friction`.
+//!
+//! Not an effect by itself but the nominal contact law of the rig: a
+//! linear spring and damper (Kelvin-Voigt), clipped because a wall cannot pull.
 
+use super::contact_damping::ContactDamping;
 use super::coulomb_friction::CoulombFriction;
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
 use crate::frames::vector;
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
-
-/// Catalogue entry.
-pub const EFFECT: Effect = Effect {
-    id: "contact_damping",
-    equation: "pen = -n.(tip - point) - gap_m; N = max(0, stiffness_n_per_m pen + damping_n_s_per_m \
-               min(1, pen/damping_onset_m) dpen/dt) while pen > 0, else 0; F = N n + friction",
-    source: "linear spring and damper (Kelvin-Voigt), clipped because a wall cannot pull; facts on delay \
-             compensation, section 1",
-    signature: "force against penetration is a straight line with the slope of the stiffness; damping opens it \
-                to a loop whose area grows with speed; a gap shifts its foot",
-    parameters: &[
-        Parameter {
-            name: "stiffness_n_per_m",
-            unit: "N/m",
-            low: 1e2,
-            high: 1e7,
-        },
-        Parameter {
-            name: "damping_n_s_per_m",
-            unit: "N s/m",
-            low: 0.0,
-            high: 1e5,
-        },
-        Parameter {
-            name: "gap_m",
-            unit: "m",
-            low: 0.0,
-            high: 0.01,
-        },
-    ],
-};
 
 /// Parameters of a plane, in C axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,21 +48,20 @@ pub struct PlaneContact<S: Scalar> {
     /// The spring begins where n·tip equals this, m.
     offset_m: S,
     stiffness: S,
-    damping: S,
-    /// 1/onset; `None`: damping acts at once.
-    inverse_onset: Option<S>,
+    damping: ContactDamping<S>,
     friction: Option<CoulombFriction<S>>,
 }
 
 impl<S: Scalar> PlaneContact<S> {
     /// Checks the parameters; the normal is normalised here.
-    pub fn new(p: &PlaneParameters) -> Result<Self, OutOfRange> {
+    pub fn new(p: &PlaneParameters) -> Result<Self, SettingsError> {
         let normal = vector::<f64>(&p.normal);
-        let length = in_range("normal length", normal.norm(), 1e-6, 1e6)?;
-        let normal = normal / length;
-        let gap = in_range("gap_m", p.gap_m, 0.0, 10.0)?;
-        let onset = in_range("damping_onset_m", p.damping_onset_m, 0.0, 1.0)?;
-        let offset = in_range("point_m", vector::<f64>(&p.point_m).dot(&normal), -1e3, 1e3)?;
+        in_range("normal length", normal.norm(), 1e-6, 1e6)?;
+        let normal = normal / normal.norm();
+        in_range("gap_m", p.gap_m, 0.0, 10.0)?;
+        in_range("stiffness_n_per_m", p.stiffness_n_per_m, 0.0, 1e8)?;
+        let offset = vector::<f64>(&p.point_m).dot(&normal);
+        in_range("point_m", offset, -1e3, 1e3)?;
         let friction = if p.friction_coefficient == 0.0 {
             None
         } else {
@@ -99,20 +72,9 @@ impl<S: Scalar> PlaneContact<S> {
         };
         Ok(Self {
             normal: normal.map(S::of),
-            offset_m: S::of(offset - gap),
-            stiffness: S::of(in_range(
-                "stiffness_n_per_m",
-                p.stiffness_n_per_m,
-                0.0,
-                1e8,
-            )?),
-            damping: S::of(in_range(
-                "damping_n_s_per_m",
-                p.damping_n_s_per_m,
-                0.0,
-                1e7,
-            )?),
-            inverse_onset: (onset > 1e-9).then(|| S::of(1.0 / onset)),
+            offset_m: S::of(offset - p.gap_m),
+            stiffness: S::of(p.stiffness_n_per_m),
+            damping: ContactDamping::new(p.damping_n_s_per_m, p.damping_onset_m)?,
             friction,
         })
     }
@@ -127,10 +89,7 @@ impl<S: Scalar> PlaneContact<S> {
             };
         }
         let receding = self.normal.dot(velocity);
-        let onset = self
-            .inverse_onset
-            .map_or(S::one(), |inverse| (penetration_m * inverse).min(S::one()));
-        let push = self.stiffness * penetration_m - self.damping * onset * receding;
+        let push = self.stiffness * penetration_m + self.damping.force(penetration_m, -receding);
         let normal_force = push.max(S::zero());
         let mut force = self.normal * normal_force;
         if let Some(friction) = &self.friction {
@@ -199,6 +158,6 @@ mod tests {
             ..WALL
         })
         .unwrap_err();
-        assert_eq!((error.parameter, error.value), ("normal length", 0.0));
+        assert_eq!((error.field, error.received), ("normal length", 0.0));
     }
 }

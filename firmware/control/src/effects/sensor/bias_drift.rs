@@ -1,47 +1,58 @@
-//! Zero offset of the sensor and its drift.
+//! Drift of the sensor's zero.
 
-use crate::effects::{Effect, Parameter};
+use super::{OFFSET, offset};
+use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::Wrench;
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
+use nalgebra::ComplexField;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "ft_bias_drift",
-    equation: "W(t) = bias + drift_per_s t",
-    source: "strain-gauge data sheets (zero drift with temperature)",
-    signature: "a slow ramp of the wrench that depends on neither pose nor motion",
+    title: "Drift of the sensor's zero",
+    summary: "the zero of the wrench creeps to a new value",
+    group: Group::Sensor,
+    naming: Naming::Cause,
+    equation: "W(t) = W_nominal + (fx_n, .., tz_n_m) (1 - exp(-t/time_constant_s)), t from the last zeroing",
+    source: "strain-gauge data sheets (drift of the zero with temperature); first-order warming",
+    signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp",
+    typical: "0.5 to 3 N over some seconds to minutes after the load or the temperature has changed",
     parameters: &[
-        Parameter {
-            name: "drift_n_per_s",
-            unit: "N/s",
-            low: -1.0,
-            high: 1.0,
-        },
-        Parameter {
-            name: "drift_nm_per_s",
-            unit: "N m/s",
-            low: -0.1,
-            high: 0.1,
-        },
+        OFFSET[0],
+        OFFSET[1],
+        OFFSET[2],
+        OFFSET[3],
+        OFFSET[4],
+        OFFSET[5],
+        Parameter::new("time_constant_s", "s", 0.1, 1000.0),
     ],
+    confused_with: &["ft_bias", "cable_stiffness", "tool_mass_error"],
+    tell_apart: "a long log at standstill: only drift changes there; a cable needs motion",
 };
 
-/// Offset at time 0 and its rate of change.
+/// Offset that is approached exponentially.
 #[derive(Clone, Copy, Debug)]
 pub struct BiasDrift<S: Scalar> {
-    bias: Wrench<S>,
-    drift_per_s: Wrench<S>,
+    last: Wrench<S>,
+    rate_per_s: f64,
 }
 
 impl<S: Scalar> BiasDrift<S> {
-    /// `bias` in N and N·m, `drift_per_s` in N/s and N·m/s.
-    pub fn new(bias: Wrench<S>, drift_per_s: Wrench<S>) -> Self {
-        Self { bias, drift_per_s }
+    /// `last`: offset after a long time, fx fy fz (N) tx ty tz (N·m), each within ±1e5;
+    /// `time_constant_s` 1e-3 to 1e6 s.
+    pub fn new(last: &[f64; 6], time_constant_s: f64) -> Result<Self, SettingsError> {
+        in_range("time_constant_s", time_constant_s, 1e-3, 1e6)?;
+        Ok(Self {
+            last: offset(last)?,
+            rate_per_s: 1.0 / time_constant_s,
+        })
     }
 
-    /// The offset at `time_s`.
-    pub fn at(&self, time_s: S) -> Wrench<S> {
-        self.bias + self.drift_per_s * time_s
+    /// The offset `time_s` after the last zeroing; 0 before it.
+    pub fn at(&self, time_s: f64) -> Wrench<S> {
+        let left = ComplexField::exp(-time_s.max(0.0) * self.rate_per_s);
+        self.last * S::of(1.0 - left)
     }
 }
 
@@ -50,11 +61,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_a_ramp() {
-        let drift = BiasDrift::<f64>::new(
-            Wrench::of(&[1.0; 6]),
-            Wrench::of(&[0.5, 0.0, 0.0, 0.0, 0.0, -0.25]),
-        );
-        assert_eq!(drift.at(4.0).get(), [3.0, 1.0, 1.0, 1.0, 1.0, 0.0]);
+    fn it_creeps_to_its_last_value() {
+        let last = [1.0, 0.0, 0.0, 0.0, 0.0, -2.0];
+        let sensor = BiasDrift::<f64>::new(&last, 4.0).unwrap();
+        assert_eq!(sensor.at(0.0).get(), [0.0; 6]);
+        let reached = 1.0 - (-1.0_f64).exp();
+        assert!((sensor.at(4.0).force.x - reached).abs() < 1e-12);
+        assert!((sensor.at(400.0).torque.z + 2.0).abs() < 1e-12);
     }
 }

@@ -1,38 +1,19 @@
-//! From a wrench to the integer counts of six strain gauges.
+//! From a wrench to the integer counts of six strain gauges: `g = round(M⁻¹ D W)` clamped to
+//! 16 bit, D = diag(counts per newton, counts per newton metre); the inverse of
+//! `W_i = Σ_j M_ij g_j / D_ii` (ATI 9610-05-1030, calibration matrix of a NETCANOEM sensor).
+//!
+//! Not an effect by itself but how a sensor reads.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
 use crate::frames::Wrench;
+use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::{Matrix6, Vector6};
-
-/// Catalogue entry.
-pub const EFFECT: Effect = Effect {
-    id: "ft_quantisation",
-    equation: "g = round(M^-1 D W) clamped to 16 bit, D = diag(counts_per_newton x 3, counts_per_newton_metre x 3); \
-               inverse of W_i = sum_j M_ij g_j / D_ii",
-    source: "ATI 9610-05-1030 (calibration matrix and counts per unit of a NETCANOEM sensor)",
-    signature: "the wrench moves on a lattice; near the range of one gauge all six axes go wrong together",
-    parameters: &[
-        Parameter {
-            name: "counts_per_newton",
-            unit: "1/N",
-            low: 0.1,
-            high: 1e7,
-        },
-        Parameter {
-            name: "counts_per_newton_metre",
-            unit: "1/(N m)",
-            low: 0.1,
-            high: 1e7,
-        },
-    ],
-};
 
 /// Why gauges cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GaugeError {
     /// A scale is out of range.
-    OutOfRange(OutOfRange),
+    OutOfRange(SettingsError),
     /// The calibration matrix has no inverse.
     Singular {
         /// Its determinant.
@@ -69,8 +50,9 @@ impl<S: Scalar> GaugeQuantisation<S> {
         counts_per_newton_metre: f64,
     ) -> Result<Self, GaugeError> {
         let scale = |name, value| in_range(name, value, 1e-3, 1e9).map_err(GaugeError::OutOfRange);
-        let force = scale("counts_per_newton", counts_per_newton)?;
-        let torque = scale("counts_per_newton_metre", counts_per_newton_metre)?;
+        scale("counts_per_newton", counts_per_newton)?;
+        scale("counts_per_newton_metre", counts_per_newton_metre)?;
+        let (force, torque) = (counts_per_newton, counts_per_newton_metre);
         let matrix = Matrix6::<f64>::from_row_iterator(calibration.iter().flatten().copied());
         let inverse = matrix
             .try_inverse()

@@ -1,23 +1,32 @@
 //! Low-pass filter inside the sensor.
 
 use crate::effects::actuator::first_order_lag::FirstOrderLag;
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
+use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::Wrench;
+use crate::range::SettingsError;
 use crate::scalar::Scalar;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "ft_low_pass",
-    equation: "dW/dt = 2 pi cutoff_hz (W_in - W)",
+    title: "Low-pass filter of the sensor",
+    summary: "a filter in the sensor rounds and delays the wrench",
+    group: Group::Sensor,
+    naming: Naming::Cause,
+    equation: "time_constant_s dW/dt = W_in - W; cut-off frequency 1/(2 pi time_constant_s)",
     source: "sensor manuals (first-order filter settings)",
-    signature: "the wrench is late against penetration by 1/(2 pi cutoff_hz) and its onset is rounded; \
-                a late robot delays the motion, not the force",
-    parameters: &[Parameter {
-        name: "cutoff_hz",
-        unit: "Hz",
-        low: 2.0,
-        high: 1000.0,
-    }],
+    signature: "the wrench is late against penetration and its onset is rounded; a late robot delays the motion, \
+                not the force",
+    typical: "1 to 20 ms (8 to 150 Hz), set in the sensor's electronics",
+    parameters: &[Parameter::new("time_constant_s", "s", 0.0, 0.1)],
+    confused_with: &[
+        "ft_latency",
+        "contact_damping",
+        "actuation_lag",
+        "ft_dropout",
+    ],
+    tell_apart: "tap the sensor: a filter smears the tap, a latency shifts it; a damped contact is late only \
+                 while it moves, a filter also after the motion has stopped",
 };
 
 /// First-order low-pass on all six axes.
@@ -27,10 +36,9 @@ pub struct LowPass<S: Scalar> {
 }
 
 impl<S: Scalar> LowPass<S> {
-    /// At zero. `cutoff_hz` 0.1 to 1e5, `step_s` in s.
-    pub fn new(cutoff_hz: f64, step_s: f64) -> Result<Self, OutOfRange> {
-        let cutoff = in_range("cutoff_hz", cutoff_hz, 0.1, 1e5)?;
-        let axis = FirstOrderLag::new(1.0 / (core::f64::consts::TAU * cutoff), step_s)?;
+    /// At zero. `time_constant_s` 0 (passes the wrench through) to 10 s, `step_s` in s.
+    pub fn new(time_constant_s: f64, step_s: f64) -> Result<Self, SettingsError> {
+        let axis = FirstOrderLag::new(time_constant_s, step_s)?;
         Ok(Self { axes: [axis; 6] })
     }
 
@@ -67,7 +75,7 @@ mod tests {
 
     #[test]
     fn a_step_reaches_63_percent_after_the_time_constant() {
-        let mut filter = LowPass::<f64>::new(1.0 / (std::f64::consts::TAU * 0.01), 0.001).unwrap();
+        let mut filter = LowPass::<f64>::new(0.01, 0.001).unwrap();
         let step = Wrench::of(&[1.0, 2.0, 0.0, 0.0, 0.0, -3.0]);
         for _ in 0..10 {
             filter.advance(&step);

@@ -1,31 +1,12 @@
-//! Weight of the tool that hangs on the sensor.
+//! Weight of the tool that hangs on the sensor: `F = m g`, `T = com × m g`, axes of S.
+//!
+//! Not an effect by itself but a part of the nominal wrench (seed paper section 3.1; A13: with the
+//! centre of gravity as reference its torque term vanishes).
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
 use crate::frames::{Wrench, vector};
+use crate::range::{SettingsError, all_within, in_range};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
-
-/// Catalogue entry.
-pub const EFFECT: Effect = Effect {
-    id: "tool_mass_error",
-    equation: "F = mass_kg g, T = com_m x mass_kg g, g in axes of S",
-    source: "seed paper section 3.1 (A13: with the centre of gravity as reference its torque term vanishes)",
-    signature: "an offset of the wrench that turns with the sensor's orientation and does not depend on motion",
-    parameters: &[
-        Parameter {
-            name: "mass_kg",
-            unit: "kg",
-            low: 0.0,
-            high: 100.0,
-        },
-        Parameter {
-            name: "com_m",
-            unit: "m",
-            low: -0.5,
-            high: 0.5,
-        },
-    ],
-};
 
 /// A tool with mass and centre of mass.
 #[derive(Clone, Copy, Debug)]
@@ -36,12 +17,11 @@ pub struct ToolGravity<S: Scalar> {
 
 impl<S: Scalar> ToolGravity<S> {
     /// `mass_kg` 0 to 1000; `com_m` from the sensor's origin, axes of S, each within ±10 m.
-    pub fn new(mass_kg: f64, com_m: &[f64; 3]) -> Result<Self, OutOfRange> {
-        for component in com_m {
-            in_range("com_m", *component, -10.0, 10.0)?;
-        }
+    pub fn new(mass_kg: f64, com_m: &[f64; 3]) -> Result<Self, SettingsError> {
+        all_within("com_m", com_m, 10.0)?;
+        in_range("mass_kg", mass_kg, 0.0, 1000.0)?;
         Ok(Self {
-            mass_kg: S::of(in_range("mass_kg", mass_kg, 0.0, 1000.0)?),
+            mass_kg: S::of(mass_kg),
             com: vector(com_m),
         })
     }

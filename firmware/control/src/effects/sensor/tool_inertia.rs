@@ -1,32 +1,32 @@
 //! Inertia of the tool that the sensor has to accelerate.
 
-use crate::effects::{Effect, OutOfRange, Parameter, in_range};
+use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::{Wrench, matrix, vector};
+use crate::range::{SettingsError, all_within, in_range};
 use crate::scalar::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "tool_inertia",
-    equation: "F = -mass_kg a_com; T = -(I alpha + w x I w) - com_m x mass_kg a_com; \
-               a_com = a + alpha x r + w x (w x r)",
-    source: "Newton-Euler; seed paper section 3.1 (A14: printed there, then neglected)",
-    signature: "wrench proportional to minus the measured acceleration, strongest at jogs and at contact; \
-                its coefficient is a mass and cannot be negative",
-    parameters: &[
-        Parameter {
-            name: "mass_kg",
-            unit: "kg",
-            low: 0.0,
-            high: 100.0,
-        },
-        Parameter {
-            name: "inertia_kg_m2",
-            unit: "kg m^2",
-            low: 0.0,
-            high: 10.0,
-        },
+    title: "Inertia of the tool",
+    summary: "the sensor feels the inertia of the tool behind it, which the model leaves out",
+    group: Group::Sensor,
+    naming: Naming::Cause,
+    equation: "F = -mass_kg a_com; T = -(I alpha + w x I w) - com x mass_kg a_com; \
+               a_com = a + alpha x com + w x (w x com)",
+    source: "Newton-Euler; seed paper section 3.1 (printed there, then neglected)",
+    signature: "wrench proportional to minus the measured acceleration, strongest at jogs and at contact",
+    typical: "the mass of the tool: 1 to 20 kg",
+    parameters: &[Parameter::new("mass_kg", "kg", 0.0, 100.0)],
+    confused_with: &[
+        "tool_mass_error",
+        "contact_damping",
+        "sc_mass_error",
+        "ft_latency",
     ],
+    tell_apart: "jog without contact, with a fixed orientation: the force follows acceleration and never velocity; \
+                 a negative mass is noise of the differentiated velocity, not an effect",
 };
 
 /// Motion of the load, axes of S.
@@ -63,19 +63,16 @@ impl<S: Scalar> ToolInertia<S> {
         mass_kg: f64,
         com_m: &[f64; 3],
         inertia_kg_m2: &[[f64; 3]; 3],
-    ) -> Result<Self, OutOfRange> {
-        for component in com_m {
-            in_range("com_m", *component, -10.0, 10.0)?;
-        }
+    ) -> Result<Self, SettingsError> {
+        in_range("mass_kg", mass_kg, 0.0, 1000.0)?;
+        all_within("com_m", com_m, 10.0)?;
         let inertia = matrix::<f64>(inertia_kg_m2);
         for moment in inertia.diagonal().iter() {
             in_range("inertia_kg_m2", *moment, 0.0, 1000.0)?;
         }
-        for entry in inertia.iter() {
-            in_range("inertia_kg_m2", *entry, -1000.0, 1000.0)?;
-        }
+        all_within("inertia_kg_m2", inertia.as_slice(), 1000.0)?;
         Ok(Self {
-            mass_kg: S::of(in_range("mass_kg", mass_kg, 0.0, 1000.0)?),
+            mass_kg: S::of(mass_kg),
             com: vector(com_m),
             inertia: inertia.map(S::of),
         })
@@ -131,6 +128,6 @@ mod tests {
     #[test]
     fn negative_mass_is_refused() {
         let error = ToolInertia::<f64>::new(-0.1, &[0.0; 3], &[[0.0; 3]; 3]).unwrap_err();
-        assert_eq!((error.parameter, error.value), ("mass_kg", -0.1));
+        assert_eq!((error.field, error.received), ("mass_kg", -0.1));
     }
 }

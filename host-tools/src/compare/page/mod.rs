@@ -1,6 +1,8 @@
 //! The comparison as a page: the sentence, the plots that matter, the tables.
 
-use super::{Comparison, Phase, Window, windows};
+mod evidence;
+
+use crate::compare::{Comparison, Phase, Window, windows};
 use crate::model::{Axis, Channel};
 use crate::report::{Band, Bar, BarChart, Format, Page, Plot, Series};
 use std::ops::Range;
@@ -33,6 +35,7 @@ impl Comparison {
         page.table(&self.phase_table());
         for (channel, axis, worst) in self.drawn() {
             page.section(&format!("{} {axis}", channel.name().replace('_', " ")));
+            page.columns(&self.evidence(channel, axis))?;
             if let Some(worst) = worst {
                 let cycles = self.close_up(&worst);
                 page.plot(&self.overlay(channel, axis, &cycles, "where the error is largest"))?;
@@ -44,6 +47,10 @@ impl Comparison {
         }
         page.section("Error of each channel and axis");
         page.table(&self.channel_table());
+        page.section("What explains each error");
+        page.table(&self.regime_table());
+        page.section("Is the rest noise?");
+        page.table(&self.test_table());
         page.details("Model", &self.detail.model_toml);
         page.details("Settings of the board", &self.detail.settings_toml);
         if let Some(scenario) = &self.detail.scenario_toml {

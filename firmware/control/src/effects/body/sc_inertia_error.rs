@@ -1,0 +1,97 @@
+//! Inertia with which the rig integrates the craft.
+
+use crate::effects::{Effect, Group, Naming, Parameter};
+use crate::frames::matrix;
+use crate::range::{SettingsError, all_within, in_range};
+use crate::scalar::Scalar;
+use nalgebra::{Matrix3, Vector3};
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "sc_inertia_error",
+    title: "Inertia of the craft",
+    summary: "the rig integrates with another inertia of the craft than the model says",
+    group: Group::Body,
+    naming: Naming::Cause,
+    equation: "I = I_nominal + diag(ixx_kg_m2, iyy_kg_m2, izz_kg_m2); alpha = I^-1 (T - w x I w)",
+    source: "Euler's equation",
+    signature: "the rig's model turns by a wrong factor under torques, axis by axis, while the translation fits",
+    typical: "nothing, or the difference of two versions of a settings file",
+    parameters: &[
+        Parameter::new("ixx_kg_m2", "kg m^2", -1000.0, 1000.0),
+        Parameter::new("iyy_kg_m2", "kg m^2", -1000.0, 1000.0),
+        Parameter::new("izz_kg_m2", "kg m^2", -1000.0, 1000.0),
+    ],
+    confused_with: &["sc_mass_error", "ft_scale", "tool_com_error"],
+    tell_apart: "excite the three rotations one after the other: each axis has its own factor, and the torques in \
+                 the log fit the contact",
+};
+
+/// A craft with a wrong inertia.
+#[derive(Clone, Copy, Debug)]
+pub struct InertiaError<S: Scalar> {
+    inertia: Matrix3<S>,
+    inverse: Matrix3<S>,
+}
+
+impl<S: Scalar> InertiaError<S> {
+    /// Nominal inertia about the centre of mass, body axes, and the errors of its diagonal,
+    /// kg·m²; the sum has to be positive definite, with a diagonal up to 1e6.
+    pub fn new(
+        inertia_kg_m2: &[[f64; 3]; 3],
+        error_kg_m2: &[f64; 3],
+    ) -> Result<Self, SettingsError> {
+        let [ixx, iyy, izz] = *error_kg_m2;
+        all_within("ixx_kg_m2, iyy_kg_m2, izz_kg_m2", error_kg_m2, 1e6)?;
+        let error = Matrix3::from_diagonal(&Vector3::new(ixx, iyy, izz));
+        let inertia = matrix::<f64>(inertia_kg_m2) + error;
+        all_within("inertia_kg_m2", inertia.as_slice(), 1e6)?;
+        // Sylvester's criterion: the leading minors of a positive definite matrix are positive.
+        let minors = [
+            inertia.m11,
+            inertia.m11 * inertia.m22 - inertia.m12 * inertia.m21,
+            inertia.determinant(),
+        ];
+        for minor in minors {
+            in_range("leading minor of the inertia", minor, 1e-12, 1e18)?;
+        }
+        let inverse = inertia.try_inverse().unwrap_or_else(Matrix3::zeros);
+        Ok(Self {
+            inertia: inertia.map(S::of),
+            inverse: inverse.map(S::of),
+        })
+    }
+
+    /// Angular acceleration (rad/s²) under a torque (N·m) at an angular velocity (rad/s), body
+    /// axes.
+    pub fn angular_acceleration(&self, torque: &Vector3<S>, rate: &Vector3<S>) -> Vector3<S> {
+        self.inverse * (torque - rate.cross(&(self.inertia * rate)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOMINAL: [[f64; 3]; 3] = [[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 4.0]];
+
+    /// Euler's equation about principal axes, by hand.
+    #[test]
+    fn eulers_equation_with_the_sum() {
+        let craft = InertiaError::<f64>::new(&NOMINAL, &[2.0, 0.0, 1.0]).unwrap(); // 4, 3, 5
+        let rate = Vector3::new(1.0, 2.0, 3.0);
+        let got = craft.angular_acceleration(&Vector3::new(8.0, 9.0, 10.0), &rate);
+        let expected = [
+            (8.0 - (5.0 - 3.0) * 6.0) / 4.0,
+            (9.0 - (4.0 - 5.0) * 3.0) / 3.0,
+            (10.0 - (3.0 - 4.0) * 2.0) / 5.0,
+        ];
+        assert!((got - Vector3::from(expected)).norm() < 1e-12, "{got}");
+    }
+
+    #[test]
+    fn no_inertia_is_refused() {
+        let error = InertiaError::<f64>::new(&NOMINAL, &[-2.0, 0.0, 0.0]).unwrap_err();
+        assert_eq!(error.received, 0.0);
+    }
+}

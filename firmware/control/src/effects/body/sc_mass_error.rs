@@ -1,0 +1,66 @@
+//! Mass with which the rig integrates the craft.
+
+use crate::effects::{Effect, Group, Naming, Parameter};
+use crate::frames::saturated;
+use crate::range::{SettingsError, in_range};
+use crate::scalar::Scalar;
+use nalgebra::Vector3;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "sc_mass_error",
+    title: "Mass of the craft",
+    summary: "the rig integrates with another mass of the craft than the model says",
+    group: Group::Body,
+    naming: Naming::Cause,
+    equation: "a = F / (m + mass_error_kg), m: nominal mass",
+    source: "Newton's second law",
+    signature: "the rig's model accelerates by a wrong factor under every force, in all directions alike",
+    typical: "nothing, or the difference of two versions of a settings file",
+    parameters: &[Parameter::new("mass_error_kg", "kg", -1000.0, 1000.0)],
+    confused_with: &[
+        "ft_scale",
+        "sc_inertia_error",
+        "manipulator_resistance",
+        "contact_stiffness",
+    ],
+    tell_apart: "compare the rig's model with the logged force: with a wrong mass the logged force fits the \
+                 contact; with a wrong gain of the sensor it does not",
+};
+
+/// Largest acceleration, m/s²: keeps a light craft under a large force representable.
+const LARGEST_M_S2: f64 = 1e4;
+
+/// A craft with a wrong mass.
+#[derive(Clone, Copy, Debug)]
+pub struct MassError<S: Scalar> {
+    inverse_mass: S,
+}
+
+impl<S: Scalar> MassError<S> {
+    /// Nominal `mass_kg` and its error; the sum has to lie in 0.1 to 1e6 kg.
+    pub fn new(mass_kg: f64, mass_error_kg: f64) -> Result<Self, SettingsError> {
+        in_range("mass_error_kg", mass_kg + mass_error_kg, 0.1, 1e6)?;
+        Ok(Self {
+            inverse_mass: S::of(1.0 / (mass_kg + mass_error_kg)),
+        })
+    }
+
+    /// Acceleration (m/s²) under a force (N).
+    pub fn acceleration(&self, force: &Vector3<S>) -> Vector3<S> {
+        saturated(&(force * self.inverse_mass), LARGEST_M_S2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_heavier_craft_accelerates_less() {
+        let craft = MassError::<f64>::new(60.0, 20.0).unwrap();
+        let got = craft.acceleration(&Vector3::new(8.0, 0.0, -16.0));
+        assert!((got - Vector3::new(0.1, 0.0, -0.2)).norm() < 1e-12);
+        assert!(MassError::<f64>::new(60.0, -60.0).is_err());
+    }
+}

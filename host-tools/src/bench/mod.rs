@@ -1,0 +1,3 @@
+//! Benchmarks that print a score.
+
+pub mod diagnose;

@@ -1,0 +1,293 @@
+//! The story of the demonstration, told while it happens.
+
+use super::files::{Files, write};
+use crate::cli::{print, print_json};
+use crate::compare::{Comparison, compare};
+use crate::diagnose::page::{self, Identity};
+use crate::diagnose::{Diagnosis, Report, Verdict, diagnose};
+use crate::experiment::demo::{self, Answer, Bounce, Run};
+use crate::experiment::diagnosis::{self, Part};
+use crate::experiment::impacts::Impact;
+use crate::model::Model;
+use crate::report::number::significant;
+use crate::rig::Hidden;
+use anyhow::Result;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use softdock_control::delay::LawName;
+use std::path::Path;
+
+/// What is told.
+pub(super) struct Story<'a> {
+    /// What the rig hides.
+    pub(super) hidden: Vec<Hidden>,
+    /// Seed of the noise.
+    pub(super) seed: u64,
+    /// Standard output is for the JSON document: the story goes to standard error.
+    pub(super) quiet: bool,
+    /// Where everything is written.
+    pub(super) files: &'a Files,
+}
+
+/// The two recordings.
+struct Recordings {
+    train: Run,
+    test: Run,
+}
+
+impl Story<'_> {
+    pub(super) fn tell(&self) -> Result<()> {
+        let model = diagnosis::model()?;
+        let runs = self.run()?;
+        let before = self.compare(&model, &runs)?;
+        let report = self.diagnose(&model, &runs)?;
+        let after = self.add(&report, &runs)?;
+        let answers = self.resolve(&report.diagnosis)?;
+        let bounces = self.compensate()?;
+        if self.quiet {
+            return print_json(&Document {
+                report: &self.files.report,
+                model: &self.files.model,
+                hidden: &self.hidden,
+                found: answers.iter().all(|answer| answer.named),
+                answers: &answers,
+                recordings: [
+                    (&self.files.train, &runs.train),
+                    (&self.files.test, &runs.test),
+                ]
+                .map(|(recording, run)| RecordingDocument {
+                    recording,
+                    real_time_factor: run.statistics.real_time_factor(),
+                }),
+                compare: BeforeAfter {
+                    before: &before.sentence,
+                    after: &after.sentence,
+                },
+                diagnosis: &report.diagnosis,
+                steps: bounces.iter().map(StepDocument::new).collect(),
+            });
+        }
+        print(&format!("\n{}", self.files.what_next()))
+    }
+
+    /// Step 3 of the workflow.
+    fn run(&self) -> Result<Recordings> {
+        self.say(
+            "Steps 1 and 2, flashing the board and commissioning the rig, need hardware. The simulated rig \
+             is ready.\n\n\
+             3. Run a docking test: for 10 s a probe of 200 kg goes to and fro between two springs. The rig \
+             hides\n   something that its model does not know. Then once more, in the other direction, to \
+             judge by.\n",
+        )?;
+        let run = |part| demo::run(part, &self.hidden, self.seed);
+        let runs = Recordings {
+            train: run(Part::Train)?,
+            test: run(Part::Test)?,
+        };
+        for (run, path) in [
+            (&runs.train, &self.files.train),
+            (&runs.test, &self.files.test),
+        ] {
+            run.recording.write(path)?;
+            self.say(&format!(
+                "   {} cycles in {}, {:.0} times real time\n",
+                run.statistics.cycles,
+                path.display(),
+                run.statistics.real_time_factor(),
+            ))?;
+        }
+        Ok(runs)
+    }
+
+    /// Step 4.
+    fn compare(&self, model: &Model, runs: &Recordings) -> Result<Comparison> {
+        write(&self.files.model_before, diagnosis::MODEL)?;
+        let comparison = compare(model, &runs.test.recording)?;
+        comparison.page()?.write(&self.files.compare)?;
+        self.say(&format!(
+            "\n4. Compare with the model. Where does it fail?\n   {}\n",
+            comparison.sentence
+        ))?;
+        Ok(comparison)
+    }
+
+    /// Step 5.
+    fn diagnose(&self, model: &Model, runs: &Recordings) -> Result<Report> {
+        self.say("\n5. Diagnose: which physical effect is missing?\n")?;
+        let bar = ProgressBar::new(100);
+        let progress = |share: f64, what: &str| {
+            bar.set_position((100.0 * share) as u64);
+            bar.set_message(what.to_owned());
+        };
+        let (train, test) = (&runs.train.recording, &runs.test.recording);
+        let report = diagnose(model, train, Some(test), &progress)?;
+        bar.finish_and_clear();
+        self.tell_findings(&report.diagnosis)?;
+        Ok(report)
+    }
+
+    fn tell_findings(&self, diagnosis: &Diagnosis) -> Result<()> {
+        self.say(&format!("   {}\n", diagnosis.sentence))?;
+        for effect in &diagnosis.effects {
+            for (name, p) in diagnosis.parameters.get(effect).into_iter().flatten() {
+                let [value, low, high] = [p.value, p.low, p.high].map(|v| significant(v, 4));
+                self.say(&format!(
+                    "     {effect} {name} = {value} ({low} to {high})\n"
+                ))?;
+            }
+        }
+        if let Some(rival) = &diagnosis.runner_up {
+            let verb = if rival.told_apart {
+                "is told apart"
+            } else {
+                "cannot be told apart"
+            };
+            self.say(&format!(
+                "   The closest rival, {}, {verb}.\n",
+                rival.effect
+            ))?;
+        }
+        if let Some(experiment) = &diagnosis.experiment {
+            self.say(&format!("   To be sure: {}\n", experiment.sentence))?;
+        }
+        Ok(())
+    }
+
+    /// Step 6.
+    fn add(&self, report: &Report, runs: &Recordings) -> Result<Comparison> {
+        let (train, test) = (name(&self.files.train), name(&self.files.test));
+        let text = demo::model_with(report, &train, &test)?;
+        write(&self.files.model, &text)?;
+        let model = Model::from_toml(&text, &self.files.model.display().to_string())?;
+        let comparison = compare(&model, &runs.test.recording)?;
+        let identity = Identity {
+            model_path: self.files.model_before.display().to_string(),
+            model_toml: text,
+            train: self.files.train.display().to_string(),
+            test: Some(self.files.test.display().to_string()),
+            firmware: runs.test.recording.header.identity.clone(),
+            settings_toml: runs.test.recording.header.settings_toml.clone(),
+        };
+        let (before, after) = (&report.before_prediction, &report.after_prediction);
+        page::page(&report.diagnosis, before, after, &identity)?.write(&self.files.report)?;
+        let what = match report.diagnosis.verdict {
+            Verdict::Named => format!(
+                "Add it to {}, compare again, and watch the error fall:",
+                self.files.model.display()
+            ),
+            Verdict::NothingMissing | Verdict::Unexplained => {
+                "Nothing was named, so nothing is added:".to_owned()
+            }
+        };
+        self.say(&format!(
+            "\n6. {what}\n\n{}\n\n   {}\n",
+            demo::history_table(&report.diagnosis),
+            comparison.sentence
+        ))?;
+        Ok(comparison)
+    }
+
+    /// What was hidden, beside what was found.
+    fn resolve(&self, diagnosis: &Diagnosis) -> Result<Vec<Answer>> {
+        let answers = demo::answers(&self.hidden, diagnosis);
+        let extra: Vec<&str> = diagnosis
+            .effects
+            .iter()
+            .filter(|id| !answers.iter().any(|answer| answer.effect == **id))
+            .map(String::as_str)
+            .collect();
+        let wrong = if extra.is_empty() {
+            String::new()
+        } else {
+            format!("   Named, but not hidden: {}.\n", extra.join(", "))
+        };
+        let verdict = match answers.iter().filter(|answer| answer.named).count() {
+            0 => "It was not found.",
+            named if named == answers.len() => "It was found.",
+            _ => "It was found in part.",
+        };
+        self.say(&format!(
+            "\n   What the rig had hidden: {verdict}\n\n{}\n{wrong}",
+            demo::answer_table(&answers)
+        ))?;
+        Ok(answers)
+    }
+
+    /// Step 7, where the board has a cure: the delay law, on the paper's elastic bounce.
+    fn compensate(&self) -> Result<Vec<Bounce>> {
+        if !demo::is_late(&self.hidden) {
+            return Ok(Vec::new());
+        }
+        self.say(
+            "\n7. Tell the board. A late robot gives an elastic stop back more speed than came in; the \
+             paper's delay\n   law takes most of that away. The same robot at the paper's stop, 10 mm/s:\n\n",
+        )?;
+        let bounce = |law| demo::bounce(law, &self.hidden, self.seed);
+        let bounces = vec![bounce(LawName::None)?, bounce(LawName::Seed)?];
+        self.say(&format!("{}\n", demo::bounce_table(&bounces)))?;
+        Ok(bounces)
+    }
+
+    /// Tells the story: to standard output, unless that is for the JSON document.
+    fn say(&self, text: &str) -> Result<()> {
+        if self.quiet {
+            eprint!("{text}");
+            return Ok(());
+        }
+        print(text)
+    }
+}
+
+/// The name of a file without its folder.
+fn name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    report: &'a Path,
+    model: &'a Path,
+    /// What the rig hid.
+    hidden: &'a [Hidden],
+    /// Whether all of it was named.
+    found: bool,
+    answers: &'a [Answer],
+    /// Training, then unseen.
+    recordings: [RecordingDocument<'a>; 2],
+    compare: BeforeAfter<'a>,
+    diagnosis: &'a Diagnosis,
+    /// The bounces without and with compensation; none where it cures nothing.
+    steps: Vec<StepDocument<'a>>,
+}
+
+#[derive(Serialize)]
+struct RecordingDocument<'a> {
+    recording: &'a Path,
+    real_time_factor: f64,
+}
+
+#[derive(Serialize)]
+struct BeforeAfter<'a> {
+    before: &'a str,
+    after: &'a str,
+}
+
+#[derive(Serialize)]
+struct StepDocument<'a> {
+    law: LawName,
+    real_time_factor: f64,
+    impact: &'a Impact,
+}
+
+impl<'a> StepDocument<'a> {
+    fn new(bounce: &'a Bounce) -> Self {
+        Self {
+            law: bounce.law,
+            real_time_factor: bounce.statistics.real_time_factor(),
+            impact: &bounce.impact,
+        }
+    }
+}

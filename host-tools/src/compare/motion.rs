@@ -1,0 +1,165 @@
+//! The motion without the noise of its measurement, as far as the actuator's model knows it.
+//!
+//! Errors are held against what the rig did: its velocity, position and load. Taken as they were
+//! measured, these carry noise that is also in the error, and an error would seem to depend on
+//! an axis that only trembles. The velocity that the nominal actuator makes of what was sent has
+//! no noise. Its integral, led to the measured pose by a moving average of their difference, and
+//! the nominal load in this motion have next to none.
+
+use super::Source;
+use crate::model::load::LoadModel;
+use crate::model::prediction::Six;
+use crate::model::{Axis, Channel};
+use nalgebra::{UnitQuaternion, Vector3};
+use softdock_control::frames::{Pose, Twist};
+use softdock_control::wrench::Motion as Moving;
+
+/// Half width of the moving average that leads the integral to the measured pose, cycles.
+const LEAD: usize = 6;
+/// An axis moves if its way exceeds this multiple of the noise of its measurement.
+const MOVES: f64 = 20.0;
+
+/// Motion and load in each cycle; NaN where unknown.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    /// m/s and rad/s, linear in C, angular in M.
+    pub(super) velocity: Vec<Six>,
+    /// Change of the velocity per second.
+    pub(super) acceleration: Vec<Six>,
+    /// m in C, and the rotation vector from the first pose, rad.
+    pub(super) position: Vec<Six>,
+    /// Wrench that the model expects on the sensor, in S, N and N·m.
+    pub(super) load: Vec<Six>,
+    /// Axes whose way is more than noise.
+    pub(super) moves: [bool; 6],
+}
+
+impl Motion {
+    /// From what was sent and where it led.
+    pub(super) fn new(source: &Source<'_>) -> Self {
+        let velocity = velocities(source);
+        let cycle_s = source.signals.cycle_s;
+        let acceleration: Vec<Six> = (0..velocity.len())
+            .map(|n| {
+                let last = velocity[n.saturating_sub(1)];
+                std::array::from_fn(|i| (velocity[n][i] - last[i]) / cycle_s)
+            })
+            .collect();
+        let poses = poses(source, &velocity);
+        let first = poses.iter().flatten().next().copied();
+        let position: Vec<Six> = poses
+            .iter()
+            .map(|pose| match (first, pose) {
+                (Some(first), Some(pose)) => coordinates(&first, pose),
+                _ => [f64::NAN; 6],
+            })
+            .collect();
+        Self {
+            load: loads(source, &poses, &velocity, &acceleration),
+            moves: moving(source, &position),
+            velocity,
+            acceleration,
+            position,
+        }
+    }
+}
+
+/// Predicted velocities; measured ones where there is no prediction.
+fn velocities(source: &Source<'_>) -> Vec<Six> {
+    let channel = source.prediction.channel(Channel::ExecutedVelocity);
+    let finite = |v: &Six| v.iter().all(|v| v.is_finite());
+    (0..source.signals.len())
+        .map(|n| {
+            let measured = channel.measured.get(n).copied().filter(finite);
+            let predicted = channel.predicted.get(n).copied().flatten().filter(finite);
+            predicted.or(measured).unwrap_or([0.0; 6])
+        })
+        .collect()
+}
+
+/// The integral of the velocity, led to the measured poses.
+fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
+    let cycle_s = source.signals.cycle_s;
+    let mut integral = Vec::with_capacity(velocity.len());
+    let mut pose = Pose::identity();
+    for v in velocity {
+        let v = Twist::of(v);
+        pose.translation.vector += v.linear * cycle_s;
+        pose.rotation *= UnitQuaternion::from_scaled_axis(v.angular * cycle_s);
+        pose.rotation.renormalize_fast();
+        integral.push(pose);
+    }
+    let off: Vec<Option<(Vector3<f64>, Vector3<f64>)>> = integral
+        .iter()
+        .enumerate()
+        .map(|(n, integral)| {
+            let measured = source.signals.pose(n)?;
+            let turn = integral.rotation.inverse() * measured.rotation;
+            let shift = measured.translation.vector - integral.translation.vector;
+            Some((shift, turn.scaled_axis()))
+        })
+        .collect();
+    integral
+        .iter()
+        .enumerate()
+        .map(|(n, integral)| {
+            let near = &off[n.saturating_sub(LEAD)..(n + LEAD + 1).min(off.len())];
+            let known = near.iter().flatten().count() as f64;
+            let sum = near.iter().flatten().fold(
+                (Vector3::zeros(), Vector3::zeros()),
+                |(shift, turn), (s, t)| (shift + s, turn + t),
+            );
+            (known > 0.0).then(|| {
+                let mut pose = *integral;
+                pose.translation.vector += sum.0 / known;
+                pose.rotation *= UnitQuaternion::from_scaled_axis(sum.1 / known);
+                pose
+            })
+        })
+        .collect()
+}
+
+fn coordinates(first: &Pose<f64>, pose: &Pose<f64>) -> Six {
+    let turned = (first.rotation.inverse() * pose.rotation).scaled_axis();
+    Twist {
+        linear: pose.translation.vector,
+        angular: turned,
+    }
+    .get()
+}
+
+fn loads(
+    source: &Source<'_>,
+    poses: &[Option<Pose<f64>>],
+    velocity: &[Six],
+    acceleration: &[Six],
+) -> Vec<Six> {
+    let load = LoadModel::new(source.model);
+    (0..poses.len())
+        .map(|n| {
+            let at = source.signals.sampled_in(n)?;
+            let motion = Moving {
+                velocity: Twist::of(&velocity[at]),
+                acceleration: Twist::of(&acceleration[at]),
+            };
+            Some(load.wrench(poses[at].as_ref()?, &motion).get())
+        })
+        .map(|wrench| wrench.unwrap_or([f64::NAN; 6]))
+        .collect()
+}
+
+fn moving(source: &Source<'_>, position: &[Six]) -> [bool; 6] {
+    let noise = &source.model.noise;
+    Axis::ALL.map(|axis| {
+        let i = axis.index();
+        let known = || position.iter().map(|p| p[i]).filter(|p| p.is_finite());
+        let low = known().fold(f64::INFINITY, f64::min);
+        let high = known().fold(f64::NEG_INFINITY, f64::max);
+        let sigma = if axis.is_rotation() {
+            noise.angle_rad
+        } else {
+            noise.position_m
+        };
+        high - low > MOVES * sigma
+    })
+}

@@ -1,0 +1,126 @@
+//! The error of one axis as a series, and what kind of noise it should be.
+
+use super::Source;
+use crate::model::load::LoadModel;
+use crate::model::prediction::Six;
+use crate::model::prediction::signals::VelocityMeaning;
+use crate::model::{Axis, Channel, Model};
+use nalgebra::UnitQuaternion;
+use softdock_control::frames::Twist;
+use softdock_control::wrench::Motion;
+
+/// What is computed twice from the same numbers differs by round-off: below this part of the
+/// noise nothing is looked for.
+pub(super) const ROUND_OFF_SIGMA: f64 = 1e-6;
+
+/// Error of an axis in units of the noise to expect; NaN where nothing is predicted.
+#[derive(Clone, Debug)]
+pub(super) struct Series {
+    pub(super) channel: Channel,
+    pub(super) axis: Axis,
+    pub(super) relative: Vec<f64>,
+    /// Correlation of the expected noise at the lags 1 and 2: what is made from differences of
+    /// noisy values is not white.
+    pub(super) noise: [f64; 2],
+}
+
+impl Series {
+    /// Sum of squares and number of values.
+    pub(super) fn squares(&self) -> (f64, usize) {
+        let known = self.relative.iter().filter(|v| v.is_finite());
+        known.fold((0.0, 0), |(sum, count), v| (sum + v * v, count + 1))
+    }
+
+    /// Whether there is more than round-off.
+    pub(super) fn is_there(&self) -> bool {
+        let (squares, count) = self.squares();
+        squares > ROUND_OFF_SIGMA * ROUND_OFF_SIGMA * count as f64
+    }
+
+    /// Without values that repeat the cycle before, as where a slow sensor holds its sample.
+    pub(super) fn fresh(&self, source: &Source<'_>) -> Vec<f64> {
+        if self.channel != Channel::Wrench {
+            return self.relative.clone();
+        }
+        let sampled = |n: usize| source.signals.sampled_in(n);
+        let values = self.relative.iter().enumerate();
+        values
+            .map(|(n, v)| {
+                let held = n > 0 && sampled(n) == sampled(n - 1);
+                if held { f64::NAN } else { *v }
+            })
+            .collect()
+    }
+}
+
+/// The errors of all judged axes.
+pub(super) fn of_axes(source: &Source<'_>) -> Vec<Series> {
+    let inertial = inertial_share(source);
+    let mut found = Vec::new();
+    for channel in Channel::ALL {
+        for axis in source.prediction.judged(channel) {
+            let values = source.prediction.channel(channel);
+            let relative = (0..source.signals.len())
+                .map(|n| match values.residual(n, *axis) {
+                    Some(error) => error / values.expected_sigma(n, *axis),
+                    None => f64::NAN,
+                })
+                .collect();
+            found.push(Series {
+                channel,
+                axis: *axis,
+                relative,
+                noise: noise(source, channel, inertial[axis.index()]),
+            });
+        }
+    }
+    found
+}
+
+/// Correlation of the noise: a first difference has −1/2 at lag 1, the second difference of
+/// poses that makes an acceleration −2/3 and 1/6.
+fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> [f64; 2] {
+    let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
+    match (channel, of_poses) {
+        (Channel::ExecutedVelocity, false) => [0.0, 0.0],
+        (Channel::ExecutedVelocity | Channel::ModelVelocity | Channel::Pose, _) => [-0.5, 0.0],
+        (Channel::Wrench, false) => [-0.5 * inertial, 0.0],
+        (Channel::Wrench, true) => [-2.0 / 3.0 * inertial, inertial / 6.0],
+    }
+}
+
+/// Share of the acceleration's noise, through the tool's mass, in the variance of each axis of
+/// the wrench in free flight.
+fn inertial_share(source: &Source<'_>) -> Six {
+    let model: &Model = source.model;
+    let load = LoadModel::new(model);
+    if !load.inertial {
+        return [0.0; 6];
+    }
+    let (_, acceleration_sigma) = source.signals.motion_sigma(&model.noise);
+    let mut variance = [0.0; 6];
+    for (i, sigma) in acceleration_sigma.iter().enumerate() {
+        let mut acceleration = [0.0; 6];
+        acceleration[i] = *sigma;
+        let motion = Motion {
+            velocity: Twist::zero(),
+            acceleration: Twist::of(&acceleration),
+        };
+        let part = load
+            .compensation
+            .inertial_wrench(&UnitQuaternion::identity(), &motion);
+        variance
+            .iter_mut()
+            .zip(part.get())
+            .for_each(|(v, p)| *v += p * p);
+    }
+    Axis::ALL.map(|axis| {
+        let sensor = if axis.is_rotation() {
+            model.noise.torque_n_m
+        } else {
+            model.noise.force_n
+        };
+        let inertial = variance[axis.index()];
+        inertial / (sensor * sensor + inertial).max(f64::MIN_POSITIVE)
+    })
+}

@@ -1,0 +1,48 @@
+//! Values on the grid of a search.
+
+use super::tried::Spec;
+
+/// The grid of a parameter.
+pub(super) fn grid(spec: &Spec) -> Vec<f64> {
+    let last = spec.grid.max(2) - 1;
+    (0..=last)
+        .map(|i| place(spec, i as f64 / last as f64))
+        .collect()
+}
+
+/// Value at a place 0 to 1 in the range of a parameter.
+pub(super) fn place(spec: &Spec, at: f64) -> f64 {
+    if spec.by_ratio {
+        spec.low * (spec.high / spec.low).powf(at)
+    } else {
+        spec.low + (spec.high - spec.low) * at
+    }
+}
+
+/// Place of a value in its range.
+pub(super) fn place_of(spec: &Spec, value: f64) -> f64 {
+    if spec.by_ratio {
+        (value / spec.low).ln() / (spec.high / spec.low).ln()
+    } else {
+        (value - spec.low) / (spec.high - spec.low)
+    }
+}
+
+/// All combinations of the grids of a stage.
+pub(super) fn combinations(specs: &[Spec]) -> Vec<Vec<f64>> {
+    let mut all = vec![Vec::new()];
+    for spec in specs {
+        let values = grid(spec);
+        all = all
+            .into_iter()
+            .flat_map(|head: Vec<f64>| {
+                values.iter().map(move |v| {
+                    let mut row = head.clone();
+                    row.push(*v);
+                    row
+                })
+            })
+            .collect();
+    }
+    all
+}

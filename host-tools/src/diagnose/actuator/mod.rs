@@ -1,0 +1,18 @@
+//! What the actuator lacks, by simulation: delays, pauses and limits are no terms of a regression.
+//!
+//! The velocities that were sent are free of noise, so the simulated execution is. Every stage of
+//! [`Stage::ALL`](crate::model::actuator::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
+//! are searched jointly. A stage counts only if it is significant on the log that it was fitted
+//! on, and keeps its parameters' promise on unseen data.
+
+mod cost;
+mod deviations;
+mod grid;
+mod pairs;
+mod refine;
+mod search;
+mod tried;
+
+pub(crate) use cost::{Cost, Term};
+pub(crate) use deviations::deviations;
+pub(crate) use search::{Ask, Candidate, Search, search};

@@ -1,0 +1,102 @@
+//! Better parameters from where a grid has found good ones.
+
+use super::cost::{Cost, Term};
+use super::grid::{place, place_of};
+use super::tried::{Spec, has_plateaus, specs};
+use crate::diagnose::optimise::{golden, nelder_mead};
+use crate::model::actuator::Stage;
+
+/// Improves the parameters of terms from where they are.
+pub(super) fn refined(terms: Vec<Term>, train: &Cost<'_>) -> Vec<Term> {
+    improved(terms, train, &|terms| train.of(terms))
+}
+
+/// The same with a cost of its own.
+pub(super) fn improved(
+    terms: Vec<Term>,
+    train: &Cost<'_>,
+    cost: &dyn Fn(&[Term]) -> f64,
+) -> Vec<Term> {
+    let specs: Vec<Vec<Spec>> = terms
+        .iter()
+        .map(|t| specs(t.stage, &train.scale(&t.axes)))
+        .collect();
+    let with = |places: &[f64]| -> Vec<Term> {
+        let mut places = places.iter();
+        terms
+            .iter()
+            .zip(&specs)
+            .map(|(term, specs)| Term {
+                values: specs
+                    .iter()
+                    .zip(places.by_ref())
+                    .map(|(spec, at)| place(spec, at.clamp(0.0, 1.0)))
+                    .collect(),
+                ..term.clone()
+            })
+            .collect()
+    };
+    let flat: Vec<&Spec> = specs.iter().flatten().collect();
+    let start: Vec<f64> = terms
+        .iter()
+        .flat_map(|t| t.values.iter())
+        .zip(&flat)
+        .map(|(value, spec)| place_of(spec, *value).clamp(0.0, 1.0))
+        .collect();
+    let width: Vec<f64> = flat
+        .iter()
+        .map(|s| 1.0 / (s.grid.max(2) - 1) as f64)
+        .collect();
+    let best = if let [at] = start[..] {
+        let (low, high) = ((at - width[0]).max(0.0), (at + width[0]).min(1.0));
+        vec![golden(low, high, 24, |at| cost(&with(&[at])))]
+    } else {
+        let scale: Vec<f64> = width.iter().map(|w| 0.4 * w).collect();
+        nelder_mead(&start, &scale, 60, |places| {
+            let outside: f64 = places.iter().map(|p| (p - p.clamp(0.0, 1.0)).abs()).sum();
+            cost(&with(places)) * (1.0 + outside)
+        })
+        .0
+    };
+    let found = with(&best);
+    let found = if cost(&found) <= cost(&terms) {
+        found
+    } else {
+        terms
+    };
+    middle_of_plateaus(found, cost)
+}
+
+/// Where the cost is flat around its minimum, the middle of the flat is the estimate.
+fn middle_of_plateaus(mut terms: Vec<Term>, cost: &dyn Fn(&[Term]) -> f64) -> Vec<Term> {
+    /// Step of the scan, s.
+    const SCAN: f64 = 1e-4;
+    for i in 0..terms.len() {
+        if !has_plateaus(terms[i].stage) || terms[i].stage == Stage::CommandStep {
+            continue;
+        }
+        let centre = terms[i].values[0];
+        let mut scanned: Vec<(f64, f64)> = Vec::new();
+        for k in -12..=12 {
+            let value = (centre + f64::from(k) * SCAN).max(SCAN);
+            let mut shifted = terms.clone();
+            shifted[i].values[0] = value;
+            scanned.push((value, cost(&shifted)));
+        }
+        let least = scanned.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+        // One unit of χ² is one standard deviation.
+        let flat: Vec<f64> = scanned
+            .iter()
+            .filter(|s| s.1 <= least + 1.0)
+            .map(|s| s.0)
+            .collect();
+        if let (Some(first), Some(last)) = (flat.first(), flat.last()) {
+            let mut middle = terms.clone();
+            middle[i].values[0] = 0.5 * (first + last);
+            if cost(&middle) <= least + 4.0 {
+                terms = middle;
+            }
+        }
+    }
+    terms
+}

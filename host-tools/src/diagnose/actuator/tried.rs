@@ -1,0 +1,90 @@
+//! What a search tries for the parameters of a stage.
+
+use crate::model::actuator::Stage;
+
+/// A parameter of a hypothesis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Spec {
+    /// Name with unit, as in the catalogue.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Smallest and largest value that is tried.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// Values are spread by ratio, not by difference.
+    pub by_ratio: bool,
+    /// Values on the first grid.
+    pub grid: usize,
+}
+
+const fn spec(name: &'static str, unit: &'static str, low: f64, high: f64, grid: usize) -> Spec {
+    Spec {
+        name,
+        unit,
+        low,
+        high,
+        by_ratio: true,
+        grid,
+    }
+}
+
+/// What a search tries for the parameters of a stage; limits are scaled by what the log holds.
+pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
+    match stage {
+        Stage::Delay => vec![spec("extra_delay_s", "s", 2e-5, 0.12, 14)],
+        Stage::Lag => vec![spec("extra_lag_s", "s", 5e-5, 0.12, 12)],
+        Stage::Resonance => vec![
+            spec("frequency_hz", "Hz", 2.5, scale.nyquist_hz, 22),
+            spec("damping_ratio", "-", 0.008, 0.3, 4),
+        ],
+        Stage::Servo => vec![
+            spec("frequency_hz", "Hz", 1.0, scale.nyquist_hz, 10),
+            spec("damping_ratio", "-", 0.3, 0.99, 3),
+        ],
+        Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
+        Stage::DriveAcceleration | Stage::PlannerAcceleration => vec![spec(
+            "max_acceleration_m_s2",
+            "m/s^2",
+            0.02 * scale.acceleration,
+            0.99 * scale.acceleration,
+            12,
+        )],
+        Stage::DriveVelocity | Stage::PlannerVelocity => vec![spec(
+            "max_velocity_m_s",
+            "m/s",
+            0.1 * scale.velocity,
+            0.999 * scale.velocity,
+            12,
+        )],
+        Stage::Gain => vec![Spec {
+            by_ratio: false,
+            ..spec("gain_error", "-", -0.3, 0.3, 7)
+        }],
+        Stage::Backlash => vec![spec("width_m", "m", 1e-6, 2e-3, 8)],
+        Stage::CommandStep => vec![spec(
+            "step_m_s",
+            "m/s",
+            1e-3 * scale.velocity,
+            0.2 * scale.velocity,
+            8,
+        )],
+    }
+}
+
+/// The cost is piecewise constant, so a minimum is a plateau.
+pub(crate) fn has_plateaus(stage: Stage) -> bool {
+    matches!(stage, Stage::Pause(..) | Stage::CommandStep)
+}
+
+/// How large motions are in the log.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scale {
+    /// Largest sent velocity of the axes in question, in their unit.
+    pub velocity: f64,
+    /// Largest change of the nominal velocity per second.
+    pub acceleration: f64,
+    /// Half of the cycle rate, Hz.
+    pub nyquist_hz: f64,
+}

@@ -1,0 +1,153 @@
+//! The clock of the log: do its cycles last as long as it says?
+//!
+//! Where velocity and pose are measured apart, the way between two poses is velocity times the
+//! true duration of the cycle. A duration that varies by s_t adds v² s_t² to the variance of
+//! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
+
+use super::optimise::golden;
+use crate::model::Model;
+use crate::model::actuator::Reading;
+use crate::model::clock::increments;
+use crate::model::log::Log;
+
+/// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
+const SIGNIFICANT: f64 = 40.0;
+/// 2 Δ log L above which rate or offset of the clock are wrong.
+const SIGNIFICANT_LINEAR: f64 = 40.0;
+
+/// What one log says about its clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Clock {
+    /// Standard deviation of the duration of a cycle, s.
+    pub jitter_s: f64,
+    /// 2 Δ log L of the jitter.
+    pub jitter_gain: f64,
+    /// Relative error of the duration of all cycles, with its standard deviation.
+    pub rate: (f64, f64),
+    /// By how much the pose is later than the velocity, s, with its standard deviation.
+    pub offset_s: (f64, f64),
+}
+
+impl Clock {
+    /// Whether the duration of the cycles varies.
+    pub(crate) fn jitters(&self) -> bool {
+        self.jitter_gain > SIGNIFICANT
+    }
+
+    /// Whether all cycles are longer or shorter than stated, beyond a tolerance.
+    pub(crate) fn has_rate_error(&self, tolerance: f64) -> bool {
+        beyond(self.rate, tolerance)
+    }
+
+    /// Whether pose and velocity belong to different instants.
+    pub(crate) fn has_offset(&self, tolerance_s: f64) -> bool {
+        beyond(self.offset_s, tolerance_s)
+    }
+}
+
+fn beyond((value, sigma): (f64, f64), tolerance: f64) -> bool {
+    let variance = sigma * sigma + tolerance * tolerance;
+    variance > 0.0 && value * value / variance > SIGNIFICANT_LINEAR
+}
+
+/// Tests the clock; a log whose velocity is the difference of its poses says nothing.
+pub(crate) fn test(model: &Model, log: &Log) -> Clock {
+    if log.reading == Reading::Mean || log.len() < 50 || model.sensor.at_rest {
+        return Clock::default();
+    }
+    let axes: Vec<usize> = model
+        .rig
+        .active_axes
+        .iter()
+        .map(|axis| axis.index())
+        .filter(|axis| *axis < 3)
+        .collect();
+    let mut errors = Vec::new();
+    let mut slopes = Vec::new();
+    for n in 1..log.len() {
+        let (way, velocity) = increments(log, n);
+        for &axis in &axes {
+            let change = log.executed[axis][n] - log.executed[axis][n - 1];
+            errors.push((way[axis] - velocity[axis] * log.cycle_s, velocity[axis]));
+            slopes.push(change);
+        }
+    }
+    if errors.is_empty() {
+        return Clock::default();
+    }
+    let (jitter_s, jitter_gain) = jitter(&errors);
+    let noise = (errors.iter().map(|e| e.0 * e.0).sum::<f64>() / errors.len() as f64).sqrt();
+    let linear = |regressor: &dyn Fn(usize) -> f64| {
+        let (mut xx, mut xy) = (0.0, 0.0);
+        for (k, (error, _)) in errors.iter().enumerate() {
+            xx += regressor(k) * regressor(k);
+            xy += regressor(k) * error;
+        }
+        if xx > 0.0 {
+            (xy / xx, noise / xx.sqrt())
+        } else {
+            (0.0, 0.0)
+        }
+    };
+    Clock {
+        jitter_s,
+        jitter_gain,
+        rate: linear(&|k| errors[k].1 * log.cycle_s),
+        offset_s: linear(&|k| slopes[k]),
+    }
+}
+
+/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both.
+fn jitter(errors: &[(f64, f64)]) -> (f64, f64) {
+    let speed = errors.iter().fold(0.0_f64, |m, e| m.max(e.1.abs()));
+    if speed <= 0.0 {
+        return (0.0, 0.0);
+    }
+    // −2 log L with the ratio of the two variances given; s is profiled out.
+    let cost = |ratio: f64| {
+        let mut logs = 0.0;
+        let mut squares = 0.0;
+        for (error, velocity) in errors {
+            let weight = 1.0 + (ratio * velocity / speed).powi(2);
+            logs += weight.ln();
+            squares += error * error / weight;
+        }
+        let count = errors.len() as f64;
+        (
+            count * (squares / count).max(1e-300).ln() + logs,
+            squares / count,
+        )
+    };
+    let quiet = cost(0.0);
+    let at = golden(-3.0, 6.0, 40, |x| cost(x.exp()).0);
+    let best = cost(at.exp());
+    let gain = (quiet.0 - best.0).max(0.0);
+    (at.exp() / speed * best.1.sqrt(), gain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_variance_that_grows_with_speed_is_a_jitter() {
+        // Signs that repeat every 4 are uncorrelated with the slow speed.
+        let sign = |n: usize| [1.0, -1.0, -1.0, 1.0][n % 4];
+        let speed = |n: usize| 0.02 * (n as f64 * 0.01).sin();
+        let with = |jitter: f64| -> Vec<(f64, f64)> {
+            (0..2000)
+                .map(|n| {
+                    let v = speed(n);
+                    let noise = 7e-6_f64.hypot(jitter * v);
+                    (sign(n) * noise, v)
+                })
+                .collect()
+        };
+        let (found, gain) = jitter(&with(1e-3));
+        assert!(
+            (found / 1e-3 - 1.0).abs() < 0.05 && gain > 100.0,
+            "{found} {gain}"
+        );
+        assert!(jitter(&with(0.0)).1 < 1.0);
+    }
+}

@@ -1,0 +1,189 @@
+//! What a diagnosis says.
+
+use crate::model::{Axis, Channel};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// How a diagnosis ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Effects of the catalogue account for the error.
+    Named,
+    /// What remains is noise.
+    NothingMissing,
+    /// There is structure left that no effect of the catalogue accounts for.
+    Unexplained,
+}
+
+/// A parameter with its 95 % interval.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// SI unit, `-` if it has none.
+    pub unit: String,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Parameters of effects: by effect id, then by name.
+pub type Parameters = BTreeMap<String, BTreeMap<String, Estimate>>;
+
+/// Error per channel in units of the data sheet's noise, as docking-rig-log/1 sums it up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ChannelLevels {
+    /// Channel A.
+    pub executed_velocity: f64,
+    /// Channel B.
+    pub wrench: f64,
+    /// Channel C.
+    pub model_velocity: f64,
+    /// Channel K.
+    pub pose: f64,
+}
+
+impl ChannelLevels {
+    /// Root of the sum of squares.
+    pub fn total(&self) -> f64 {
+        [
+            self.executed_velocity,
+            self.wrench,
+            self.model_velocity,
+            self.pose,
+        ]
+        .iter()
+        .map(|z| z * z)
+        .sum::<f64>()
+        .sqrt()
+    }
+}
+
+/// Error before and after the named effects, on unseen data where there is some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BeforeAfter {
+    /// With the model as it was given.
+    pub before: ChannelLevels,
+    /// With the named effects.
+    pub after: ChannelLevels,
+}
+
+/// One step of the error's fall: the model before the first, then one effect each.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// Effect that is added, `nominal` for the first.
+    pub effect: String,
+    /// Error on the log of the fit.
+    pub train_error: f64,
+    /// Error on unseen data.
+    pub test_error: Option<f64>,
+}
+
+/// A hypothesis and its evidence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ranked {
+    /// Effects, one or two.
+    pub effects: Vec<String>,
+    /// Channel in which they act.
+    pub channel: Channel,
+    /// Fall of χ² on the log of the fit.
+    pub gain_train: f64,
+    /// Fall of χ² on unseen data with the same parameters.
+    pub gain_test: f64,
+    /// Number of parameters, scanned ones included.
+    pub parameters: usize,
+    /// Why it is not named although it fits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
+}
+
+/// The closest rival of what is named.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunnerUp {
+    /// Its id.
+    pub effect: String,
+    /// By how much less χ² falls with it on the log of the fit.
+    pub behind: f64,
+    /// The log tells the two apart.
+    pub told_apart: bool,
+}
+
+/// An experiment that would tell winner and runner-up apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Experiment {
+    /// What to do, for a person.
+    pub sentence: String,
+    /// 2 Δ log L to expect between the two on this log.
+    pub separation_now: f64,
+    /// The same with the experiment.
+    pub separation_then: f64,
+    /// The same on the simulated rig, at once; empty if there is none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub command: String,
+}
+
+/// Where an error shows that nothing accounts for, or that the effects account for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Region {
+    /// Channel.
+    pub channel: Channel,
+    /// Axis.
+    pub axis: Axis,
+    /// Begin, s.
+    pub from_s: f64,
+    /// End, s.
+    pub to_s: f64,
+    /// What explains when it shows, in words.
+    pub regime: String,
+}
+
+/// The noise that a log shows against its data sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NoiseFloor {
+    /// Channel.
+    pub channel: Channel,
+    /// Axis.
+    pub axis: Axis,
+    /// Standard deviation that the log shows, SI.
+    pub measured: f64,
+    /// The data sheet's.
+    pub data_sheet: f64,
+}
+
+/// Result of a diagnosis.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// What is missing, in a sentence or two.
+    pub sentence: String,
+    /// How it ends.
+    pub verdict: Verdict,
+    /// Ids of the named effects, the largest share of the error first.
+    pub effects: Vec<String>,
+    /// Their parameters.
+    pub parameters: Parameters,
+    /// Error before and after.
+    pub residual_rms_sigma: BeforeAfter,
+    /// The error's fall, effect by effect.
+    pub steps: Vec<Step>,
+    /// The closest rival.
+    pub runner_up: Option<RunnerUp>,
+    /// What would tell the two apart.
+    pub experiment: Option<Experiment>,
+    /// Where the error shows: what is left if it is unexplained, else what was explained.
+    #[serde(rename = "where")]
+    pub regions: Vec<Region>,
+    /// Partial matches and phenomenological shapes: never a name, but a hint.
+    pub looks_like: Vec<String>,
+    /// Hypotheses, the likeliest first.
+    pub ranked: Vec<Ranked>,
+    /// Noise floor per channel and axis.
+    pub noise: Vec<NoiseFloor>,
+    /// What the reader should know.
+    pub notes: Vec<String>,
+    /// Whether unseen data was given; else the end of the log was held back.
+    pub unseen: bool,
+    /// Time that it took, s.
+    pub seconds: f64,
+}

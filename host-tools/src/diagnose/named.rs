@@ -1,0 +1,261 @@
+//! What the stages accepted, as effects of a model file.
+
+use super::actuator::{Candidate, Search, Term};
+use super::engine::Stages;
+use super::finding::Estimate;
+use super::wrench::Fitted;
+use crate::model::actuator::Stage;
+use crate::model::{Axis, EffectModel, Model};
+use std::collections::BTreeMap;
+
+/// Standard deviations to either side of a 95 % interval.
+const INTERVAL_95: f64 = 1.96;
+
+/// An accepted effect.
+#[derive(Clone, Debug)]
+pub(crate) struct Named {
+    /// As it goes into the model file.
+    pub effect: EffectModel,
+    /// Its parameters with units and intervals.
+    pub estimates: BTreeMap<String, Estimate>,
+}
+
+impl Named {
+    fn new(id: &str, axes: Vec<Axis>) -> Self {
+        Self {
+            effect: EffectModel {
+                id: id.to_owned(),
+                axes,
+                ..EffectModel::default()
+            },
+            estimates: BTreeMap::new(),
+        }
+    }
+
+    /// Adds a fitted parameter.
+    fn with(mut self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
+        let reach = INTERVAL_95 * sigma;
+        let interval = [value - reach, value + reach];
+        self.effect.parameters.insert(name.to_owned(), value);
+        self.effect.interval_95.insert(name.to_owned(), interval);
+        self.estimates.insert(
+            name.to_owned(),
+            Estimate {
+                value,
+                unit: unit.to_owned(),
+                low: interval[0],
+                high: interval[1],
+            },
+        );
+        self
+    }
+
+    /// Adds a parameter that is a choice: it has no interval. The usual choice is left out.
+    fn choosing(mut self, name: &str, value: f64) -> Self {
+        if value != 0.0 {
+            self.effect.parameters.insert(name.to_owned(), value);
+        }
+        self
+    }
+}
+
+/// All accepted effects, in the order of the stages.
+pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
+    let mut named = clock(stages);
+    named.extend(actuator(stages));
+    named.extend(sampling(stages));
+    if let Some(found) = &stages.wrench {
+        let last = found.found.accepted.iter().flat_map(|a| &a.effects);
+        named.extend(found.earlier.0.iter().chain(last).map(reading));
+    }
+    for fit in &stages.body {
+        let mut one = Named::new(fit.id, Vec::new());
+        for (name, (value, sigma, unit)) in &fit.parameters {
+            one = one.with(name, (*value, *sigma), unit);
+        }
+        named.push(one);
+    }
+    if model.tool.mass_kg == 0.0 {
+        divide_by_mass(&mut named);
+    }
+    named
+}
+
+/// Of a tool without nominal mass the fit gives mass times centre of mass.
+fn divide_by_mass(named: &mut [Named]) {
+    let mass = named.iter().find(|n| n.effect.id == "tool_mass_error");
+    let Some(mass_kg) = mass
+        .and_then(|m| m.effect.parameters.get("mass_error_kg"))
+        .copied()
+    else {
+        return;
+    };
+    for one in named
+        .iter_mut()
+        .filter(|n| n.effect.id == "tool_com_error" && mass_kg > 0.0)
+    {
+        one.effect
+            .parameters
+            .values_mut()
+            .for_each(|v| *v /= mass_kg);
+        for [low, high] in one.effect.interval_95.values_mut() {
+            *low /= mass_kg;
+            *high /= mass_kg;
+        }
+        for estimate in one.estimates.values_mut() {
+            estimate.value /= mass_kg;
+            estimate.low /= mass_kg;
+            estimate.high /= mass_kg;
+        }
+    }
+}
+
+fn clock(stages: &Stages) -> Vec<Named> {
+    let clock = &stages.clock;
+    let cycles = stages.logs.train.len() as f64;
+    let one = |id: &str, name: &str, value: (f64, f64), unit: &str| {
+        Named::new(id, Vec::new()).with(name, value, unit)
+    };
+    let jitter = clock.jitter.map(|(jitter_s, _)| {
+        // A standard deviation of n values is known to 1/√2n of itself.
+        let sigma = jitter_s / (2.0 * cycles).sqrt();
+        one("clock_jitter", "jitter_s", (jitter_s, sigma), "s")
+    });
+    let rate = clock
+        .rate
+        .map(|rate| one("clock_rate", "rate_error", rate, "-"));
+    let offset = clock
+        .offset_s
+        .map(|offset| one("clock_offset", "offset_s", offset, "s"));
+    // A jitter bends the estimates of the other two.
+    match jitter {
+        Some(jitter) => vec![jitter],
+        None => rate.into_iter().chain(offset).collect(),
+    }
+}
+
+fn actuator(stages: &Stages) -> Vec<Named> {
+    let Some(found) = &stages.actuator else {
+        return Vec::new();
+    };
+    let Some(accepted) = &found.search.accepted else {
+        return Vec::new();
+    };
+    let active = found
+        .white
+        .train
+        .each_ref()
+        .map(|series| !series.is_empty());
+    let mut named: Vec<Named> = Vec::new();
+    for (term, sigma) in accepted.terms.iter().zip(&found.sigma) {
+        let id = term.stage.id();
+        let same = |one: &Named| one.effect.id == id;
+        let mut one = match named.iter().position(same) {
+            // Translations and rotations with a limit each are one effect.
+            Some(at) => named.remove(at),
+            None => Named::new(id, axes_of(term, &active)),
+        };
+        let turns = term.axes.iter().skip(3).any(|a| *a);
+        let kinds: &[bool] = match term.axes.iter().take(3).any(|a| *a) {
+            true if turns && term.stage.has_units_of_its_axes() => &[false, true],
+            true => &[false],
+            false => &[true],
+        };
+        for rotation in kinds {
+            let values = term.values.iter().zip(sigma);
+            for ((name, unit), (value, sigma)) in
+                term.stage.parameters(*rotation).iter().zip(values)
+            {
+                one = one.with(name, (*value, *sigma), unit);
+            }
+        }
+        for name in term.stage.form() {
+            one = one.choosing(name, 1.0);
+        }
+        named.push(one);
+    }
+    for one in &mut named {
+        widen(one, &found.search);
+    }
+    for one in &mut named {
+        // With a value for each kind of axis there is nothing to leave out.
+        let stage = Stage::of(&one.effect.id, &one.effect.parameters);
+        if stage.is_some_and(Stage::has_units_of_its_axes) && one.effect.axes.len() == 3 {
+            one.effect.axes.clear();
+        }
+    }
+    named
+}
+
+/// Gain of a hypothesis, as a share of the accepted one's, from which its estimates count.
+const NEARLY_AS_GOOD: f64 = 0.85;
+
+/// A parameter whose value depends on what else is believed has no narrower interval than the
+/// estimates of all hypotheses that explain nearly as much.
+fn widen(one: &mut Named, search: &Search) {
+    let gain = |c: &Candidate| search.nominal.0 - c.train;
+    let enough = NEARLY_AS_GOOD * search.accepted.as_ref().map_or(f64::INFINITY, gain);
+    for rival in search.singles.iter().filter(|c| gain(c) > enough) {
+        for term in rival.terms.iter().filter(|t| t.stage.id() == one.effect.id) {
+            let rotation = !term.axes.iter().take(3).any(|a| *a);
+            for ((name, _), value) in term.stage.parameters(rotation).iter().zip(&term.values) {
+                if let Some(estimate) = one.estimates.get_mut(*name) {
+                    estimate.low = estimate.low.min(*value);
+                    estimate.high = estimate.high.max(*value);
+                    let interval = [estimate.low, estimate.high];
+                    one.effect.interval_95.insert((*name).to_owned(), interval);
+                }
+            }
+        }
+    }
+}
+
+/// The axes of a term; none where all that move have it.
+fn axes_of(term: &Term, active: &[bool; 6]) -> Vec<Axis> {
+    if term.axes == *active {
+        return Vec::new();
+    }
+    let own = Axis::ALL.into_iter().filter(|a| term.axes[a.index()]);
+    own.collect()
+}
+
+fn sampling(stages: &Stages) -> Vec<Named> {
+    let (train, test) = (&stages.sampling.train, &stages.sampling.test);
+    let mut named = Vec::new();
+    if train.is_rounded() && test.is_rounded() {
+        // The step is known to the digits of the log.
+        let [force, torque] = train.lsb;
+        let mut one = Named::new("ft_quantisation", Vec::new());
+        if force > 0.0 {
+            one = one.with("lsb_force_n", (force, 1e-4 * force), "N");
+        }
+        if torque > 0.0 {
+            one = one.with("lsb_torque_n_m", (torque, 1e-4 * torque), "N·m");
+        }
+        one = one.choosing("rounds_down", f64::from(u8::from(train.rounds_down)));
+        named.push(one);
+    }
+    if train.held_share > 0.0 && test.held_share > 0.0 {
+        let share = train.held_share;
+        let sigma = (share * (1.0 - share) / stages.logs.train.len() as f64).sqrt();
+        named.push(Named::new("ft_dropout", Vec::new()).with("held_share", (share, sigma), "-"));
+    }
+    named
+}
+
+/// A fitted effect on the reading as it stands in a model file.
+pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
+    reading(fitted).effect
+}
+
+fn reading(fitted: &Fitted) -> Named {
+    let mut one = Named::new(fitted.id, Vec::new());
+    for (name, (value, sigma, unit)) in &fitted.parameters {
+        one = if *sigma > 0.0 {
+            one.with(name, (*value, *sigma), unit)
+        } else {
+            one.choosing(name, *value)
+        };
+    }
+    one
+}

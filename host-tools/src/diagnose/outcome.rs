@@ -1,0 +1,340 @@
+//! From what the stages found to a verdict.
+
+use super::engine::{ActuatorFinding, Pair, Question, Stages};
+use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
+use super::named::{self, Named};
+use super::structure::{self, Left, Structure};
+use super::{noise, ranking, regions, sentence};
+use crate::model::actuator::{Reading, Stage};
+use crate::model::prediction::{Prediction, predict};
+use crate::model::{Axis, Channel, Model};
+use crate::recording::Recording;
+
+/// Fall of the squared error that makes an effect worth naming.
+const WORTH: f64 = 0.002;
+/// Level of the model velocity over its digits that is no rounding any more.
+const DIGITS: f64 = 1.35;
+
+/// What a diagnosis concludes, and the model with what was named.
+pub(crate) struct Outcome {
+    /// For the user.
+    pub diagnosis: Diagnosis,
+    /// The model with the named effects.
+    pub after: Model,
+    /// Predictions with it.
+    pub predictions: Pair<Prediction>,
+}
+
+/// Draws the conclusion; `unseen`: the second log was given, not held back.
+pub(crate) fn conclude(
+    model: &Model,
+    recordings: &Pair<&Recording>,
+    stages: &Stages,
+    unseen: bool,
+    question: &Question<'_>,
+) -> anyhow::Result<Outcome> {
+    let levels = |p: &Prediction| levels(p);
+    let fall = Fall::of(model, recordings, stages, question.forced)?;
+    let after = with_effects(model, fall.named.iter().map(|n| &n.0));
+    let predictions = Pair {
+        train: predict(&after, recordings.train)?,
+        test: predict(&after, recordings.test)?,
+    };
+    let left = left_over(stages, &predictions);
+    // Who asks for one effect gets it, whatever else there is.
+    // That something is left has to show on two logs.
+    let in_sample = std::ptr::eq(recordings.train, recordings.test);
+    let unexplained = question.only.is_none()
+        && left.iter().any(Left::any)
+        && (!in_sample || fall.named.is_empty());
+    let found: Vec<String> = fall.named.iter().map(|n| n.0.effect.id.clone()).collect();
+    let verdict = match (unexplained, found.is_empty()) {
+        (true, _) => Verdict::Unexplained,
+        (false, false) => Verdict::Named,
+        (false, true) => Verdict::NothingMissing,
+    };
+    let ranked = ranking::ranked(stages);
+    let runner_up = found
+        .first()
+        .and_then(|id| ranking::runner_up(id, &found, &ranked));
+    let mut looks_like = ranking::shapes(stages);
+    let regions = if unexplained {
+        looks_like.extend(found.iter().cloned());
+        regions::left_over(&left, stages)
+    } else {
+        regions::explained(&stages.before.test, &predictions.test, stages)
+    };
+    let named_effects = if unexplained { Vec::new() } else { found };
+    let mut diagnosis = Diagnosis {
+        sentence: String::new(),
+        verdict,
+        experiment: runner_up
+            .as_ref()
+            .and_then(|r| ranking::experiment(named_effects.first(), r)),
+        parameters: fall
+            .named
+            .iter()
+            .map(|(n, _)| (n.effect.id.clone(), n.estimates.clone()))
+            .collect(),
+        effects: named_effects,
+        residual_rms_sigma: BeforeAfter {
+            before: levels(&stages.before.test),
+            after: levels(&predictions.test),
+        },
+        steps: fall.steps,
+        runner_up,
+        regions,
+        looks_like,
+        ranked,
+        noise: stages.noise.clone(),
+        notes: notes(stages, &left, unexplained, in_sample),
+        unseen,
+        seconds: 0.0,
+    };
+    diagnosis.sentence = sentence::of(&diagnosis, &left);
+    Ok(Outcome {
+        diagnosis,
+        after,
+        predictions,
+    })
+}
+
+/// The model with effects added.
+fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
+    let mut after = model.clone();
+    after.effects.extend(named.map(|n| n.effect.clone()));
+    after
+}
+
+/// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
+pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
+    let level = |channel: Channel| -> f64 {
+        let series = prediction.channel(channel);
+        let judged = prediction.judged(channel).iter();
+        let axes: Vec<&Axis> = judged
+            .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
+            .collect();
+        let count = axes.len() * prediction.time_s.len();
+        let mut sum = 0.0;
+        for axis in axes {
+            let sigma = series.sigma[axis.index()];
+            for n in 0..prediction.time_s.len() {
+                let residual = series.residual(n, *axis).unwrap_or(0.0) / sigma;
+                sum += residual * residual;
+            }
+        }
+        (sum / count.max(1) as f64).sqrt()
+    };
+    ChannelLevels {
+        executed_velocity: level(Channel::ExecutedVelocity),
+        wrench: level(Channel::Wrench),
+        model_velocity: level(Channel::ModelVelocity),
+        pose: level(Channel::Pose),
+    }
+}
+
+/// The error's fall, the effect with the largest share first.
+struct Fall {
+    /// Effects with their share of the squared error of the log of the fit.
+    named: Vec<(Named, f64)>,
+    steps: Vec<Step>,
+}
+
+impl Fall {
+    fn of(
+        model: &Model,
+        recordings: &Pair<&Recording>,
+        stages: &Stages,
+        forced: bool,
+    ) -> anyhow::Result<Self> {
+        let all = named::all(model, stages);
+        let error = |model: &Model, recording: &Recording| -> anyhow::Result<f64> {
+            Ok(levels(&predict(model, recording)?).total())
+        };
+        let start = levels(&stages.before.train).total();
+        let everything = with_effects(model, all.iter());
+        let end = error(&everything, recordings.train)?;
+        let mut named = Vec::new();
+        for (k, one) in all.iter().enumerate() {
+            // What is lost without it, which is its share beside the others.
+            let others = all
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| *i != k)
+                .map(|(_, n)| n);
+            let without = error(&with_effects(model, others), recordings.train)?;
+            let share = (without * without - end * end) / (start * start - end * end).max(1e-12);
+            let drop = without * without - end * end;
+            if forced || drop > WORTH * end * end {
+                named.push((one.clone(), share));
+            }
+        }
+        named.sort_by(|a, b| b.1.total_cmp(&a.1));
+        in_signal_order(&mut named);
+        let mut steps = vec![Step {
+            effect: "nominal".to_owned(),
+            train_error: start,
+            test_error: Some(levels(&stages.before.test).total()),
+        }];
+        for k in 0..named.len() {
+            let so_far = with_effects(model, named.iter().take(k + 1).map(|n| &n.0));
+            steps.push(Step {
+                effect: named[k].0.effect.id.clone(),
+                train_error: error(&so_far, recordings.train)?,
+                test_error: Some(error(&so_far, recordings.test)?),
+            });
+        }
+        Ok(Self { named, steps })
+    }
+}
+
+/// Stages of the actuator with shares of the same size stand in the order of the signal.
+fn in_signal_order(named: &mut [(Named, f64)]) {
+    /// Shares within this factor are of the same size.
+    const SAME_SIZE: f64 = 3.0;
+    let place = |one: &Named| Stage::ALL.iter().position(|s| s.id() == one.effect.id);
+    for k in 1..named.len() {
+        let (first, second) = (&named[k - 1], &named[k]);
+        let alike = first.1 < SAME_SIZE * second.1;
+        if let (Some(a), Some(b)) = (place(&first.0), place(&second.0))
+            && alike
+            && b < a
+        {
+            named.swap(k - 1, k);
+        }
+    }
+}
+
+/// What is left of each channel.
+fn left_over(stages: &Stages, after: &Pair<Prediction>) -> Vec<Left> {
+    let mut all = Vec::new();
+    if let Some(found) = &stages.actuator {
+        all.push(left_of_actuator(found, stages));
+    }
+    if let Some(found) = &stages.wrench {
+        let accepted = found.found.accepted.as_ref();
+        all.push(structure::left(&found.sides, accepted, found.earlier.1));
+    }
+    all.push(left_of(Channel::ModelVelocity, stages, after));
+    if stages.clock.jitter.is_none() {
+        all.push(left_of(Channel::Pose, stages, after));
+    }
+    all
+}
+
+fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
+    let axes = Axis::ALL
+        .into_iter()
+        .filter(|a| !found.white.train[a.index()].is_empty())
+        .map(|axis| {
+            let i = axis.index();
+            let of = |white: &[Vec<f64>; 6], level: &[f64; 6]| {
+                let all = Structure::of(&white[i], stages.logs.train.cycle_s, level[i]);
+                // The noise of a difference of poses rises with frequency: its lines are no test.
+                let differenced = stages.logs.train.reading == Reading::Mean;
+                if stages.clock.jitter.is_some() || differenced {
+                    all.of_size()
+                } else {
+                    all
+                }
+            };
+            (
+                Channel::ExecutedVelocity,
+                axis,
+                of(&found.white.train, &found.level.train),
+                of(&found.white.test, &found.level.test),
+            )
+        })
+        .collect();
+    let nominal = found.search.nominal.0;
+    let chi2 = found.search.accepted.as_ref().map_or(nominal, |c| c.train);
+    let excess = (chi2 - found.count as f64).max(0.0);
+    Left {
+        axes,
+        share: excess / (excess + nominal - chi2).max(1.0),
+        pulled: 0.0,
+    }
+}
+
+/// Structure of a channel that the stages do not whiten themselves.
+fn left_of(channel: Channel, stages: &Stages, after: &Pair<Prediction>) -> Left {
+    let series = |prediction: &Prediction, axis: Axis| -> Vec<f64> {
+        let values = prediction.channel(channel);
+        (0..prediction.time_s.len())
+            .map(|n| values.residual(n, axis).unwrap_or(0.0))
+            .collect()
+    };
+    let rms = |v: &[f64]| (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt();
+    let of = |prediction: &Prediction, axis: Axis| -> Structure {
+        let values = series(prediction, axis);
+        let sheet = prediction.channel(channel).sigma[axis.index()];
+        let level = rms(&values) / sheet;
+        if channel == Channel::ModelVelocity {
+            // Digits are no noise: only their size counts.
+            return Structure {
+                level: if level > DIGITS { level } else { 0.0 },
+                ..Structure::default()
+            };
+        }
+        // The increments of a noisy pose are differences: their spectrum is no test of anything.
+        let floor = noise::floor(&values, true).max(0.3 * sheet);
+        let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
+        Structure {
+            slow: 0.0,
+            line: (0.0, 0.0),
+            ..Structure::of(&white, prediction.cycle_s, level)
+        }
+    };
+    let judged = after.train.judged(channel).iter().copied();
+    let axes = judged
+        .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
+        .map(|axis| (channel, axis, of(&after.train, axis), of(&after.test, axis)))
+        .collect();
+    let square = |p: &Prediction| {
+        let z = levels(p);
+        if channel == Channel::Pose {
+            z.pose.powi(2)
+        } else {
+            z.model_velocity.powi(2)
+        }
+    };
+    let (before, now) = (square(&stages.before.train), square(&after.train));
+    let floor = if channel == Channel::Pose { 1.0 } else { 0.0 };
+    let excess = (now - floor).max(0.0);
+    Left {
+        axes,
+        share: excess / (excess + (before - now).max(0.0)).max(1e-12),
+        pulled: 0.0,
+    }
+}
+
+fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> Vec<String> {
+    let mut notes = stages.before.test.notes.clone();
+    if in_sample {
+        notes.push(
+            "There is no unseen data: the end of the log holds too little motion to judge on, so \
+             the effects are judged on the data that they were fitted on. Give a second log with \
+             --test."
+                .to_owned(),
+        );
+    }
+    for floor in &stages.noise {
+        let ratio = floor.measured / floor.data_sheet;
+        if ratio > 1.25 {
+            notes.push(format!(
+                "The noise of {} {} is {ratio:.2} times that of the data sheet.",
+                floor.channel, floor.axis
+            ));
+        }
+    }
+    for one in left.iter().filter(|_| !unexplained) {
+        for (channel, axis, _, test) in one.structured() {
+            notes.push(format!(
+                "A remainder of {:.2} % of the error of {channel} {axis} has structure ({}).",
+                100.0 * one.share,
+                test.words()
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,137 @@
+//! Where to look: the axis with the largest error, and the time around its worst moment.
+
+use super::super::{Region, Verdict};
+use super::Source;
+use crate::model::prediction::Prediction;
+use crate::model::{Axis, Channel};
+use std::ops::Range;
+
+/// Time shown before and after a failing window, s.
+const MARGIN_S: f64 = 0.15;
+/// Longest close-up, s.
+const LONGEST_S: f64 = 2.0;
+/// Shortest close-up, s.
+const SHORTEST_S: f64 = 0.6;
+/// A close-up of more than this part of the recording shows nothing new.
+const NOTHING_NEW: f64 = 0.7;
+
+/// An axis of a channel to draw.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Focus {
+    pub(super) channel: Channel,
+    pub(super) axis: Axis,
+    /// Whether it is shown for what is left with the named effects.
+    pub(super) is_rest: bool,
+    /// Cycles around the worst moment; None if that is most of the recording.
+    pub(super) close_up: Option<Range<usize>>,
+}
+
+impl Focus {
+    /// The axis with the largest error; and that with the largest rest, if something is left
+    /// unexplained in another one.
+    pub(super) fn of(source: &Source<'_>) -> Vec<Self> {
+        let largest = worst_signal(source.before);
+        let left = match source.diagnosis.verdict {
+            Verdict::Unexplained => {
+                worst_signal(source.best()).filter(|rest| Some(*rest) != largest)
+            }
+            _ => None,
+        };
+        let focus = |(channel, axis), is_rest, prediction| Self {
+            channel,
+            axis,
+            is_rest,
+            close_up: close_up(prediction, &source.diagnosis.regions, channel, axis),
+        };
+        let largest = largest.map(|signal| focus(signal, false, source.before));
+        let left = left.map(|signal| focus(signal, true, source.best()));
+        largest.into_iter().chain(left).collect()
+    }
+}
+
+/// Error of a cycle relative to the noise to expect of it; None where there is none.
+pub(super) fn relative(
+    prediction: &Prediction,
+    channel: Channel,
+    axis: Axis,
+    n: usize,
+) -> Option<f64> {
+    let values = prediction.channel(channel);
+    let relative = values.residual(n, axis)? / values.expected_sigma(n, axis);
+    relative.is_finite().then_some(relative)
+}
+
+/// Root mean square of the relative error over some cycles; None if nothing is predicted there.
+pub(super) fn rms(
+    prediction: &Prediction,
+    channel: Channel,
+    axis: Axis,
+    cycles: Range<usize>,
+) -> Option<f64> {
+    let errors = cycles.filter_map(|n| relative(prediction, channel, axis, n));
+    let (sum, count) = errors.fold((0.0, 0usize), |(sum, count), e| (sum + e * e, count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
+
+/// Cycles of a time window, both ends included.
+pub(super) fn cycles(prediction: &Prediction, from_s: f64, to_s: f64) -> Range<usize> {
+    let time = &prediction.time_s;
+    let from = time.partition_point(|t| *t < from_s);
+    from..time.partition_point(|t| *t <= to_s).max(from)
+}
+
+fn worst_signal(prediction: &Prediction) -> Option<(Channel, Axis)> {
+    let all = 0..prediction.time_s.len();
+    let signals = Channel::ALL.into_iter().flat_map(|channel| {
+        let axes = prediction.judged(channel).iter();
+        axes.map(move |axis| (channel, *axis))
+    });
+    let known = signals.filter_map(|(channel, axis)| {
+        Some((
+            (channel, axis),
+            rms(prediction, channel, axis, all.clone())?,
+        ))
+    });
+    known
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(signal, _)| signal)
+}
+
+/// The failing window that holds most of the error, or else the largest error, with some time
+/// around it.
+fn close_up(
+    prediction: &Prediction,
+    regions: &[Region],
+    channel: Channel,
+    axis: Axis,
+) -> Option<Range<usize>> {
+    let all = 0..prediction.time_s.len();
+    let square = |n: usize| relative(prediction, channel, axis, n).map_or(0.0, |e| e * e);
+    let windows = regions
+        .iter()
+        .filter(|region| region.channel == channel && region.axis == axis)
+        .map(|region| cycles(prediction, region.from_s, region.to_s));
+    let worst = windows
+        .map(|window| (window.clone().map(square).sum::<f64>(), window))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(all.clone(), |(_, window)| window);
+    let peak = worst
+        .clone()
+        .max_by(|a, b| square(*a).total_cmp(&square(*b)))?;
+    let time = |n: usize| prediction.time_s.get(n).copied();
+    let (first, last, peak) = (
+        time(worst.start)?,
+        time(worst.end.checked_sub(1)?)?,
+        time(peak)?,
+    );
+    let (from, to) = if last - first + 2.0 * MARGIN_S > LONGEST_S {
+        (peak - LONGEST_S / 2.0, peak + LONGEST_S / 2.0)
+    } else {
+        let middle = (first + last) / 2.0;
+        let half = ((last - first) / 2.0 + MARGIN_S).max(SHORTEST_S / 2.0);
+        (middle - half, middle + half)
+    };
+    let shown = cycles(prediction, from, to);
+    let part = shown.len() as f64 / all.len() as f64;
+    (part <= NOTHING_NEW).then_some(shown)
+}

@@ -1,0 +1,37 @@
+//! Words that several sections share.
+
+use super::super::Diagnosis;
+use crate::model::{Axis, Channel};
+
+/// A channel as a reader writes it: `executed velocity`.
+pub(super) fn channel(channel: Channel) -> String {
+    channel.name().replace('_', " ")
+}
+
+/// An axis of a channel, as `wrench ry`.
+pub(super) fn signal(channel: Channel, axis: Axis) -> String {
+    format!("{} {axis}", self::channel(channel))
+}
+
+/// What the effects were judged on besides the data of the fit.
+pub(super) fn unseen(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.unseen {
+        "unseen data"
+    } else {
+        "the end of the log, held back from the fit"
+    }
+}
+
+/// A hypothesis: `reversal_pause + guide_friction`.
+pub(super) fn hypothesis(effects: &[String]) -> String {
+    effects.join(" + ")
+}
+
+/// `1 parameter`, `2 parameters`.
+pub(super) fn count(number: usize, one: &str) -> String {
+    if number == 1 {
+        format!("1 {one}")
+    } else {
+        format!("{number} {one}s")
+    }
+}

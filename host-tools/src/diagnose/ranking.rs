@@ -1,0 +1,122 @@
+//! Hypotheses with their evidence, and the closest rival of what is named.
+
+use super::engine::{Stages, is_shape};
+use super::finding::{Experiment, Ranked, RunnerUp};
+use crate::model::Channel;
+
+/// χ² by which a rival has to be behind to be told apart.
+const TOLD_APART: f64 = 12.0;
+/// Hypotheses that are reported.
+const REPORTED: usize = 12;
+
+/// Hypotheses of all stages with their evidence.
+pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
+    let mut all = Vec::new();
+    if let Some(found) = &stages.actuator {
+        let nominal = found.search.nominal;
+        let pair = found.search.accepted.iter().filter(|c| c.terms.len() > 1);
+        for candidate in pair.chain(&found.search.singles) {
+            all.push(Ranked {
+                effects: candidate
+                    .terms
+                    .iter()
+                    .map(|t| t.stage.id().to_owned())
+                    .collect(),
+                channel: Channel::ExecutedVelocity,
+                gain_train: nominal.0 - candidate.train,
+                gain_test: nominal.1 - candidate.test,
+                parameters: candidate.terms.iter().map(|t| t.values.len()).sum(),
+                refused: None,
+            });
+        }
+    }
+    if let Some(found) = &stages.wrench {
+        for tested in &found.found.ranked {
+            let wrong = (!tested.wrong.is_empty())
+                .then(|| format!("physics forbids {}", tested.wrong.join(", ")));
+            all.push(Ranked {
+                effects: tested.ids(),
+                channel: Channel::Wrench,
+                gain_train: tested.gain,
+                gain_test: tested.gain_test,
+                parameters: tested.parameters,
+                refused: wrong,
+            });
+        }
+    }
+    for fit in &stages.body {
+        all.push(Ranked {
+            effects: vec![fit.id.to_owned()],
+            channel: Channel::ModelVelocity,
+            gain_train: fit.gain.0,
+            gain_test: fit.gain.1,
+            parameters: fit.parameters.len(),
+            refused: None,
+        });
+    }
+    if let Some((_, gain)) = stages.clock.jitter {
+        all.push(Ranked {
+            effects: vec!["clock_jitter".to_owned()],
+            channel: Channel::Pose,
+            gain_train: gain.0,
+            gain_test: gain.1,
+            parameters: 1,
+            refused: None,
+        });
+    }
+    for one in &mut all {
+        if one.refused.is_none() && one.gain_train > 40.0 && one.gain_test < 0.15 * one.gain_train {
+            one.refused =
+                Some("what it gains on the fitted log it loses on unseen data".to_owned());
+        }
+    }
+    all.sort_by(|a, b| b.gain_train.total_cmp(&a.gain_train));
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    all.retain(|one| {
+        let new = !seen.contains(&one.effects);
+        seen.push(one.effects.clone());
+        new
+    });
+    all.retain(|one| one.gain_train > 10.0);
+    all.truncate(REPORTED);
+    all
+}
+
+/// The best single hypothesis of the same channel that is not named.
+pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+    let winner = ranked
+        .iter()
+        .find(|r| r.effects.len() == 1 && r.effects[0] == id)?;
+    let rival = ranked.iter().find(|r| {
+        r.effects.len() == 1
+            && r.channel == winner.channel
+            && !named.contains(&r.effects[0])
+            && r.refused.is_none()
+    })?;
+    let behind = winner.gain_train - rival.gain_train;
+    Some(RunnerUp {
+        effect: rival.effects[0].clone(),
+        behind,
+        told_apart: behind > TOLD_APART,
+    })
+}
+
+/// What the catalogue says tells winner and rival apart.
+pub(super) fn experiment(winner: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
+    let effect = softdock_control::effects::by_id(winner?)?;
+    Some(Experiment {
+        sentence: effect.tell_apart.to_owned(),
+        separation_now: rival.behind,
+        separation_then: f64::NAN,
+        command: format!("softdock demo --effect {}", effect.id),
+    })
+}
+
+/// Phenomenological shapes that would fit.
+pub(super) fn shapes(stages: &Stages) -> Vec<String> {
+    let Some(found) = &stages.wrench else {
+        return Vec::new();
+    };
+    let ids = found.found.ranked.iter().flat_map(|t| t.ids());
+    ids.filter(|id| is_shape(id)).collect()
+}

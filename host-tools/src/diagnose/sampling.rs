@@ -1,0 +1,186 @@
+//! What the sensor does to its samples: rounding them, and repeating the last one.
+
+use super::noise::median;
+use crate::model::log::Log;
+
+/// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
+const VISIBLE: f64 = 0.35;
+/// Share of repeated samples that chance does not explain.
+const REPEATED: f64 = 0.004;
+/// A step of the lattice has at least this many digits of the log.
+const DIGITS: f64 = 20.0;
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Sampling {
+    /// Step of the readings: force (N), torque (N·m); 0 where none is visible.
+    pub lsb: [f64; 2],
+    /// Readings are rounded down, not to the nearest step.
+    pub rounds_down: bool,
+    /// Share of samples that repeat the one before.
+    pub held_share: f64,
+    /// The sample of a cycle is new.
+    pub fresh: Vec<bool>,
+}
+
+impl Sampling {
+    /// Looks at a log; `sigma` is the noise of the six readings.
+    pub(crate) fn of(log: &Log, sigma: &[f64; 6]) -> Self {
+        let steps: [Option<f64>; 6] = std::array::from_fn(|axis| {
+            let step = lattice(&log.wrench[axis])?;
+            Some(if step > VISIBLE * sigma[axis] {
+                step
+            } else {
+                0.0
+            })
+        });
+        let lsb = [common(&steps[..3]), common(&steps[3..])];
+        let repeats = |axis: usize, n: usize| log.wrench[axis][n] == log.wrench[axis][n - 1];
+        let count = log.len().saturating_sub(1).max(1) as f64;
+        let all_six = |n: &usize| (0..6).all(|axis| repeats(axis, *n));
+        let held: Vec<usize> = (1..log.len()).filter(all_six).collect();
+        // Readings on a coarse lattice repeat by chance.
+        let by_chance: f64 = (0..6)
+            .map(|axis| (1..log.len()).filter(|n| repeats(axis, *n)).count() as f64 / count)
+            .product();
+        let share = held.len() as f64 / count;
+        let is_held = share > REPEATED && share > 5.0 * by_chance;
+        let mut fresh = log.fresh.clone();
+        if is_held {
+            held.iter().for_each(|n| fresh[*n] = false);
+        }
+        Self {
+            lsb,
+            rounds_down: false,
+            held_share: if is_held { share } else { 0.0 },
+            fresh,
+        }
+    }
+
+    /// Looks at the mean of measured minus nominal readings: what is rounded down lacks half a step
+    /// on all axes.
+    pub(crate) fn look_at_zero(&mut self, mean: &[f64; 6]) {
+        let down = |axis: usize| {
+            let step = self.lsb[axis / 3];
+            step > 0.0 && (mean[axis] / step + 0.5).abs() < 0.25
+        };
+        let rounded = (0..6).filter(|axis| self.lsb[axis / 3] > 0.0).count();
+        self.rounds_down =
+            rounded > 0 && (0..6).filter(|axis| down(*axis)).count() * 3 >= rounded * 2;
+    }
+
+    /// What to add to readings so that each stands in the middle of its interval.
+    pub(crate) fn centring(&self, axis: usize) -> f64 {
+        if self.rounds_down {
+            0.5 * self.lsb[axis / 3]
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether readings are visibly rounded.
+    pub(crate) fn is_rounded(&self) -> bool {
+        self.lsb.iter().any(|step| *step > 0.0)
+    }
+}
+
+/// The step that several axes share; 0 if most of those that say something have none.
+fn common(steps: &[Option<f64>]) -> f64 {
+    let mut found: Vec<f64> = steps
+        .iter()
+        .flatten()
+        .copied()
+        .filter(|s| *s > 0.0)
+        .collect();
+    if found.len() * 2 > steps.iter().flatten().count() {
+        median(&mut found)
+    } else {
+        0.0
+    }
+}
+
+/// Step of the lattice on which all values lie; 0 if it is not coarser than their digits, None if
+/// a constant says nothing.
+fn lattice(values: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    if sorted.len() < 2 {
+        return None;
+    }
+    if sorted.len() * 10 > values.len() * 8 {
+        return Some(0.0);
+    }
+    let digit = digit_of(&sorted);
+    let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
+    let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let step = refined(&gaps, smallest);
+    let on_lattice = |gap: &&f64| {
+        let cells = **gap / step;
+        (cells - cells.round()).abs() * step < 2.0 * digit + 0.01 * step
+    };
+    let fitting = gaps.iter().filter(on_lattice).count();
+    let coarse = step > DIGITS * digit || sorted.len() * 4 < values.len();
+    Some(if coarse && fitting * 50 >= gaps.len() * 49 {
+        step
+    } else {
+        0.0
+    })
+}
+
+/// The step from all gaps, which are whole multiples of it but for the digits of the log.
+fn refined(gaps: &[f64], smallest: f64) -> f64 {
+    let mut step = smallest;
+    for reach in [3.0, 10.0, 30.0] {
+        let (mut sum, mut cells) = (0.0, 0.0);
+        for gap in gaps.iter().filter(|g| **g < reach * smallest) {
+            sum += gap;
+            cells += (gap / step).round();
+        }
+        if cells > 0.0 {
+            step = sum / cells;
+        }
+    }
+    step
+}
+
+/// Largest power of ten of which all values are multiples.
+fn digit_of(values: &[f64]) -> f64 {
+    (-3..=9)
+        .map(|digits| 10.0_f64.powi(-digits))
+        .find(|digit| {
+            values
+                .iter()
+                .all(|v| ((v / digit) - (v / digit).round()).abs() < 1e-4)
+        })
+        .unwrap_or(1e-10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn smooth(n: usize) -> f64 {
+        40.0 * (n as f64 * 0.013).sin() + 3.0 * (n as f64 * 1.7).sin()
+    }
+
+    fn printed(value: f64) -> f64 {
+        (value * 1e4).round() / 1e4
+    }
+
+    #[test]
+    fn a_lattice_is_found_through_the_digits_of_the_log() {
+        let step = 1.2345;
+        let values: Vec<f64> = (0..2500)
+            .map(|n| printed((smooth(n) / step).round() * step))
+            .collect();
+        let found = lattice(&values).unwrap();
+        assert!((found / step - 1.0).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn the_digits_of_a_log_are_no_lattice() {
+        let values: Vec<f64> = (0..2500).map(|n| printed(smooth(n))).collect();
+        assert_eq!(lattice(&values), Some(0.0));
+    }
+}

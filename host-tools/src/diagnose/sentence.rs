@@ -1,0 +1,73 @@
+//! The diagnosis in a sentence or two.
+
+use super::finding::{Diagnosis, Verdict};
+use super::structure::Left;
+
+/// Says what is missing, how far the error falls, and what is not certain.
+pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
+    match diagnosis.verdict {
+        Verdict::Named => named(diagnosis),
+        Verdict::NothingMissing => format!(
+            "Nothing is missing: what remains ({:.2} in units of the data sheet's noise) is noise.",
+            diagnosis.residual_rms_sigma.after.total()
+        ),
+        Verdict::Unexplained => unexplained(diagnosis, left),
+    }
+}
+
+fn title(id: &str) -> String {
+    softdock_control::effects::by_id(id).map_or_else(
+        || id.to_owned(),
+        |effect| format!("{} ({id})", effect.title),
+    )
+}
+
+fn named(diagnosis: &Diagnosis) -> String {
+    let names: Vec<String> = diagnosis.effects.iter().map(|id| title(id)).collect();
+    let (before, after) = (
+        diagnosis.residual_rms_sigma.before.total(),
+        diagnosis.residual_rms_sigma.after.total(),
+    );
+    let data = if diagnosis.unseen {
+        "unseen data"
+    } else {
+        "the end of the log, which the fit has not seen"
+    };
+    let mut text = format!(
+        "Missing: {}. With it the error on {data} falls from {before:.2} to {after:.2} in units of \
+         the data sheet's noise.",
+        names.join(", and ")
+    );
+    if let Some(rival) = diagnosis.runner_up.as_ref().filter(|r| !r.told_apart) {
+        text.push_str(&format!(
+            " This log does not tell it from {}.",
+            title(&rival.effect)
+        ));
+    }
+    text
+}
+
+fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
+    let mut places: Vec<String> = left
+        .iter()
+        .filter(|l| l.any())
+        .flat_map(Left::structured)
+        .map(|(channel, axis, _, test)| {
+            let channel = channel.name().replace('_', " ");
+            format!("{channel} {axis} ({})", test.words())
+        })
+        .collect();
+    places.dedup();
+    let mut text = format!(
+        "Something is missing that no effect of the catalogue accounts for. It shows in {}.",
+        places.join(", ")
+    );
+    if !diagnosis.looks_like.is_empty() {
+        let names: Vec<String> = diagnosis.looks_like.iter().map(|id| title(id)).collect();
+        text.push_str(&format!(
+            " In part it looks like {}.",
+            names.join(", or like ")
+        ));
+    }
+    text
+}

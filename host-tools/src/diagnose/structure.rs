@@ -1,0 +1,238 @@
+//! Whether a residual is noise, or still has structure; four tests that look at different things.
+//!
+//! The limits are above the largest values that logs without any missing effect have shown; a log
+//! has structure only if training and unseen data both say so.
+
+use super::engine::Pair;
+use super::noise::median;
+use super::wrench::{Side, Tested, periodogram, subtract};
+use crate::model::load::Column;
+use crate::model::{Axis, Channel};
+
+/// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).
+const SLOW: f64 = 3.0;
+/// Below this frequency most effects live, Hz.
+const SLOW_HZ: f64 = 6.0;
+/// Strongest window over the median window (noise: at most 1.7).
+const BURST: f64 = 2.5;
+/// Duration of a window, s.
+const BURST_S: f64 = 0.25;
+/// Strongest line of the spectrum over its median (noise: at most 15).
+const LINE: f64 = 22.0;
+/// Duration of a piece whose spectrum is taken, s.
+const LINE_S: f64 = 1.0;
+/// Level over the data sheet's noise (noise: at most 1.2).
+const LEVEL: f64 = 1.35;
+
+/// Share of the error that may be left without being called structure.
+const REMAINDER: f64 = 0.01;
+
+/// A parameter that is off by more than this many tolerances is not a matter of tolerance.
+const STRAINED: f64 = 4.0;
+
+/// What is left of a channel after effects.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Left {
+    /// Axes, with what the tests find on the log of the fit and on unseen data.
+    pub axes: Vec<(Channel, Axis, Structure, Structure)>,
+    /// Excess over the noise that is left, of what there was.
+    pub share: f64,
+    /// Largest use of a tolerance, in tolerances.
+    pub pulled: f64,
+}
+
+impl Left {
+    /// Whether both logs show structure that is more than a remainder.
+    pub(crate) fn any(&self) -> bool {
+        self.share > REMAINDER && self.axes.iter().any(|(_, _, a, b)| a.with(b))
+    }
+
+    /// Whether nothing but noise is left, and no tolerance is strained to make it so.
+    pub(crate) fn is_finished(&self) -> bool {
+        !self.any() && self.pulled < STRAINED
+    }
+
+    /// Axes with structure on both logs.
+    pub(crate) fn structured(
+        &self,
+    ) -> impl Iterator<Item = &(Channel, Axis, Structure, Structure)> {
+        self.axes.iter().filter(|(_, _, a, b)| a.with(b))
+    }
+}
+
+/// What effects leave of the wrench.
+/// `earlier`: by how much χ² fell before.
+pub(crate) fn left(sides: &Pair<Side>, tested: Option<&Tested>, earlier: f64) -> Left {
+    let (train, excess, pulled) = of_side(&sides.train, tested);
+    let (test, _, _) = of_side(&sides.test, tested);
+    let axes = Axis::ALL
+        .into_iter()
+        .zip(train.into_iter().zip(test))
+        .map(|(axis, (train, test))| (Channel::Wrench, axis, train, test))
+        .collect();
+    let removed = earlier + tested.map_or(0.0, |t| t.gain);
+    Left {
+        axes,
+        share: excess / (excess + removed).max(1.0),
+        pulled,
+    }
+}
+
+/// Structure of each axis, the excess of χ² over its number of values, and the largest use of a
+/// tolerance.
+fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
+    let part = tested.map_or_else(Column::default, |t| t.contribution(&side.scene));
+    let taken = side.problem.tolerances_with(&part);
+    let white = side.problem.rest(&part, &taken);
+    let mut raw = side.residual.clone();
+    subtract(&mut raw, &part, 1.0);
+    for (column, taken) in side.tolerances.iter().zip(&taken) {
+        subtract(&mut raw, column, *taken);
+    }
+    let sheet = side.sheet_sigma;
+    let white = beyond_rounding(side, white, &raw);
+    let squares: f64 = white.0.iter().flatten().map(|w| w * w).sum();
+    let structures: Vec<Structure> = (0..6)
+        .map(|axis| {
+            let counted = raw.0[axis].iter().zip(side.problem.fresh());
+            let (power, count) = counted
+                .filter(|(_, fresh)| **fresh)
+                .fold((0.0, 0.0), |(sum, count), (r, _)| {
+                    (sum + r * r, count + 1.0)
+                });
+            let level = (power / f64::max(count, 1.0)).sqrt() / sheet[axis];
+            if side.scene.model.sensor.at_rest {
+                // Rows that do not follow each other have no spectrum.
+                return Structure {
+                    level,
+                    ..Structure::default()
+                };
+            }
+            Structure::of(&white.0[axis], side.scene.cycle_s, level)
+        })
+        .collect();
+    // Whitening can swallow what is locked to the motion, so the plain squares count as well.
+    let levels: f64 = structures
+        .iter()
+        .map(|s: &Structure| s.level * s.level)
+        .sum();
+    let plain = (levels / 6.0 - 1.0) * side.problem.count as f64;
+    let excess = (squares - side.problem.count as f64).max(plain).max(0.0);
+    (structures, excess, taken.amax())
+}
+
+/// Of rounded readings only the distance to the interval that they stand for is an error.
+fn beyond_rounding(side: &Side, white: Column, raw: &Column) -> Column {
+    let mut white = white;
+    for axis in 0..6 {
+        let half = side.half_step[axis];
+        if half > 0.0 {
+            let outside = |r: &f64| r.signum() * (r.abs() - half).max(0.0) / side.sheet_sigma[axis];
+            white.0[axis] = raw.0[axis].iter().map(outside).collect();
+        }
+    }
+    white
+}
+
+/// What the tests find in one series.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Structure {
+    /// Power below 6 Hz over the median power.
+    pub slow: f64,
+    /// Strongest window over the median window.
+    pub burst: f64,
+    /// First cycle of the strongest window, and its length.
+    pub burst_at: (usize, usize),
+    /// Strongest line over the median of the spectrum, and its frequency, Hz.
+    pub line: (f64, f64),
+    /// Root mean square before whitening over the data sheet's noise.
+    pub level: f64,
+}
+
+impl Structure {
+    /// Tests a series: `white` in units of its noise, `level` its size over the data sheet's.
+    pub(crate) fn of(white: &[f64], cycle_s: f64, level: f64) -> Self {
+        if white.len() < 64 {
+            return Self {
+                level,
+                ..Self::default()
+            };
+        }
+        let power = periodogram(white);
+        let bin_hz = 1.0 / (cycle_s * white.len() as f64);
+        let slow_bins = ((SLOW_HZ / bin_hz) as usize).clamp(1, power.len() / 2);
+        let slow = power[..slow_bins].iter().sum::<f64>() / slow_bins as f64;
+        // The median of an exponential variable is ln 2 of its mean.
+        let usual = median(&mut power.clone()) / std::f64::consts::LN_2;
+        let (burst, burst_at) = strongest_window(white, cycle_s);
+        Self {
+            slow: slow / usual.max(1e-12),
+            burst,
+            burst_at,
+            line: strongest_line(white, cycle_s),
+            level,
+        }
+    }
+
+    /// Whether the same test fires for both.
+    pub(crate) fn with(&self, other: &Self) -> bool {
+        (self.slow > SLOW && other.slow > SLOW)
+            || (self.burst > BURST && other.burst > BURST)
+            || (self.line.0 > LINE && other.line.0 > LINE)
+            || (self.level > LEVEL && other.level > LEVEL)
+    }
+
+    /// Only its size counts: for what is left of a clock whose jitter was recovered but for noise.
+    pub(crate) fn of_size(self) -> Self {
+        Self {
+            level: self.level,
+            ..Self::default()
+        }
+    }
+
+    /// What fires, in words.
+    pub(crate) fn words(&self) -> String {
+        if self.line.0 > LINE {
+            format!("a line at {:.1} Hz", self.line.1)
+        } else if self.burst > BURST {
+            "bursts".to_owned()
+        } else if self.slow > SLOW {
+            format!("slow, below {SLOW_HZ:.0} Hz")
+        } else {
+            "everywhere".to_owned()
+        }
+    }
+}
+
+fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
+    let length = ((BURST_S / cycle_s) as usize).clamp(8, white.len());
+    let powers: Vec<(usize, f64)> = white
+        .windows(length)
+        .enumerate()
+        .step_by((length / 2).max(1))
+        .map(|(n, window)| (n, window.iter().map(|w| w * w).sum::<f64>() / length as f64))
+        .collect();
+    let usual = median(&mut powers.iter().map(|p| p.1).collect::<Vec<_>>());
+    let strongest = powers
+        .iter()
+        .copied()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or_default();
+    (strongest.1 / usual.max(1e-12), (strongest.0, length))
+}
+
+fn strongest_line(white: &[f64], cycle_s: f64) -> (f64, f64) {
+    let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
+    let mut best = (0.0, 0.0);
+    for piece in white.chunks_exact(length) {
+        let power = periodogram(piece);
+        let usual = median(&mut power.clone()) / std::f64::consts::LN_2;
+        for (k, p) in power.iter().enumerate() {
+            let ratio = p / usual.max(1e-12);
+            if ratio > best.0 {
+                best = (ratio, (k + 1) as f64 / (cycle_s * length as f64));
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,191 @@
+//! The motion of a log without the noise of its measurement.
+//!
+//! A wrench that is predicted from measured velocities inherits their noise, and a regression on
+//! noisy regressors is biased (it finds negative tool masses where nothing is missing). The
+//! simulated velocity has no noise; the pose is its integral, kept at the measured pose by a short
+//! moving average of the difference.
+
+use super::problem::subtract;
+use crate::diagnose::actuator::{Cost, Term};
+use crate::model::Model;
+use crate::model::actuator::{Reading, Timing, simulate};
+use crate::model::load::effects::LoadEffect;
+use crate::model::load::{Column, Scene};
+use crate::model::log::Log;
+use nalgebra::{UnitQuaternion, Vector3};
+use softdock_control::frames::{self, Pose, Twist};
+use softdock_control::wrench::Motion;
+
+/// Cycles of the moving average on either side of the one in question.
+const POSE_REACH: usize = 6;
+/// The same for velocities, where the actuator is not understood.
+const VELOCITY_REACH: usize = 2;
+
+/// Motion and nominal reading of a log. `trusted`: the terms explain the executed velocity.
+pub(crate) fn scene(
+    model: &Model,
+    log: &Log,
+    cost: &Cost<'_>,
+    terms: &[Term],
+    trusted: bool,
+    intervals_s: &[f64],
+) -> Scene {
+    let timing = Timing {
+        cycle_s: log.cycle_s,
+        intervals_s,
+    };
+    let (pose, motion) = if model.sensor.at_rest {
+        (log.pose.clone(), vec![still(); log.len()])
+    } else if log.is_commanded() {
+        simulated(log, cost, terms, trusted, &timing)
+    } else {
+        (log.pose.clone(), measured(log))
+    };
+    let mut scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
+    // What the model knows beyond its nominal load is no news.
+    for added in &model.effects {
+        if let Some(effect) = LoadEffect::find(&added.id) {
+            let part = Column(effect.contribution(&scene, &added.parameters));
+            subtract(&mut scene.reading, &part, -1.0);
+        }
+    }
+    scene
+}
+
+fn still() -> Motion<f64> {
+    Motion {
+        velocity: Twist::zero(),
+        acceleration: Twist::zero(),
+    }
+}
+
+/// Velocity at the instant of each pose and central differences.
+fn measured(log: &Log) -> Vec<Motion<f64>> {
+    let last = log.len() - 1;
+    let velocity = |n: usize| -> [f64; 6] {
+        std::array::from_fn(|axis| match log.reading {
+            Reading::AtEnd => log.executed[axis][n],
+            Reading::Mean => {
+                0.5 * (log.executed[axis][n.max(1)] + log.executed[axis][(n + 1).min(last)])
+            }
+        })
+    };
+    (0..log.len())
+        .map(|n| {
+            let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
+            let span_s = (to - from).max(1) as f64 * log.cycle_s;
+            let (a, b) = (velocity(from), velocity(to));
+            Motion {
+                velocity: Twist::of(&velocity(n)),
+                acceleration: Twist::of(&std::array::from_fn(|i| (b[i] - a[i]) / span_s)),
+            }
+        })
+        .collect()
+}
+
+fn simulated(
+    log: &Log,
+    cost: &Cost<'_>,
+    terms: &[Term],
+    trusted: bool,
+    timing: &Timing<'_>,
+) -> (Vec<Pose<f64>>, Vec<Motion<f64>>) {
+    let series = |reading: Reading| -> [Vec<f64>; 6] {
+        std::array::from_fn(|axis| {
+            if !cost.active[axis] {
+                return vec![0.0; log.len()];
+            }
+            let chain = cost.chain(terms, axis);
+            let mut velocity = simulate(&chain, &log.sent[axis], timing, reading);
+            if !trusted {
+                let error: Vec<f64> = log.executed[axis]
+                    .iter()
+                    .zip(&velocity)
+                    .map(|(e, v)| e - v)
+                    .collect();
+                let smooth = moving_average(&error, VELOCITY_REACH);
+                velocity.iter_mut().zip(smooth).for_each(|(v, s)| *v += s);
+            }
+            velocity
+        })
+    };
+    let (at_end, mean) = (series(Reading::AtEnd), series(Reading::Mean));
+    let last = log.len() - 1;
+    let motion = (0..log.len())
+        .map(|n| {
+            let velocity = std::array::from_fn(|axis| at_end[axis][n]);
+            let acceleration = std::array::from_fn(|axis| match log.reading {
+                // The inertial load of an imported log is a difference over the last cycle.
+                Reading::AtEnd if n > 0 => {
+                    (at_end[axis][n] - at_end[axis][n - 1]) / timing.interval(n)
+                }
+                Reading::AtEnd => 0.0,
+                Reading::Mean => (mean[axis][(n + 1).min(last)] - mean[axis][n]) / log.cycle_s,
+            });
+            Motion {
+                velocity: Twist::of(&velocity),
+                acceleration: Twist::of(&acceleration),
+            }
+        })
+        .collect();
+    (integrated(log, &mean, timing), motion)
+}
+
+/// The integral of a velocity, kept at the measured pose.
+fn integrated(log: &Log, mean: &[Vec<f64>; 6], timing: &Timing<'_>) -> Vec<Pose<f64>> {
+    let mut path: Vec<Pose<f64>> = Vec::with_capacity(log.len());
+    let mut now = log.pose[0];
+    path.push(now);
+    for n in 1..log.len() {
+        let h = timing.interval(n);
+        let [x, y, z, rx, ry, rz] = mean.each_ref().map(|series| series[n] * h);
+        let (way, turn) = (Vector3::new(x, y, z), Vector3::new(rx, ry, rz));
+        now = Pose::from_parts(
+            (now.translation.vector + way).into(),
+            now.rotation * UnitQuaternion::from_scaled_axis(turn),
+        );
+        path.push(now);
+    }
+    let errors: [Vec<f64>; 6] = {
+        let rows: Vec<[f64; 6]> = (0..log.len())
+            .map(|n| {
+                let moved = log.position(n) - path[n].translation.vector;
+                let turned = (path[n].rotation.inverse() * log.rotation(n)).scaled_axis();
+                [moved.x, moved.y, moved.z, turned.x, turned.y, turned.z]
+            })
+            .collect();
+        std::array::from_fn(|axis| rows.iter().map(|row| row[axis]).collect())
+    };
+    let smooth = errors.map(|series| moving_average(&series, POSE_REACH));
+    (0..log.len())
+        .map(|n| {
+            let shift = Vector3::from_fn(|i, _| smooth[i][n]);
+            let turn = Vector3::from_fn(|i, _| smooth[i + 3][n]);
+            let rotation = path[n].rotation * UnitQuaternion::from_scaled_axis(turn);
+            let place = path[n].translation.vector + shift;
+            frames::pose(
+                &[place.x, place.y, place.z],
+                &[rotation.w, rotation.i, rotation.j, rotation.k],
+            )
+        })
+        .collect()
+}
+
+/// Mean over `reach` values on either side, as many as there are.
+fn moving_average(values: &[f64], reach: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(values.len() + 1);
+    sums.push(0.0);
+    let mut sum = 0.0;
+    for value in values {
+        sum += value;
+        sums.push(sum);
+    }
+    (0..values.len())
+        .map(|n| {
+            // Both sides equally, so that a slope is not bent at the ends.
+            let reach = reach.min(n).min(values.len() - 1 - n);
+            let (from, to) = (n - reach, n + reach + 1);
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}

@@ -1,0 +1,291 @@
+//! The regression of a log: whitened residual, tolerances, and what further columns would gain.
+
+use super::colour::Colour;
+use crate::model::load::Column;
+use crate::model::load::effects::Sign;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A column of which tolerances and other columns leave less than this is not determined.
+const LEFT: f64 = 1e-6;
+
+/// What is left of a log after the nominal model, with the tolerances taken into account.
+pub(crate) struct Problem {
+    colour: [Colour; 6],
+    /// Rows that count.
+    fresh: Vec<bool>,
+    all_fresh: bool,
+    residual: Column,
+    tolerances: Vec<Column>,
+    /// Cholesky factor of the normal matrix of the tolerances with their priors.
+    factor: DMatrix<f64>,
+    /// Factor⁻¹ times products of tolerances and residual.
+    spent: DVector<f64>,
+    /// χ² with the tolerances spent.
+    pub chi2: f64,
+    /// Number of values that count.
+    pub count: usize,
+}
+
+/// A hypothesis with its best coefficients.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    /// By how much χ² falls.
+    pub gain: f64,
+    /// Coefficients in the order of the columns.
+    pub coefficients: Vec<f64>,
+    /// Their standard deviations.
+    pub sigma: Vec<f64>,
+    /// Columns whose coefficient has a sign that physics forbids.
+    pub wrong: Vec<usize>,
+}
+
+impl Problem {
+    /// From a residual (measured minus nominal) and the tolerances, one column per one tolerance.
+    pub(crate) fn new(
+        residual: &Column,
+        tolerances: &[Column],
+        colour: [Colour; 6],
+        fresh: Vec<bool>,
+    ) -> Self {
+        let all_fresh = fresh.iter().all(|f| *f);
+        let counted = fresh.iter().filter(|f| **f).count();
+        let mut problem = Self {
+            colour,
+            fresh,
+            all_fresh,
+            residual: Column::default(),
+            tolerances: Vec::new(),
+            factor: DMatrix::zeros(0, 0),
+            spent: DVector::zeros(0),
+            chi2: 0.0,
+            count: 6 * counted,
+        };
+        problem.residual = problem.whitened(residual);
+        problem.tolerances = tolerances.iter().map(|c| problem.whitened(c)).collect();
+        let size = tolerances.len();
+        // One tolerance each is the prior.
+        let normal = gram(&problem.tolerances) + DMatrix::identity(size, size);
+        // A sum of a unit matrix and a Gram matrix is positive definite.
+        problem.factor = normal
+            .cholesky()
+            .map_or_else(|| DMatrix::identity(size, size), |c| c.l());
+        let products =
+            DVector::from_fn(size, |i, _| dot(&problem.tolerances[i], &problem.residual));
+        problem.spent = problem.below(&products);
+        problem.chi2 = dot(&problem.residual, &problem.residual) - problem.spent.norm_squared();
+        problem
+    }
+
+    fn below(&self, right: &DVector<f64>) -> DVector<f64> {
+        self.factor
+            .solve_lower_triangular(right)
+            .unwrap_or_else(|| right.clone())
+    }
+
+    /// Rows that count.
+    pub(crate) fn fresh(&self) -> &[bool] {
+        &self.fresh
+    }
+
+    /// A column in units of the noise.
+    pub(crate) fn whitened(&self, column: &Column) -> Column {
+        let mut out = Column::default();
+        for (axis, series) in column.0.iter().enumerate() {
+            if series.is_empty() {
+                continue;
+            }
+            let mut white = self.colour[axis].whiten(series);
+            if !self.all_fresh {
+                for (value, fresh) in white.iter_mut().zip(&self.fresh) {
+                    *value *= f64::from(u8::from(*fresh));
+                }
+            }
+            out.0[axis] = white;
+        }
+        out
+    }
+
+    /// Products of whitened columns with each other and with the residual, after the tolerances
+    /// have taken what they can.
+    pub(crate) fn products(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
+        let size = columns.len();
+        let against = DMatrix::from_fn(self.tolerances.len(), size, |i, k| {
+            dot(&self.tolerances[i], &columns[k])
+        });
+        let taken = self
+            .factor
+            .solve_lower_triangular(&against)
+            .unwrap_or(against);
+        let right = DVector::from_fn(size, |i, _| dot(&columns[i], &self.residual));
+        (
+            gram(columns) - taken.transpose() * &taken,
+            right - taken.transpose() * &self.spent,
+        )
+    }
+
+    /// Best coefficients of columns, which are whitened here.
+    pub(crate) fn solve(&self, columns: &[(Column, Sign)]) -> Option<Solution> {
+        let white: Vec<Column> = columns.iter().map(|(c, _)| self.whitened(c)).collect();
+        let (gram, right) = self.products(&white);
+        let all: Vec<usize> = (0..columns.len()).collect();
+        let signs: Vec<Sign> = columns.iter().map(|(_, s)| *s).collect();
+        solve(&gram, &right, &all, &signs)
+    }
+
+    /// By how much χ² falls with a given contribution to the reading.
+    pub(crate) fn gain_of(&self, contribution: &Column) -> f64 {
+        let white = self.whitened(contribution);
+        let (gram, right) = self.products(std::slice::from_ref(&white));
+        2.0 * right[0] - gram[(0, 0)]
+    }
+
+    /// What a contribution and the tolerances leave, in units of the noise.
+    pub(crate) fn rest(&self, contribution: &Column, taken: &DVector<f64>) -> Column {
+        let mut left = self.less(contribution);
+        for (column, taken) in self.tolerances.iter().zip(taken) {
+            subtract(&mut left, column, *taken);
+        }
+        left
+    }
+
+    fn less(&self, contribution: &Column) -> Column {
+        let mut left = self.residual.clone();
+        subtract(&mut left, &self.whitened(contribution), 1.0);
+        left
+    }
+
+    /// What the tolerances take, in units of one tolerance each, beside a contribution.
+    pub(crate) fn tolerances_with(&self, contribution: &Column) -> DVector<f64> {
+        let left = self.less(contribution);
+        let products = DVector::from_fn(self.tolerances.len(), |i, _| {
+            dot(&self.tolerances[i], &left)
+        });
+        let below = self.below(&products);
+        self.factor
+            .transpose()
+            .solve_upper_triangular(&below)
+            .unwrap_or(below)
+    }
+}
+
+/// Best coefficients of some columns of products; None if the data does not determine them.
+pub(crate) fn solve(
+    gram: &DMatrix<f64>,
+    right: &DVector<f64>,
+    chosen: &[usize],
+    signs: &[Sign],
+) -> Option<Solution> {
+    let fixed: Vec<usize> = (0..chosen.len())
+        .filter(|k| signs[*k] == Sign::One)
+        .collect();
+    let open: Vec<usize> = (0..chosen.len())
+        .filter(|k| signs[*k] != Sign::One)
+        .collect();
+    let mut gain = 0.0_f64;
+    for &i in &fixed {
+        gain += 2.0 * right[chosen[i]];
+        gain -= fixed
+            .iter()
+            .map(|&k| gram[(chosen[i], chosen[k])])
+            .sum::<f64>();
+    }
+    let mut coefficients = vec![1.0; chosen.len()];
+    let mut sigma = vec![0.0; chosen.len()];
+    let mut wrong = Vec::new();
+    if !open.is_empty() {
+        let scale: Vec<f64> = open
+            .iter()
+            .map(|&i| gram[(chosen[i], chosen[i])].sqrt())
+            .collect();
+        if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
+            return None;
+        }
+        // Columns in units of their own length, so that "undetermined" has one meaning.
+        let normal = DMatrix::from_fn(open.len(), open.len(), |i, k| {
+            gram[(chosen[open[i]], chosen[open[k]])] / (scale[i] * scale[k])
+        });
+        let product = DVector::from_fn(open.len(), |i, _| {
+            let beside: f64 = fixed
+                .iter()
+                .map(|&k| gram[(chosen[open[i]], chosen[k])])
+                .sum();
+            (right[chosen[open[i]]] - beside) / scale[i]
+        });
+        let cholesky = normal.cholesky()?;
+        if cholesky.l_dirty().diagonal().iter().any(|d| d * d < LEFT) {
+            return None;
+        }
+        let best = cholesky.solve(&product);
+        gain += best.dot(&product);
+        let covariance = cholesky.inverse();
+        for (i, &place) in open.iter().enumerate() {
+            coefficients[place] = best[i] / scale[i];
+            sigma[place] = covariance[(i, i)].max(0.0).sqrt() / scale[i];
+            if signs[place] == Sign::Positive && best[i] < 0.0 {
+                wrong.push(place);
+            }
+        }
+    }
+    gain.is_finite().then_some(Solution {
+        gain,
+        coefficients,
+        sigma,
+        wrong,
+    })
+}
+
+/// Products of columns with each other.
+fn gram(columns: &[Column]) -> DMatrix<f64> {
+    let rows: Vec<Vec<f64>> = columns
+        .par_iter()
+        .enumerate()
+        .map(|(i, column)| {
+            columns[..=i]
+                .iter()
+                .map(|other| dot(column, other))
+                .collect()
+        })
+        .collect();
+    DMatrix::from_fn(columns.len(), columns.len(), |i, k| {
+        rows[i.max(k)][i.min(k)]
+    })
+}
+
+/// Subtracts a multiple of a column.
+pub(crate) fn subtract(from: &mut Column, column: &Column, factor: f64) {
+    for (from, series) in from.0.iter_mut().zip(&column.0) {
+        if from.is_empty() && !series.is_empty() {
+            *from = vec![0.0; series.len()];
+        }
+        from.iter_mut()
+            .zip(series)
+            .for_each(|(f, s)| *f -= factor * s);
+    }
+}
+
+/// Product of two columns.
+pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
+    a.0.iter().zip(&b.0).map(|(a, b)| dot_series(a, b)).sum()
+}
+
+/// Product of two series; zero if one is empty. Eight sums, which the processor adds side by side.
+fn dot_series(a: &[f64], b: &[f64]) -> f64 {
+    if a.is_empty() || b.is_empty() {
+        return 0.0;
+    }
+    let mut sums = [0.0; 8];
+    let (a_parts, b_parts) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a_parts
+        .remainder()
+        .iter()
+        .zip(b_parts.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
+    for (a, b) in a_parts.zip(b_parts) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

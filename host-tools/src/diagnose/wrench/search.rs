@@ -1,0 +1,217 @@
+//! The search for effects on the reading, alone and in pairs.
+
+use super::problem::{Solution, solve};
+use super::variants::{Library, Variant};
+use crate::model::load::effects::Sign;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Gain in χ² that the first column of a separable effect has to bring.
+const WORTH_A_COLUMN: f64 = 25.0;
+/// The same for further columns: that the effect is there is known by then.
+const WORTH_ONE_MORE: f64 = 14.0;
+/// Rivals of each kind that are kept.
+const KEPT: usize = 12;
+
+/// One effect of a hypothesis: which variant, and which of its columns.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Part {
+    /// Place in [`Library::variants`].
+    pub variant: usize,
+    /// Which of the variant's columns are used.
+    pub used: Vec<usize>,
+}
+
+/// A hypothesis with its evidence on the log of the fit.
+#[derive(Clone, Debug)]
+pub(crate) struct Hypothesis {
+    /// One effect, or more.
+    pub parts: Vec<Part>,
+    /// Best coefficients.
+    pub solution: Solution,
+    /// Gain less the price of the parameters.
+    pub evidence: f64,
+    /// Number of parameters, scanned ones included.
+    pub parameters: usize,
+}
+
+/// Effects of which one contains or imitates the other: two of a kind are one effect whose form
+/// is not in the catalogue.
+const KINDS: [&[&str]; 3] = [
+    &["guide_coulomb", "guide_stribeck", "guide_hysteresis"],
+    &["contact_damping", "hunt_crossley"],
+    &["ft_low_pass", "ft_latency"],
+];
+
+fn is_redundant(one: &str, other: &str) -> bool {
+    one == other
+        || KINDS
+            .iter()
+            .any(|kind| kind.contains(&one) && kind.contains(&other))
+}
+
+/// Columns and signs of parts, in their order.
+fn flat(library: &Library, parts: &[Part]) -> (Vec<usize>, Vec<Sign>) {
+    let mut columns = Vec::new();
+    let mut signs = Vec::new();
+    for part in parts {
+        let variant = &library.variants[part.variant];
+        for &k in &part.used {
+            columns.push(variant.columns[k]);
+            signs.push(variant.signs[k]);
+        }
+    }
+    (columns, signs)
+}
+
+/// Evaluates parts; `price` is that of one parameter.
+pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Option<Hypothesis> {
+    let (columns, signs) = flat(library, &parts);
+    let solution = solve(&library.gram, &library.right, &columns, &signs)?;
+    let open = signs.iter().filter(|s| **s != Sign::One).count();
+    let mut parameters = open;
+    let mut selection = 0.0;
+    for part in &parts {
+        let variant = &library.variants[part.variant];
+        parameters += variant.scanned();
+        if variant.effect.separable {
+            // Choosing some of many columns is a choice that costs, too.
+            selection += 2.0 * part.used.len() as f64 * (variant.columns.len() as f64).ln();
+        }
+    }
+    let evidence = solution.gain - price * parameters as f64 - selection;
+    Some(Hypothesis {
+        parts,
+        solution,
+        evidence,
+        parameters,
+    })
+}
+
+/// Columns of a separable variant that are worth having beside given columns.
+fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign]) -> Vec<usize> {
+    let mut used: Vec<usize> = Vec::new();
+    let gain = |used: &[usize]| -> f64 {
+        let mut columns = beside.to_vec();
+        let mut all_signs = signs.to_vec();
+        for &k in used {
+            columns.push(variant.columns[k]);
+            all_signs.push(variant.signs[k]);
+        }
+        solve(&library.gram, &library.right, &columns, &all_signs)
+            .map_or(f64::NEG_INFINITY, |s| s.gain)
+    };
+    let mut reached = if beside.is_empty() { 0.0 } else { gain(&[]) };
+    while used.len() < variant.columns.len() {
+        let best = (0..variant.columns.len())
+            .filter(|k| !used.contains(k))
+            .map(|k| {
+                let mut more = used.clone();
+                more.push(k);
+                (gain(&more), k)
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((value, k)) if value - reached > worth(used.len()) => {
+                reached = value;
+                used.push(k);
+            }
+            _ => break,
+        }
+    }
+    used.sort_unstable();
+    used
+}
+
+fn worth(columns: usize) -> f64 {
+    if columns == 0 {
+        WORTH_A_COLUMN
+    } else {
+        WORTH_ONE_MORE
+    }
+}
+
+/// A variant as a part beside other parts.
+fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
+    let variant = &library.variants[index];
+    let used = if variant.effect.separable {
+        let (columns, signs) = flat(library, beside);
+        grown(library, variant, &columns, &signs)
+    } else {
+        (0..variant.columns.len()).collect()
+    };
+    (!used.is_empty()).then_some(Part {
+        variant: index,
+        used,
+    })
+}
+
+/// The best hypotheses that add one effect to given parts, best first.
+pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> Vec<Hypothesis> {
+    let taken = |index: usize| {
+        let id = library.variants[index].effect.id;
+        beside
+            .iter()
+            .any(|p| is_redundant(library.variants[p.variant].effect.id, id))
+    };
+    let mut all: Vec<Hypothesis> = (0..library.variants.len())
+        .into_par_iter()
+        .filter(|index| !taken(*index))
+        .filter_map(|index| {
+            let mut parts = beside.to_vec();
+            parts.push(part(library, index, beside)?);
+            evaluate(library, parts, price)
+        })
+        .collect();
+    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    all
+}
+
+/// The best pairs of different effects, best first; both are chosen together.
+pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
+    let count = library.variants.len();
+    let mut best: Vec<Hypothesis> = (0..count)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            let first = &library.variants[i];
+            let found = (0..count).filter_map(move |k| {
+                let second = &library.variants[k];
+                // Each pair once; a separable effect is grown beside the other.
+                let ordered = match (first.effect.separable, second.effect.separable) {
+                    (false, true) => true,
+                    (true, false) => false,
+                    _ => i < k,
+                };
+                if !ordered || is_redundant(first.effect.id, second.effect.id) {
+                    return None;
+                }
+                let one = part(library, i, &[])?;
+                let two = part(library, k, std::slice::from_ref(&one))?;
+                let pair = if first.effect.separable {
+                    // What the first needs beside the second may differ from what it needs alone.
+                    vec![part(library, i, std::slice::from_ref(&two))?, two]
+                } else {
+                    vec![one, two]
+                };
+                evaluate(library, pair, price).filter(|h| h.solution.wrong.is_empty())
+            });
+            keep_best(found)
+        })
+        .collect();
+    best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    best.truncate(KEPT * 8);
+    best
+}
+
+/// The best hypotheses per pair of ids.
+fn keep_best(found: impl Iterator<Item = Hypothesis>) -> Vec<Hypothesis> {
+    let mut best: BTreeMap<Vec<usize>, Hypothesis> = BTreeMap::new();
+    for hypothesis in found {
+        let key: Vec<usize> = hypothesis.parts.iter().map(|p| p.variant).collect();
+        best.insert(key, hypothesis);
+    }
+    let mut all: Vec<Hypothesis> = best.into_values().collect();
+    all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    all.truncate(KEPT);
+    all
+}

@@ -1,0 +1,208 @@
+//! A hypothesis with refined shapes, held against unseen data.
+
+use super::search::{Hypothesis, Part};
+use super::side::Side;
+use super::variants::Library;
+use crate::model::load::effects::{LoadEffect, Sign};
+use crate::model::load::{Column, Scene};
+use std::collections::BTreeMap;
+
+/// Gain in χ² below which shapes are not worth refining.
+const WORTH_REFINING: f64 = 40.0;
+
+/// An effect with fitted parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    /// The effect's id.
+    pub id: &'static str,
+    /// Value, standard deviation and unit of each parameter; choices have no deviation.
+    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
+}
+
+/// A hypothesis after its shapes were refined, with its evidence on both logs.
+#[derive(Clone, Debug)]
+pub(crate) struct Tested {
+    /// Its effects.
+    pub effects: Vec<Fitted>,
+    /// Fall of χ² on the log of the fit.
+    pub gain: f64,
+    /// Fall of χ² on unseen data with the same parameters.
+    pub gain_test: f64,
+    /// Gain less the price of the parameters.
+    pub evidence: f64,
+    /// Number of parameters.
+    pub parameters: usize,
+    /// Parameters with a sign that physics forbids.
+    pub wrong: Vec<String>,
+    /// Fall of the squared distance to the intervals of rounded readings, on both logs.
+    pub beyond_rounding: (f64, f64),
+}
+
+impl Tested {
+    /// Ids, in order.
+    pub(crate) fn ids(&self) -> Vec<String> {
+        self.effects.iter().map(|e| e.id.to_owned()).collect()
+    }
+
+    /// Their part of a reading.
+    pub(crate) fn contribution(&self, scene: &Scene) -> Column {
+        let mut sum: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; scene.len()]);
+        for fitted in &self.effects {
+            let Some(effect) = LoadEffect::find(fitted.id) else {
+                continue;
+            };
+            let values: BTreeMap<String, f64> = fitted
+                .parameters
+                .iter()
+                .map(|(name, (value, _, _))| ((*name).to_owned(), *value))
+                .collect();
+            let part = effect.contribution(scene, &values);
+            for (sum, part) in sum.iter_mut().zip(part) {
+                sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
+            }
+        }
+        Column(sum)
+    }
+}
+
+/// Columns of a hypothesis with given shapes.
+fn columns(
+    library: &Library,
+    parts: &[Part],
+    shapes: &[Vec<f64>],
+    scene: &Scene,
+) -> Option<Vec<(Column, Sign)>> {
+    let mut all = Vec::new();
+    for (part, shapes) in parts.iter().zip(shapes) {
+        let variant = &library.variants[part.variant];
+        let mut built = variant.effect.columns(scene, shapes)?;
+        for &k in &part.used {
+            all.push((std::mem::take(&mut built[k]), variant.signs[k]));
+        }
+    }
+    Some(all)
+}
+
+/// Refines the shapes of a hypothesis and holds it against unseen data.
+pub(super) fn tested(
+    library: &Library,
+    hypothesis: &Hypothesis,
+    train: &Side,
+    test: &Side,
+) -> Tested {
+    let parts = &hypothesis.parts;
+    let mut shapes: Vec<Vec<f64>> = parts
+        .iter()
+        .map(|p| library.variants[p.variant].shapes.clone())
+        .collect();
+    let gain = |shapes: &[Vec<f64>]| -> f64 {
+        columns(library, parts, shapes, &train.scene)
+            .and_then(|c| train.problem.solve(&c))
+            .map_or(f64::NEG_INFINITY, |s| s.gain)
+    };
+    let mut sigmas: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    // Shapes of a hopeless hypothesis are not worth refining.
+    if hypothesis.solution.gain > WORTH_REFINING {
+        for (i, part) in parts.iter().enumerate() {
+            let effect = library.variants[part.variant].effect;
+            for (k, shape) in effect.shapes.iter().enumerate().filter(|(_, s)| !s.choice) {
+                let sigma = refine(&mut shapes, (i, k), shape.tried, &gain);
+                sigmas.insert((i, k), sigma);
+            }
+        }
+    }
+    let solution = columns(library, parts, &shapes, &train.scene)
+        .and_then(|c| train.problem.solve(&c))
+        .unwrap_or_else(|| hypothesis.solution.clone());
+    let mut effects = Vec::new();
+    let mut wrong = Vec::new();
+    let mut at = 0;
+    for (i, part) in parts.iter().enumerate() {
+        let effect = library.variants[part.variant].effect;
+        let mut parameters = BTreeMap::new();
+        for &k in &part.used {
+            if let Some(coefficient) = effect.coefficients.get(k) {
+                let value = solution.coefficients[at];
+                parameters.insert(
+                    coefficient.name,
+                    (value, solution.sigma[at], coefficient.unit),
+                );
+                if solution.wrong.contains(&at) {
+                    wrong.push(format!(
+                        "{} = {value:.3e} {}",
+                        coefficient.name, coefficient.unit
+                    ));
+                }
+            }
+            at += 1;
+        }
+        for (k, shape) in effect.shapes.iter().enumerate() {
+            let sigma = sigmas.get(&(i, k)).copied().unwrap_or(0.0);
+            parameters.insert(shape.name, (shapes[i][k], sigma, shape.unit));
+        }
+        effects.push(Fitted {
+            id: effect.id,
+            parameters,
+        });
+    }
+    let improvement = solution.gain - hypothesis.solution.gain;
+    let mut tested = Tested {
+        effects,
+        gain: solution.gain,
+        gain_test: 0.0,
+        evidence: hypothesis.evidence + improvement,
+        parameters: hypothesis.parameters,
+        wrong,
+        beyond_rounding: (0.0, 0.0),
+    };
+    let (on_train, on_test) = (
+        tested.contribution(&train.scene),
+        tested.contribution(&test.scene),
+    );
+    tested.gain_test = test.problem.gain_of(&on_test);
+    tested.beyond_rounding = (
+        train.gain_beyond_rounding(&on_train),
+        test.gain_beyond_rounding(&on_test),
+    );
+    tested
+}
+
+/// Moves one shape to its best value between its neighbours on the grid; returns its deviation.
+fn refine(
+    shapes: &mut [Vec<f64>],
+    (i, k): (usize, usize),
+    tried: &[f64],
+    gain: &dyn Fn(&[Vec<f64>]) -> f64,
+) -> f64 {
+    let at = shapes[i][k];
+    let lower = tried
+        .iter()
+        .copied()
+        .filter(|t| *t < at)
+        .fold(f64::NAN, f64::max);
+    let upper = tried
+        .iter()
+        .copied()
+        .filter(|t| *t > at)
+        .fold(f64::NAN, f64::min);
+    let low = if lower.is_nan() { at / 2.0 } else { lower };
+    let high = if upper.is_nan() { at * 2.0 } else { upper };
+    let mut trial = shapes.to_vec();
+    let mut cost = |log_value: f64| {
+        trial[i][k] = log_value.exp();
+        -gain(&trial)
+    };
+    let best = crate::diagnose::optimise::golden(low.ln(), high.ln(), 14, &mut cost);
+    if cost(best) <= cost(at.ln()) {
+        shapes[i][k] = best.exp();
+    }
+    let centre = shapes[i][k];
+    // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.
+    let step = 0.05;
+    let bend = cost(centre.ln() + step) + cost(centre.ln() - step) - 2.0 * cost(centre.ln());
+    if bend > 0.0 {
+        centre * step * (2.0 / bend).sqrt()
+    } else {
+        0.5 * (high - low)
+    }
+}

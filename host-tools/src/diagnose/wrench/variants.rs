@@ -1,0 +1,121 @@
+//! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
+
+use super::problem::Problem;
+use crate::model::load::effects::{LoadEffect, Sign};
+use crate::model::load::{Column, Scene};
+use nalgebra::{DMatrix, DVector};
+
+/// An effect with given shape parameters.
+pub(crate) struct Variant {
+    /// The effect.
+    pub effect: &'static LoadEffect,
+    /// Its shape parameters.
+    pub shapes: Vec<f64>,
+    /// Places of its columns in the library.
+    pub columns: Vec<usize>,
+    /// What its coefficients may be.
+    pub signs: Vec<Sign>,
+}
+
+impl Variant {
+    /// Shape parameters that were scanned count as parameters.
+    pub(crate) fn scanned(&self) -> usize {
+        self.effect.shapes.iter().filter(|s| !s.choice).count()
+    }
+}
+
+/// All variants with the products of their columns.
+pub(crate) struct Library {
+    /// The hypotheses.
+    pub variants: Vec<Variant>,
+    /// Products of the columns after the tolerances.
+    pub gram: DMatrix<f64>,
+    /// Products with the residual.
+    pub right: DVector<f64>,
+}
+
+impl Library {
+    /// For a log; `excluded` effects are in the model already, or not to be tried.
+    pub(crate) fn new(scene: &Scene, problem: &Problem, excluded: &dyn Fn(&str) -> bool) -> Self {
+        use rayon::prelude::*;
+        let wanted: Vec<(&LoadEffect, Vec<f64>)> = LoadEffect::all()
+            .filter(|effect| !excluded(effect.id))
+            .flat_map(|effect| combinations(effect).into_iter().map(move |s| (effect, s)))
+            .collect();
+        let built: Vec<Option<Vec<Column>>> = wanted
+            .par_iter()
+            .map(|(effect, shapes)| {
+                let columns = effect.columns(scene, shapes)?;
+                Some(columns.iter().map(|c| problem.whitened(c)).collect())
+            })
+            .collect();
+        let mut store = Store::default();
+        let mut variants = Vec::new();
+        for ((effect, shapes), columns) in wanted.into_iter().zip(built) {
+            let Some(columns) = columns else { continue };
+            if columns.iter().all(Column::is_zero) {
+                continue;
+            }
+            let signs = match effect.coefficients {
+                [] => vec![Sign::One; columns.len()],
+                some => some.iter().map(|c| c.sign).collect(),
+            };
+            variants.push(Variant {
+                effect,
+                shapes,
+                columns: columns.into_iter().map(|c| store.place(c)).collect(),
+                signs,
+            });
+        }
+        let (gram, right) = problem.products(&store.columns);
+        Self {
+            variants,
+            gram,
+            right,
+        }
+    }
+}
+
+/// Columns, each stored once: different effects share some.
+#[derive(Default)]
+struct Store {
+    columns: Vec<Column>,
+    prints: Vec<u64>,
+}
+
+impl Store {
+    fn place(&mut self, column: Column) -> usize {
+        let print = column
+            .0
+            .iter()
+            .enumerate()
+            .map(|(axis, s)| (axis as f64 + 1.3) * s.iter().map(|v| v + v * v).sum::<f64>())
+            .sum::<f64>()
+            .to_bits();
+        let same = |k: &usize| self.prints[*k] == print && self.columns[*k] == column;
+        if let Some(known) = (0..self.columns.len()).find(same) {
+            return known;
+        }
+        self.columns.push(column);
+        self.prints.push(print);
+        self.columns.len() - 1
+    }
+}
+
+/// All combinations of the shapes that are tried.
+fn combinations(effect: &LoadEffect) -> Vec<Vec<f64>> {
+    let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+    for shape in effect.shapes {
+        all = all
+            .into_iter()
+            .flat_map(|head| {
+                shape.tried.iter().map(move |value| {
+                    let mut row = head.clone();
+                    row.push(*value);
+                    row
+                })
+            })
+            .collect();
+    }
+    all
+}

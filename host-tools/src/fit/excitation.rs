@@ -1,0 +1,97 @@
+//! What a recording cannot teach, whatever is done with it.
+
+use crate::model::Model;
+use crate::model::load::Wall;
+use crate::model::prediction::signals::Signals;
+use crate::recording::Recording;
+use anyhow::bail;
+use softdock_control::frames::Twist;
+use softdock_control::io::CycleRecord;
+
+/// A name for one of the quantities of a cycle, and its six values.
+type Quantity = (&'static str, fn(&CycleRecord) -> &[f64]);
+
+const QUANTITIES: [Quantity; 4] = [
+    ("velocity sent", |c| &c.trace.sent_velocity),
+    ("executed velocity", |c| &c.trace.executed_velocity),
+    ("pose", |c| &c.trace.pose),
+    ("wrench", |c| &c.inputs.sensor.wrench),
+];
+
+/// Sentences about motions, loads and numbers that are not there; `name` is the recording's.
+///
+/// # Errors
+///
+/// A quantity without a number in some rows of a log from elsewhere: what happened there is not
+/// known, and the rest of the log follows from it.
+pub fn missing(model: &Model, recording: &Recording, name: &str) -> anyhow::Result<Vec<String>> {
+    let foreign = recording.header.settings_toml.trim().is_empty();
+    let mut notes = Vec::new();
+    for (quantity, of) in QUANTITIES {
+        let bad = |c: &CycleRecord| of(c).iter().any(|v| !v.is_finite());
+        let count = recording.cycles.iter().filter(|c| bad(c)).count();
+        if count == 0 {
+            continue;
+        }
+        if count == recording.cycles.len() {
+            notes.push(format!("{name}: the log holds no {quantity}."));
+            continue;
+        }
+        let first = recording.cycles.iter().position(bad).unwrap_or(0);
+        let time_s = recording.cycles[first].trace.time_s;
+        let what = format!(
+            "{name}, row {}: the {quantity} is no number at {time_s} s, nor in {} other row(s)",
+            first + 1,
+            count - 1
+        );
+        if foreign {
+            bail!("{what}; expected numbers in all rows or in none: cut the log there");
+        }
+        notes.push(format!("{what}; these rows are left out."));
+    }
+    if !model.sensor.at_rest {
+        notes.extend(still(model, recording, name)?);
+    }
+    Ok(notes)
+}
+
+fn still(model: &Model, recording: &Recording, name: &str) -> anyhow::Result<Vec<String>> {
+    let mut notes = Vec::new();
+    let changes = |of: fn(&CycleRecord) -> &[f64]| {
+        let mut pairs = recording.cycles.windows(2);
+        pairs.any(|pair| of(&pair[0]).iter().zip(of(&pair[1])).any(|(a, b)| a != b))
+    };
+    if !changes(|c| &c.trace.sent_velocity) {
+        notes.push(format!(
+            "{name}: no velocity was sent, so no effect of the actuator can show; record a run in \
+             which the robot is told to move."
+        ));
+    }
+    if !changes(|c| &c.trace.pose) {
+        notes.push(format!(
+            "{name}: the pose never changes, so nothing that depends on motion can show; record a \
+             run in which the rig moves."
+        ));
+    }
+    if !model.contact.walls.is_empty() && !touches(model, recording)? {
+        notes.push(format!(
+            "{name}: the tip touches no wall, so no effect of the contact can show; record a run \
+             with contact."
+        ));
+    }
+    Ok(notes)
+}
+
+/// Whether the model's tip is inside one of its walls in any cycle.
+fn touches(model: &Model, recording: &Recording) -> anyhow::Result<bool> {
+    let signals = Signals::new(recording)?;
+    let walls: Vec<Wall> = model.contact.walls.iter().map(Wall::new).collect();
+    let still = Twist::zero();
+    Ok((0..signals.len())
+        .filter_map(|n| signals.pose(n))
+        .any(|pose| {
+            walls
+                .iter()
+                .any(|wall| wall.penetration(&pose, &still).0 > 0.0)
+        }))
+}

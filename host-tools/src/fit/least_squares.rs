@@ -1,0 +1,210 @@
+//! Least squares by Levenberg and Marquardt's method, with Gaussian priors.
+
+use super::parameter::Parameter;
+use super::residual::Residuals;
+use crate::model::Model;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use rayon::prelude::*;
+
+/// Relative fall of χ² and relative step at which the search ends.
+const TOLERANCE: f64 = 1e-9;
+/// Evaluations per parameter at most.
+const PATIENCE: usize = 20;
+/// Eigenvalues of a correlation matrix below this are round-off.
+const SINGULAR: f64 = 1e-12;
+
+/// Values of the free parameters, and how well they are known.
+pub(super) struct Solution {
+    /// Best values.
+    pub values: Vec<f64>,
+    /// Their covariance, priors included.
+    covariance: DMatrix<f64>,
+}
+
+impl Solution {
+    /// The values of the model file, about which nothing is known.
+    pub(super) fn start(free: &[Parameter]) -> Self {
+        Self {
+            values: free.iter().map(|p| p.value).collect(),
+            covariance: DMatrix::zeros(free.len(), free.len()),
+        }
+    }
+
+    /// Standard deviation of a parameter.
+    pub(super) fn sigma(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].sqrt()
+    }
+
+    /// Correlation of two parameters, −1 to 1.
+    pub(super) fn correlation(&self, i: usize, k: usize) -> f64 {
+        self.covariance[(i, k)] / (self.sigma(i) * self.sigma(k))
+    }
+
+    /// The model with these values.
+    pub(super) fn model(&self, model: &Model, free: &[Parameter]) -> Model {
+        with_values(model, free, &self.values)
+    }
+}
+
+fn with_values(model: &Model, free: &[Parameter], values: &[f64]) -> Model {
+    let mut changed = model.clone();
+    for (parameter, value) in free.iter().zip(values) {
+        parameter.set(&mut changed, *value);
+    }
+    changed
+}
+
+/// Derivative of the residuals by each parameter at the values of the model file.
+pub(super) fn jacobian(
+    residuals: &Residuals<'_>,
+    model: &Model,
+    free: &[Parameter],
+) -> Vec<Vec<f64>> {
+    let values: Vec<f64> = free.iter().map(|p| p.value).collect();
+    columns(residuals, model, free, &values)
+}
+
+/// Central differences; one-sided where a range ends.
+fn columns(
+    residuals: &Residuals<'_>,
+    model: &Model,
+    free: &[Parameter],
+    values: &[f64],
+) -> Vec<Vec<f64>> {
+    free.par_iter()
+        .enumerate()
+        .map(|(k, parameter)| {
+            let at = |value: f64| {
+                let mut moved = values.to_vec();
+                moved[k] = value;
+                residuals.of(&with_values(model, free, &moved))
+            };
+            let value = values[k].clamp(parameter.low, parameter.high);
+            let less = (value - parameter.step).max(parameter.low);
+            let more = (value + parameter.step).min(parameter.high);
+            let (low, high) = (at(less), at(more));
+            let slope = |(a, b): (f64, f64)| (b - a) / (more - less);
+            low.into_iter().zip(high).map(slope).collect()
+        })
+        .collect()
+}
+
+/// The values with the smallest χ², from those of the model file on.
+pub(super) fn minimise(residuals: &Residuals<'_>, model: &Model, free: &[Parameter]) -> Solution {
+    if free.is_empty() {
+        return Solution::start(free);
+    }
+    let problem = Problem {
+        residuals,
+        model,
+        free,
+        steps: DVector::zeros(free.len()),
+    };
+    let search = LevenbergMarquardt::new()
+        .with_patience(PATIENCE)
+        .with_ftol(TOLERANCE)
+        .with_xtol(TOLERANCE);
+    let (found, _) = search.minimize(problem);
+    let values = found.values();
+    let columns = columns(residuals, model, free, &values);
+    Solution {
+        covariance: covariance(&columns, free),
+        values,
+    }
+}
+
+/// Inverse of the information of recording and priors.
+fn covariance(columns: &[Vec<f64>], free: &[Parameter]) -> DMatrix<f64> {
+    let count = free.len();
+    let mut information = DMatrix::from_fn(count, count, |i, k| dot(&columns[i], &columns[k]));
+    for (k, parameter) in free.iter().enumerate() {
+        information[(k, k)] += parameter.tolerance.map_or(0.0, |t| 1.0 / (t * t));
+    }
+    // Scaled to ones on the diagonal: the parameters' units differ by ten orders.
+    let scale: Vec<f64> = (0..count)
+        .map(|k| 1.0 / information[(k, k)].max(f64::MIN_POSITIVE).sqrt())
+        .collect();
+    let scaled = DMatrix::from_fn(count, count, |i, k| {
+        information[(i, k)] * scale[i] * scale[k]
+    });
+    let eigen = SymmetricEigen::new(scaled);
+    let inverse = eigen.eigenvalues.map(|e| 1.0 / e.max(SINGULAR));
+    let vectors = &eigen.eigenvectors;
+    DMatrix::from_fn(count, count, |i, k| {
+        let sum: f64 = (0..count)
+            .map(|e| vectors[(i, e)] * inverse[e] * vectors[(k, e)])
+            .sum();
+        sum * scale[i] * scale[k]
+    })
+}
+
+/// Length of a column.
+pub(super) fn norm(column: &[f64]) -> f64 {
+    dot(column, column).sqrt()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The least-squares problem; its unknowns are counted in steps from the model file's values.
+struct Problem<'a> {
+    residuals: &'a Residuals<'a>,
+    model: &'a Model,
+    free: &'a [Parameter],
+    steps: DVector<f64>,
+}
+
+impl Problem<'_> {
+    fn values(&self) -> Vec<f64> {
+        let value = |(p, step): (&Parameter, &f64)| (p.value + step * p.step).clamp(p.low, p.high);
+        self.free.iter().zip(self.steps.iter()).map(value).collect()
+    }
+
+    /// Parameters with a prior, and their tolerances in steps.
+    fn priors(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let of = |(k, p): (usize, &Parameter)| p.tolerance.map(|t| (k, t / p.step));
+        self.free.iter().enumerate().filter_map(of)
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, steps: &DVector<f64>) {
+        self.steps.copy_from(steps);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.steps.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let mut all = self
+            .residuals
+            .of(&with_values(self.model, self.free, &self.values()));
+        all.extend(
+            self.priors()
+                .map(|(k, tolerance)| self.steps[k] / tolerance),
+        );
+        all.iter().all(|r| r.is_finite()).then(|| all.into())
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let columns = columns(self.residuals, self.model, self.free, &self.values());
+        let priors: Vec<(usize, f64)> = self.priors().collect();
+        let data = self.residuals.len();
+        let jacobian = DMatrix::from_fn(data + priors.len(), self.free.len(), |row, k| {
+            match row.checked_sub(data) {
+                None => columns[k][row] * self.free[k].step,
+                Some(prior) if priors[prior].0 == k => 1.0 / priors[prior].1,
+                Some(_) => 0.0,
+            }
+        });
+        jacobian.iter().all(|v| v.is_finite()).then_some(jacobian)
+    }
+}

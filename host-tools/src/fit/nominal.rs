@@ -1,0 +1,170 @@
+//! The nominal parameters of a model, each with its tolerance.
+
+use super::parameter::{Craft, Place};
+use crate::model::{BodyModel, Model};
+
+/// Takes place, name, unit, value and tolerance of a nominal parameter.
+pub(super) type Visit<'a> = dyn FnMut(Place, String, &'static str, f64, f64) + 'a;
+
+/// Names all nominal parameters.
+pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
+    let tolerance = &model.tolerance;
+    let actuator = &model.actuator;
+    let mut add = |place, name: &str, unit, value, tolerance| {
+        visit(place, name.to_owned(), unit, value, tolerance);
+    };
+    let delay_s = actuator.transport_delay_s;
+    let name = "actuator.transport_delay_s";
+    add(
+        Place::TransportDelay,
+        name,
+        "s",
+        delay_s,
+        tolerance.transport_delay_s,
+    );
+    add(
+        Place::Lag,
+        "actuator.lag_s",
+        "s",
+        actuator.lag_s,
+        tolerance.lag_s,
+    );
+    contact(model, visit);
+    tool_and_sensor(model, visit);
+    for (craft, name, body) in [
+        (Craft::K, "bodies.k", &model.bodies.k),
+        (Craft::Q, "bodies.q", &model.bodies.q),
+    ] {
+        craft_of(craft, name, body, model, visit);
+    }
+}
+
+fn contact(model: &Model, visit: &mut Visit<'_>) {
+    let tolerance = &model.tolerance;
+    for (i, wall) in model.contact.walls.iter().enumerate() {
+        let name = |key: &str| format!("contact.walls[{i}].{key}");
+        visit(
+            Place::WallStiffness(i),
+            name("stiffness_n_per_m"),
+            "N/m",
+            wall.stiffness_n_per_m,
+            tolerance.wall_stiffness(wall),
+        );
+        visit(
+            Place::WallDamping(i),
+            name("damping_n_s_per_m"),
+            "N·s/m",
+            wall.damping_n_s_per_m,
+            tolerance.wall_damping(wall),
+        );
+        let position_m = tolerance.wall_position_m;
+        visit(
+            Place::WallPosition(i),
+            name("point_m (along the normal)"),
+            "m",
+            0.0,
+            position_m,
+        );
+    }
+    let Some(guide) = &model.contact.guide else {
+        return;
+    };
+    let name = |key: &str| format!("contact.guide.{key}");
+    let (stiffness, damping) = (guide.stiffness_n_per_m, guide.damping_n_s_per_m);
+    visit(
+        Place::GuideStiffness,
+        name("stiffness_n_per_m"),
+        "N/m",
+        stiffness,
+        tolerance.guide_stiffness(stiffness),
+    );
+    visit(
+        Place::GuideDamping,
+        name("damping_n_s_per_m"),
+        "N·s/m",
+        damping,
+        tolerance.guide_damping(damping),
+    );
+    for (i, value) in guide.point_m.into_iter().enumerate() {
+        let name = name(&format!("point_m[{i}]"));
+        visit(
+            Place::GuidePosition(i),
+            name,
+            "m",
+            value,
+            tolerance.guide_position_m,
+        );
+    }
+}
+
+fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
+    let (tolerance, tool, sensor) = (&model.tolerance, &model.tool, &model.sensor);
+    let mass = "tool.mass_kg".to_owned();
+    visit(
+        Place::ToolMass,
+        mass,
+        "kg",
+        tool.mass_kg,
+        tolerance.tool_mass_kg,
+    );
+    for i in 0..3 {
+        let name = format!("tool.com_m[{i}]");
+        visit(
+            Place::ToolCom(i),
+            name,
+            "m",
+            tool.com_m[i],
+            tolerance.tool_com_m,
+        );
+        let moment = tool.inertia_kg_m2[i][i];
+        let name = format!("tool.inertia_kg_m2[{i}][{i}]");
+        visit(
+            Place::ToolInertia(i),
+            name,
+            "kg·m²",
+            moment,
+            tolerance.tool_inertia(moment),
+        );
+        let name = format!("sensor.position_m[{i}]");
+        let position_m = sensor.position_m[i];
+        visit(
+            Place::SensorPosition(i),
+            name,
+            "m",
+            position_m,
+            tolerance.sensor_position_m,
+        );
+        let name = format!("sensor.orientation_wxyz (about {})", ["x", "y", "z"][i]);
+        let turn_rad = tolerance.sensor_orientation_rad;
+        visit(Place::SensorOrientation(i), name, "rad", 0.0, turn_rad);
+    }
+    for (i, tolerance) in tolerance.bias.into_iter().enumerate() {
+        let unit = if i < 3 { "N" } else { "N·m" };
+        visit(
+            Place::Bias(i),
+            format!("sensor.bias[{i}]"),
+            unit,
+            sensor.bias[i],
+            tolerance,
+        );
+    }
+}
+
+fn craft_of(craft: Craft, name: &str, body: &BodyModel, model: &Model, visit: &mut Visit<'_>) {
+    let tolerance = &model.tolerance;
+    if let Some(mass) = body.mass_kg {
+        let name = format!("{name}.mass_kg");
+        visit(
+            Place::BodyMass(craft),
+            name,
+            "kg",
+            mass,
+            tolerance.body_mass_kg,
+        );
+    }
+    for (i, row) in body.inertia_kg_m2.iter().flatten().enumerate() {
+        let name = format!("{name}.inertia_kg_m2[{i}][{i}]");
+        let place = Place::BodyInertia(craft, i);
+        visit(place, name, "kg·m²", row[i], tolerance.body_inertia_kg_m2);
+    }
+}

@@ -1,0 +1,262 @@
+//! What a fit may move: parameters of added effects, and nominal parameters within tolerances.
+
+use super::nominal::nominal;
+use crate::model::edit::rounded;
+use crate::model::load::effects::turn;
+use crate::model::{Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters};
+use nalgebra::Vector3;
+
+/// Longest delay or lag, s, and largest distance, m, stiffness and so on: far beyond any rig.
+const HUGE: f64 = 1e9;
+/// Step of a numerical derivative, relative to the value of an effect's parameter.
+const RELATIVE_STEP: f64 = 1e-3;
+/// The same relative to its range, for a parameter that is zero.
+const RANGE_STEP: f64 = 1e-6;
+/// Step of a numerical derivative, relative to a tolerance.
+const TOLERANCE_STEP: f64 = 0.1;
+/// Step of the length of a pause, s: its effect comes in parts of a cycle.
+const PAUSE_STEP_S: f64 = 5e-4;
+
+/// Effects whose numbers are read from the recording directly; no residual says more about them.
+const READ_DIRECTLY: [&str; 3] = ["clock_jitter", "ft_quantisation", "ft_dropout"];
+
+/// A craft of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Craft {
+    /// Moved by the robot.
+    K,
+    /// The other.
+    Q,
+}
+
+/// Where a parameter stands in a model; numbers are axes or places in a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Transport delay.
+    TransportDelay,
+    /// Lag.
+    Lag,
+    /// Stiffness of a wall.
+    WallStiffness(usize),
+    /// Damping of a wall.
+    WallDamping(usize),
+    /// Position of a wall along its normal, as a shift.
+    WallPosition(usize),
+    /// Stiffness of the guide.
+    GuideStiffness,
+    /// Damping of the guide.
+    GuideDamping,
+    /// Centre line of the guide.
+    GuidePosition(usize),
+    /// Mass of the tool.
+    ToolMass,
+    /// Centre of mass of the tool.
+    ToolCom(usize),
+    /// Diagonal element of the tool's inertia.
+    ToolInertia(usize),
+    /// Zero of the sensor.
+    Bias(usize),
+    /// Position of the sensor.
+    SensorPosition(usize),
+    /// Orientation of the sensor, as a turn.
+    SensorOrientation(usize),
+    /// Mass of a craft.
+    BodyMass(Craft),
+    /// Diagonal element of a craft's inertia.
+    BodyInertia(Craft, usize),
+    /// Parameter of an added effect: its place in the list, and its name.
+    Effect(usize, &'static str),
+}
+
+/// A parameter that may move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Where it stands.
+    pub place: Place,
+    /// Its name in tables: section and key, or effect and parameter.
+    pub name: String,
+    /// SI unit, `-` if it has none.
+    pub unit: &'static str,
+    /// Value in the model file.
+    pub value: f64,
+    /// One standard deviation of what is known beforehand; None for an effect's.
+    pub tolerance: Option<f64>,
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// Step for a numerical derivative.
+    pub step: f64,
+    /// Values closer than this predict the same; 0 for most.
+    pub resolution: f64,
+}
+
+/// Everything in a model that a fit may move.
+pub(super) fn all(model: &Model) -> Vec<Parameter> {
+    let mut all = Vec::new();
+    nominal(model, &mut |place, name, unit, value, tolerance| {
+        if tolerance > 0.0 {
+            let positive = is_positive(&place);
+            all.push(Parameter {
+                low: if positive { 0.0 } else { -HUGE },
+                high: HUGE,
+                step: TOLERANCE_STEP * tolerance,
+                resolution: 0.0,
+                tolerance: Some(tolerance),
+                place,
+                name,
+                unit,
+                value,
+            });
+        }
+    });
+    for (k, effect) in model.effects.iter().enumerate() {
+        of_effect(k, effect, &mut all);
+    }
+    all
+}
+
+fn of_effect(k: usize, effect: &EffectModel, all: &mut Vec<Parameter>) {
+    let Ok(entry) = EffectModel::catalogued(&effect.id) else {
+        return;
+    };
+    if READ_DIRECTLY.contains(&effect.id.as_str()) {
+        return;
+    }
+    for allowed in known_parameters(entry).into_iter().filter(|p| !p.choice) {
+        let Some(value) = effect.parameters.get(allowed.name).copied() else {
+            continue;
+        };
+        all.push(Parameter {
+            place: Place::Effect(k, allowed.name),
+            name: format!("{}.{}", effect.id, allowed.name),
+            unit: allowed.unit,
+            value,
+            tolerance: None,
+            low: allowed.low,
+            high: allowed.high,
+            step: step(&allowed, value),
+            resolution: if is_pause(&allowed) {
+                PAUSE_STEP_S
+            } else {
+                0.0
+            },
+        });
+    }
+}
+
+fn step(allowed: &Allowed, value: f64) -> f64 {
+    if is_pause(allowed) {
+        return PAUSE_STEP_S;
+    }
+    let range = (allowed.high - allowed.low).min(HUGE);
+    (RELATIVE_STEP * value.abs()).max(RANGE_STEP * range)
+}
+
+fn is_pause(allowed: &Allowed) -> bool {
+    allowed.name == "pause_s"
+}
+
+/// Whether physics forbids a negative value.
+fn is_positive(place: &Place) -> bool {
+    !matches!(
+        place,
+        Place::WallPosition(_)
+            | Place::GuidePosition(_)
+            | Place::ToolCom(_)
+            | Place::Bias(_)
+            | Place::SensorPosition(_)
+            | Place::SensorOrientation(_)
+            | Place::Effect(..)
+    )
+}
+
+impl Parameter {
+    /// Gives the parameter a value in `model`, which has the old value; values out of its
+    /// range become the nearest allowed one.
+    pub fn set(&self, model: &mut Model, value: f64) {
+        let value = value.clamp(self.low, self.high);
+        let (tool, sensor) = (&mut model.tool, &mut model.sensor);
+        match &self.place {
+            Place::TransportDelay => model.actuator.transport_delay_s = value,
+            Place::Lag => model.actuator.lag_s = value,
+            Place::WallStiffness(i) => model.contact.walls[*i].stiffness_n_per_m = value,
+            Place::WallDamping(i) => model.contact.walls[*i].damping_n_s_per_m = value,
+            Place::WallPosition(i) => {
+                let wall = &mut model.contact.walls[*i];
+                let shift = Vector3::from(wall.normal).normalize() * value;
+                wall.point_m = (Vector3::from(wall.point_m) + shift).into();
+            }
+            Place::GuideStiffness => with_guide(model, |g| g.stiffness_n_per_m = value),
+            Place::GuideDamping => with_guide(model, |g| g.damping_n_s_per_m = value),
+            Place::GuidePosition(i) => with_guide(model, |g| g.point_m[*i] = value),
+            Place::ToolMass => tool.mass_kg = value,
+            Place::ToolCom(i) => tool.com_m[*i] = value,
+            Place::ToolInertia(i) => tool.inertia_kg_m2[*i][*i] = value,
+            Place::Bias(i) => sensor.bias[*i] = value,
+            Place::SensorPosition(i) => sensor.position_m[*i] = value,
+            Place::SensorOrientation(i) => turn(model, *i, value),
+            Place::BodyMass(craft) => body_of(model, *craft).mass_kg = Some(value),
+            Place::BodyInertia(craft, i) => {
+                if let Some(inertia) = &mut body_of(model, *craft).inertia_kg_m2 {
+                    inertia[*i][*i] = value;
+                }
+            }
+            Place::Effect(k, name) => {
+                let effect = &mut model.effects[*k];
+                effect.parameters.insert((*name).to_owned(), value);
+            }
+        }
+    }
+
+    /// The same for a model that is written to a file: with as many digits as mean something.
+    pub(super) fn write(&self, model: &mut Model, value: f64) {
+        self.set(model, value);
+        match self.place {
+            Place::WallPosition(i) => {
+                let point_m = &mut model.contact.walls[i].point_m;
+                *point_m = point_m.map(rounded);
+            }
+            Place::SensorOrientation(_) => {
+                let turned = &mut model.sensor.orientation_wxyz;
+                *turned = turned.map(rounded);
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether it is something of which the rig's controller has a copy, with which it computes
+    /// the model velocity from the reading.
+    pub(super) fn is_of_the_reading(&self) -> bool {
+        matches!(
+            self.place,
+            Place::ToolMass
+                | Place::ToolCom(_)
+                | Place::ToolInertia(_)
+                | Place::Bias(_)
+                | Place::SensorPosition(_)
+                | Place::SensorOrientation(_)
+        )
+    }
+
+    /// Notes the interval of an effect's parameter.
+    pub(super) fn set_interval(&self, model: &mut Model, interval: [f64; 2]) {
+        if let Place::Effect(k, name) = &self.place {
+            let effect = &mut model.effects[*k];
+            effect.interval_95.insert((*name).to_owned(), interval);
+        }
+    }
+}
+
+fn with_guide(model: &mut Model, change: impl FnOnce(&mut GuideModel)) {
+    if let Some(guide) = &mut model.contact.guide {
+        change(guide);
+    }
+}
+
+fn body_of(model: &mut Model, craft: Craft) -> &mut BodyModel {
+    match craft {
+        Craft::K => &mut model.bodies.k,
+        Craft::Q => &mut model.bodies.q,
+    }
+}

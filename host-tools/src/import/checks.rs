@@ -1,0 +1,134 @@
+//! Is a recording fit to be compared with a model? Questions that can be asked of any recording,
+//! before a fit answers a wrong one.
+//!
+//! What makes a comparison meaningless is an error. What a person has to look at is a warning: a
+//! suspected unit is told, never corrected, because the right number is the user's to know.
+
+mod timing;
+mod units;
+
+use crate::model::Model;
+use crate::recording::Recording;
+use softdock_control::io::CycleRecord;
+
+/// Fewest rows of a log of a motion: less than half a second of a 4 ms cycle shows no effect.
+const FEWEST_ROWS: usize = 100;
+/// Fewest rows of measurements at rest: weight, centre of mass and zero are ten unknowns, and
+/// each row gives six numbers, of which many repeat.
+const FEWEST_AT_REST: usize = 12;
+
+/// What is known about a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct Context<'a> {
+    /// Name in sentences: the file.
+    pub name: &'a str,
+    /// Time from row to row that somebody promised, s.
+    pub sample_time_s: Option<f64>,
+    /// The model that it belongs to.
+    pub model: Option<&'a Model>,
+}
+
+impl Context<'_> {
+    /// Every row is a measurement of its own.
+    fn at_rest(&self) -> bool {
+        self.model.is_some_and(|model| model.sensor.at_rest)
+    }
+}
+
+/// A recording that no comparison can use. Rows are counted from 1, without a header.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CheckError {
+    /// Too few rows.
+    #[error("{name}: {received} rows, at least {expected} are needed; record for longer")]
+    TooShort {
+        /// The recording.
+        name: String,
+        /// Rows that are needed.
+        expected: usize,
+        /// Rows that are there.
+        received: usize,
+    },
+    /// The time is the same in two rows, or runs backwards.
+    #[error(
+        "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises \
+         in every row (are two logs in one file, or are its rows not in order?)"
+    )]
+    TimeNotRising {
+        /// The recording.
+        name: String,
+        /// Row.
+        row: usize,
+        /// Its time, s.
+        time_s: f64,
+        /// Time of the row before, s.
+        before_s: f64,
+    },
+    /// The rows are not as far apart as promised.
+    #[error(
+        "{name}: the rows are {received_s:.6} s apart on average, but the sample time is given as \
+         {expected_s} s; correct whichever is wrong"
+    )]
+    SampleTime {
+        /// The recording.
+        name: String,
+        /// Promised, s.
+        expected_s: f64,
+        /// Found, s.
+        received_s: f64,
+    },
+    /// Nothing changes.
+    #[error(
+        "{name}: no velocity, pose or wrench changes in the whole log; expected a test in which \
+         something moves or is loaded"
+    )]
+    NothingChanges {
+        /// The recording.
+        name: String,
+    },
+}
+
+/// Checks a recording; the result is what the user should know.
+///
+/// # Errors
+///
+/// [`CheckError`]: too short, times that do not rise or contradict the promised sample time,
+/// nothing that changes.
+pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>, CheckError> {
+    let cycles = recording.cycles.as_slice();
+    let expected = if context.at_rest() {
+        FEWEST_AT_REST
+    } else {
+        FEWEST_ROWS
+    };
+    if cycles.len() < expected {
+        return Err(CheckError::TooShort {
+            name: context.name.to_owned(),
+            expected,
+            received: cycles.len(),
+        });
+    }
+    let mut warnings = Vec::new();
+    let sample_time_s = timing::check(cycles, context, &mut warnings)?;
+    if !changes(cycles) {
+        return Err(CheckError::NothingChanges {
+            name: context.name.to_owned(),
+        });
+    }
+    units::check(cycles, sample_time_s, context, &mut warnings);
+    Ok(warnings)
+}
+
+/// Something differs between the first row and another.
+fn changes(cycles: &[CycleRecord]) -> bool {
+    let Some(first) = cycles.first() else {
+        return false;
+    };
+    cycles.iter().any(|cycle| {
+        let (a, b) = (&cycle.trace, &first.trace);
+        // What is not measured is NaN, which differs from itself.
+        let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.0);
+        differ(&a.pose, &b.pose)
+            || differ(&a.executed_velocity, &b.executed_velocity)
+            || differ(&cycle.inputs.sensor.wrench, &first.inputs.sensor.wrench)
+    })
+}

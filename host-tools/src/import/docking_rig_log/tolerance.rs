@@ -1,0 +1,123 @@
+//! The optional `tolerance` of `meta.json`: dotted path of a parameter -> one standard deviation.
+//!
+//! The model file has one number where the format allows one per component or per wall: the
+//! largest then counts, which never calls a tolerated error an effect.
+
+use crate::model::ToleranceModel;
+use anyhow::{Context, ensure};
+use serde_json::{Map, Value};
+
+/// Everything exact: what `tolerance` means for parameters that it does not list.
+fn exact() -> ToleranceModel {
+    ToleranceModel {
+        transport_delay_s: 0.0,
+        lag_s: 0.0,
+        wall_stiffness_n_per_m: Some(0.0),
+        wall_damping_n_s_per_m: Some(0.0),
+        wall_position_m: 0.0,
+        guide_stiffness_n_per_m: Some(0.0),
+        guide_damping_n_s_per_m: Some(0.0),
+        guide_position_m: 0.0,
+        tool_mass_kg: 0.0,
+        tool_com_m: 0.0,
+        tool_inertia_kg_m2: Some(0.0),
+        bias: [0.0; 6],
+        sensor_position_m: 0.0,
+        sensor_orientation_rad: 0.0,
+        body_mass_kg: 0.0,
+        body_inertia_kg_m2: 0.0,
+    }
+}
+
+/// Tolerances of the model file; paths that it has no place for are told in `notes`.
+///
+/// # Errors
+///
+/// A value that is no number or list of numbers, or is negative.
+pub(super) fn tolerance(
+    paths: &Map<String, Value>,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<ToleranceModel> {
+    let mut tolerance = exact();
+    for (path, value) in paths {
+        let mut numbers = Vec::new();
+        flatten(value, &mut numbers)
+            .filter(|()| !numbers.is_empty())
+            .with_context(|| {
+                format!("meta.json, tolerance `{path}`: expected a number or a list, found {value}")
+            })?;
+        ensure!(
+            numbers.iter().all(|n| n.is_finite() && *n >= 0.0),
+            "meta.json, tolerance `{path}`: expected standard deviations of at least 0, found {value}"
+        );
+        let largest = numbers.iter().copied().fold(0.0, f64::max);
+        match place(path, &numbers, largest, &mut tolerance) {
+            Place::Found { one_for_all } => {
+                if one_for_all && numbers.iter().any(|n| *n != largest && *n != 0.0) {
+                    notes.push(format!(
+                        "meta.json, tolerance `{path}`: the model has one tolerance for all \
+                         components; the largest, {largest}, is used"
+                    ));
+                }
+            }
+            Place::Unknown => notes.push(format!(
+                "meta.json, tolerance `{path}`: the model has no tolerance of this name; the \
+                 parameter counts as exact"
+            )),
+        }
+    }
+    Ok(tolerance)
+}
+
+/// All numbers of nested lists; None if there is anything else.
+fn flatten(value: &Value, numbers: &mut Vec<f64>) -> Option<()> {
+    match value {
+        Value::Number(number) => numbers.push(number.as_f64()?),
+        Value::Array(list) => list.iter().try_for_each(|v| flatten(v, numbers))?,
+        _ => return None,
+    }
+    Some(())
+}
+
+enum Place {
+    /// `one_for_all`: the model has one number where the path has several.
+    Found {
+        one_for_all: bool,
+    },
+    Unknown,
+}
+
+fn place(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceModel) -> Place {
+    let t = tolerance;
+    let component = |i: usize| numbers.get(i).copied().unwrap_or(largest);
+    match path {
+        "actuator.transport_delay_s" => t.transport_delay_s = largest,
+        "actuator.lag_time_constant_s" => t.lag_s = largest,
+        "contact.k_n_N_m" => t.wall_stiffness_n_per_m = Some(largest),
+        "contact.c_n_Ns_m" => t.wall_damping_n_s_per_m = Some(largest),
+        "contact.k_t_N_m" => t.guide_stiffness_n_per_m = Some(largest),
+        "contact.c_t_Ns_m" => t.guide_damping_n_s_per_m = Some(largest),
+        "contact.x_front_m" | "contact.x_aft_m" => {
+            t.wall_position_m = t.wall_position_m.max(largest);
+        }
+        // A tip that is longer meets the wall earlier; one that is off the axis is centred there.
+        "geometry.r_tip_m" => {
+            t.wall_position_m = t.wall_position_m.hypot(component(0));
+            t.guide_position_m = component(1).max(component(2));
+            return Place::Found { one_for_all: false };
+        }
+        "geometry.r_sensor_m" => t.sensor_position_m = largest,
+        "geometry.sensor_rotation_M_from_S" => t.sensor_orientation_rad = largest,
+        "tool.mass_kg" => t.tool_mass_kg = largest,
+        "tool.com_m" => t.tool_com_m = largest,
+        "tool.inertia_kg_m2" => t.tool_inertia_kg_m2 = Some(largest),
+        "ft_sensor.bias" => {
+            t.bias = std::array::from_fn(component);
+            return Place::Found { one_for_all: false };
+        }
+        "spacecraft.mass_kg" => t.body_mass_kg = largest,
+        "spacecraft.inertia_kg_m2" => t.body_inertia_kg_m2 = largest,
+        _ => return Place::Unknown,
+    }
+    Place::Found { one_for_all: true }
+}

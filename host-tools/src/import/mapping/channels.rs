@@ -1,0 +1,238 @@
+//! All channels of a mapped table as signals, in SI.
+
+use super::column::{Column, Quantity};
+use super::file::{
+    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, TWIST_KEYS, WRENCH_KEYS,
+};
+use super::source::Source;
+use anyhow::{Context, ensure};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// A rotation vector longer than one turn and a bit is in degrees, rad.
+const MORE_THAN_A_TURN_RAD: f64 = 7.0;
+
+/// Signals with one value per row. A group that is not mapped is None; an axis that is not mapped
+/// in a group that is, is zero.
+#[derive(Clone, Debug)]
+pub(super) struct Channels {
+    /// Time, s.
+    pub(super) time_s: Vec<f64>,
+    /// The loop is closed.
+    pub(super) running: Vec<bool>,
+    /// Position of M in C, m.
+    pub(super) position: Option<[Vec<f64>; 3]>,
+    /// Orientation of M in C, w x y z.
+    pub(super) quaternion: Option<[Vec<f64>; 4]>,
+    /// Velocity that was sent, m/s and rad/s.
+    pub(super) sent: Option<[Vec<f64>; 6]>,
+    /// Velocity that was executed.
+    pub(super) executed: Option<[Vec<f64>; 6]>,
+    /// Velocity of the rig's model.
+    pub(super) model_velocity: Option<[Vec<f64>; 6]>,
+    /// Raw wrench, N and N·m.
+    pub(super) wrench: Option<[Vec<f64>; 6]>,
+}
+
+/// What the axes of a velocity measure.
+const TWIST: [Quantity; 6] = quantities(Quantity::Velocity, Quantity::Rate);
+/// What the axes of a wrench measure.
+const WRENCH: [Quantity; 6] = quantities(Quantity::Force, Quantity::Torque);
+
+const fn quantities(linear: Quantity, angular: Quantity) -> [Quantity; 6] {
+    [linear, linear, linear, angular, angular, angular]
+}
+
+impl Channels {
+    /// Reads what the mapping names.
+    ///
+    /// # Errors
+    ///
+    /// A column that does not exist, a cell that is no number, a unit that does not fit, or no
+    /// time at all.
+    pub(super) fn read(
+        mapping: &Mapping,
+        mut source: Source,
+        warnings: &mut Vec<String>,
+    ) -> anyhow::Result<Self> {
+        let s = &mut source;
+        let twist =
+            |s: &mut Source, section: &str, columns| group(s, section, columns, TWIST_KEYS, TWIST);
+        let model_velocity = twist(s, "model_velocity", mapping.model_velocity.columns())?;
+        let position = group(
+            s,
+            "position",
+            mapping.position.columns(),
+            POSITION_KEYS,
+            [Quantity::Length; 3],
+        )?;
+        let channels = Self {
+            time_s: times(mapping, s)?,
+            running: running(&mapping.mode, s, model_velocity.is_some())?,
+            position,
+            quaternion: match &mapping.orientation {
+                Some(orientation) => Some(quaternion(orientation, s, warnings)?),
+                None => None,
+            },
+            sent: twist(s, "sent_velocity", mapping.sent_velocity.columns())?,
+            executed: twist(s, "executed_velocity", mapping.executed_velocity.columns())?,
+            model_velocity,
+            wrench: group(s, "wrench", mapping.wrench.columns(), WRENCH_KEYS, WRENCH)?,
+        };
+        source.finish()?;
+        Ok(channels)
+    }
+
+    /// Number of rows.
+    pub(super) fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Nothing is left of the table.
+    pub(super) fn is_empty(&self) -> bool {
+        self.time_s.is_empty()
+    }
+
+    /// All signals but time and mode.
+    pub(super) fn signals_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let six = [
+            &mut self.sent,
+            &mut self.executed,
+            &mut self.model_velocity,
+            &mut self.wrench,
+        ];
+        let position = self.position.iter_mut().flatten();
+        let quaternion = self.quaternion.iter_mut().flatten();
+        position
+            .chain(quaternion)
+            .chain(six.into_iter().flatten().flatten())
+    }
+
+    /// Keeps the rows for which `wanted` holds.
+    pub(super) fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
+        fn filter<T: Copy>(values: &mut Vec<T>, wanted: impl Fn(usize) -> bool) {
+            let rows = values.iter().copied().enumerate();
+            *values = rows.filter(|(n, _)| wanted(*n)).map(|(_, v)| v).collect();
+        }
+        self.signals_mut()
+            .for_each(|values| filter(values, &wanted));
+        filter(&mut self.time_s, &wanted);
+        filter(&mut self.running, &wanted);
+    }
+}
+
+/// Signals of a group; None if no column of it is mapped.
+fn group<const N: usize>(
+    source: &mut Source,
+    section: &str,
+    columns: [Option<&Column>; N],
+    keys: [&str; N],
+    quantities: [Quantity; N],
+) -> anyhow::Result<Option<[Vec<f64>; N]>> {
+    if columns.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let mut signals = [const { Vec::new() }; N];
+    let parts = columns.into_iter().zip(keys).zip(quantities);
+    for (signal, ((column, key), quantity)) in signals.iter_mut().zip(parts) {
+        *signal = match column {
+            Some(column) => source.numbers(column, quantity, &format!("[{section}] {key}"))?,
+            None => vec![0.0; source.rows()],
+        };
+    }
+    Ok(Some(signals))
+}
+
+fn times(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
+    if let Some(column) = &mapping.time.column {
+        let times = source.numbers(column, Quantity::Time, "[time] column")?;
+        // A recording counts from its start: its time cannot be negative.
+        let start = times.first().map_or(0.0, |first| first.min(0.0));
+        return Ok(times.into_iter().map(|t| t - start).collect());
+    }
+    let step = mapping
+        .time
+        .sample_time_s
+        .context("the mapping needs [time] `column`, or `sample_time_s` if no column has it")?;
+    ensure!(
+        step.is_finite() && step > 0.0,
+        "[time] `sample_time_s` is {step}; expected a time above 0"
+    );
+    Ok((0..source.rows()).map(|n| n as f64 * step).collect())
+}
+
+/// In which rows the loop is closed: by the column, by the rows, or wherever a model ran at all.
+fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<Vec<bool>> {
+    let rows = source.rows();
+    if let Some(column) = &mode.column {
+        ensure!(
+            mode.running_rows.is_none(),
+            "[mode] has both `column` and `running_rows`; one of them can be right"
+        );
+        let says_running = |word: &&str| match mode.running.as_slice() {
+            [] => word.parse::<f64>().is_ok_and(|number| number != 0.0),
+            words => words.iter().any(|w| w == word),
+        };
+        let words = source.words(column, "[mode] column")?;
+        return Ok(words.iter().map(says_running).collect());
+    }
+    ensure!(
+        mode.running.is_empty(),
+        "[mode] `running` says what stands in a column; say `column`, too"
+    );
+    Ok(match mode.running_rows {
+        Some([first, last]) => (1..=rows).map(|n| n >= first && n <= last).collect(),
+        None => vec![has_model; rows],
+    })
+}
+
+fn quaternion(
+    orientation: &Orientation,
+    source: &mut Source,
+    warnings: &mut Vec<String>,
+) -> anyhow::Result<[Vec<f64>; 4]> {
+    let rotation = group(
+        source,
+        "orientation",
+        orientation.rotation_columns(),
+        ROTATION_KEYS,
+        [Quantity::Angle; 3],
+    )?;
+    match (&orientation.quaternion, rotation) {
+        (Some(columns), None) => {
+            let mut parts = [const { Vec::new() }; 4];
+            for (part, column) in parts.iter_mut().zip(columns) {
+                let column = Column::from(column.clone());
+                let place = "[orientation] quaternion";
+                *part = source.numbers(&column, Quantity::Number, place)?;
+            }
+            if orientation.order == Order::Xyzw {
+                parts.rotate_right(1);
+            }
+            Ok(parts)
+        }
+        (None, Some([x, y, z])) => {
+            let vectors = x
+                .iter()
+                .zip(&y)
+                .zip(&z)
+                .map(|((x, y), z)| Vector3::new(*x, *y, *z));
+            let largest = vectors.clone().map(|v| v.norm()).fold(0.0, f64::max);
+            if largest > MORE_THAN_A_TURN_RAD {
+                warnings.push(format!(
+                    "{}: the orientation reaches {largest} rad, more than a turn: is it in degrees?",
+                    source.name()
+                ));
+            }
+            let mut parts = [const { Vec::new() }; 4];
+            for q in vectors.map(UnitQuaternion::from_scaled_axis) {
+                for (part, value) in parts.iter_mut().zip([q.w, q.i, q.j, q.k]) {
+                    part.push(value);
+                }
+            }
+            Ok(parts)
+        }
+        _ => anyhow::bail!(
+            "[orientation] needs either `quaternion` with four columns, or `rx`, `ry`, `rz`"
+        ),
+    }
+}

@@ -1,0 +1,266 @@
+//! The mapping file: what a user writes to say what the columns of a foreign table are.
+
+use super::column::{Column, ColumnName};
+use crate::import::table::Dialect;
+use serde::{Deserialize, Deserializer};
+
+/// A mapping file.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Mapping {
+    /// A model file beside the mapping that is copied to the recordings.
+    pub(super) model: Option<String>,
+    /// Names of the tables in the folder that is imported.
+    pub(super) files: Files,
+    /// How the tables are written.
+    pub(super) table: Dialect,
+    /// When each row was.
+    pub(super) time: Time,
+    /// In which rows the loop was closed.
+    pub(super) mode: Mode,
+    /// Position of M in C.
+    pub(super) position: Position,
+    /// Orientation of M in C.
+    pub(super) orientation: Option<Orientation>,
+    /// Velocity that was sent to the robot.
+    pub(super) sent_velocity: Twist,
+    /// Velocity that it was measured to have.
+    pub(super) executed_velocity: Executed,
+    /// Velocity that the rig's own model asked for.
+    pub(super) model_velocity: Twist,
+    /// Raw reading of the sensor.
+    pub(super) wrench: Wrench,
+    /// Rows that are imported.
+    pub(super) rows: Rows,
+    /// Low-pass and decimation.
+    pub(super) filter: Option<Filter>,
+    /// Where the unseen data comes from if there is no file of its own.
+    pub(super) split: Option<Split>,
+}
+
+/// Names of the tables.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Files {
+    /// To fit on.
+    pub(super) train: Pasted,
+    /// To test on.
+    pub(super) test: Pasted,
+}
+
+/// One file, or several whose columns stand side by side, row by row; the columns of the second
+/// are numbered on behind those of the first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Pasted(pub(super) Vec<String>);
+
+impl<'de> Deserialize<'de> for Pasted {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "expected a file name or a list of file names")]
+        enum Names {
+            One(String),
+            Several(Vec<String>),
+        }
+        Ok(Self(match Names::deserialize(deserializer)? {
+            Names::One(name) => vec![name],
+            Names::Several(names) => names,
+        }))
+    }
+}
+
+/// When each row was.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Time {
+    /// Column with the time.
+    pub(super) column: Option<Column>,
+    /// Time from row to row, s, if there is no such column.
+    pub(super) sample_time_s: Option<f64>,
+}
+
+/// In which rows the loop was closed; in the others the rig was told how to move.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Mode {
+    /// Column that says so.
+    pub(super) column: Option<ColumnName>,
+    /// What it says then; left out: any number but zero.
+    pub(super) running: Vec<String>,
+    /// Without a column: first row, from 1, and last.
+    pub(super) running_rows: Option<[usize; 2]>,
+}
+
+/// Position of M in C.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Position {
+    x: Option<Column>,
+    y: Option<Column>,
+    z: Option<Column>,
+}
+
+/// Orientation of M in C: four columns of a quaternion, or those of a rotation vector, which about
+/// a single axis is the angle.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Orientation {
+    /// Columns of a quaternion.
+    pub(super) quaternion: Option<[ColumnName; 4]>,
+    /// Their order.
+    pub(super) order: Order,
+    rx: Option<Column>,
+    ry: Option<Column>,
+    rz: Option<Column>,
+}
+
+/// Order of the parts of a quaternion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Order {
+    /// The real part first.
+    #[default]
+    Wxyz,
+    /// The real part last, as ROS has it.
+    Xyzw,
+}
+
+/// Linear velocity in C and angular velocity in M.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Twist {
+    x: Option<Column>,
+    y: Option<Column>,
+    z: Option<Column>,
+    rx: Option<Column>,
+    ry: Option<Column>,
+    rz: Option<Column>,
+}
+
+/// Executed velocity: columns, or the difference of two poses.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Executed {
+    /// From the pose.
+    pub(super) derive: bool,
+    x: Option<Column>,
+    y: Option<Column>,
+    z: Option<Column>,
+    rx: Option<Column>,
+    ry: Option<Column>,
+    rz: Option<Column>,
+}
+
+/// Raw reading of the sensor.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Wrench {
+    /// Axes in which the table has it.
+    pub(super) frame: Frame,
+    fx: Option<Column>,
+    fy: Option<Column>,
+    fz: Option<Column>,
+    tx: Option<Column>,
+    ty: Option<Column>,
+    tz: Option<Column>,
+}
+
+/// Axes of a wrench.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Frame {
+    /// Those of the sensor.
+    #[default]
+    Sensor,
+    /// Those of the robot's base; they are turned into the sensor's with the pose of the row.
+    Base,
+}
+
+/// Rows that are imported; everything that is given must be fulfilled.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Rows {
+    /// First row, from 1, without the header.
+    pub(super) first: Option<usize>,
+    /// Last row.
+    pub(super) last: Option<usize>,
+    /// Earliest time, s.
+    pub(super) from_s: Option<f64>,
+    /// Latest time, s.
+    pub(super) to_s: Option<f64>,
+}
+
+/// A zero-phase Butterworth low-pass on every channel, then every n-th row.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Filter {
+    /// Cutoff frequency, Hz.
+    pub(super) cutoff_hz: f64,
+    /// Order of the filter that runs forwards and backwards.
+    #[serde(default = "default_order")]
+    pub(super) order: u32,
+    /// Every n-th row is kept.
+    #[serde(default = "one")]
+    pub(super) decimate: usize,
+}
+
+fn default_order() -> u32 {
+    4
+}
+
+fn one() -> usize {
+    1
+}
+
+/// How one table becomes training and test data.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Split {
+    /// Every n-th row is test data. For measurements at rest.
+    TestEvery(usize),
+    /// The first part is training data: its share, 0 to 1. For motions.
+    TrainShare(f64),
+}
+
+/// Keys of the parts of a position.
+pub(super) const POSITION_KEYS: [&str; 3] = ["x", "y", "z"];
+/// Keys of the parts of a rotation vector.
+pub(super) const ROTATION_KEYS: [&str; 3] = ["rx", "ry", "rz"];
+/// Keys of the parts of a velocity.
+pub(super) const TWIST_KEYS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+/// Keys of the parts of a wrench.
+pub(super) const WRENCH_KEYS: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
+
+impl Position {
+    /// In the order of [`POSITION_KEYS`].
+    pub(super) fn columns(&self) -> [Option<&Column>; 3] {
+        [&self.x, &self.y, &self.z].map(Option::as_ref)
+    }
+}
+
+impl Orientation {
+    /// In the order of [`ROTATION_KEYS`].
+    pub(super) fn rotation_columns(&self) -> [Option<&Column>; 3] {
+        [&self.rx, &self.ry, &self.rz].map(Option::as_ref)
+    }
+}
+
+impl Twist {
+    /// In the order of [`TWIST_KEYS`].
+    pub(super) fn columns(&self) -> [Option<&Column>; 6] {
+        [&self.x, &self.y, &self.z, &self.rx, &self.ry, &self.rz].map(Option::as_ref)
+    }
+}
+
+impl Executed {
+    /// In the order of [`TWIST_KEYS`].
+    pub(super) fn columns(&self) -> [Option<&Column>; 6] {
+        [&self.x, &self.y, &self.z, &self.rx, &self.ry, &self.rz].map(Option::as_ref)
+    }
+}
+
+impl Wrench {
+    /// In the order of [`WRENCH_KEYS`].
+    pub(super) fn columns(&self) -> [Option<&Column>; 6] {
+        [&self.fx, &self.fy, &self.fz, &self.tx, &self.ty, &self.tz].map(Option::as_ref)
+    }
+}

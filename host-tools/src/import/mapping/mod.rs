@@ -1,0 +1,232 @@
+//! Any table as a recording, by a mapping file.
+//!
+//! ```toml
+//! model = "model.toml"              # beside this file; goes along with the recordings
+//! [files]
+//! train = "log.csv"                 # in the folder that is imported
+//! [time]
+//! column = { column = "t", unit = "ms" }
+//! [position]
+//! x = { column = "qm", unit = "mm" }
+//! [executed_velocity]
+//! derive = true                     # from the position
+//! [wrench]
+//! fx = { column = "u", unit = "V", scale = -35.0 }   # N per volt
+//! [filter]
+//! cutoff_hz = 40.0
+//! decimate = 4
+//! [split]
+//! train_share = 0.7                 # the rest is test data
+//! ```
+//!
+//! A column is a name or a number from 1; its value is `scale × number + offset` in its unit.
+
+mod channels;
+mod column;
+mod cycles;
+mod file;
+mod shape;
+mod source;
+
+use super::checks::{self, Context as CheckContext};
+use crate::input;
+use crate::model::Model;
+use crate::recording::{Header, Recording};
+use anyhow::{Context, bail, ensure};
+use channels::Channels;
+use file::{Mapping, Split};
+use nalgebra::UnitQuaternion;
+use softdock_control::frames;
+use softdock_control::io::CycleRecord;
+use source::Source;
+use std::path::Path;
+
+/// What a mapping makes of tables.
+#[derive(Clone, Debug)]
+pub struct MappedLogs {
+    /// The model that the mapping names, and its text as the user wrote it.
+    pub model: Option<(Model, String)>,
+    /// Log to fit on.
+    pub train: Recording,
+    /// Log that the fit must not see, if the mapping names one.
+    pub test: Option<Recording>,
+    /// What the user should know; sentences that name the file.
+    pub warnings: Vec<String>,
+}
+
+/// Imports `path`: a folder in which the files of the mapping are, or one table that is taken in
+/// place of the mapping's.
+///
+/// # Errors
+///
+/// A file that cannot be read; a mapping with a misspelt key, an unknown unit or a column that does
+/// not exist; a cell that is no number; a log that no comparison could use. The error names file,
+/// line and column.
+pub fn import(path: &Path, mapping_file: &Path) -> anyhow::Result<MappedLogs> {
+    let mapping: Mapping = input::load(mapping_file)?;
+    let model = match &mapping.model {
+        Some(name) => {
+            let file = mapping_file.with_file_name(name);
+            let text = std::fs::read_to_string(&file)
+                .with_context(|| format!("cannot read the mapping's model {}", file.display()))?;
+            Some((Model::from_toml(&text, &file.display().to_string())?, text))
+        }
+        None => None,
+    };
+    let (folder, train, test) = files(path, &mapping)?;
+    let mut importer = Importer {
+        folder,
+        mapping: &mapping,
+        model: model.as_ref().map(|(model, _)| model),
+        warnings: Vec::new(),
+    };
+    let (train_name, cycles) = importer.cycles(&train)?;
+    let (train, test) = match (&mapping.split, test.is_empty()) {
+        (None, true) => (cycles, None),
+        (None, false) => {
+            let (name, test) = importer.cycles(&test)?;
+            (cycles, Some((name, test)))
+        }
+        (Some(split), true) => {
+            let (train, test) = importer.split(cycles, *split)?;
+            (train, Some((train_name.clone(), test)))
+        }
+        (Some(_), false) => bail!("the mapping has both [split] and a test file; one is enough"),
+    };
+    let train = importer.recording(train_name, train)?;
+    let test = match test {
+        Some((name, cycles)) => Some(importer.recording(name, cycles)?),
+        None => None,
+    };
+    let warnings = importer.warnings;
+    Ok(MappedLogs {
+        model,
+        train,
+        test,
+        warnings,
+    })
+}
+
+/// Folder, training files, test files.
+type Place<'a> = (&'a Path, Vec<String>, Vec<String>);
+
+fn files<'a>(path: &'a Path, mapping: &Mapping) -> anyhow::Result<Place<'a>> {
+    let (train, test) = (&mapping.files.train.0, &mapping.files.test.0);
+    if path.is_dir() {
+        ensure!(
+            !train.is_empty(),
+            "{} is a folder: say in the mapping which file is meant, [files] train = \"..\"",
+            path.display()
+        );
+        return Ok((path, train.clone(), test.clone()));
+    }
+    let name = path
+        .file_name()
+        .and_then(|name| name.to_str())
+        .with_context(|| format!("{}: expected a file or a folder", path.display()))?;
+    // The file takes the place of the first; what is pasted beside it stays.
+    let beside = train.iter().skip(1).cloned();
+    let files = std::iter::once(name.to_owned()).chain(beside).collect();
+    Ok((path.parent().unwrap_or(Path::new("")), files, Vec::new()))
+}
+
+struct Importer<'a> {
+    folder: &'a Path,
+    mapping: &'a Mapping,
+    model: Option<&'a Model>,
+    warnings: Vec<String>,
+}
+
+impl Importer<'_> {
+    /// Name and cycles of tables that stand side by side.
+    fn cycles(&mut self, files: &[String]) -> anyhow::Result<(String, Vec<CycleRecord>)> {
+        let mapping = self.mapping;
+        let source = Source::read(self.folder, files, &mapping.table)?;
+        let name = source.name();
+        let shaped = || -> anyhow::Result<Vec<CycleRecord>> {
+            let mut channels = Channels::read(mapping, source, &mut self.warnings)?;
+            shape::select(&mut channels, &mapping.rows)?;
+            if let Some(filter) = &mapping.filter {
+                shape::filter(&mut channels, filter)?;
+            }
+            cycles::cycles(&channels, mapping, &self.m_from_s())
+        };
+        let cycles = shaped()?;
+        Ok((name, cycles))
+    }
+
+    /// Orientation of the sensor in M by the model.
+    fn m_from_s(&self) -> UnitQuaternion<f64> {
+        let orientation = |model: &Model| model.sensor.orientation_wxyz;
+        let wxyz = self.model.map_or([1.0, 0.0, 0.0, 0.0], orientation);
+        frames::pose(&[0.0; 3], &wxyz).rotation
+    }
+
+    /// Training and test part of one log.
+    fn split(
+        &self,
+        cycles: Vec<CycleRecord>,
+        split: Split,
+    ) -> anyhow::Result<(Vec<CycleRecord>, Vec<CycleRecord>)> {
+        match split {
+            Split::TestEvery(every) => {
+                ensure!(
+                    every >= 2,
+                    "[split] test_every is {every}; expected at least 2"
+                );
+                ensure!(
+                    self.model.is_some_and(|model| model.sensor.at_rest),
+                    "[split] test_every tears a motion apart; say train_share, or, if each row is \
+                     a measurement of its own, [sensor] at_rest = true in the model"
+                );
+                let is_test = |(n, _): &(usize, CycleRecord)| (n + 1) % every == 0;
+                let (test, train): (Vec<_>, Vec<_>) =
+                    cycles.into_iter().enumerate().partition(is_test);
+                let plain = |part: Vec<(usize, CycleRecord)>| {
+                    part.into_iter().map(|(_, cycle)| cycle).collect()
+                };
+                Ok((plain(train), plain(test)))
+            }
+            Split::TrainShare(share) => {
+                ensure!(
+                    share > 0.0 && share < 1.0,
+                    "[split] train_share is {share}; expected a share between 0 and 1"
+                );
+                let mut train = cycles;
+                let test = train.split_off((share * train.len() as f64).round() as usize);
+                Ok((train, test))
+            }
+        }
+    }
+
+    /// The recording, checked.
+    fn recording(
+        &mut self,
+        name: String,
+        mut cycles: Vec<CycleRecord>,
+    ) -> anyhow::Result<Recording> {
+        for (n, cycle) in cycles.iter_mut().enumerate() {
+            cycle.trace.cycle = n as u64;
+        }
+        let recording = Recording {
+            header: Header {
+                identity: format!("imported from {name}"),
+                ..Header::default()
+            },
+            cycles,
+            ..Recording::default()
+        };
+        let kept = self.mapping.filter.map_or(1, |filter| filter.decimate);
+        let promised = self.mapping.time.sample_time_s;
+        let context = CheckContext {
+            name: &name,
+            // Rows at rest that were split are no longer equally far apart.
+            sample_time_s: promised
+                .map(|step| step * kept as f64)
+                .filter(|_| self.mapping.split.is_none()),
+            model: self.model,
+        };
+        self.warnings.extend(checks::check(&recording, &context)?);
+        Ok(recording)
+    }
+}

@@ -1,0 +1,165 @@
+//! Tables side by side, from which columns are taken by name or number.
+
+use super::column::{Column, ColumnName, Quantity};
+use crate::import::table::{Dialect, Table};
+use anyhow::{Context, bail, ensure};
+use std::path::Path;
+
+/// Tables whose rows belong together.
+#[derive(Debug)]
+pub(super) struct Source {
+    tables: Vec<Table>,
+    /// Columns that were asked for and do not exist.
+    missing: Vec<String>,
+}
+
+impl Source {
+    /// Reads the files of a folder.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is no table, or tables of different lengths.
+    pub(super) fn read(folder: &Path, files: &[String], dialect: &Dialect) -> anyhow::Result<Self> {
+        let tables = files
+            .iter()
+            .map(|file| {
+                let path = folder.join(file);
+                let bytes = std::fs::read(&path)
+                    .with_context(|| format!("cannot read {}", path.display()))?;
+                // A degree sign of another encoding in a header does not matter.
+                let text = String::from_utf8_lossy(&bytes);
+                anyhow::Ok(Table::read(file, &text, dialect)?)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        if let [first, rest @ ..] = tables.as_slice() {
+            for other in rest {
+                ensure!(
+                    other.len() == first.len(),
+                    "{} has {} rows and {} has {}; expected files whose rows belong together",
+                    first.file,
+                    first.len(),
+                    other.file,
+                    other.len()
+                );
+            }
+        }
+        Ok(Self {
+            tables,
+            missing: Vec::new(),
+        })
+    }
+
+    /// Names of the files.
+    pub(super) fn name(&self) -> String {
+        let files: Vec<&str> = self.tables.iter().map(|t| t.file.as_str()).collect();
+        files.join(" + ")
+    }
+
+    /// Number of rows.
+    pub(super) fn rows(&self) -> usize {
+        self.tables.first().map_or(0, Table::len)
+    }
+
+    /// Ends the reading: all columns that were missing in one error.
+    ///
+    /// # Errors
+    ///
+    /// A column was missing.
+    pub(super) fn finish(self) -> anyhow::Result<()> {
+        if self.missing.is_empty() {
+            return Ok(());
+        }
+        let names = self.tables.iter().flat_map(|t| t.names.iter());
+        let names: Vec<&str> = names.map(String::as_str).collect();
+        bail!(
+            "{}: {}; the columns are {}",
+            self.name(),
+            self.missing.join(", "),
+            names.join(", ")
+        )
+    }
+
+    /// Numbers of a column in SI; zeros if it is missing, which [`Self::finish`] reports.
+    /// `place` is its key in the mapping.
+    ///
+    /// # Errors
+    ///
+    /// A cell that is no number, or a unit that does not fit.
+    pub(super) fn numbers(
+        &mut self,
+        column: &Column,
+        quantity: Quantity,
+        place: &str,
+    ) -> anyhow::Result<Vec<f64>> {
+        let (scale, offset) = column.to_si(quantity, place)?;
+        let mut numbers = match self.find(&column.column, place)? {
+            Some((table, index)) => self.tables[table].numbers(index)?,
+            None => vec![0.0; self.rows()],
+        };
+        for value in &mut numbers {
+            *value = scale * *value + offset;
+        }
+        Ok(numbers)
+    }
+
+    /// Words of a column, none if it is missing.
+    ///
+    /// # Errors
+    ///
+    /// A name that two files have.
+    pub(super) fn words(&mut self, column: &ColumnName, place: &str) -> anyhow::Result<Vec<&str>> {
+        Ok(match self.find(column, place)? {
+            Some((table, index)) => self.tables[table].words(index),
+            None => Vec::new(),
+        })
+    }
+
+    fn find(&mut self, column: &ColumnName, place: &str) -> anyhow::Result<Option<(usize, usize)>> {
+        let found = match column {
+            ColumnName::Number(number) => self.by_number(*number),
+            ColumnName::Name(name) => self.by_name(name)?,
+        };
+        if found.is_none() {
+            let missing = match column {
+                ColumnName::Number(number) => format!("no column {number}"),
+                ColumnName::Name(name) => self.missing_name(name),
+            };
+            self.missing.push(format!("{missing} for {place}"));
+        }
+        Ok(found)
+    }
+
+    fn by_number(&self, number: usize) -> Option<(usize, usize)> {
+        let mut index = number.checked_sub(1)?;
+        for (table, names) in self.tables.iter().map(|t| &t.names).enumerate() {
+            if index < names.len() {
+                return Some((table, index));
+            }
+            index -= names.len();
+        }
+        None
+    }
+
+    fn by_name(&self, name: &str) -> anyhow::Result<Option<(usize, usize)>> {
+        let tables = self.tables.iter().enumerate();
+        let mut found = tables.flat_map(|(table, t)| {
+            let places = t.names.iter().enumerate().filter(|(_, n)| *n == name);
+            places.map(move |(place, _)| (table, place))
+        });
+        let first = found.next();
+        ensure!(
+            found.next().is_none(),
+            "{}: several columns are called `{name}`; give the number of the one that counts",
+            self.name()
+        );
+        Ok(first)
+    }
+
+    fn missing_name(&self, name: &str) -> String {
+        let hints = self.tables.iter().filter_map(|table| table.nearest(name));
+        match hints.into_iter().next() {
+            Some(near) => format!("no column `{name}` (did you mean `{near}`?)"),
+            None => format!("no column `{name}`"),
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! A delimited text file as a table of cells, whose errors name file, line and column.
+
+use crate::input::nearest;
+use serde::Deserialize;
+use std::borrow::Cow;
+
+/// What stands between two cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Delimiter {
+    /// One character.
+    Character(u8),
+    /// Any number of blanks and tabs.
+    Blanks,
+    /// A comma.
+    #[default]
+    Comma,
+}
+
+impl<'de> Deserialize<'de> for Delimiter {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match (word.as_str(), word.as_bytes()) {
+            ("comma" | ",", _) => Ok(Self::Comma),
+            ("tab", _) => Ok(Self::Character(b'\t')),
+            ("blanks" | " ", _) => Ok(Self::Blanks),
+            (_, [byte]) if byte.is_ascii() => Ok(Self::Character(*byte)),
+            _ => Err(serde::de::Error::custom(format!(
+                "expected one character, \"tab\" or \"blanks\", found `{word}`"
+            ))),
+        }
+    }
+}
+
+/// How a file is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Dialect {
+    /// Between two cells.
+    pub delimiter: Delimiter,
+    /// The first line names the columns.
+    pub header: bool,
+    /// `1,5` is one and a half.
+    pub decimal_comma: bool,
+    /// Lines before the table that are not read.
+    pub skip_lines: usize,
+}
+
+impl Default for Dialect {
+    fn default() -> Self {
+        Self {
+            delimiter: Delimiter::Comma,
+            header: true,
+            decimal_comma: false,
+            skip_lines: 0,
+        }
+    }
+}
+
+/// Something in a table that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TableError {
+    /// No row of numbers.
+    #[error("{file}: expected a table, received no row")]
+    NoRow {
+        /// File.
+        file: String,
+    },
+    /// Columns that do not exist.
+    #[error("{file}: {missing}; the columns are {columns}")]
+    MissingColumns {
+        /// File.
+        file: String,
+        /// "no column `a` (did you mean `A`?), no column `b`".
+        missing: String,
+        /// Names of those that exist.
+        columns: String,
+    },
+    /// Two columns of one name.
+    #[error(
+        "{file}: {count} columns are called `{column}`; give the number of the one that counts"
+    )]
+    Ambiguous {
+        /// File.
+        file: String,
+        /// Their name.
+        column: String,
+        /// How many there are.
+        count: usize,
+    },
+    /// A row of another length.
+    #[error(
+        "{file}, line {line}: expected {expected} cells as in the first row, received {received}; \
+         was the file cut off, or is it written with another delimiter?"
+    )]
+    Ragged {
+        /// File.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Cells of the first row.
+        expected: usize,
+        /// Cells of this one.
+        received: usize,
+    },
+    /// A cell that is no finite number.
+    #[error("{file}, line {line}, column {column}: expected a number, received {received}; {hint}")]
+    NotANumber {
+        /// File.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Name or number of the column.
+        column: String,
+        /// What stands there.
+        received: String,
+        /// What to do.
+        hint: &'static str,
+    },
+    /// A row that is not valid CSV.
+    #[error("{file}: {why}")]
+    NotCsv {
+        /// File.
+        file: String,
+        /// What the reader says.
+        why: String,
+    },
+}
+
+/// A table of text.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Name of the file in errors.
+    pub file: String,
+    /// Names of the columns; `1`, `2`, ... where the file has no header.
+    pub names: Vec<String>,
+    rows: Vec<csv::StringRecord>,
+    decimal_comma: bool,
+}
+
+impl Table {
+    /// Splits a text into cells.
+    ///
+    /// # Errors
+    ///
+    /// Nothing but a header, a row that is shorter or longer than the first, or broken quotes.
+    pub fn read(file: &str, text: &str, dialect: &Dialect) -> Result<Self, TableError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let start = text
+            .split_inclusive('\n')
+            .take(dialect.skip_lines)
+            .map(str::len)
+            .sum();
+        let (skipped, text) = text.split_at(start);
+        let lines_before = skipped.lines().count() as u64;
+        let (text, delimiter) = match dialect.delimiter {
+            Delimiter::Comma => (Cow::Borrowed(text), b','),
+            Delimiter::Character(byte) => (Cow::Borrowed(text), byte),
+            Delimiter::Blanks => (Cow::Owned(single_blanks(text)), b' '),
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(delimiter)
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes());
+        let mut rows = Vec::new();
+        for row in reader.records() {
+            let mut row = row.map_err(|error| TableError::NotCsv {
+                file: file.to_owned(),
+                why: error.to_string(),
+            })?;
+            if let Some(mut position) = row.position().cloned() {
+                position.set_line(position.line() + lines_before);
+                row.set_position(Some(position));
+            }
+            rows.push(row);
+        }
+        Self::named(file, rows, dialect)
+    }
+
+    fn named(
+        file: &str,
+        mut rows: Vec<csv::StringRecord>,
+        dialect: &Dialect,
+    ) -> Result<Self, TableError> {
+        let no_row = || TableError::NoRow {
+            file: file.to_owned(),
+        };
+        let Some(first) = rows.first_mut() else {
+            return Err(no_row());
+        };
+        if ends_empty(first) {
+            first.truncate(first.len() - 1);
+        }
+        let names: Vec<String> = if dialect.header {
+            rows.remove(0).iter().map(|n| n.trim().to_owned()).collect()
+        } else {
+            (1..=first.len()).map(|n| n.to_string()).collect()
+        };
+        if rows.is_empty() {
+            return Err(no_row());
+        }
+        for row in &mut rows {
+            if row.len() == names.len() + 1 && ends_empty(row) {
+                row.truncate(names.len());
+            }
+            if row.len() != names.len() {
+                return Err(TableError::Ragged {
+                    file: file.to_owned(),
+                    line: line(row),
+                    expected: names.len(),
+                    received: row.len(),
+                });
+            }
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            names,
+            rows,
+            decimal_comma: dialect.decimal_comma,
+        })
+    }
+
+    /// Number of rows without the header.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Never: a table without rows is refused.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Places of columns by their names.
+    ///
+    /// # Errors
+    ///
+    /// All names that do not exist, with the nearest that do; a name that exists twice.
+    pub fn places(&self, names: &[&str]) -> Result<Vec<usize>, TableError> {
+        let place = |name: &str| self.names.iter().position(|n| n == name);
+        let missing: Vec<String> = names
+            .iter()
+            .filter(|name| place(name).is_none())
+            .map(|name| self.missing(name, names))
+            .collect();
+        if !missing.is_empty() {
+            return Err(TableError::MissingColumns {
+                file: self.file.clone(),
+                missing: missing.join(", "),
+                columns: self.names.join(", "),
+            });
+        }
+        for name in names {
+            let count = self.names.iter().filter(|n| n == name).count();
+            if count > 1 {
+                return Err(TableError::Ambiguous {
+                    file: self.file.clone(),
+                    column: (*name).to_owned(),
+                    count,
+                });
+            }
+        }
+        Ok(names.iter().filter_map(|name| place(name)).collect())
+    }
+
+    /// "no column `name` (did you mean `other`?)", where `other` is none of the wanted.
+    fn missing(&self, name: &str, wanted: &[&str]) -> String {
+        match self.nearest_of(name, wanted) {
+            Some(near) => format!("no column `{name}` (did you mean `{near}`?)"),
+            None => format!("no column `{name}`"),
+        }
+    }
+
+    /// The column that `name` was probably meant to be.
+    pub fn nearest(&self, name: &str) -> Option<&str> {
+        self.nearest_of(name, &[])
+    }
+
+    fn nearest_of(&self, name: &str, not: &[&str]) -> Option<&str> {
+        let free = || {
+            let names = self.names.iter().map(String::as_str);
+            names.filter(|n| !not.contains(n))
+        };
+        let same_letters = free().find(|n| n.eq_ignore_ascii_case(name));
+        same_letters.or_else(|| nearest(name, free()))
+    }
+
+    /// Numbers of a column.
+    ///
+    /// # Errors
+    ///
+    /// The first cell that is empty, not a number, or not finite.
+    pub fn numbers(&self, place: usize) -> Result<Vec<f64>, TableError> {
+        self.rows
+            .iter()
+            .map(|row| self.number(row, place))
+            .collect()
+    }
+
+    fn number(&self, row: &csv::StringRecord, place: usize) -> Result<f64, TableError> {
+        let cell = row.get(place).unwrap_or_default().trim();
+        let parsed = if self.decimal_comma && cell.contains(',') {
+            cell.replacen(',', ".", 1).parse::<f64>()
+        } else {
+            cell.parse::<f64>()
+        };
+        match parsed {
+            Ok(value) if value.is_finite() => Ok(value),
+            received => Err(TableError::NotANumber {
+                file: self.file.clone(),
+                line: line(row),
+                column: self.column(place),
+                received: match cell {
+                    "" => "an empty cell".to_owned(),
+                    text => format!("`{text}`"),
+                },
+                hint: hint(cell, received.is_ok(), self.decimal_comma),
+            }),
+        }
+    }
+
+    /// Words of a column.
+    pub fn words(&self, place: usize) -> Vec<&str> {
+        let word = |row| {
+            csv::StringRecord::get(row, place)
+                .unwrap_or_default()
+                .trim()
+        };
+        self.rows.iter().map(word).collect()
+    }
+
+    /// How an error calls a column.
+    pub fn column(&self, place: usize) -> String {
+        match self.names.get(place) {
+            Some(name) if *name == (place + 1).to_string() => name.clone(),
+            Some(name) => format!("`{name}`"),
+            None => (place + 1).to_string(),
+        }
+    }
+
+    /// Line of a row in the file, from 1.
+    pub fn line(&self, row: usize) -> u64 {
+        self.rows.get(row).map_or(0, line)
+    }
+}
+
+/// A delimiter at the end of a line begins no cell.
+fn ends_empty(row: &csv::StringRecord) -> bool {
+    row.len() > 1 && row.get(row.len() - 1).is_some_and(|c| c.trim().is_empty())
+}
+
+fn line(row: &csv::StringRecord) -> u64 {
+    row.position().map_or(0, csv::Position::line)
+}
+
+fn hint(cell: &str, is_number: bool, decimal_comma: bool) -> &'static str {
+    if cell.is_empty() || is_number {
+        "leave the row out, or repair it: a gap that is filled in silently looks like an effect"
+    } else if !decimal_comma && cell.contains(',') {
+        "if this is a decimal comma, say `decimal_comma = true`"
+    } else {
+        "is there a header, or another delimiter?"
+    }
+}
+
+/// The text with one blank between two cells and none around a line.
+fn single_blanks(text: &str) -> String {
+    let mut single = String::with_capacity(text.len());
+    for line in text.lines() {
+        let mut cells = line.split_whitespace();
+        single.extend(cells.next());
+        for cell in cells {
+            single.push(' ');
+            single.push_str(cell);
+        }
+        single.push('\n');
+    }
+    single
+}

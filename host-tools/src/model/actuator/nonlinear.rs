@@ -1,0 +1,159 @@
+//! Stages that are not linear: limits, the pause at a zero crossing, lost motion.
+
+use super::chain::{Chain, Limits, LinearStages, PauseTrigger};
+
+/// Velocity over a part of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moved {
+    /// Mean.
+    pub mean: f64,
+    /// At its end.
+    pub end: f64,
+}
+
+/// Limits of acceleration, then of velocity.
+pub(super) struct Limiter {
+    limits: Limits,
+    value: f64,
+}
+
+impl Limiter {
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self {
+            limits: *limits,
+            value: 0.0,
+        }
+    }
+
+    /// Follows a velocity as far as the limits let it.
+    pub(super) fn follow(&mut self, moved: Moved, duration_s: f64) -> Moved {
+        if !self.limits.any() {
+            return moved;
+        }
+        let largest = self.limits.acceleration * duration_s;
+        let before = self.value;
+        let change = (moved.end - before).clamp(-largest, largest);
+        let velocity = self.limits.velocity;
+        self.value = (before + change).clamp(-velocity, velocity);
+        if self.value == moved.end {
+            return moved;
+        }
+        Moved {
+            mean: 0.5 * (before + self.value),
+            end: self.value,
+        }
+    }
+}
+
+/// Standstill after a zero crossing; the crossing is found between two instants.
+pub(super) struct PauseGate {
+    pause_s: f64,
+    trigger: PauseTrigger,
+    restarts: bool,
+    /// Sign of the last motion, or of the last command.
+    direction: f64,
+    last: f64,
+    remaining_s: f64,
+}
+
+impl PauseGate {
+    pub(super) fn new(chain: &Chain) -> Self {
+        Self {
+            pause_s: chain.pause_s,
+            trigger: chain.pause_trigger,
+            restarts: chain.pause_restarts,
+            direction: 0.0,
+            last: 0.0,
+            remaining_s: 0.0,
+        }
+    }
+
+    /// Lets a velocity through, or zero; `command` is what acts on the axis.
+    pub(super) fn pass(
+        &mut self,
+        moved: Moved,
+        command: f64,
+        duration_s: f64,
+        linear: &mut LinearStages,
+    ) -> Moved {
+        if self.pause_s <= 0.0 {
+            return moved;
+        }
+        let watched = match self.trigger {
+            PauseTrigger::Output => moved.end,
+            PauseTrigger::Command => command,
+        };
+        let last = std::mem::replace(&mut self.last, watched);
+        let reverses = self.direction * watched < 0.0;
+        if watched != 0.0 {
+            // A second reversal inside of a pause is not a new one.
+            self.direction = watched.signum();
+        }
+        if self.remaining_s > 0.0 {
+            self.remaining_s -= duration_s;
+        } else if reverses {
+            let crossing = self.crossing(last, watched);
+            self.remaining_s = self.pause_s - (1.0 - crossing) * duration_s;
+        } else {
+            return moved;
+        }
+        let open = (-self.remaining_s / duration_s).clamp(0.0, 1.0);
+        if self.restarts && open <= 0.0 {
+            linear.reset();
+        }
+        Moved {
+            mean: moved.mean * open,
+            end: if open > 0.0 { moved.end } else { 0.0 },
+        }
+    }
+
+    /// Share of the part at which the sign changes; a command changes at the part's start.
+    fn crossing(&self, last: f64, watched: f64) -> f64 {
+        match self.trigger {
+            PauseTrigger::Output if last * watched < 0.0 => {
+                (last / (last - watched)).clamp(0.0, 1.0)
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// Lost motion: the output stands until the input has crossed the gap.
+pub(super) struct Backlash {
+    width: f64,
+    /// Place in the gap, −width/2 to width/2.
+    place: f64,
+}
+
+impl Backlash {
+    pub(super) fn new(width: f64) -> Self {
+        Self { width, place: 0.0 }
+    }
+
+    pub(super) fn pass(&mut self, moved: Moved, duration_s: f64) -> Moved {
+        if self.width <= 0.0 {
+            return moved;
+        }
+        let wanted = self.place + moved.mean * duration_s;
+        let half = 0.5 * self.width;
+        self.place = wanted.clamp(-half, half);
+        let through = wanted - self.place;
+        Moved {
+            mean: through / duration_s,
+            end: if through == 0.0 { 0.0 } else { moved.end },
+        }
+    }
+}
+
+/// Velocities that a planner with limits makes of what was sent, cycle by cycle.
+pub(super) fn planned(limits: &Limits, sent: &[f64], cycle_s: f64) -> Vec<f64> {
+    let step = limits.acceleration * cycle_s;
+    let mut last = 0.0;
+    sent.iter()
+        .map(|wanted| {
+            let wanted = wanted.clamp(-limits.velocity, limits.velocity);
+            last += (wanted - last).clamp(-step, step);
+            last
+        })
+        .collect()
+}

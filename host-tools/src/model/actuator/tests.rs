@@ -1,0 +1,117 @@
+//! Known answers of the actuator chain.
+
+use super::*;
+
+const TS: f64 = 0.004;
+
+fn step(n: usize) -> Vec<f64> {
+    (0..n).map(|k| if k >= 2 { 1.0 } else { 0.0 }).collect()
+}
+
+#[test]
+fn whole_cycles_and_lag_follow_the_recursion_of_the_log_format() {
+    let sent: Vec<f64> = (0..80).map(|k| (0.3 * f64::from(k)).sin()).collect();
+    let chain = Chain::nominal(2.0 * TS, TS);
+    let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::AtEnd);
+    let e = (-1.0_f64).exp();
+    let mut y = 0.0;
+    for n in 1..80 {
+        let u = if n >= 3 { sent[n - 3] } else { 0.0 };
+        y = e * y + (1.0 - e) * u;
+        assert!((got[n] - y).abs() < 1e-12, "{n}: {} {y}", got[n]);
+    }
+}
+
+#[test]
+fn a_fraction_of_a_cycle_shares_the_mean() {
+    let got = simulate(
+        &Chain::nominal(1.25 * TS, 0.0),
+        &step(8),
+        &Timing::uniform(TS),
+        Reading::Mean,
+    );
+    for (got, expected) in got.iter().zip([0.0, 0.0, 0.0, 0.0, 0.75, 1.0, 1.0, 1.0]) {
+        assert!((got - expected).abs() < 1e-12, "{got} {expected}");
+    }
+}
+
+#[test]
+fn stated_intervals_that_are_all_nominal_change_nothing() {
+    let sent: Vec<f64> = (0..60).map(|k| (0.3 * f64::from(k)).sin()).collect();
+    let intervals = vec![TS; 60];
+    let timing = Timing {
+        cycle_s: TS,
+        intervals_s: &intervals,
+    };
+    for delay in [0.0, 0.3 * TS, TS, 2.7 * TS] {
+        let mut chain = Chain::nominal(delay, 0.003);
+        chain.pause_s = 0.006;
+        let uniform = simulate(&chain, &sent, &Timing::uniform(TS), Reading::AtEnd);
+        let stated = simulate(&chain, &sent, &timing, Reading::AtEnd);
+        for n in 0..60 {
+            assert!((uniform[n] - stated[n]).abs() < 1e-9, "{delay} {n}");
+        }
+    }
+}
+
+#[test]
+fn a_pause_removes_exactly_its_own_duration() {
+    // A triangle through zero, without lag: the output is zero for the pause, then the command.
+    let sent: Vec<f64> = (0..100)
+        .map(|k| 0.5 - 0.01 * f64::from(k) + 0.0005)
+        .collect();
+    let mut chain = Chain::nominal(0.0, 0.0);
+    chain.pause_s = 0.010;
+    let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::Mean);
+    let without = simulate(
+        &Chain::nominal(0.0, 0.0),
+        &sent,
+        &Timing::uniform(TS),
+        Reading::Mean,
+    );
+    let still = got
+        .iter()
+        .zip(&without)
+        .filter(|(g, w)| (*g - *w).abs() > 1e-9)
+        .count();
+    // 10 ms are two and a half cycles.
+    assert_eq!(still, 3);
+}
+
+#[test]
+fn a_rate_limit_has_the_slope_and_reaches_the_command() {
+    let mut chain = Chain::nominal(0.0, 0.0);
+    chain.drive.acceleration = 50.0;
+    let got = simulate(&chain, &step(20), &Timing::uniform(TS), Reading::AtEnd);
+    for (n, value) in got.iter().enumerate() {
+        let expected = (0.2 * (n as f64 - 2.0)).clamp(0.0, 1.0);
+        assert!((value - expected).abs() < 1e-9, "{n}: {value} {expected}");
+    }
+}
+
+#[test]
+fn a_mode_overshoots_by_its_damping() {
+    let mut chain = Chain::nominal(0.0, 0.0);
+    chain.resonance = Some(Resonance {
+        frequency_hz: 5.0,
+        damping_ratio: 0.1,
+    });
+    let got = simulate(&chain, &step(200), &Timing::uniform(TS), Reading::AtEnd);
+    let overshoot = got.iter().copied().fold(0.0, f64::max) - 1.0;
+    let expected = (-std::f64::consts::PI * 0.1 / (1.0_f64 - 0.01).sqrt()).exp();
+    assert!(
+        (overshoot - expected).abs() < 0.01,
+        "{overshoot} {expected}"
+    );
+}
+
+#[test]
+fn lost_motion_swallows_its_width() {
+    let mut sent = vec![0.25; 40];
+    sent.extend(vec![-0.25; 40]);
+    let mut chain = Chain::nominal(0.0, 0.0);
+    chain.backlash_m = 0.0035;
+    let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::Mean);
+    let way: f64 = got.iter().skip(41).sum::<f64>() * TS;
+    assert!((way - (-0.25 * 39.0 * TS + 0.0035)).abs() < 1e-9, "{way}");
+}

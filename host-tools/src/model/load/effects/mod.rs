@@ -1,0 +1,169 @@
+//! Effects on the sensor's reading, in the form that prediction and fit share.
+//!
+//! An effect is a sum of coefficients times columns; the columns depend on a few shape parameters
+//! that do not enter linearly. With the parameters given, the sum is the effect's part of the
+//! reading; with the parameters unknown, the columns are the regressors of a fit.
+
+mod contact;
+mod guide;
+mod parameters;
+mod reading;
+
+pub(crate) use parameters::turn;
+
+use super::{Column, Scene};
+use crate::import::filter::LowPass;
+use std::collections::BTreeMap;
+
+/// What a coefficient may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Any sign.
+    Free,
+    /// Not negative: physics forbids it.
+    Positive,
+    /// The column is the whole effect: its coefficient is 1.
+    One,
+}
+
+/// A parameter that multiplies a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficient {
+    /// Name with unit, as in the catalogue.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// What it may be.
+    pub sign: Sign,
+}
+
+/// A parameter that shapes the columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Name with unit.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Values that a search tries.
+    pub tried: &'static [f64],
+    /// Value where a model file does not give one.
+    pub default: f64,
+    /// It is a choice, not a physical size: it has no interval and is not refined.
+    pub choice: bool,
+}
+
+/// An effect on the reading.
+#[derive(Clone, Copy)]
+pub struct LoadEffect {
+    /// Id in the catalogue.
+    pub id: &'static str,
+    /// Parameters that multiply the columns, in their order.
+    pub coefficients: &'static [Coefficient],
+    /// Parameters that shape the columns.
+    pub shapes: &'static [Shape],
+    /// Columns may be left out: each is a part of its own.
+    pub separable: bool,
+    /// The columns; None if the log or the model has nothing for the effect to act on.
+    pub build: fn(&Scene, &[f64]) -> Option<Vec<Column>>,
+}
+
+impl LoadEffect {
+    /// All of them; where two explain a log equally well, the earlier one is named.
+    pub fn all() -> impl Iterator<Item = &'static Self> {
+        guide::EFFECTS
+            .iter()
+            .chain(contact::EFFECTS)
+            .chain(parameters::EFFECTS)
+            .chain(reading::EFFECTS)
+    }
+
+    /// By its id.
+    pub fn find(id: &str) -> Option<&'static Self> {
+        Self::all().find(|effect| effect.id == id)
+    }
+
+    /// The columns as they stand in the log, through the filter of its import if it had one.
+    pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
+        let mut columns = (self.build)(scene, shapes)?;
+        if let Some(filter) = scene.model.sensor.filter {
+            let filter = LowPass::new(filter.order, filter.cutoff_hz * scene.cycle_s);
+            let all = columns.iter_mut().flat_map(|column| &mut column.0);
+            for series in all.filter(|series| !series.is_empty()) {
+                *series = filter.zero_phase(series);
+            }
+        }
+        Some(columns)
+    }
+
+    /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
+    pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> [Vec<f64>; 6] {
+        let shapes: Vec<f64> = self
+            .shapes
+            .iter()
+            .map(|shape| parameters.get(shape.name).copied().unwrap_or(shape.default))
+            .collect();
+        let mut sum = std::array::from_fn(|_| vec![0.0; scene.len()]);
+        for (k, column) in self
+            .columns(scene, &shapes)
+            .unwrap_or_default()
+            .iter()
+            .enumerate()
+        {
+            let factor = self.coefficients.get(k).map_or(1.0, |coefficient| {
+                if coefficient.sign == Sign::One {
+                    1.0
+                } else {
+                    parameters.get(coefficient.name).copied().unwrap_or(0.0)
+                }
+            });
+            column.add_to(factor, &mut sum);
+        }
+        sum
+    }
+}
+
+const fn positive(name: &'static str, unit: &'static str) -> Coefficient {
+    Coefficient {
+        name,
+        unit,
+        sign: Sign::Positive,
+    }
+}
+
+const fn free(name: &'static str, unit: &'static str) -> Coefficient {
+    Coefficient {
+        name,
+        unit,
+        sign: Sign::Free,
+    }
+}
+
+const fn shape(
+    name: &'static str,
+    unit: &'static str,
+    tried: &'static [f64],
+    default: f64,
+) -> Shape {
+    Shape {
+        name,
+        unit,
+        tried,
+        default,
+        choice: false,
+    }
+}
+
+const fn choice(
+    name: &'static str,
+    unit: &'static str,
+    tried: &'static [f64],
+    default: f64,
+) -> Shape {
+    Shape {
+        name,
+        unit,
+        tried,
+        default,
+        choice: true,
+    }
+}

@@ -1,0 +1,253 @@
+//! A log's motion with everything that effects of the sensor's load depend on.
+
+use super::{LoadModel, tip_motion};
+use crate::model::Model;
+use nalgebra::{Matrix3, Vector3};
+use softdock_control::frames::{Pose, Wrench};
+use softdock_control::wrench::Motion;
+
+/// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column(pub [Vec<f64>; 6]);
+
+impl Column {
+    /// From a wrench for each cycle; series without any load are left empty.
+    pub fn of(count: usize, mut wrench: impl FnMut(usize) -> [f64; 6]) -> Self {
+        let mut column = Self(std::array::from_fn(|_| Vec::with_capacity(count)));
+        for n in 0..count {
+            for (series, value) in column.0.iter_mut().zip(wrench(n)) {
+                series.push(value);
+            }
+        }
+        for series in &mut column.0 {
+            if series.iter().all(|v| *v == 0.0) {
+                series.clear();
+            }
+        }
+        column
+    }
+
+    /// Value of an axis in a cycle.
+    pub fn at(&self, axis: usize, n: usize) -> f64 {
+        self.0[axis].get(n).copied().unwrap_or(0.0)
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_zero(&self) -> bool {
+        self.0.iter().all(Vec::is_empty)
+    }
+
+    /// Adds a multiple of this column to other series.
+    pub fn add_to(&self, factor: f64, series: &mut [Vec<f64>; 6]) {
+        for (own, other) in self.0.iter().zip(series) {
+            own.iter()
+                .zip(other)
+                .for_each(|(own, other)| *other += factor * own);
+        }
+    }
+}
+
+/// Contact of the tip with one wall over a log.
+#[derive(Clone, Debug)]
+pub struct Touch {
+    /// Out of the wall, in C.
+    pub normal: Vector3<f64>,
+    /// The point that touches, in M.
+    pub tip: Vector3<f64>,
+    /// Penetration, m; negative out of contact.
+    pub penetration: Vec<f64>,
+    /// Its rate, m/s.
+    pub rate: Vec<f64>,
+    /// Nominal force, N.
+    pub force: Vec<f64>,
+    /// Nominal stiffness, N/m.
+    pub stiffness: f64,
+    /// Nominal damping, N·s/m.
+    pub damping: f64,
+    /// Penetration at which the damping acts in full, m.
+    pub damping_depth: f64,
+}
+
+/// Motion, contact and nominal reading of every cycle of a log.
+pub struct Scene {
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// Time of each cycle, s.
+    pub time_s: Vec<f64>,
+    /// Pose of M in C.
+    pub pose: Vec<Pose<f64>>,
+    /// Velocity and acceleration of M.
+    pub motion: Vec<Motion<f64>>,
+    /// Orientation of C in M.
+    pub m_from_c: Vec<Matrix3<f64>>,
+    /// Contact with each wall.
+    pub touches: Vec<Touch>,
+    /// Nominal reading in S.
+    pub reading: Column,
+    /// Zero of the sensor.
+    pub bias: [f64; 6],
+    /// Origin of S in M, m.
+    pub sensor: Vector3<f64>,
+    /// Orientation of M in S.
+    pub s_from_m: Matrix3<f64>,
+    /// The guide's free direction, in C.
+    pub axis: Vector3<f64>,
+    /// The guided point, or the one that touches the first wall, in M, m.
+    pub tip: Vector3<f64>,
+    /// The nominal model.
+    pub model: Model,
+}
+
+impl Scene {
+    /// From the motion of a log.
+    pub fn new(
+        model: &Model,
+        cycle_s: f64,
+        time_s: Vec<f64>,
+        pose: Vec<Pose<f64>>,
+        motion: Vec<Motion<f64>>,
+    ) -> Self {
+        let load = LoadModel::new(model);
+        let touches = load
+            .walls
+            .iter()
+            .map(|wall| {
+                let at: Vec<(f64, f64)> = pose
+                    .iter()
+                    .zip(&motion)
+                    .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
+                    .collect();
+                Touch {
+                    normal: wall.normal,
+                    tip: wall.tip,
+                    force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
+                    penetration: at.iter().map(|a| a.0).collect(),
+                    rate: at.iter().map(|a| a.1).collect(),
+                    stiffness: wall.stiffness,
+                    damping: wall.damping,
+                    damping_depth: wall.damping_depth,
+                }
+            })
+            .collect();
+        let m_from_c = pose
+            .iter()
+            .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
+            .collect();
+        Self {
+            cycle_s,
+            touches,
+            m_from_c,
+            reading: Column::of(pose.len(), |n| load.wrench(&pose[n], &motion[n]).get()),
+            bias: model.sensor.bias,
+            sensor: load.m_from_s.translation.vector,
+            s_from_m: load
+                .m_from_s
+                .rotation
+                .inverse()
+                .to_rotation_matrix()
+                .into_inner(),
+            tip: load
+                .guide
+                .as_ref()
+                .map(|g| g.tip)
+                .or(load.walls.first().map(|w| w.tip))
+                .unwrap_or_default(),
+            axis: load.guide.as_ref().map_or_else(Vector3::x, |g| g.axis),
+            model: model.clone(),
+            time_s,
+            pose,
+            motion,
+        }
+    }
+
+    /// Number of cycles.
+    pub fn len(&self) -> usize {
+        self.pose.len()
+    }
+
+    /// Whether there are no cycles.
+    pub fn is_empty(&self) -> bool {
+        self.pose.is_empty()
+    }
+
+    /// Reading of a force in C on a point of M.
+    pub fn reading_of(&self, n: usize, point: &Vector3<f64>, force_c: &Vector3<f64>) -> [f64; 6] {
+        let force = self.m_from_c[n] * force_c;
+        let torque = (point - self.sensor).cross(&force);
+        let (force, torque) = (self.s_from_m * force, self.s_from_m * torque);
+        [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+    }
+
+    /// A point of M: 0 its origin, 1 the tip, 2 the origin of the sensor.
+    pub fn point_of_action(&self, choice: f64) -> Vector3<f64> {
+        match choice as i64 {
+            1 => self.tip,
+            2 => self.sensor,
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// Velocity along the guide of the point where its force acts, m/s.
+    pub fn along(&self, n: usize, acts_at: f64) -> f64 {
+        let (_, velocity) = self.point(n, &self.point_of_action(acts_at));
+        self.axis.dot(&velocity)
+    }
+
+    /// Column of a force along the guide, N in its positive direction.
+    pub fn guide_force(&self, acts_at: f64, mut force: impl FnMut(usize) -> f64) -> Column {
+        let at = self.point_of_action(acts_at);
+        Column::of(self.len(), |n| {
+            let size = force(n);
+            if size == 0.0 {
+                return [0.0; 6];
+            }
+            self.reading_of(n, &at, &(self.axis * size))
+        })
+    }
+
+    /// Column of a force out of every wall on the tip, given touch and cycle.
+    pub fn wall_force(&self, mut force: impl FnMut(&Touch, usize) -> f64) -> Column {
+        Column::of(self.len(), |n| {
+            let mut sum = [0.0; 6];
+            for touch in &self.touches {
+                let size = force(touch, n);
+                if size != 0.0 {
+                    let reading = self.reading_of(n, &touch.tip, &(touch.normal * size));
+                    sum.iter_mut().zip(reading).for_each(|(s, r)| *s += r);
+                }
+            }
+            sum
+        })
+    }
+
+    /// Change of the nominal reading if the model had other parameters.
+    pub fn change(&self, model: &Model, factor: f64) -> Column {
+        let load = LoadModel::new(model);
+        Column::of(self.len(), |n| {
+            let other: Wrench<f64> = load.wrench(&self.pose[n], &self.motion[n]);
+            let mut six = other.get();
+            for (axis, value) in six.iter_mut().enumerate() {
+                *value = factor * (*value - self.reading.at(axis, n));
+            }
+            six
+        })
+    }
+
+    /// Difference of the readings of two models.
+    pub fn difference(&self, from: &Model, to: &Model, factor: f64) -> Column {
+        let (from, to) = (LoadModel::new(from), LoadModel::new(to));
+        Column::of(self.len(), |n| {
+            let (pose, motion) = (&self.pose[n], &self.motion[n]);
+            let (a, b) = (
+                from.wrench(pose, motion).get(),
+                to.wrench(pose, motion).get(),
+            );
+            std::array::from_fn(|axis| factor * (b[axis] - a[axis]))
+        })
+    }
+
+    /// Position and velocity of a point of M in C.
+    pub fn point(&self, n: usize, point: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        tip_motion(&self.pose[n], &self.motion[n].velocity, point)
+    }
+}

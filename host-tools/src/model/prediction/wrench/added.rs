@@ -1,0 +1,142 @@
+//! Effects of the model file on the wrench.
+
+use super::super::signals::{Signals, VelocityMeaning};
+use super::super::{ChannelPrediction, Six};
+use super::motion_of;
+use crate::model::load::Scene;
+use crate::model::load::effects::LoadEffect;
+use crate::model::{Axis, EffectModel, Model};
+use softdock_control::frames::{Pose, Twist};
+use softdock_control::wrench::Motion;
+
+/// Adds what the model's effects contribute to the reading of each cycle.
+pub(super) fn add_effects(
+    model: &Model,
+    signals: &Signals<'_>,
+    intervals_s: &[f64],
+    executed: &ChannelPrediction,
+    at: &mut [Option<(Six, Six)>],
+) {
+    let added: Vec<(&EffectModel, &LoadEffect)> = model
+        .effects
+        .iter()
+        .filter_map(|effect| Some((effect, LoadEffect::find(&effect.id)?)))
+        .collect();
+    if added.is_empty() {
+        return;
+    }
+    let scene = scene(model, signals, intervals_s, executed);
+    for (effect, law) in added {
+        let part = law.contribution(&scene, &effect.parameters);
+        for (n, prediction) in at.iter_mut().enumerate() {
+            if let Some((wrench, _)) = prediction {
+                for (axis, value) in wrench.iter_mut().enumerate() {
+                    *value += part[axis][n];
+                }
+            }
+        }
+    }
+}
+
+/// The motion as it was measured, with the predicted velocity where that is right: it has no noise,
+/// which a friction would turn into wrong signs. A cycle without a pose repeats the last one.
+fn scene(
+    model: &Model,
+    signals: &Signals<'_>,
+    intervals_s: &[f64],
+    executed: &ChannelPrediction,
+) -> Scene {
+    let still = Motion {
+        velocity: Twist::zero(),
+        acceleration: Twist::zero(),
+    };
+    let trusted = signals.velocity == VelocityMeaning::Sampled && is_right(executed);
+    let mut last = Pose::identity();
+    let (pose, motion) = (0..signals.len())
+        .map(|n| {
+            last = signals.pose(n).unwrap_or(last);
+            let mut motion = motion_of(signals, n, intervals_s).unwrap_or(still);
+            if trusted && let Some(velocity) = executed.predicted[n] {
+                motion.velocity = Twist::of(&velocity);
+                let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s);
+                if let Some(before) = n.checked_sub(1).and_then(|p| executed.predicted[p]) {
+                    let change = |i: usize| (velocity[i] - before[i]) / interval_s;
+                    motion.acceleration = Twist::of(&std::array::from_fn(change));
+                }
+            }
+            (last, motion)
+        })
+        .unzip();
+    let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
+    Scene::new(model, signals.cycle_s, time_s, pose, motion)
+}
+
+/// Whether a prediction misses the measurement by little more than noise.
+fn is_right(executed: &ChannelPrediction) -> bool {
+    /// Level up to which a prediction is right; the noise may exceed the data sheet's.
+    const RIGHT: f64 = 1.6;
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (n, predicted) in executed.predicted.iter().enumerate() {
+        for axis in Axis::ALL.into_iter().filter(|_| predicted.is_some()) {
+            if let Some(residual) = executed.residual(n, axis) {
+                squares += (residual / executed.sigma[axis.index()]).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    count > 0.0 && squares < RIGHT * RIGHT * count
+}
+
+/// Applies what the sensor does to its samples: rounding, and repeating the last one.
+///
+/// A rounded reading stands for an interval; only the distance to it is an error. A repeated
+/// reading says nothing.
+pub(super) fn add_sampling(model: &Model, prediction: &mut ChannelPrediction) {
+    for effect in &model.effects {
+        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
+        match effect.id.as_str() {
+            "ft_quantisation" => {
+                let half = [0.5 * value("lsb_force_n"), 0.5 * value("lsb_torque_n_m")];
+                let down = value("rounds_down") > 0.5;
+                round(prediction, half, down);
+            }
+            "ft_dropout" => leave_out_repeated(prediction),
+            "ft_saturation" => saturate(prediction, value("limit_n")),
+            _ => {}
+        }
+    }
+}
+
+fn round(prediction: &mut ChannelPrediction, half: [f64; 2], down: bool) {
+    for (measured, predicted) in prediction.measured.iter().zip(&mut prediction.predicted) {
+        for (axis, value) in predicted.iter_mut().flatten().enumerate() {
+            let half = half[axis / 3];
+            let middle = if down {
+                measured[axis] + half
+            } else {
+                measured[axis]
+            };
+            let nearest = value.clamp(middle - half, middle + half);
+            *value = measured[axis] + (*value - nearest);
+        }
+    }
+}
+
+fn leave_out_repeated(prediction: &mut ChannelPrediction) {
+    for n in 1..prediction.measured.len() {
+        if prediction.measured[n] == prediction.measured[n - 1] {
+            prediction.predicted[n] = None;
+        }
+    }
+}
+
+fn saturate(prediction: &mut ChannelPrediction, limit: f64) {
+    for value in prediction
+        .predicted
+        .iter_mut()
+        .flatten()
+        .flat_map(|p| p.iter_mut().take(3))
+    {
+        *value = value.clamp(-limit, limit);
+    }
+}

@@ -1,0 +1,158 @@
+//! Whether a series depends on another one, now or some values ago.
+
+use super::correlation::autocorrelation;
+use super::significance::normal_p;
+
+/// Longest lag of the input, values.
+const LAGS: usize = 25;
+/// Values over which the correlation of what remains is taken into account.
+const MEMORY: usize = 150;
+/// Fewer pairs than this are not tested.
+const LEAST_PAIRS: usize = 50;
+
+/// Result of an independence test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dependence {
+    /// Regression coefficient over its standard error, at the lag where it is largest.
+    pub statistic: f64,
+    /// That lag: the series follows the input by so many values.
+    pub lag: usize,
+    /// Probability of at least that for a series that is independent, all lags considered.
+    pub p: f64,
+}
+
+/// Cross-correlation of a series with the past of an input, at its largest lag of 0 to 25.
+///
+/// The standard error is that of a regression whose remainder is correlated (Newey and West
+/// 1987): a slow error that has nothing to do with a slow input does not become significant by
+/// the number of values alone. None where there is too little, or the input does not change.
+pub fn dependence(series: &[f64], input: &[f64]) -> Option<Dependence> {
+    let input = about_mean(input)?;
+    let by_correlation = |lag: &usize| regression(series, &input, *lag).map_or(0.0, |r| r.strength);
+    let lag = (0..=LAGS).max_by(|a, b| by_correlation(a).total_cmp(&by_correlation(b)))?;
+    let fit = regression(series, &input, lag)?;
+    let remainder: Vec<f64> = pairs(series, &input, lag)
+        .map(|(value, u)| value - fit.coefficient * u)
+        .collect();
+    let shifted: Vec<f64> = pairs(series, &input, lag).map(|(_, u)| u).collect();
+    let error = standard_error(&remainder, &shifted, fit.squares);
+    let statistic = fit.coefficient.abs() / error;
+    if !statistic.is_finite() {
+        return None;
+    }
+    Some(Dependence {
+        statistic,
+        lag,
+        p: (normal_p(statistic) * (LAGS + 1) as f64).min(1.0),
+    })
+}
+
+fn about_mean(input: &[f64]) -> Option<Vec<f64>> {
+    let known = || input.iter().filter(|v| v.is_finite());
+    let mean = known().sum::<f64>() / known().count().max(1) as f64;
+    let centred: Vec<f64> = input.iter().map(|v| v - mean).collect();
+    let largest = known().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let changes = centred.iter().any(|v| v.abs() > 1e-9 * largest);
+    changes.then_some(centred)
+}
+
+/// Values with the input `lag` earlier; NaN where one is missing.
+fn pairs<'a>(
+    series: &'a [f64],
+    input: &'a [f64],
+    lag: usize,
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    series.iter().skip(lag).copied().zip(input.iter().copied())
+}
+
+struct Regression {
+    coefficient: f64,
+    /// Sum of squares of the input.
+    squares: f64,
+    /// Correlation, 0 to 1.
+    strength: f64,
+}
+
+fn regression(series: &[f64], input: &[f64], lag: usize) -> Option<Regression> {
+    let (mut products, mut squares, mut own, mut count) = (0.0, 0.0, 0.0, 0);
+    for (value, u) in pairs(series, input, lag) {
+        if value.is_finite() && u.is_finite() {
+            products += value * u;
+            squares += u * u;
+            own += value * value;
+            count += 1;
+        }
+    }
+    (count >= LEAST_PAIRS && squares > 0.0 && own > 0.0).then(|| Regression {
+        coefficient: products / squares,
+        squares,
+        strength: products.abs() / (squares * own).sqrt(),
+    })
+}
+
+/// `√(Σ w(k) γ(k) R(k)) / R(0)`, with the covariance γ of what remains, the input's sum of
+/// products R, and weights w that fall to zero linearly.
+fn standard_error(remainder: &[f64], input: &[f64], squares: f64) -> f64 {
+    let count = remainder.iter().filter(|v| v.is_finite()).count();
+    let known = remainder.iter().filter(|v| v.is_finite());
+    let variance = known.map(|v| v * v).sum::<f64>() / count.max(1) as f64;
+    let memory = MEMORY.min(count / 4);
+    let of_remainder = autocorrelation(remainder, memory);
+    let of_input = autocorrelation(input, memory);
+    let weighted = (1..=memory).map(|k| {
+        let weight = 1.0 - k as f64 / (memory + 1) as f64;
+        2.0 * weight * of_remainder[k] * of_input[k]
+    });
+    // A remainder that alternates would make the estimate better than that of white noise: it is
+    // not relied on.
+    let inflation = (1.0 + weighted.sum::<f64>()).max(1.0);
+    (variance * inflation / squares).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::noise_floor::tests::normal;
+    use super::*;
+
+    fn slow(count: usize, rate: f64) -> Vec<f64> {
+        (0..count).map(|n| (n as f64 * rate).sin()).collect()
+    }
+
+    #[test]
+    fn a_delayed_tenth_of_the_input_is_found_with_its_lag() {
+        let input = normal(2500, 1);
+        let series: Vec<f64> = normal(2500, 2)
+            .iter()
+            .enumerate()
+            .map(|(n, v)| v + if n >= 7 { 0.2 * input[n - 7] } else { 0.0 })
+            .collect();
+        let found = dependence(&series, &input).unwrap();
+        assert_eq!(found.lag, 7);
+        assert!(found.p < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn noise_depends_on_nothing() {
+        let input = slow(1500, 0.02);
+        let significant = |seed: &u64| dependence(&normal(1500, *seed), &input).unwrap().p < 0.01;
+        assert!((0..100_u64).filter(significant).count() <= 4);
+    }
+
+    #[test]
+    fn a_slow_error_is_not_blamed_on_another_slow_signal() {
+        let error: Vec<f64> = slow(2500, 0.0031)
+            .iter()
+            .zip(normal(2500, 3))
+            .map(|(s, v)| 3.0 * s + v)
+            .collect();
+        let found = dependence(&error, &slow(2500, 0.0137)).unwrap();
+        assert!(found.p > 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn a_constant_input_says_nothing() {
+        assert_eq!(dependence(&normal(500, 1), &[3.0; 500]), None);
+        assert_eq!(dependence(&normal(500, 1), &[f64::NAN; 500]), None);
+        assert_eq!(dependence(&[0.0; 500], &normal(500, 1)), None);
+    }
+}

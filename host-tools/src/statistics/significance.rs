@@ -1,0 +1,56 @@
+//! Probabilities of a statistic at least as large by chance.
+
+use statrs::function::{beta, erf, gamma};
+
+/// Of a chi-square variable with `freedom` degrees of freedom; 1 where it is not defined.
+pub fn chi_square_p(statistic: f64, freedom: f64) -> f64 {
+    if statistic.is_infinite() && statistic > 0.0 {
+        return 0.0;
+    }
+    defined(gamma::checked_gamma_ur(0.5 * freedom, 0.5 * statistic).ok())
+}
+
+/// Of an F variable with these degrees of freedom; 1 where it is not defined.
+///
+/// `P(F > f) = I(d₂ / (d₂ + d₁ f); d₂/2, d₁/2)`.
+pub fn f_p(statistic: f64, numerator: f64, denominator: f64) -> f64 {
+    if statistic.is_infinite() && statistic > 0.0 {
+        return 0.0;
+    }
+    let x = denominator / (denominator + numerator * statistic);
+    defined(beta::checked_beta_reg(0.5 * denominator, 0.5 * numerator, x).ok())
+}
+
+/// Of a normal variable, to either side.
+pub fn normal_p(z: f64) -> f64 {
+    erf::erfc(z.abs() / std::f64::consts::SQRT_2)
+}
+
+/// What cannot be computed is no evidence.
+fn defined(p: Option<f64>) -> f64 {
+    p.filter(|p| p.is_finite()).unwrap_or(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_textbooks_are_met() {
+        // 1 % points: chi-square(25), F(5, 100), normal.
+        assert!((chi_square_p(44.314, 25.0) - 0.01).abs() < 1e-5);
+        assert!((f_p(3.2059, 5.0, 100.0) - 0.01).abs() < 1e-5);
+        assert!((normal_p(2.575_829) - 0.01).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_not_defined_is_no_evidence() {
+        for value in [f64::NAN, -1.0] {
+            assert_eq!(chi_square_p(value, 3.0), 1.0);
+            assert_eq!(f_p(value, 3.0, f64::NAN), 1.0);
+        }
+        assert_eq!(f_p(1.0, 0.0, 10.0), 1.0);
+        assert_eq!(f_p(f64::INFINITY, 2.0, 10.0), 0.0);
+        assert_eq!(chi_square_p(f64::INFINITY, 2.0), 0.0);
+    }
+}

@@ -1,0 +1,149 @@
+//! Reports in a real browser: headless Chromium, driven through its DevTools protocol
+//! (<https://chromedevtools.github.io/devtools-protocol/>) over a pair of pipes, so that it needs
+//! neither a port nor a network.
+
+mod devtools;
+mod inspection;
+
+pub use inspection::{Drawing, Inspection};
+
+use crate::process::scratch;
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use devtools::DevTools;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Width of the window, pixels.
+const WIDTH_PX: u32 = 1280;
+/// Height of the window, pixels; screenshots are of the whole page.
+const HEIGHT_PX: u32 = 900;
+
+/// A page as a colleague sees it: on a light and on a dark screen, and on paper.
+#[derive(Debug)]
+pub struct Browser {
+    tools: DevTools,
+}
+
+impl Browser {
+    /// Starts Chromium with an empty profile; `test` names the folder of the profile.
+    ///
+    /// # Panics
+    /// If there is no Chromium, or it does not start.
+    pub fn start(test: &str) -> Self {
+        let mut tools = DevTools::start(&chromium(), &scratch(test));
+        for domain in ["Runtime", "Log", "Network", "Page"] {
+            tools.call(&format!("{domain}.enable"), json!({}));
+        }
+        let window = json!({
+            "width": WIDTH_PX, "height": HEIGHT_PX, "deviceScaleFactor": 1, "mobile": false
+        });
+        tools.call("Emulation.setDeviceMetricsOverride", window);
+        Self { tools }
+    }
+
+    /// Opens a file and looks at everything in it.
+    ///
+    /// # Panics
+    /// If the browser does not show it.
+    pub fn inspect(&mut self, page: &Path) -> Inspection {
+        let address = format!("file://{}", page.display());
+        self.tools.forget_events();
+        let shown = self.tools.call("Page.navigate", json!({"url": address}));
+        assert!(shown["errorText"].is_null(), "{address}: {shown}");
+        self.tools.wait_for_event("Page.loadEventFired");
+        let found = self.evaluate(inspection::SCRIPT);
+        Inspection::new(&address, &found, self.tools.events())
+    }
+
+    /// Keeps pictures of the open page under `target/report-screenshots/`: `NAME.png`,
+    /// `NAME-dark.png`, and `NAME.pdf` as it prints.
+    ///
+    /// # Panics
+    /// If the browser cannot draw it, or a file cannot be written.
+    pub fn keep_pictures(&mut self, name: &str) {
+        for (scheme, suffix) in [("light", ""), ("dark", "-dark")] {
+            let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
+            self.tools
+                .call("Emulation.setEmulatedMedia", json!({"features": features}));
+            let whole = json!({"format": "png", "captureBeyondViewport": true});
+            let picture = self.tools.call("Page.captureScreenshot", whole);
+            keep(&format!("{name}{suffix}.png"), &picture);
+        }
+        self.tools
+            .call("Emulation.setEmulatedMedia", json!({"features": []}));
+        let paper = json!({"printBackground": false, "preferCSSPageSize": true});
+        let printed = self.tools.call("Page.printToPDF", paper);
+        keep(&format!("{name}.pdf"), &printed);
+    }
+
+    /// Value of an expression in the page. The page's own policy against scripts does not bind it.
+    fn evaluate(&mut self, expression: &str) -> Value {
+        let question = json!({"expression": expression, "returnByValue": true});
+        let answer = self.tools.call("Runtime.evaluate", question);
+        assert!(answer["exceptionDetails"].is_null(), "{answer}");
+        answer["result"]["value"].clone()
+    }
+}
+
+/// Opens a report, keeps pictures of it as `name`, and checks that nothing is wrong with it and
+/// that it has at least `plots` plots.
+///
+/// # Panics
+/// If something is wrong; the message says what.
+pub fn assert_report(browser: &mut Browser, page: &Path, name: &str, plots: usize) {
+    let inspection = browser.inspect(page);
+    browser.keep_pictures(name);
+    let mut faults = inspection.faults();
+    let drawn = inspection.drawings.iter().filter(|d| d.curves > 0).count();
+    if drawn < plots {
+        faults.push(format!("{drawn} plots with curves instead of {plots}"));
+    }
+    assert!(faults.is_empty(), "{name}:\n{}", faults.join("\n"));
+}
+
+/// Writes the base64 `data` of an answer.
+fn keep(file: &str, answer: &Value) {
+    let data = answer["data"].as_str().expect("an answer with data");
+    let bytes = BASE64_STANDARD.decode(data).expect("base64");
+    let folder = pictures();
+    std::fs::create_dir_all(&folder).expect("the folder of the pictures can be made");
+    std::fs::write(folder.join(file), bytes).expect("a picture can be written");
+}
+
+/// `target/report-screenshots`.
+fn pictures() -> PathBuf {
+    let executable = std::env::current_exe().expect("a test has a path");
+    let target = executable.ancestors().nth(3);
+    target
+        .expect("a test stands in target/<profile>/deps")
+        .join("report-screenshots")
+}
+
+/// The browser: `SOFTDOCK_CHROMIUM`, or the first of the usual names that is installed.
+///
+/// # Panics
+/// If there is none.
+fn chromium() -> PathBuf {
+    if let Some(named) = std::env::var_os("SOFTDOCK_CHROMIUM") {
+        let named = PathBuf::from(named);
+        assert!(
+            named.is_file(),
+            "SOFTDOCK_CHROMIUM is {}, which is no file; expected the path of a Chromium",
+            named.display()
+        );
+        return named;
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let mut places = names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    places.find(|place| place.is_file()).unwrap_or_else(|| {
+        panic!(
+            "Chromium is missing: apt-get install chromium (as root), or name another one in \
+             SOFTDOCK_CHROMIUM"
+        )
+    })
+}

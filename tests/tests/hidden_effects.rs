@@ -1,0 +1,73 @@
+//! How often the diagnosis finds what was hidden: generated logs, and the training set.
+
+use softdock::bench::diagnose::{self, Bench};
+use softdock_hidden_effects::{CaseSpec, Level, suite};
+use std::path::PathBuf;
+
+/// Seed of the cases that are looked at here; `softdock bench diagnose` takes any.
+const SEED: u64 = 1;
+
+fn cases(level: Level, count: usize) -> Vec<CaseSpec> {
+    let all = suite(SEED).into_iter();
+    all.filter(|spec| spec.level() == level)
+        .take(count)
+        .collect()
+}
+
+fn score(specs: &[CaseSpec]) -> Bench {
+    diagnose::generated(specs, &|| ()).unwrap()
+}
+
+fn wrong(bench: &Bench) -> Vec<String> {
+    let rows = bench.rows.iter().filter(|row| !row.right);
+    rows.map(|row| {
+        format!(
+            "{}: hidden {:?}, said {:?} {:?}",
+            row.name, row.hidden, row.verdict, row.effects
+        )
+    })
+    .collect()
+}
+
+#[test]
+fn logs_with_nothing_hidden_are_clean() {
+    let mut specs = cases(Level::Null, 4);
+    specs.extend(cases(Level::NullWithinTolerance, 4));
+    let bench = score(&specs);
+    assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+}
+
+#[test]
+fn single_effects_are_found() {
+    let bench = score(&cases(Level::Single, 16));
+    let found = bench.scores.single_top1;
+    assert!(
+        found.right * 10 >= found.of * 9,
+        "{found:?} {:#?}",
+        wrong(&bench)
+    );
+}
+
+#[test]
+fn what_no_catalogue_contains_is_not_named() {
+    let bench = score(&cases(Level::Outside, 4));
+    let rate = bench.scores.outside_unexplained;
+    assert!(rate.right + 1 >= rate.of, "{rate:?} {:#?}", wrong(&bench));
+}
+
+#[test]
+fn the_training_set_is_solved() {
+    let Ok(data) = std::env::var("SOFTDOCK_DATA") else {
+        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; the training set is not there");
+        return;
+    };
+    let folder = PathBuf::from(data).join("hidden-effects-dev");
+    let bench = diagnose::folder(&folder, &|| ()).unwrap();
+    assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+    let drop = bench.scores.drop_of_90_percent();
+    assert!(
+        drop.right + 2 >= drop.of,
+        "{drop:?} {:?}",
+        bench.scores.error_drop_percent
+    );
+}
