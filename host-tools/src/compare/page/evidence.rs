@@ -104,9 +104,9 @@ fn along_regime(regime: &Regime) -> Option<Plot> {
             .collect()
     };
     let mut plot = Plot::new(
-        "Mean error along the regime that explains it",
+        format!("Mean error of {quantity} {axis} along what explains it"),
         regime.label(),
-        format!("error of {quantity} {axis} [{unit}]"),
+        format!("error [{unit}]"),
     );
     plot.series = vec![
         Series::line("mean", curve(0.0)),
