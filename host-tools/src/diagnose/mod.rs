@@ -22,7 +22,6 @@ mod clock;
 mod engine;
 mod finding;
 mod named;
-mod noise;
 mod optimise;
 mod outcome;
 pub mod page;

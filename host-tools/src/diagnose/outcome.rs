@@ -4,11 +4,12 @@ use super::engine::{ActuatorFinding, Pair, Question, Stages};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
 use super::named::{self, Named};
 use super::structure::{self, Left, Structure};
-use super::{noise, ranking, regions, sentence};
+use super::{ranking, regions, sentence};
 use crate::model::actuator::{Reading, Stage};
 use crate::model::prediction::{Prediction, predict};
 use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
+use crate::statistics::{Noise, noise_floor};
 
 /// Fall of the squared error that makes an effect worth naming.
 const WORTH: f64 = 0.002;
@@ -277,7 +278,9 @@ fn left_of(channel: Channel, stages: &Stages, after: &Pair<Prediction>) -> Left 
             };
         }
         // The increments of a noisy pose are differences: their spectrum is no test of anything.
-        let floor = noise::floor(&values, true).max(0.3 * sheet);
+        let floor = noise_floor(&values, Noise::Differenced)
+            .unwrap_or(sheet)
+            .max(0.3 * sheet);
         let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
         Structure {
             slow: 0.0,

@@ -1,7 +1,7 @@
 //! What the sensor does to its samples: rounding them, and repeating the last one.
 
-use super::noise::median;
 use crate::model::log::Log;
+use crate::statistics::median;
 
 /// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
 const VISIBLE: f64 = 0.35;
@@ -93,7 +93,7 @@ fn common(steps: &[Option<f64>]) -> f64 {
         .filter(|s| *s > 0.0)
         .collect();
     if found.len() * 2 > steps.iter().flatten().count() {
-        median(&mut found)
+        median(&mut found).unwrap_or(0.0)
     } else {
         0.0
     }

@@ -4,10 +4,10 @@
 //! has structure only if training and unseen data both say so.
 
 use super::engine::Pair;
-use super::noise::median;
-use super::wrench::{Side, Tested, periodogram, subtract};
+use super::wrench::{Side, Tested, subtract};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
+use crate::statistics::{median, periodogram};
 
 /// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).
 const SLOW: f64 = 3.0;
@@ -163,7 +163,7 @@ impl Structure {
         let slow_bins = ((SLOW_HZ / bin_hz) as usize).clamp(1, power.len() / 2);
         let slow = power[..slow_bins].iter().sum::<f64>() / slow_bins as f64;
         // The median of an exponential variable is ln 2 of its mean.
-        let usual = median(&mut power.clone()) / std::f64::consts::LN_2;
+        let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
@@ -212,7 +212,7 @@ fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
         .step_by((length / 2).max(1))
         .map(|(n, window)| (n, window.iter().map(|w| w * w).sum::<f64>() / length as f64))
         .collect();
-    let usual = median(&mut powers.iter().map(|p| p.1).collect::<Vec<_>>());
+    let usual = usual(powers.iter().map(|p| p.1).collect());
     let strongest = powers
         .iter()
         .copied()
@@ -221,12 +221,17 @@ fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
     (strongest.1 / usual.max(1e-12), (strongest.0, length))
 }
 
+/// Median of powers; 0 of nothing.
+fn usual(mut powers: Vec<f64>) -> f64 {
+    median(&mut powers).unwrap_or(0.0)
+}
+
 fn strongest_line(white: &[f64], cycle_s: f64) -> (f64, f64) {
     let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
     let mut best = (0.0, 0.0);
     for piece in white.chunks_exact(length) {
         let power = periodogram(piece);
-        let usual = median(&mut power.clone()) / std::f64::consts::LN_2;
+        let usual = usual(power.clone()) / std::f64::consts::LN_2;
         for (k, p) in power.iter().enumerate() {
             let ratio = p / usual.max(1e-12);
             if ratio > best.0 {

@@ -1,10 +1,10 @@
 //! How well an actuator explains the executed velocity of a log.
 
 use super::tried::Scale;
-use crate::diagnose::noise;
 use crate::model::Model;
 use crate::model::actuator::{Chain, Reading, Stage, Timing, simulate};
 use crate::model::log::Log;
+use crate::statistics::{Noise, noise_floor};
 use nalgebra::{SMatrix, SVector};
 
 /// Tolerances that are spent: more delay, less delay, lag. A delay of whole cycles has another
@@ -77,13 +77,13 @@ impl<'a> Cost<'a> {
         }
         let predicted = self.simulate(&self.nominal[axis], axis);
         let residual = self.residual(&predicted, axis);
-        let floor = noise::floor(&residual, self.log.reading == Reading::Mean);
-        let sheet = self.sheet_sigma[axis];
-        self.sigma[axis] = if floor.is_finite() {
-            floor.clamp(0.3 * sheet, 3.0 * sheet)
-        } else {
-            sheet
+        let noise = match self.log.reading {
+            Reading::Mean => Noise::Differenced,
+            Reading::AtEnd => Noise::White,
         };
+        let sheet = self.sheet_sigma[axis];
+        let floor = noise_floor(&residual, noise);
+        self.sigma[axis] = floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet));
         let (delay, lag) = (model.tolerance.transport_delay_s, model.tolerance.lag_s);
         for (k, (delay, lag)) in [(delay, 0.0), (-delay, 0.0), (0.0, lag)]
             .into_iter()

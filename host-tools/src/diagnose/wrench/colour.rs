@@ -4,9 +4,7 @@
 //! spectrum is taken where effects are not, as a running median against single lines, and what
 //! lies below [`SLOW_HZ`] is replaced by the level just above.
 
-use crate::diagnose::noise::median;
-use rustfft::FftPlanner;
-use rustfft::num_complex::Complex;
+use crate::statistics::{median, periodogram};
 
 /// Order of the model.
 const ORDER: usize = 4;
@@ -78,20 +76,9 @@ impl Colour {
     }
 }
 
-/// Power of each frequency up to half of the rate; its mean is the variance.
-pub(crate) fn periodogram(series: &[f64]) -> Vec<f64> {
-    let count = series.len();
-    let mean = series.iter().sum::<f64>() / count as f64;
-    let mut buffer: Vec<Complex<f64>> =
-        series.iter().map(|v| Complex::new(v - mean, 0.0)).collect();
-    FftPlanner::new()
-        .plan_fft_forward(count)
-        .process(&mut buffer);
-    let bins = count / 2;
-    buffer[1..=bins]
-        .iter()
-        .map(|c| c.norm_sqr() / count as f64)
-        .collect()
+/// Median of values, of which there are some; 0 of nothing.
+fn middle(values: &[f64]) -> f64 {
+    median(&mut values.to_vec()).unwrap_or(0.0)
 }
 
 fn noise_spectrum(residual: &[f64], cycle_s: f64) -> Vec<f64> {
@@ -100,7 +87,7 @@ fn noise_spectrum(residual: &[f64], cycle_s: f64) -> Vec<f64> {
         .map(|k| {
             let from = k.saturating_sub(REACH);
             let to = (k + REACH + 1).min(power.len());
-            median(&mut power[from..to].to_vec()) / MEDIAN_OF_EXPONENTIAL
+            middle(&power[from..to]) / MEDIAN_OF_EXPONENTIAL
         })
         .collect();
     let bin_hz = 1.0 / (cycle_s * residual.len() as f64);
@@ -108,7 +95,7 @@ fn noise_spectrum(residual: &[f64], cycle_s: f64) -> Vec<f64> {
     // A slow log has its noise where a fast one has its effects.
     let slow = bin(SLOW_HZ).min(smooth.len() / 4);
     let above = (slow + bin(JUST_ABOVE_HZ).max(1)).min(smooth.len());
-    let level = median(&mut smooth[slow..above].to_vec());
+    let level = middle(&smooth[slow..above]);
     let mut out = smooth;
     out[..slow].fill(level);
     out

@@ -11,7 +11,6 @@ mod stage;
 mod tested;
 mod variants;
 
-pub(crate) use colour::periodogram;
 pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Solution, subtract};
 
