@@ -9,6 +9,7 @@
 
 pub mod auto_start;
 pub mod board;
+pub mod image;
 pub mod robot;
 pub mod robot_link;
 pub mod sensor;

@@ -1,5 +1,9 @@
 //! Settings of a board: those of the control cycle, and how its links are set up.
 
+mod network;
+
+pub use network::{Network, NetworkSettings};
+
 use softdock_control::range::{SettingsError, in_range};
 use softdock_control::settings::Settings;
 use softdock_link::can::SensorDriver;
@@ -15,9 +19,8 @@ const NAME_BYTES: usize = 32;
 pub type Text = heapless::String<NAME_BYTES>;
 
 /// All settings of a board.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct BoardSettings {
     /// The control cycle.
     pub control: Settings,
@@ -25,12 +28,13 @@ pub struct BoardSettings {
     pub can: CanSettings,
     /// The robot's RSI link.
     pub rsi: RsiSettings,
+    /// The board's place on the network.
+    pub network: NetworkSettings,
 }
 
 /// Which CAN sensor is connected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SensorKind {
     /// ATI NETCANOEM, polled.
     #[default]
@@ -40,9 +44,8 @@ pub enum SensorKind {
 }
 
 /// The sensor's CAN link.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct CanSettings {
     /// The sensor.
     pub sensor: SensorKind,
@@ -90,9 +93,8 @@ impl Default for CanSettings {
 
 /// The robot's RSI link. Element names must be those of the robot's Ethernet configuration, which
 /// `softdock robot-config` writes from the same settings.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct RsiSettings {
     /// `Type` of the answers.
     pub sentype: Text,
@@ -137,8 +139,16 @@ pub enum BoardSettingsError {
         /// What is wrong with it.
         error: TagError,
     },
-    /// `rsi.robot_ip` is not an IP address.
-    RobotIp,
+    /// A text is not the IP address of a host.
+    Address {
+        /// Dotted name of the field.
+        field: &'static str,
+    },
+    /// A text is not the IP address of a host with a port.
+    Socket {
+        /// Dotted name of the field.
+        field: &'static str,
+    },
 }
 
 impl core::fmt::Display for BoardSettingsError {
@@ -146,9 +156,13 @@ impl core::fmt::Display for BoardSettingsError {
         match self {
             Self::Range(error) => write!(f, "{error}"),
             Self::Name { field, error } => write!(f, "`{field}`: {error}"),
-            Self::RobotIp => write!(
+            Self::Address { field } => write!(
                 f,
-                "`rsi.robot_ip` is not an IP address; write it like \"192.168.1.10\" or leave it empty"
+                "`{field}` is not the IP address of a host; write it like \"192.168.1.10\""
+            ),
+            Self::Socket { field } => write!(
+                f,
+                "`{field}` is not the IP address of a host with a port; write it like \"192.168.1.10:49200\" or leave it empty"
             ),
         }
     }
@@ -200,7 +214,8 @@ impl BoardSettings {
         let lost = f64::from(self.rsi.new_run_after_lost);
         in_range("rsi.new_run_after_lost", lost, 1.0, 1e6)?;
         self.rsi.tags()?;
-        self.rsi.robot_ip().map(|_| ())
+        self.rsi.robot_ip()?;
+        self.network.build().map(|_| ())
     }
 }
 
@@ -263,7 +278,9 @@ impl RsiSettings {
         self.robot_ip
             .parse()
             .map(Some)
-            .map_err(|_| BoardSettingsError::RobotIp)
+            .map_err(|_| BoardSettingsError::Address {
+                field: "rsi.robot_ip",
+            })
     }
 
     /// Silence after which the connection is given up, µs.
