@@ -10,8 +10,10 @@
 pub mod auto_start;
 pub mod board;
 pub mod image;
+pub mod lamps;
 pub mod robot;
 pub mod robot_link;
 pub mod sensor;
 pub mod settings;
 pub mod shared;
+pub mod watchdog;

@@ -14,8 +14,10 @@
 //! whether it may be used.
 
 mod schema;
+mod slots;
 
 pub use schema::schema;
+pub use slots::{Slot, newest};
 
 use crate::settings::{BoardSettings, BoardSettingsError};
 use crc::{CRC_32_ISO_HDLC, Crc};

@@ -1,0 +1,90 @@
+//! What three lamps say about the board, to somebody who stands beside the rig.
+//!
+//! | lamp | dark | blinks | lit |
+//! |---|---|---|---|
+//! | green | idle | hold: ready to be armed; fast: armed | the loop is closed, the robot moves |
+//! | yellow | no telegrams of the robot | telegrams, but no sensor data | robot and sensor are there |
+//! | red | no fault | a command was refused | a fault is latched: reset it |
+
+use crate::shared::Status;
+use softdock_control::modes::Mode;
+use softdock_link::can::SensorState;
+
+/// How often the lamps are set, ms: half of the faster blinking.
+pub const LAMP_PERIOD_MS: u32 = 125;
+
+/// Ticks of a half period of slow blinking.
+const SLOW_TICKS: u32 = 4;
+
+/// Whether each lamp is lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lamps {
+    /// The mode.
+    pub green: bool,
+    /// The links.
+    pub yellow: bool,
+    /// Faults.
+    pub red: bool,
+}
+
+/// The lamps at a tick of [`LAMP_PERIOD_MS`].
+pub fn lamps(status: &Status, tick: u32) -> Lamps {
+    let fast = tick.is_multiple_of(2);
+    let slow = (tick / SLOW_TICKS).is_multiple_of(2);
+    let sensor = status.sensor == Some(SensorState::Running);
+    Lamps {
+        green: match status.mode {
+            Mode::Idle | Mode::Fault => false,
+            Mode::Hold => slow,
+            Mode::Armed => fast,
+            Mode::Running => true,
+        },
+        yellow: status.connected && (sensor || slow),
+        red: status.fault.is_some() || (status.refusal.is_some() && slow),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_control::modes::{Fault, FaultCode};
+
+    /// Ticks in two seconds in which a lamp is lit, of 16.
+    fn lit(status: &Status, lamp: impl Fn(Lamps) -> bool) -> usize {
+        (0..16).filter(|tick| lamp(lamps(status, *tick))).count()
+    }
+
+    #[test]
+    fn each_mode_has_a_picture_of_its_own() {
+        let mut status = Status::default();
+        let mut changes = Vec::new();
+        for mode in [Mode::Idle, Mode::Hold, Mode::Armed, Mode::Running] {
+            status.mode = mode;
+            let green: Vec<bool> = (0..16).map(|tick| lamps(&status, tick).green).collect();
+            changes.push(green.windows(2).filter(|pair| pair[0] != pair[1]).count());
+        }
+        assert_eq!(changes, [0, 3, 15, 0]);
+        assert_eq!(lit(&status, |l| l.green), 16);
+    }
+
+    #[test]
+    fn yellow_tells_a_missing_robot_from_a_missing_sensor() {
+        let mut status = Status {
+            sensor: Some(SensorState::Running),
+            ..Status::default()
+        };
+        assert_eq!(lit(&status, |l| l.yellow), 0);
+        status.connected = true;
+        assert_eq!(lit(&status, |l| l.yellow), 16);
+        status.sensor = Some(SensorState::Starting);
+        assert_eq!(lit(&status, |l| l.yellow), 8);
+    }
+
+    #[test]
+    fn a_fault_is_red_until_it_is_reset() {
+        let mut status = Status::default();
+        assert_eq!(lit(&status, |l| l.red), 0);
+        status.fault = Some(Fault::new(FaultCode::Overload, 1000.0, 1200.0));
+        assert_eq!(lit(&status, |l| l.red), 16);
+    }
+}
