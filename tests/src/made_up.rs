@@ -164,7 +164,7 @@ pub fn named() -> MadeUp {
         sentence: "Repeat the test with 2 mm/s instead of 10 mm/s: a pause stays as long, a dead band grows longer."
             .to_owned(),
         separation_now: 61.0,
-        separation_then: 734.0,
+        separation_then: Some(734.0),
         command: "softdock run host-tools/scenarios/spring-rod.toml -o slow.mcap --speed-mm-s 2".to_owned(),
     });
     let executed = Channel::ExecutedVelocity;

@@ -176,6 +176,22 @@ fn a_diagnosis_is_told_in_text_json_and_a_page() {
 }
 
 #[test]
+fn the_experiment_is_rehearsed_on_the_simulated_rig() {
+    let folder = generated("diagnose_rehearse", &["actuation_delay"]);
+    let plain = diagnosed(&folder);
+    assert!(
+        plain["experiment"].get("separation_then").is_none(),
+        "{plain}"
+    );
+    let arguments = [&["diagnose", "model.toml"][..], &LOGS, &["--rehearse"]];
+    let rehearsed = json(&folder, &arguments.concat());
+    assert_eq!(rehearsed["runner_up"], plain["runner_up"]);
+    let then = rehearsed["experiment"]["separation_then"].as_f64().unwrap();
+    // What tells a delay from a lag, quick changes of the velocity, is part of the rehearsal.
+    assert!(then > 100.0, "{then}");
+}
+
+#[test]
 fn a_model_is_edited_only_when_that_helps() {
     let folder = generated("cli_add", &["guide_viscous"]);
     let model = || fs::read_to_string(folder.join("model.toml")).unwrap();

@@ -6,7 +6,8 @@ use super::logs::Logs;
 use super::progress::Progress;
 use super::{print, print_json};
 use crate::diagnose::page::{Identity, page};
-use crate::diagnose::{Report, diagnose};
+use crate::diagnose::{Diagnosis, Report, diagnose};
+use crate::experiment::rehearsal::separation;
 use crate::input::refuse_overwrite;
 use crate::model::Model;
 use anyhow::Result;
@@ -30,6 +31,10 @@ pub(super) struct Diagnose {
     /// Recording to judge on (MCAP)
     #[arg(long, value_name = "RECORDING")]
     test: Option<PathBuf>,
+    /// Also try on the simulated rig how clearly the experiment tells the effect from its closest
+    /// rival (some seconds)
+    #[arg(long)]
+    rehearse: bool,
     /// Report to write (one HTML page)
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -52,6 +57,9 @@ impl Diagnose {
         let mut report = diagnose(&model, &logs.train, logs.test.as_ref(), &|share, what| {
             progress.show(share, what);
         })?;
+        if self.rehearse {
+            rehearse(&mut report.diagnosis, &progress)?;
+        }
         drop(progress);
         let notes = &mut report.diagnosis.notes;
         notes.splice(0..0, logs.notes.iter().cloned());
@@ -78,4 +86,20 @@ impl Diagnose {
         let (before, after) = (&report.before_prediction, &report.after_prediction);
         page(&report.diagnosis, before, after, &identity)
     }
+}
+
+/// Carries the experiment out on the simulated rig, if there is a rival.
+fn rehearse(diagnosis: &mut Diagnosis, progress: &Progress) -> Result<()> {
+    let winner = diagnosis.effects.first().cloned();
+    let rival = diagnosis.runner_up.as_ref().map(|r| r.effect.clone());
+    let (Some(winner), Some(rival)) = (winner, rival) else {
+        return Ok(());
+    };
+    if let Some(experiment) = &mut diagnosis.experiment {
+        let separation = separation(&winner, &rival, &|share, what| {
+            progress.show(share, &format!("on the simulated rig: {what}"));
+        })?;
+        experiment.separation_then = Some(separation);
+    }
+    Ok(())
 }

@@ -117,9 +117,10 @@ pub struct Experiment {
     pub sentence: String,
     /// 2 Δ log L to expect between the two on this log.
     pub separation_now: f64,
-    /// The same with the experiment.
-    pub separation_then: f64,
-    /// The same on the simulated rig, at once; empty if there is none.
+    /// The same with the experiment on the simulated rig, if it was rehearsed there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub separation_then: Option<f64>,
+    /// The experiment on the simulated rig, at once; empty if there is none.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub command: String,
 }

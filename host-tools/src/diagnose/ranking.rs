@@ -107,7 +107,7 @@ pub(super) fn experiment(winner: Option<&String>, rival: &RunnerUp) -> Option<Ex
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,
-        separation_then: f64::NAN,
+        separation_then: None,
         command: format!("softdock demo --effect {}", effect.id),
     })
 }

@@ -5,6 +5,7 @@ pub mod demo;
 pub mod diagnosis;
 pub mod impact_table;
 pub mod impacts;
+pub mod rehearsal;
 pub mod reproduce;
 pub mod reproduce_page;
 pub mod run;

@@ -156,6 +156,12 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
     );
     if let Some(experiment) = &diagnosis.experiment {
         text.push_str(&format!("\nTo be sure: {}", experiment.sentence));
+        if let Some(then) = experiment.separation_then {
+            text.push_str(&format!(
+                "\nRehearsed on the simulated rig, χ² falls by {} less with the rival there.",
+                number::significant(then, DIGITS)
+            ));
+        }
         if !experiment.command.is_empty() {
             text.push_str(&format!("\nOn the simulated rig: {}", experiment.command));
         }

@@ -197,17 +197,9 @@ impl Source<'_> {
         }
         if let Some(experiment) = &diagnosis.experiment {
             page.paragraph(&experiment.sentence);
-            let mut chart = BarChart::new(
-                "How clearly the two can be told apart",
-                "2 Δ log L to expect",
-                Format::Significant(3),
-            );
-            chart.bars = vec![
-                Bar::new("this log", experiment.separation_now),
-                Bar::new("the experiment", experiment.separation_then),
-            ];
-            chart.bars[0].color = Some(Hue::Grey);
-            page.bars(&chart)?;
+            if let Some(then) = experiment.separation_then {
+                page.bars(&separations(experiment.separation_now, then))?;
+            }
             if !experiment.command.is_empty() {
                 page.paragraph("On the simulated rig, at once:");
                 page.code(&experiment.command);
@@ -292,4 +284,21 @@ fn change(before: f64, after: f64) -> Cell {
         _ if change > 0.01 => Cell::formatted(change, Format::Percent(0)).marked(Mark::Bad),
         _ => Cell::text("same").marked(Mark::Neutral),
     }
+}
+
+fn separations(now: f64, then: f64) -> BarChart {
+    let mut chart = BarChart::new(
+        "How clearly the two can be told apart",
+        "2 Δ log L",
+        Format::Significant(3),
+    );
+    let this_log = Bar::new("this log", now);
+    chart.bars = vec![
+        Bar {
+            color: Some(Hue::Grey),
+            ..this_log
+        },
+        Bar::new("the experiment on the simulated rig", then),
+    ];
+    chart
 }
