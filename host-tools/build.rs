@@ -1,24 +1,7 @@
 //! Writes the git state of the build into the program, for boot messages and recordings.
 
-use std::process::Command;
-
-fn git(arguments: &[&str]) -> Option<String> {
-    let output = Command::new("git").args(arguments).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    output.status.success().then(|| text.trim().to_owned())
-}
+include!("../firmware/git_state.rs");
 
 fn main() {
-    let hash = git(&["rev-parse", "--short=12", "HEAD"]);
-    let changed = git(&["status", "--porcelain", "--untracked-files=no"]);
-    let state = match (hash, changed) {
-        (Some(hash), Some(changes)) if changes.is_empty() => hash,
-        (Some(hash), _) => format!("{hash} with changes"),
-        (None, _) => "not built from git".to_owned(),
-    };
-    println!("cargo::rustc-env=SOFTDOCK_GIT={state}");
-    println!("cargo::rerun-if-changed=../.git/HEAD");
-    println!("cargo::rerun-if-changed=../.git/index");
-    println!("cargo::rerun-if-changed=../firmware");
-    println!("cargo::rerun-if-changed=src");
+    set_git_state("..");
 }

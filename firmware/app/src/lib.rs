@@ -5,15 +5,22 @@
 //! a cycle by a timer. What the tasks need from a board is four small traits, whose methods are
 //! contracts ([`board`]); a microcontroller, a process with sockets, and a simulation in virtual
 //! time implement them, and the tasks run unchanged on all three.
+//!
+//! What all microcontrollers share of their implementation is here as well: a CAN bus behind a
+//! serial line ([`slcan_bus`]), and with the feature `micro` clock, network and log (`micro`).
 #![cfg_attr(not(test), no_std)]
 
 pub mod auto_start;
 pub mod board;
+pub mod emulated_flash;
 pub mod image;
 pub mod lamps;
+#[cfg(feature = "micro")]
+pub mod micro;
 pub mod robot;
 pub mod robot_link;
 pub mod sensor;
 pub mod settings;
 pub mod shared;
+pub mod slcan_bus;
 pub mod watchdog;

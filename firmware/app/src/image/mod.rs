@@ -32,6 +32,11 @@ const HEADER_BYTES: usize = 14;
 const CHECKSUM_BYTES: usize = 4;
 static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
+/// CRC-32 (ISO-HDLC) of `bytes`.
+pub(crate) fn checksum(bytes: &[u8]) -> u32 {
+    CHECKSUM.checksum(bytes)
+}
+
 /// Why a block cannot be written or used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ImageError {

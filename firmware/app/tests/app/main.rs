@@ -20,3 +20,4 @@ mod sensor_faults;
 mod sensor_start;
 mod sequence;
 mod silence;
+mod slcan_bus;

@@ -1,0 +1,22 @@
+//! The board's clock over `embassy-time`.
+
+use crate::board::Clock;
+use embassy_time::{Instant, Timer};
+
+/// Time since boot by the board's time driver.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct UptimeClock;
+
+impl Clock for UptimeClock {
+    fn now_us(&self) -> u64 {
+        Instant::now().as_micros()
+    }
+
+    async fn wait_until(&self, at_us: u64) {
+        // `Timer` would be asked to ring in 584,942 years.
+        if at_us == u64::MAX {
+            core::future::pending::<()>().await;
+        }
+        Timer::at(Instant::from_micros(at_us)).await;
+    }
+}

@@ -1,0 +1,28 @@
+//! What a Cortex-M board does when the firmware cannot go on: it keeps a message in memory that
+//! outlives a reset, resets, and tells the message at the next boot.
+//!
+//! - A **panic** leaves its place and text ([`panic`](core::panic)).
+//! - A **fault** leaves the processor's fault registers and the address of the instruction.
+//! - A **stack overflow** is a fault: the board's `memory.x` puts the stack at the lower end of a
+//!   memory, so that growing too far leaves it instead of overwriting data. The handler does not use
+//!   the exhausted stack.
+//!
+//! The firmware calls [`arm`] first of all, and [`take_message`] when it can log. Needed in
+//! `memory.x`: `_stack_start` and `_stack_end`, the upper and lower end of the stack, and
+//! cortex-m-rt's section `.uninit` in memory that keeps its content over a reset.
+#![no_std]
+
+mod fault;
+mod message;
+
+pub use fault::arm;
+pub use message::{MESSAGE_BYTES, Message, take_message};
+
+use core::panic::PanicInfo;
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    cortex_m::interrupt::disable();
+    message::keep(format_args!("{info}"));
+    cortex_m::peripheral::SCB::sys_reset()
+}

@@ -1,0 +1,34 @@
+//! Chooses the chip by the target, and hands the linker its scripts.
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+include!("../../git_state.rs");
+
+fn main() {
+    let target = env::var("TARGET").unwrap_or_default();
+    let chip = match target.as_str() {
+        "thumbv7em-none-eabihf" => "an500",
+        "thumbv7m-none-eabi" => "an385",
+        _ => {
+            println!(
+                "cargo::error=softdock-mps2 is for QEMU's boards; build it with --target thumbv7em-none-eabihf (mps2-an500) or thumbv7m-none-eabi (mps2-an385), not for {target}"
+            );
+            return;
+        }
+    };
+    println!("cargo::rustc-cfg=chip=\"{chip}\"");
+    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
+    for script in ["memory.x", "device.x"] {
+        if let Err(error) = fs::copy(script, out.join(script)) {
+            println!("cargo::error=cannot copy {script}: {error}");
+        }
+        println!("cargo::rerun-if-changed={script}");
+    }
+    println!("cargo::rustc-link-search={}", out.display());
+    // Without --nmagic the linker would align sections for pages, which the board does not have.
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo::rustc-link-arg-bins={argument}");
+    }
+    set_git_state("../../..");
+}
