@@ -8,6 +8,7 @@ pub mod cli;
 pub mod compare;
 pub mod diagnose;
 pub mod experiment;
+pub mod firmware;
 pub mod fit;
 pub mod identity;
 pub mod import;

@@ -13,7 +13,9 @@ mod demo;
 mod diagnose;
 mod effects;
 mod export;
+mod firmware;
 mod fit;
+mod flash;
 mod history;
 mod import;
 mod logs;
@@ -45,6 +47,8 @@ enum Command {
     Demo(demo::Demo),
     Run(run::Run),
     Board(board::Board),
+    Firmware(firmware::Firmware),
+    Flash(flash::Flash),
     RobotConfig(robot_config::RobotConfig),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
@@ -73,6 +77,8 @@ impl Cli {
             Command::Effects(command) => command.execute(),
             Command::Run(command) => command.execute(),
             Command::Board(command) => command.execute(),
+            Command::Firmware(command) => command.execute(),
+            Command::Flash(command) => command.execute(),
             Command::RobotConfig(command) => command.execute(),
             Command::Reproduce(command) => command.execute(),
             Command::Replay(command) => command.execute(),

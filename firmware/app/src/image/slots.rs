@@ -12,13 +12,14 @@ pub enum Slot {
 }
 
 /// The newer of the usable blocks in the two places, and where it lies; why neither can be used
-/// otherwise. Sequences count round: 0 is newer than [`u32::MAX`].
-pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), [ImageError; 2]> {
+/// otherwise: the damage rather than the absence. Sequences count round: 0 is newer than [`u32::MAX`].
+pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
     match (Image::decode(a), Image::decode(b)) {
         (Ok(a), Ok(b)) if newer(b.sequence, a.sequence) => Ok((b, Slot::B)),
         (Ok(a), _) => Ok((a, Slot::A)),
         (Err(_), Ok(b)) => Ok((b, Slot::B)),
-        (Err(a), Err(b)) => Err([a, b]),
+        (Err(ImageError::Absent), Err(b)) => Err(b),
+        (Err(a), Err(_)) => Err(a),
     }
 }
 
@@ -61,9 +62,12 @@ mod tests {
     }
 
     #[test]
-    fn without_a_block_both_reasons_are_told() {
-        let [a, b] = newest(&[0xff; 64], &block(1)[..50]).unwrap_err();
-        assert_eq!(a, ImageError::Absent);
-        assert!(matches!(b, ImageError::Length { .. }));
+    fn without_a_usable_block_the_damage_is_told() {
+        let (erased, cut) = (&[0xff; 64][..], &block(1)[..50]);
+        assert_eq!(newest(erased, erased), Err(ImageError::Absent));
+        for (a, b) in [(erased, cut), (cut, erased)] {
+            let error = newest(a, b).unwrap_err();
+            assert!(matches!(error, ImageError::Length { .. }), "{error}");
+        }
     }
 }

@@ -1,0 +1,46 @@
+//! Two executors at two priorities, each in an interrupt whose peripheral is not used. The control
+//! cycle interrupts everything that is not needed for it.
+#![allow(unsafe_code, reason = "Embassy's contract for executors in interrupts")]
+
+use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::{Interrupt, InterruptExt, Priority};
+
+static HIGH: InterruptExecutor = InterruptExecutor::new();
+static LOW: InterruptExecutor = InterruptExecutor::new();
+
+/// Handlers of devices, above the executors, only move bytes and wake tasks; embassy-stm32 leaves
+/// them at the highest priority, 0.
+const HIGH_PRIORITY: Priority = Priority::P4;
+const LOW_PRIORITY: Priority = Priority::P8;
+
+/// Starts the executor of network, sensor and robot.
+pub(crate) fn start_high() -> SendSpawner {
+    Interrupt::UART4.set_priority(HIGH_PRIORITY);
+    HIGH.start(Interrupt::UART4)
+}
+
+/// Starts the executor of everything that may wait.
+pub(crate) fn start_low() -> SendSpawner {
+    Interrupt::UART5.set_priority(LOW_PRIORITY);
+    LOW.start(Interrupt::UART5)
+}
+
+/// The spawner of the executor that runs the calling task, for tasks that cannot be sent from
+/// another one.
+pub(crate) async fn local() -> Spawner {
+    // SAFETY: all futures of this firmware are polled by the two executors above.
+    unsafe { Spawner::for_current_executor().await }
+}
+
+#[interrupt]
+fn UART4() {
+    // SAFETY: this is the executor's handler, and `start_high` unmasks it.
+    unsafe { HIGH.on_interrupt() }
+}
+
+#[interrupt]
+fn UART5() {
+    // SAFETY: this is the executor's handler, and `start_low` unmasks it.
+    unsafe { LOW.on_interrupt() }
+}

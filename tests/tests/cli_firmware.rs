@@ -1,0 +1,141 @@
+//! The image of the NUCLEO board: what it takes of the chip, and how it is flashed. There is no
+//! board here: a program in place of probe-rs writes down what it was told.
+
+use softdock_app::image::{Slot, newest};
+use softdock_tests::process::{scratch, softdock, softdock_binary};
+use std::ffi::OsString;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Runs `softdock` with these folders for programs.
+fn with_path(folder: &Path, arguments: &[&str], path: OsString) -> Output {
+    let mut command = Command::new(softdock_binary());
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .env("PATH", path);
+    command.output().unwrap()
+}
+
+fn stderr(run: &Output) -> String {
+    String::from_utf8_lossy(&run.stderr).into_owned()
+}
+
+/// The folders for programs, with one before them.
+fn path_with(first: &Path) -> OsString {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders = std::iter::once(first.to_owned()).chain(std::env::split_paths(&path));
+    std::env::join_paths(folders).unwrap()
+}
+
+/// A folder with a `probe-rs` that notes its arguments and keeps a file that it was given.
+fn recorded_probe_rs(folder: &Path) -> PathBuf {
+    let programs = folder.join("programs");
+    fs::create_dir_all(&programs).unwrap();
+    let program = programs.join("probe-rs");
+    let kept = folder.display();
+    let script = format!(
+        "#!/bin/sh\necho \"$@\" >> {kept}/calls\nfor last; do :; done\ncase $1 in download) cp \"$last\" {kept}/written;; esac\n"
+    );
+    fs::write(&program, script).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    programs
+}
+
+#[test]
+fn the_image_fits_and_its_tasks_are_named() {
+    let folder = scratch("cli_firmware");
+    let run = softdock(&folder, &["firmware", "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let built: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let regions = built["regions"].as_array().unwrap();
+    for region in regions {
+        let (used, length) = (&region["used"], &region["length"]);
+        assert!(used.as_u64() <= length.as_u64(), "{region}");
+    }
+    let used = |name: &str| {
+        let region = regions.iter().find(|region| region["name"] == name);
+        region.unwrap()["used"].as_u64().unwrap()
+    };
+    assert!(used("FLASH") > 50_000 && used("RAM") > 10_000);
+    assert!(used("AXISRAM") > 10_000, "the Ethernet's buffers");
+    assert_eq!(used("SETTINGS"), 0, "the place of the settings");
+    let tasks = built["tasks"].to_string();
+    for task in [
+        "robot_task",
+        "sensor_task",
+        "network_task",
+        "watchdog::feed",
+    ] {
+        assert!(tasks.contains(task), "{task} in {tasks}");
+    }
+}
+
+#[test]
+fn settings_and_image_go_to_the_board() {
+    let folder = scratch("cli_flash");
+    let programs = recorded_probe_rs(&folder);
+    fs::write(
+        folder.join("board.toml"),
+        "[network]\naddress = \"10.0.0.7\"\n",
+    )
+    .unwrap();
+    let arguments = ["flash", "--settings", "board.toml"];
+    let run = with_path(&folder, &arguments, path_with(&programs));
+    assert!(run.status.success(), "{}", stderr(&run));
+    let calls = fs::read_to_string(folder.join("calls")).unwrap();
+    let calls: Vec<&str> = calls.lines().collect();
+    let [_version, download, start] = calls[..] else {
+        panic!("{calls:?}");
+    };
+    let to_settings = "download --chip STM32H743ZITx --binary-format bin --base-address 0x81c0000";
+    assert!(download.starts_with(to_settings), "{download}");
+    assert!(start.starts_with("run --chip STM32H743ZITx "), "{start}");
+    assert!(start.ends_with("softdock-nucleo-h743zi"), "{start}");
+
+    // What was written is what the board reads: the newer of two slots of 128 KiB.
+    let written = fs::read(folder.join("written")).unwrap();
+    let (a, b) = written.split_at(128 * 1024);
+    let (image, slot) = newest(a, b).unwrap();
+    assert_eq!(slot, Slot::A);
+    assert_eq!(image.settings.network.address.as_str(), "10.0.0.7");
+}
+
+#[test]
+fn what_cannot_be_flashed_says_what_to_do() {
+    let folder = scratch("cli_flash_wrong");
+    let programs = recorded_probe_rs(&folder);
+    let fails = |arguments: &[&str], expected: &[&str]| {
+        let run = with_path(&folder, arguments, path_with(&programs));
+        assert_eq!(run.status.code(), Some(1));
+        for part in expected {
+            assert!(stderr(&run).contains(part), "`{part}` in: {}", stderr(&run));
+        }
+    };
+    fs::write(folder.join("board.toml"), "[netwrok]\n").unwrap();
+    fails(
+        &["flash", "--settings", "board.toml"],
+        &["netwrok", "network"],
+    );
+    fs::write(folder.join("notes.txt"), "not a program").unwrap();
+    fails(&["flash", "--image", "notes.txt"], &["notes.txt", "ELF"]);
+    let host = std::env::current_exe().unwrap();
+    fails(&["flash", "--image", &host.display().to_string()], &["ARM"]);
+    let calls = fs::read_to_string(folder.join("calls")).unwrap_or_default();
+    assert!(
+        !calls.contains("run") && !calls.contains("download"),
+        "{calls}"
+    );
+
+    let empty = folder.join("empty");
+    fs::create_dir_all(&empty).unwrap();
+    let run = with_path(&folder, &["flash"], empty.into_os_string());
+    assert_eq!(run.status.code(), Some(1));
+    assert!(
+        stderr(&run).contains("cargo install probe-rs-tools"),
+        "{}",
+        stderr(&run)
+    );
+}
