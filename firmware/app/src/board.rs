@@ -45,6 +45,22 @@ pub trait DatagramSocket {
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError>;
 }
 
+/// A UDP socket that only sends.
+#[allow(
+    async_fn_in_trait,
+    reason = "one executor, one thread: no Send is needed"
+)]
+pub trait DatagramSink {
+    /// Sends a datagram. Waits only for room in the transmit queue.
+    async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError>;
+}
+
+impl<T: DatagramSocket> DatagramSink for T {
+    async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
+        DatagramSocket::send(self, datagram, to).await
+    }
+}
+
 /// Monotonic time since boot.
 #[allow(
     async_fn_in_trait,

@@ -6,7 +6,7 @@
 //! | 0 | the settings: a block of [`crate::image`] |
 //! | 1 MiB | the boot options: a block of [`BootOptions`] |
 
-use crate::image::checksum;
+use crate::checksum::CHECKSUM;
 
 /// Size of the emulated flash, bytes.
 pub const FLASH_BYTES: usize = 16 << 20;
@@ -35,7 +35,7 @@ impl BootOptions {
     pub fn encode(self) -> [u8; BOOT_OPTIONS_BYTES] {
         let [m0, m1, m2, m3] = MAGIC;
         let flags = u8::from(self.start) * START;
-        let [c0, c1, c2, c3] = checksum(&[m0, m1, m2, m3, flags]).to_le_bytes();
+        let [c0, c1, c2, c3] = CHECKSUM.checksum(&[m0, m1, m2, m3, flags]).to_le_bytes();
         [m0, m1, m2, m3, flags, c0, c1, c2, c3]
     }
 

@@ -1,7 +1,8 @@
 //! The Embassy tasks of the docking-rig controller, generic over their board.
 //!
 //! Two tasks share little: [`sensor`] keeps the newest force sample up to date, [`robot`] answers
-//! each telegram of the robot with one control cycle. The robot is the clock; nothing here starts
+//! each telegram of the robot with one control cycle. Two more bring the record of each cycle to a
+//! recorder ([`telemetry`]). The robot is the clock; nothing here starts
 //! a cycle by a timer. What the tasks need from a board is four small traits, whose methods are
 //! contracts ([`board`]); a microcontroller, a process with sockets, and a simulation in virtual
 //! time implement them, and the tasks run unchanged on all three.
@@ -12,6 +13,7 @@
 
 pub mod auto_start;
 pub mod board;
+mod checksum;
 pub mod emulated_flash;
 pub mod image;
 pub mod lamps;
@@ -19,8 +21,10 @@ pub mod lamps;
 pub mod micro;
 pub mod robot;
 pub mod robot_link;
+mod schema;
 pub mod sensor;
 pub mod settings;
 pub mod shared;
 pub mod slcan_bus;
+pub mod telemetry;
 pub mod watchdog;

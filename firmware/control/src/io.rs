@@ -8,6 +8,7 @@ use crate::modes::{Command, Fault, Mode, Refusal};
 
 /// Where a telegram stands in the robot's sequence (IPOC).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Sequence {
     /// The first telegram, or the first of a new RSI run (backwards, or a jump).
     #[default]
@@ -20,6 +21,7 @@ pub enum Sequence {
 
 /// The robot's part of a cycle's input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotSample {
     /// Time stamp of the telegram, ms; echoed in the answer.
     pub ipoc: u64,
@@ -35,6 +37,7 @@ pub struct RobotSample {
 
 /// The newest sensor sample that has arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SensorSample {
     /// Rises by one with each sample; 0 before the first.
     pub counter: u32,
@@ -50,6 +53,7 @@ pub struct SensorSample {
 
 /// Everything that a cycle may depend on, besides settings and state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inputs {
     /// This cycle's telegram.
     pub robot: RobotSample,
@@ -61,6 +65,7 @@ pub struct Inputs {
 
 /// The answer of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output {
     /// Correction X Y Z A B C in units of the last digit of mm and degrees.
     pub correction: Counts,
@@ -70,6 +75,7 @@ pub struct Output {
 
 /// Motion of one frame in another, for the log: of a simulated craft in C unless said otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyTrace {
     /// Position (m) and quaternion (w x y z).
     pub pose: [f64; 7],
@@ -79,6 +85,7 @@ pub struct BodyTrace {
 
 /// What happened inside a cycle. SI; linear velocities in C of the laboratory, angular ones in M.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Trace {
     /// Number of the cycle since boot.
     pub cycle: u64,
@@ -123,6 +130,7 @@ pub struct Trace {
 
 /// One cycle as it is recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CycleRecord {
     /// What went in.
     pub inputs: Inputs,

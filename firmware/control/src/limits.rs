@@ -91,6 +91,7 @@ impl LimitSettings {
 
 /// Which limits acted in a cycle, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LimitFlags(pub u16);
 
 impl LimitFlags {

@@ -14,6 +14,7 @@
 
 /// Mode of the controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mode {
     /// Answers zeros; waits for the operator.
     #[default]
@@ -30,6 +31,7 @@ pub enum Mode {
 
 /// A command of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Command {
     /// Answer zeros and wait for `arm`.
     Hold,
@@ -67,6 +69,7 @@ impl Command {
 
 /// Why a command was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Refusal {
     /// The command does not apply in this mode.
     WrongMode,
@@ -90,6 +93,7 @@ pub enum Refusal {
 
 /// What latched a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FaultCode {
     /// No new sensor sample for too long (expected: most cycles; received: cycles).
     SensorStale,
@@ -119,6 +123,7 @@ pub enum FaultCode {
 
 /// A latched fault with the numbers that caused it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fault {
     /// The cause.
     pub code: FaultCode,

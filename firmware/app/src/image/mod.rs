@@ -13,14 +13,12 @@
 //! whether it is one, the schema whether this firmware can read it, and the settings' own checks
 //! whether it may be used.
 
-mod schema;
 mod slots;
 
-pub use schema::schema;
 pub use slots::{Slot, newest};
 
+use crate::checksum::CHECKSUM;
 use crate::settings::{BoardSettings, BoardSettingsError};
-use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// First bytes of a block.
 pub const MAGIC: [u8; 4] = *b"SDK1";
@@ -30,11 +28,10 @@ pub const IMAGE_MAX_BYTES: usize = 4096;
 
 const HEADER_BYTES: usize = 14;
 const CHECKSUM_BYTES: usize = 4;
-static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// CRC-32 (ISO-HDLC) of `bytes`.
-pub(crate) fn checksum(bytes: &[u8]) -> u32 {
-    CHECKSUM.checksum(bytes)
+/// The schema of [`BoardSettings`]: it changes when their form does.
+pub fn schema() -> u32 {
+    crate::schema::of::<BoardSettings>().unwrap_or_default()
 }
 
 /// Why a block cannot be written or used.

@@ -21,3 +21,4 @@ mod sensor_start;
 mod sequence;
 mod silence;
 mod slcan_bus;
+mod telemetry;

@@ -1,0 +1,54 @@
+//! The records that wait for the encoder.
+
+use crate::board::Recorder;
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::zerocopy_channel::Sender;
+use softdock_control::io::CycleRecord;
+
+/// Room for a record. Slots are made once, at boot, as the buffer of a
+/// [`zerocopy_channel::Channel`](embassy_sync::zerocopy_channel::Channel); 64 of them (about 85 kB)
+/// bridge a quarter of a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slot {
+    /// The record; none ends the stream.
+    pub(super) record: Option<CycleRecord>,
+    /// Records that had no room since boot, when this one was taken.
+    pub(super) lost: u32,
+}
+
+/// The cycle's end of the telemetry. See [the module](super) for what it costs the cycle.
+#[derive(Debug)]
+pub struct RecordQueue<'a, M: RawMutex> {
+    slots: Sender<'a, M, Slot>,
+    lost: u32,
+}
+
+impl<'a, M: RawMutex> RecordQueue<'a, M> {
+    /// A queue of the slots of a channel; [`encode`](super::encode) has the channel's other end.
+    pub fn new(slots: Sender<'a, M, Slot>) -> Self {
+        Self { slots, lost: 0 }
+    }
+
+    /// Ends the stream: the tasks send what waits, announce the board a last time, so that the
+    /// recorder notices a loss of the last records too, and return. For boards that have an end:
+    /// a process has, a microcontroller has not.
+    pub async fn close(mut self) {
+        *self.slots.send().await = Slot {
+            record: None,
+            lost: self.lost,
+        };
+        self.slots.send_done();
+    }
+}
+
+impl<M: RawMutex> Recorder for RecordQueue<'_, M> {
+    fn record(&mut self, record: &CycleRecord) {
+        let Some(slot) = self.slots.try_send() else {
+            self.lost = self.lost.wrapping_add(1);
+            return;
+        };
+        slot.record = Some(*record);
+        slot.lost = self.lost;
+        self.slots.send_done();
+    }
+}
