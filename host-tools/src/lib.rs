@@ -20,3 +20,4 @@ pub mod report;
 pub mod rig;
 pub mod robot_config;
 pub mod statistics;
+pub mod telemetry;

@@ -25,10 +25,12 @@ use std::time::Duration;
 mod clock;
 mod mailbox;
 mod slcan_server;
+mod telemetry;
 mod udp;
 
 use clock::RealClock;
 use slcan_server::SlcanBus;
+use telemetry::Telemetry;
 use udp::UdpPort;
 
 /// The operator and the onlooker have threads of their own.
@@ -48,6 +50,8 @@ pub struct Process {
     pub robot: SocketAddr,
     /// TCP address for the sensor's SLCAN client.
     pub can: SocketAddr,
+    /// UDP address of the recorder that gets each cycle, in place of that of the settings.
+    pub telemetry: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy.
     pub start: bool,
 }
@@ -58,6 +62,7 @@ pub struct Listening {
     link: RobotLink<f64>,
     udp: UdpSocket,
     tcp: TcpListener,
+    telemetry: Option<Telemetry>,
 }
 
 impl Process {
@@ -77,11 +82,19 @@ impl Process {
             udp.local_addr()?,
             tcp.local_addr()?
         );
+        let recorder = match self.telemetry {
+            Some(recorder) => Some(recorder),
+            None => self.settings.network.recorder()?.map(SocketAddr::V4),
+        };
+        let telemetry = recorder
+            .map(|recorder| Telemetry::new(&self.settings, recorder))
+            .transpose()?;
         Ok(Listening {
             process: self,
             link,
             udp,
             tcp,
+            telemetry,
         })
     }
 }
@@ -101,7 +114,12 @@ impl Listening {
         let clock = RealClock::start();
         let port = UdpPort::start(self.udp, stop.clone())?;
         let bus = SlcanBus::start(self.tcp, stop.clone())?;
-        let (recorder, writer) = start_recorder(record);
+        let (file, writer) = start_recorder(record);
+        let (telemetry, sender) = self
+            .telemetry
+            .map(|telemetry| telemetry.start(clock.clone()))
+            .unzip();
+        let recorders = Recorders { file, telemetry };
         start_operator(shared.clone());
         let watch = start_watch(shared.clone(), stop.clone());
 
@@ -109,7 +127,7 @@ impl Listening {
         let running = Arc::new(AtomicUsize::new(2));
         let io = (bus, clock.clone());
         let sensor = sensor_task(shared.clone(), settings, io, running.clone());
-        let io = (port, clock, recorder);
+        let io = (port, clock, recorders);
         let robot = robot_task(shared.clone(), self.link, start, wait, io, running.clone());
         let (Ok(sensor), Ok(robot)) = (sensor, robot) else {
             return Err(anyhow!("only one board can run in a process"));
@@ -125,6 +143,11 @@ impl Listening {
         );
         let _ = watch.join();
         print_counters(&shared.status().link);
+        if let Some(sender) = sender {
+            sender
+                .join()
+                .map_err(|_| anyhow!("the telemetry's thread ended unexpectedly"))?;
+        }
         writer
             .join()
             .map_err(|_| anyhow!("the recorder's thread ended unexpectedly"))?
@@ -155,11 +178,31 @@ async fn robot_task(
     link: RobotLink<f64>,
     start: bool,
     sample_wait_us: u64,
-    io: (UdpPort, RealClock, QueueRecorder),
+    io: (UdpPort, RealClock, Recorders),
     running: Arc<AtomicUsize>,
 ) {
-    tasks::robot(&shared, link, start, sample_wait_us, io).await;
+    let (port, clock, mut recorders) = io;
+    let io = (port, clock);
+    tasks::robot(&shared, link, start, sample_wait_us, io, &mut recorders).await;
+    if let Some(telemetry) = recorders.telemetry {
+        telemetry.close().await;
+    }
     running.fetch_sub(1, Ordering::Release);
+}
+
+/// Those who get the record of each cycle.
+struct Recorders {
+    file: QueueRecorder,
+    telemetry: Option<telemetry::Queue>,
+}
+
+impl Recorder for Recorders {
+    fn record(&mut self, record: &CycleRecord) {
+        self.file.record(record);
+        if let Some(telemetry) = &mut self.telemetry {
+            telemetry.record(record);
+        }
+    }
 }
 
 /// Hands records to the recorder's thread; a full queue loses the record, never the cycle.

@@ -31,7 +31,8 @@ pub(super) async fn robot<M: RawMutex>(
     link: RobotLink<f64>,
     start: bool,
     sample_wait_us: u64,
-    mut io: (impl DatagramSocket, impl Clock, impl Recorder),
+    mut io: (impl DatagramSocket, impl Clock),
+    recorder: &mut impl Recorder,
 ) {
     let auto_start = AutoStart::new(start);
     let task = RobotTask {
@@ -40,5 +41,5 @@ pub(super) async fn robot<M: RawMutex>(
         auto_start,
         sample_wait_us,
     };
-    task.run(&mut io.0, &io.1, &mut io.2).await;
+    task.run(&mut io.0, &io.1, recorder).await;
 }

@@ -112,8 +112,8 @@ async fn robot_task(
     sample_wait_us: u64,
     handle: Handle,
 ) {
-    let io = (handle.clone(), handle.clone(), handle.clone());
-    tasks::robot(&shared, link, start, sample_wait_us, io).await;
+    let (io, mut recorder) = ((handle.clone(), handle.clone()), handle.clone());
+    tasks::robot(&shared, link, start, sample_wait_us, io, &mut recorder).await;
     handle.task_ended();
 }
 

@@ -4,7 +4,7 @@ use crate::board::process::Process;
 use crate::identity;
 use crate::input::{self, refuse_overwrite};
 use crate::recording::{Header, RecordingWriter};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_app::settings::BoardSettings;
 use std::net::SocketAddr;
@@ -31,6 +31,9 @@ pub(super) struct Board {
     /// TCP address to listen on for the sensor's SLCAN client
     #[arg(long, value_name = "TCP_ADDR")]
     can: SocketAddr,
+    /// UDP address of `softdock record`, which gets each cycle; without it, that of the settings
+    #[arg(long, value_name = "UDP_ADDR")]
+    telemetry: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy
     #[arg(long)]
     start: bool,
@@ -48,6 +51,13 @@ impl Board {
         settings
             .validate()
             .with_context(|| format!("in {}", self.settings.display()))?;
+        if let Some(recorder) = self.telemetry {
+            ensure!(
+                !recorder.ip().is_unspecified() && recorder.port() != 0,
+                "--telemetry is {recorder}; expected the address and port on which `softdock \
+                 record --listen` listens, such as 192.168.1.5:49200"
+            );
+        }
         if let Some(path) = &self.output {
             refuse_overwrite(path, self.force)?;
         }
@@ -64,6 +74,7 @@ impl Board {
         let Self {
             robot,
             can,
+            telemetry,
             start,
             output,
             ..
@@ -72,6 +83,7 @@ impl Board {
             settings,
             robot,
             can,
+            telemetry,
             start,
         }
         .listen()?;

@@ -20,6 +20,7 @@ mod history;
 mod import;
 mod logs;
 mod progress;
+mod record;
 mod replay;
 mod reproduce;
 mod robot_config;
@@ -49,6 +50,7 @@ enum Command {
     Board(board::Board),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
+    Record(record::Record),
     RobotConfig(robot_config::RobotConfig),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
@@ -79,6 +81,7 @@ impl Cli {
             Command::Board(command) => command.execute(),
             Command::Firmware(command) => command.execute(),
             Command::Flash(command) => command.execute(),
+            Command::Record(command) => command.execute(),
             Command::RobotConfig(command) => command.execute(),
             Command::Reproduce(command) => command.execute(),
             Command::Replay(command) => command.execute(),

@@ -119,6 +119,16 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
+    /// Adds what is known about the recording only now, under a name of its own. Readers of
+    /// MCAP show it; the header of the recording stays as it is.
+    pub fn note(&mut self, name: &str, entries: BTreeMap<String, String>) -> anyhow::Result<()> {
+        let name = name.to_owned();
+        let metadata = entries;
+        // This ends the present chunk.
+        self.cycles_in_chunk = 0;
+        Ok(self.mcap.write_metadata(&Metadata { name, metadata })?)
+    }
+
     /// Ends the recording and gives the sink back.
     pub fn finish(mut self) -> anyhow::Result<W> {
         self.mcap.finish()?;

@@ -1,0 +1,105 @@
+//! Takes datagrams from a socket as they come.
+//!
+//! The system keeps some ninety datagrams of a record each (a receive buffer of 208 KiB, and what
+//! it counts for one), a third of a second of cycles. A thread that does nothing else keeps it
+//! empty whatever the disk does.
+
+use anyhow::{Context, Result};
+use softdock_app::telemetry::DATAGRAM_MAX_BYTES;
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+/// Datagrams that may wait for the disk: one minute of cycles, about 20 MB.
+const QUEUE: usize = 15_000;
+/// How often the thread looks whether it shall end.
+const STOP_PERIOD: Duration = Duration::from_millis(50);
+/// Most datagrams that are still taken from the system at the end: all that it can hold.
+const MOST_QUEUED: usize = 4096;
+
+/// A datagram and its sender.
+pub type Received = (Vec<u8>, SocketAddr);
+
+/// A socket that is listened to.
+#[derive(Debug)]
+pub struct Listener {
+    address: SocketAddr,
+    queue: Receiver<Received>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Listener {
+    /// Listens on an address.
+    ///
+    /// # Errors
+    /// The address is taken, or not one of this computer.
+    pub fn bind(address: SocketAddr) -> Result<Self> {
+        let socket = UdpSocket::bind(address).with_context(|| {
+            format!(
+                "cannot listen for telemetry on UDP {address}; is another recorder running, or is \
+                 this not an address of this computer?"
+            )
+        })?;
+        let address = socket.local_addr()?;
+        socket.set_read_timeout(Some(STOP_PERIOD))?;
+        let (sender, queue) = sync_channel(QUEUE);
+        let stop = Arc::new(AtomicBool::new(false));
+        let raised = stop.clone();
+        thread::spawn(move || listen(&socket, &sender, &raised));
+        Ok(Self {
+            address,
+            queue,
+            stop,
+        })
+    }
+
+    /// The address that it listens on.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The next datagram, if one comes in time.
+    pub fn receive(&self, timeout: Duration) -> Option<Received> {
+        self.queue.recv_timeout(timeout).ok()
+    }
+
+    /// Ends listening: all that has come until now.
+    pub fn close(self) -> impl Iterator<Item = Received> {
+        self.stop.store(true, Ordering::Relaxed);
+        self.queue.into_iter()
+    }
+}
+
+fn listen(socket: &UdpSocket, queue: &SyncSender<Received>, stop: &AtomicBool) {
+    // One byte more than the longest shows what is too long.
+    let mut buffer = [0; DATAGRAM_MAX_BYTES + 1];
+    while !stop.load(Ordering::Relaxed) {
+        match socket.recv_from(&mut buffer) {
+            Ok((length, from)) => {
+                if queue.send((buffer[..length].to_vec(), from)).is_err() {
+                    return;
+                }
+            }
+            // A timeout is a look at `stop`.
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            // Any other error is a peer's and passes, or does not and must not keep a core busy.
+            Err(_) => thread::sleep(STOP_PERIOD),
+        }
+    }
+    // What the system has taken before the end is recorded too.
+    if socket.set_nonblocking(true).is_err() {
+        return;
+    }
+    for _ in 0..MOST_QUEUED {
+        let Ok((length, from)) = socket.recv_from(&mut buffer) else {
+            return;
+        };
+        if queue.send((buffer[..length].to_vec(), from)).is_err() {
+            return;
+        }
+    }
+}

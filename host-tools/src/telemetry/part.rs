@@ -1,0 +1,169 @@
+//! One file of a recording: the cycles of one boot with one set of settings.
+
+use crate::recording::{Header, RecordingWriter};
+use anyhow::Result;
+use serde::Serialize;
+use softdock_control::io::CycleRecord;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Name of the metadata record that says what was lost.
+pub const METADATA: &str = "softdock.telemetry";
+
+/// What a stream has lost so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Losses {
+    /// Records for which the board had no room.
+    pub(super) on_board: u64,
+    /// Datagrams that never came.
+    pub(super) datagrams: u64,
+    /// Records of which some parts came, but not all.
+    pub(super) torn: u64,
+}
+
+/// What became of a file. In the recording's metadata it stands under [`METADATA`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PartSummary {
+    /// The file.
+    pub path: PathBuf,
+    /// Boot of the board, hexadecimal.
+    pub boot: String,
+    /// Firmware of the board; empty if it was never announced.
+    pub identity: String,
+    /// The board's settings are in the file.
+    pub settings: bool,
+    /// Number of the first recorded cycle since boot; a replay needs 0.
+    pub first_cycle: Option<u64>,
+    /// Cycles that were recorded.
+    pub cycles: u64,
+    /// Cycles that are missing between the first and the last.
+    pub lost_cycles: u64,
+    /// Records that the board had no room for, among the lost cycles or after them.
+    pub lost_on_board: u64,
+    /// Datagrams that the network or this computer lost.
+    pub lost_datagrams: u64,
+    /// Records that came in part.
+    pub torn_records: u64,
+}
+
+/// A file that is being written.
+pub(super) struct OpenPart {
+    writer: RecordingWriter,
+    summary: PartSummary,
+    last_cycle: Option<u64>,
+    /// What had been lost before this file.
+    before: Losses,
+}
+
+impl OpenPart {
+    pub(super) fn create(
+        path: &Path,
+        boot: u32,
+        header: Option<&Header>,
+        before: Losses,
+    ) -> Result<Self> {
+        let known = header.cloned().unwrap_or_default();
+        Ok(Self {
+            writer: RecordingWriter::create(path, &known)?,
+            summary: PartSummary {
+                path: path.to_path_buf(),
+                boot: format!("{boot:08x}"),
+                identity: known.identity,
+                settings: header.is_some(),
+                first_cycle: None,
+                cycles: 0,
+                lost_cycles: 0,
+                lost_on_board: 0,
+                lost_datagrams: 0,
+                torn_records: 0,
+            },
+            last_cycle: None,
+            before,
+        })
+    }
+
+    pub(super) fn push(&mut self, record: &CycleRecord) -> Result<()> {
+        let cycle = record.trace.cycle;
+        self.writer.push(record, None)?;
+        let missing = self
+            .last_cycle
+            .map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
+        self.summary.first_cycle.get_or_insert(cycle);
+        self.summary.cycles += 1;
+        self.summary.lost_cycles += missing;
+        self.last_cycle = Some(cycle);
+        Ok(())
+    }
+
+    /// What became of the file so far; `now` is what the stream has lost.
+    pub(super) fn summary(&self, now: Losses) -> PartSummary {
+        PartSummary {
+            lost_on_board: now.on_board - self.before.on_board,
+            lost_datagrams: now.datagrams - self.before.datagrams,
+            torn_records: now.torn - self.before.torn,
+            ..self.summary.clone()
+        }
+    }
+
+    /// Ends the file.
+    pub(super) fn finish(mut self, now: Losses) -> Result<PartSummary> {
+        let summary = self.summary(now);
+        self.writer.note(METADATA, summary.metadata())?;
+        self.writer.finish()?;
+        Ok(summary)
+    }
+}
+
+impl PartSummary {
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let first_cycle = self.first_cycle.unwrap_or_default();
+        let numbers = [
+            ("first_cycle", first_cycle),
+            ("cycles", self.cycles),
+            ("lost_cycles", self.lost_cycles),
+            ("lost_on_board", self.lost_on_board),
+            ("lost_datagrams", self.lost_datagrams),
+            ("torn_records", self.torn_records),
+        ];
+        let recorder = [
+            ("recorder", crate::identity::text()),
+            ("boot", self.boot.clone()),
+        ];
+        numbers
+            .map(|(key, number)| (key.to_owned(), number.to_string()))
+            .into_iter()
+            .chain(recorder.map(|(key, text)| (key.to_owned(), text)))
+            .collect()
+    }
+
+    /// Whether nothing is missing between the first and the last cycle.
+    pub fn is_complete(&self) -> bool {
+        self.lost_cycles == 0 && self.settings
+    }
+}
+
+impl std::fmt::Display for PartSummary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {} cycles", self.path.display(), self.cycles)?;
+        match self.lost_cycles {
+            0 => write!(f, ", none lost")?,
+            lost => write!(
+                f,
+                ", {lost} LOST in between ({} had no room on the board, {} datagrams were lost \
+                 on the way, {} records came in part)",
+                self.lost_on_board, self.lost_datagrams, self.torn_records
+            )?,
+        }
+        if !self.settings {
+            write!(f, "; WITHOUT the board's settings, which never came")?;
+        }
+        match self.first_cycle {
+            Some(first) if first > 0 => write!(
+                f,
+                "; begins with cycle {first}: to be replayed, a recording must begin before the \
+                 robot does"
+            ),
+            _ => Ok(()),
+        }
+    }
+}

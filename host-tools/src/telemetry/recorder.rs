@@ -1,0 +1,211 @@
+//! From datagrams to recordings, whoever sends them.
+
+use super::names::Names;
+use super::part::PartSummary;
+use super::stream::Stream;
+use crate::identity;
+use anyhow::{Result, anyhow};
+use serde::Serialize;
+use softdock_app::telemetry::{DatagramError, Part};
+use std::net::SocketAddr;
+use std::path::Path;
+
+/// Boots that are kept apart at a time. With one more, the file of the oldest is ended; should that
+/// board still be there, it gets a new one.
+const STREAMS: usize = 16;
+
+/// Takes the datagrams of one or more boards and writes what they tell.
+pub struct Recorder {
+    names: Names,
+    /// Oldest first.
+    streams: Vec<Stream>,
+    /// Files of streams that have ended.
+    finished: Vec<PartSummary>,
+    /// Datagrams of streams that have ended, which came twice or too late.
+    repeated: u64,
+    foreign: u64,
+    damaged: u64,
+    last_foreign: Option<SocketAddr>,
+    notes: Vec<String>,
+    refused: Vec<String>,
+}
+
+/// What a recorder has heard so far.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Boots that were heard.
+    pub boots: usize,
+    /// The firmware that was announced last.
+    pub identity: Option<String>,
+    /// Cycles that were recorded.
+    pub cycles: u64,
+    /// Cycles that are missing between those.
+    pub lost_cycles: u64,
+    /// Datagrams that are not of softdock, and the last one's sender.
+    pub foreign: (u64, Option<SocketAddr>),
+}
+
+/// What became of the recordings.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Summary {
+    /// Cycles in all files.
+    pub cycles: u64,
+    /// Cycles that are missing between those.
+    pub lost_cycles: u64,
+    /// The files.
+    pub recordings: Vec<PartSummary>,
+    /// Datagrams that are not of softdock.
+    pub foreign_datagrams: u64,
+    /// Datagrams of softdock that were damaged.
+    pub damaged_datagrams: u64,
+    /// Datagrams that came twice or too late.
+    pub repeated_datagrams: u64,
+    /// Boards that could not be recorded, and why.
+    pub refused: Vec<String>,
+}
+
+impl Recorder {
+    /// Writes into `path`; further files get a number before the ending.
+    pub fn new(path: &Path) -> Self {
+        Self {
+            names: Names::new(path),
+            streams: Vec::new(),
+            finished: Vec::new(),
+            repeated: 0,
+            foreign: 0,
+            damaged: 0,
+            last_foreign: None,
+            notes: Vec::new(),
+            refused: Vec::new(),
+        }
+    }
+
+    /// Takes a datagram.
+    ///
+    /// # Errors
+    /// A file cannot be written; or the only board that was heard speaks another version, and there
+    /// is nothing to record.
+    pub fn accept(&mut self, datagram: &[u8], from: SocketAddr) -> Result<()> {
+        let part = match Part::read(datagram) {
+            Ok(part) => part,
+            Err(DatagramError::Foreign) => {
+                self.foreign += 1;
+                self.last_foreign = Some(from);
+                return Ok(());
+            }
+            Err(error @ DatagramError::Version { .. }) => {
+                return self.refuse(&format!("the board at {from}"), &error.to_string());
+            }
+            Err(_) => {
+                self.damaged += 1;
+                return Ok(());
+            }
+        };
+        let index = self.stream(part.boot)?;
+        let Some(stream) = self.streams.get_mut(index) else {
+            return Ok(());
+        };
+        stream.push(&part, &mut self.names)?;
+        self.notes.append(&mut stream.notes);
+        let Some(why) = stream.refusal() else {
+            return Ok(());
+        };
+        let who = stream.identity().unwrap_or_default();
+        let who = format!("the board at {from} with the firmware `{who}`");
+        self.refuse(&who, &why)
+    }
+
+    /// Nothing has come for a while: what is missing will not come any more.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn rest(&mut self) -> Result<()> {
+        for stream in &mut self.streams {
+            stream.advance(true, &mut self.names)?;
+            self.notes.append(&mut stream.notes);
+        }
+        Ok(())
+    }
+
+    /// What a person should know, since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// What was heard so far.
+    pub fn progress(&self) -> Progress {
+        let (mut cycles, mut lost_cycles) = (0, 0);
+        let open = self.streams.iter().flat_map(Stream::parts);
+        for part in self.finished.iter().cloned().chain(open) {
+            cycles += part.cycles;
+            lost_cycles += part.lost_cycles;
+        }
+        let newest = self.streams.iter().rev().find_map(Stream::identity);
+        Progress {
+            boots: self.streams.len(),
+            identity: newest.map(str::to_owned),
+            cycles,
+            lost_cycles,
+            foreign: (self.foreign, self.last_foreign),
+        }
+    }
+
+    /// Ends all files: what became of them, and the first error.
+    pub fn finish(mut self) -> (Summary, Result<()>) {
+        let mut outcome = Ok(());
+        for stream in std::mem::take(&mut self.streams) {
+            outcome = outcome.and(self.end(stream));
+        }
+        let sum = |of: fn(&PartSummary) -> u64| self.finished.iter().map(of).sum();
+        let summary = Summary {
+            cycles: sum(|part| part.cycles),
+            lost_cycles: sum(|part| part.lost_cycles),
+            foreign_datagrams: self.foreign,
+            damaged_datagrams: self.damaged,
+            repeated_datagrams: self.repeated,
+            refused: self.refused,
+            recordings: self.finished,
+        };
+        (summary, outcome)
+    }
+
+    /// Place of a boot's stream.
+    fn stream(&mut self, boot: u32) -> Result<usize> {
+        let place = self.streams.iter().position(|stream| stream.boot() == boot);
+        if let Some(place) = place {
+            return Ok(place);
+        }
+        if self.streams.len() >= STREAMS {
+            let oldest = self.streams.remove(0);
+            self.end(oldest)?;
+        }
+        self.streams.push(Stream::new(boot));
+        Ok(self.streams.len() - 1)
+    }
+
+    fn end(&mut self, stream: Stream) -> Result<()> {
+        self.repeated += stream.repeated();
+        let (parts, outcome) = stream.finish(&mut self.names);
+        self.finished.extend(parts);
+        outcome
+    }
+
+    /// A board that cannot be recorded: an error, unless another one can.
+    fn refuse(&mut self, who: &str, why: &str) -> Result<()> {
+        let text = format!(
+            "{who} cannot be recorded by this program (`{}`): {why}; use the softdock of the \
+             firmware's version, or flash the board with this one's",
+            identity::text()
+        );
+        if self.refused.contains(&text) {
+            return Ok(());
+        }
+        self.refused.push(text.clone());
+        let others = |stream: &Stream| stream.refusal().is_none();
+        if self.finished.is_empty() && !self.streams.iter().any(others) {
+            return Err(anyhow!(text));
+        }
+        self.notes.push(text);
+        Ok(())
+    }
+}
