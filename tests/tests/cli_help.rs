@@ -54,6 +54,7 @@ fn the_commands_of_the_story_are_there() {
         "demo",
         "run",
         "board",
+        "record",
         "robot-config",
         "compare",
         "reproduce",

@@ -5,9 +5,10 @@
 //! RecordQueue --slots--> encode: postcard, parts --datagrams--> transmit: UDP
 //! ```
 //!
-//! The cycle never waits. [`RecordQueue::record`](RecordQueue) copies one record (about 1.3 kB, some
-//! 330 words: 1 µs at 480 MHz) into a free slot and takes two short locks, in which nothing but
-//! indices is read and written; with no free slot it counts and returns. All else happens in two
+//! The cycle never waits. What it pays is bounded: [`RecordQueue`] copies one record (about 1.3 kB)
+//! into a free slot and takes two short locks, in which nothing but indices is read and written;
+//! with no free slot it counts and returns. By count of instructions that is 1 to 2 µs at 480 MHz,
+//! after the robot has its answer. All else happens in two
 //! tasks that may run at a lower priority: [`encode`] makes datagrams, [`transmit`] hands them to the
 //! network's stack. They may live on two executors. If the network is slow, `transmit` waits for
 //! it, `encode` for `transmit`, the slots fill up, and what has no room is counted there, in one

@@ -131,7 +131,7 @@ mod tests {
         ) {
             let (parts, missing): (Vec<u8>, Vec<u8>) = sent.into_iter().unzip();
             let mut assembly = Assembly::default();
-            let (mut whole, mut torn) = (Vec::new(), 0);
+            let (mut whole, mut torn) = (Vec::<Vec<u8>>::new(), 0);
             let mut received = Vec::new();
             for (message, missing) in messages(&parts).into_iter().zip(missing) {
                 let there = |head: Head| missing & (1 << head.part) == 0;

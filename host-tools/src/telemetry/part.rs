@@ -135,18 +135,20 @@ impl PartSummary {
             .chain(recorder.map(|(key, text)| (key.to_owned(), text)))
             .collect()
     }
-
-    /// Whether nothing is missing between the first and the last cycle.
-    pub fn is_complete(&self) -> bool {
-        self.lost_cycles == 0 && self.settings
-    }
 }
 
 impl std::fmt::Display for PartSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {} cycles", self.path.display(), self.cycles)?;
+        let around = self.lost_on_board + self.lost_datagrams + self.torn_records;
         match self.lost_cycles {
-            0 => write!(f, ", none lost")?,
+            0 if around == 0 => write!(f, ", none lost")?,
+            0 => write!(
+                f,
+                ", none lost in between; besides or after them {} had no room on the board, {} \
+                 datagrams were lost on the way",
+                self.lost_on_board, self.lost_datagrams
+            )?,
             lost => write!(
                 f,
                 ", {lost} LOST in between ({} had no room on the board, {} datagrams were lost \

@@ -31,6 +31,11 @@ fn a_loss_at_the_end_shows() {
     let (summary, _) = bench.finish();
     let part = &summary.recordings[0];
     assert_eq!((part.lost_cycles, part.lost_datagrams), (0, 4));
+    let said = part.to_string();
+    assert!(
+        said.contains("after them 0 had no room on the board, 4 datagrams"),
+        "{said}"
+    );
 }
 
 proptest! {
