@@ -43,21 +43,24 @@ fn each_bad_field_is_named() {
         ),
         (
             |s| s.body_k.inertia_kg_m2[0][0] = 0.002,
-            "body inertia_kg_m2 ratio of moments",
+            "body_k.inertia_kg_m2 ratio of moments",
         ),
         (
             |s| s.body_q.orientation_wxyz[0] = f64::NAN,
-            "body orientation_wxyz",
+            "body_q.orientation_wxyz",
         ),
         (
             |s| s.body_q.angular_velocity_rad_s[1] = 6.0,
-            "body angular_velocity_rad_s",
+            "body_q.angular_velocity_rad_s",
         ),
         (
             |s| s.frames.p_orientation_wxyz[3] = f64::NEG_INFINITY,
             "frames.p_orientation_wxyz",
         ),
-        (|s| s.delay.seed.translation.c[3] = 1e5, "delay.seed c"),
+        (
+            |s| s.delay.seed.translation.c[3] = 1e5,
+            "delay.seed.translation.c",
+        ),
         (|s| s.delay.seed.low_pass_hz = 0.0, "delay.seed.low_pass_hz"),
         (|s| s.limits.box_m[2] = f64::NAN, "limits.box_m"),
         (

@@ -11,7 +11,7 @@
 
 use crate::scalar::Scalar;
 use crate::settings::CorrectionMode;
-use nalgebra::{ComplexField, Vector3};
+use nalgebra::ComplexField;
 
 /// Components X Y Z A B C of a correction, in units of the last digit of mm and degrees.
 pub type Counts = [i64; 6];
@@ -66,12 +66,12 @@ impl Quantiser {
         }
     }
 
-    /// The answer that brings the robot to a displacement since the start: position (m in C) and
-    /// A, B, C (rad, absolute).
-    pub fn advance<S: Scalar>(&mut self, displacement: &Vector3<S>, abc_rad: [S; 3]) -> Counts {
+    /// The answer that brings the robot to a displacement since the start (m in C) and to A, B, C
+    /// (rad, absolute).
+    pub fn advance<S: Scalar>(&mut self, displacement_m: [f64; 3], abc_rad: [S; 3]) -> Counts {
         let mut delta = [0; 6];
         for i in 0..3 {
-            let linear = ComplexField::round(displacement[i].get() * self.counts_per_m) as i64;
+            let linear = ComplexField::round(displacement_m[i] * self.counts_per_m) as i64;
             delta[i] = self.origin[i] + linear - self.total[i];
             let angle = (abc_rad[i].get() - self.start_abc[i]) * self.counts_per_rad;
             let turned = self.origin[i + 3] + ComplexField::round(angle) as i64 - self.total[i + 3];
@@ -110,7 +110,7 @@ mod tests {
                 if a > core::f64::consts::PI {
                     a -= core::f64::consts::TAU;
                 }
-                let delta = quantiser.advance(&Vector3::new(meant, 0.0, 0.0), [a, 0.0, 0.0]);
+                let delta = quantiser.advance([meant, 0.0, 0.0], [a, 0.0, 0.0]);
                 for (s, d) in sent.iter_mut().zip(delta) {
                     *s += d;
                 }
@@ -125,14 +125,11 @@ mod tests {
     fn absolute_mode_holds_the_offset_at_rest_and_forgets_it_in_a_new_run() {
         let mut quantiser = Quantiser::new(CorrectionMode::Absolute, 3);
         quantiser.start([0.0; 3]);
-        let sent = quantiser.advance(&Vector3::new(0.001, 0.0, 0.0), [0.0; 3]);
+        let sent = quantiser.advance([0.001, 0.0, 0.0], [0.0; 3]);
         assert_eq!(sent[0], 1000);
         assert_eq!(quantiser.rest()[0], 1000);
         quantiser.start([0.0; 3]);
-        assert_eq!(
-            quantiser.advance(&Vector3::new(0.001, 0.0, 0.0), [0.0; 3])[0],
-            2000
-        );
+        assert_eq!(quantiser.advance([0.001, 0.0, 0.0], [0.0; 3])[0], 2000);
         quantiser.new_run();
         assert_eq!(quantiser.rest(), [0; 6]);
     }

@@ -108,7 +108,7 @@ impl<S: Scalar> Cycle<S> {
             correction,
             stop: self.stop,
         };
-        self.finish(&mut trace);
+        self.finish(inputs, &mut trace);
         CycleRecord {
             inputs: *inputs,
             output,
@@ -192,12 +192,11 @@ impl<S: Scalar> Cycle<S> {
         let motion = self.estimator.motion();
         // What is not finite has been judged; it must not reach the running mean.
         let finite = inputs.sensor.wrench.iter().all(|v| v.is_finite());
-        let raw = if finite {
-            let limit = LARGEST_READING;
-            inputs.sensor.wrench.map(|v| v.clamp(-limit, limit))
-        } else {
-            [0.0; 6]
-        };
+        let limit = LARGEST_READING;
+        let raw = inputs.sensor.wrench.map(|v| match finite {
+            true => v.clamp(-limit, limit),
+            false => 0.0,
+        });
         let wrench = self
             .compensation
             .compensate(&Wrench::of(&raw), &pose.rotation, &motion);
@@ -331,13 +330,19 @@ impl<S: Scalar> Cycle<S> {
         });
         if moved {
             let abc = abc_from_orientation(&self.run.orientation);
-            return self.quantiser.advance(&self.run.displacement, abc);
+            return self
+                .quantiser
+                .advance(self.run.displacement_m(&self.plan), abc);
         }
         self.run.halt();
         self.quantiser.rest()
     }
 
-    fn finish(&self, trace: &mut Trace) {
+    fn finish(&self, inputs: &Inputs, trace: &mut Trace) {
+        let taken_at_edge = |v: &f64| v.is_nan() || v.abs() > LARGEST_READING;
+        if self.estimator.saturates() || inputs.sensor.wrench.iter().any(taken_at_edge) {
+            trace.limits.set(LimitFlags::MEASURED);
+        }
         let body = |state: &BodyState<S>| BodyTrace {
             pose: pose_components(&state.c_from_body),
             velocity: state.velocity.get(),

@@ -17,6 +17,12 @@ const FASTEST_M_S: f64 = 100.0;
 const FASTEST_RAD_S: f64 = 20.0;
 /// Likewise, rad/s².
 const LARGEST_RAD_S2: f64 = 1.0e6;
+/// Likewise, m: as far as the initial velocity leads in a day.
+const FARTHEST_M: f64 = 1.0e6;
+/// Largest component of the distance between the two craft that is taken as a lever, m: twice
+/// what the settings allow. The largest contact force at its end stays within fixed point, also
+/// while the product is turned from one frame into another.
+const LONGEST_LEVER_M: f64 = 4.0e3;
 
 /// Motion of one craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +79,17 @@ impl<S: Scalar> Inertia<S> {
         let alpha = self.inverse * (torque - omega.cross(&(self.tensor * omega)));
         saturated(&alpha, LARGEST_RAD_S2)
     }
+}
+
+/// Whether a component has reached a limit, to within the rounding of the coarsest scalar.
+fn reaches<S: Scalar>(v: &Vector3<S>, limit: f64) -> bool {
+    v.amax() >= S::of(limit * (1.0 - 1e-6))
+}
+
+/// From Q to K, axes of C, within the declared range of a lever.
+fn lever<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Vector3<S> {
+    let apart = k.c_from_body.translation.vector - q.c_from_body.translation.vector;
+    saturated(&apart, LONGEST_LEVER_M)
 }
 
 /// One craft, ready to run.
@@ -142,8 +159,11 @@ impl<S: Scalar> Body<S> {
             angular: saturated(&(omega + alpha * ts), FASTEST_RAD_S),
         };
         let mean = (state.velocity + velocity) * S::of(0.5);
+        let mut c_from_body = advanced(&state.c_from_body, &mean, ts);
+        let position = &mut c_from_body.translation.vector;
+        *position = saturated(position, FARTHEST_M);
         BodyState {
-            c_from_body: advanced(&state.c_from_body, &mean, ts),
+            c_from_body,
             velocity,
         }
     }
@@ -179,9 +199,8 @@ pub fn advanced<S: Scalar>(pose: &Pose<S>, velocity: &Twist<S>, ts: S) -> Pose<S
 /// `ω_K − ω_Q` in the axes of K.
 pub fn relative_velocity<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Twist<S> {
     let (rk, rq) = (k.c_from_body.rotation, q.c_from_body.rotation);
-    let lever = k.c_from_body.translation.vector - q.c_from_body.translation.vector;
     let omega_q_c = rq * q.velocity.angular;
-    let linear_c = k.velocity.linear - q.velocity.linear - omega_q_c.cross(&lever);
+    let linear_c = k.velocity.linear - q.velocity.linear - omega_q_c.cross(&lever(k, q));
     Twist {
         linear: rq.inverse() * linear_c,
         angular: k.velocity.angular - rk.inverse() * omega_q_c,
@@ -208,6 +227,17 @@ pub struct TwoBodyState<S: Scalar> {
 }
 
 impl<S: Scalar> TwoBodyState<S> {
+    /// Whether a quantity has reached the edge of its declared range, where it saturates.
+    pub fn at_its_limits(&self) -> bool {
+        let apart = self.k.c_from_body.translation.vector - self.q.c_from_body.translation.vector;
+        let beyond = |body: &BodyState<S>| {
+            reaches(&body.velocity.linear, FASTEST_M_S)
+                || reaches(&body.velocity.angular, FASTEST_RAD_S)
+                || reaches(&body.c_from_body.translation.vector, FARTHEST_M)
+        };
+        beyond(&self.k) || beyond(&self.q) || reaches(&apart, LONGEST_LEVER_M)
+    }
+
     /// Pose of K in Q.
     pub fn q_from_k(&self) -> Pose<S> {
         self.q.c_from_body.inverse() * self.k.c_from_body
@@ -230,7 +260,7 @@ impl<S: Scalar> TwoBody<S> {
     pub fn step(&self, s: &TwoBodyState<S>, on_k: &Wrench<S>) -> (TwoBodyState<S>, Wrench<S>) {
         let (k, q) = (&s.k.c_from_body, &s.q.c_from_body);
         let on_k_c = on_k.map(|v| k.rotation * v);
-        let on_q_c = on_k_c.reaction(&(q.translation.vector - k.translation.vector));
+        let on_q_c = on_k_c.reaction(&-lever(&s.k, &s.q));
         let on_q = on_q_c.map(|v| q.rotation.inverse() * v);
         let next = TwoBodyState {
             k: self.k.step(&s.k, on_k, self.ts),

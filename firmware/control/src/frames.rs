@@ -216,9 +216,9 @@ pub fn abc_from_orientation<S: Scalar>(orientation: &UnitQuaternion<S>) -> [S; 3
     let r = orientation.to_rotation_matrix();
     let across = (r[(0, 0)] * r[(0, 0)] + r[(1, 0)] * r[(1, 0)]).sqrt();
     [
-        r[(1, 0)].atan2(r[(0, 0)]),
-        (-r[(2, 0)]).atan2(across),
-        r[(2, 1)].atan2(r[(2, 2)]),
+        S::angle_of(r[(1, 0)], r[(0, 0)]),
+        S::angle_of(-r[(2, 0)], across),
+        S::angle_of(r[(2, 1)], r[(2, 2)]),
     ]
 }
 

@@ -8,7 +8,7 @@
 //! - [`frames`]: poses, twists, wrenches and the drawing of all named frames,
 //! - [`cycle`]: the step that runs each 4 ms,
 //! - [`wrench`], [`dynamics`], [`delay`], [`limits`], [`modes`]: its phases in their order,
-//! - [`settings`]: what a person writes, and its validation,
+//! - [`settings`]: what a person writes; `validation` declares the range of each field,
 //! - `effects`: physical effects of rigs, one file each.
 #![cfg_attr(not(test), no_std)]
 
@@ -26,5 +26,7 @@ pub mod range;
 mod run;
 pub mod scalar;
 pub mod settings;
+mod sum;
+mod validation;
 pub mod wrench;
 pub mod zero;

@@ -105,6 +105,11 @@ impl LimitFlags {
     pub const ROBOT_CLAMP: Self = Self(1 << 3);
     /// The sensor is stale; the rate is ramped down.
     pub const SENSOR_STALE: Self = Self(1 << 4);
+    /// The model is at the edge of its declared ranges, where it saturates.
+    pub const MODEL: Self = Self(1 << 5);
+    /// A measured number was beyond its declared range and was taken at the edge: the wrench, or
+    /// the motion of the robot.
+    pub const MEASURED: Self = Self(1 << 6);
 
     /// Adds flags.
     pub fn set(&mut self, flags: Self) {
@@ -297,7 +302,7 @@ fn size<S: Scalar>(v: &Vector3<S>) -> S {
 fn angle<S: Scalar>(turn: &UnitQuaternion<S>) -> S {
     let sine = turn.imag();
     let sine = size(&Vector3::new(sine.x, sine.y, sine.z));
-    sine.atan2(turn.w.abs()) * S::of(2.0)
+    S::angle_of(sine, turn.w.abs()) * S::of(2.0)
 }
 
 /// A vector shortened to `limit`, with the flag set if it was.
@@ -307,14 +312,19 @@ fn capped<S: Scalar>(
     flag: LimitFlags,
     flags: &mut LimitFlags,
 ) -> Vector3<S> {
-    // Scaling by the largest component first keeps the squares within the range of fixed point.
+    // Scaling by the largest component first keeps the squares within the range of fixed point,
+    // where those of a slow rig's limits would be zero.
     let largest = v.amax();
-    if largest <= limit && v.norm_squared() <= limit * limit {
+    if largest + largest <= limit {
+        return *v;
+    }
+    let direction = v / largest;
+    let longest = limit / direction.norm();
+    if largest <= longest {
         return *v;
     }
     flags.set(flag);
-    let direction = v / largest;
-    direction * (limit / direction.norm())
+    direction * longest
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::limits::{LimitFlags, Limits};
 use crate::modes::{Fault, FaultCode};
 use crate::scalar::Scalar;
 use crate::settings::Settings;
+use crate::sum::VelocitySum;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Distance and angle by which the robot may differ from its pose when armed: beyond the noise of
@@ -25,6 +26,7 @@ pub(crate) struct Plan<S: Scalar> {
     pub(crate) bodies: TwoBody<S>,
     limits: Limits<S>,
     ts: S,
+    cycle_s: f64,
     model_velocity: ModelVelocity,
     zero_cycles: u32,
     ramp_cycles: u32,
@@ -51,8 +53,10 @@ pub(crate) struct Run<S: Scalar> {
     pub(crate) state: TwoBodyState<S>,
     /// Velocity sent in the last cycle.
     pub(crate) last_sent: Twist<S>,
-    /// Commanded translation since the start, axes of C.
-    pub(crate) displacement: Vector3<S>,
+    /// Velocities sent since the start, axes of C: over the cycle, the commanded translation.
+    travelled: VelocitySum<S>,
+    /// That translation, m.
+    displacement: Vector3<S>,
     /// Commanded orientation of M in C.
     pub(crate) orientation: UnitQuaternion<S>,
     law: Law<S>,
@@ -84,6 +88,7 @@ impl<S: Scalar> Plan<S> {
             bodies: TwoBody::new(&settings.body_k, &settings.body_q, cycle_s),
             limits: Limits::new(&settings.limits, cycle_s),
             ts: S::of(cycle_s),
+            cycle_s,
             model_velocity: settings.delay.model_velocity,
             zero_cycles: start.zero_cycles,
             ramp_cycles: start.ramp_cycles,
@@ -112,6 +117,7 @@ impl<S: Scalar> Run<S> {
         let mut run = Self {
             state,
             last_sent: Twist::zero(),
+            travelled: VelocitySum::zero(),
             displacement: Vector3::zeros(),
             orientation: start.rotation,
             law: Law::new(&settings.delay, settings.robot.cycle_s),
@@ -140,6 +146,11 @@ impl<S: Scalar> Run<S> {
         Pose::from_parts(position.into(), self.orientation)
     }
 
+    /// Commanded translation since the start, m, axes of C, without the rounding of the scalar.
+    pub(crate) fn displacement_m(&self, plan: &Plan<S>) -> [f64; 3] {
+        self.travelled.translation_m(plan.cycle_s)
+    }
+
     /// One cycle: integrate, ask the delay law, limit, move the commanded pose.
     pub(crate) fn step(
         &mut self,
@@ -149,8 +160,12 @@ impl<S: Scalar> Run<S> {
     ) -> Result<(), Fault> {
         let frozen = input.freeze != LimitFlags::default();
         let share = self.start_share(plan);
+        let mut flags = input.freeze;
         if !frozen {
             self.integrate(plan, input.wrench, share);
+            if self.state.at_its_limits() {
+                flags.set(LimitFlags::MODEL);
+            }
         }
         let model = self.model_velocity(plan);
         let law = self.law.step(&LawInput {
@@ -167,12 +182,8 @@ impl<S: Scalar> Run<S> {
         self.authority = (self.authority + change).clamp(S::zero(), S::one());
         self.cycles = self.cycles.saturating_add(1);
         write_trace(trace, &model, &law);
-        self.send(
-            plan,
-            law.command * (share * self.authority),
-            input.freeze,
-            trace,
-        )
+        let command = law.command * (share * self.authority);
+        self.send(plan, command, flags, trace)
     }
 
     /// After the loop was opened: the last velocity fades out without a jerk. False at rest.
@@ -259,7 +270,7 @@ impl<S: Scalar> Run<S> {
         &mut self,
         plan: &Plan<S>,
         command: Twist<S>,
-        freeze: LimitFlags,
+        reasons: LimitFlags,
         trace: &mut Trace,
     ) -> Result<(), Fault> {
         let turn = self.box_center.rotation.inverse() * self.orientation;
@@ -269,7 +280,7 @@ impl<S: Scalar> Run<S> {
             plan.limits
                 .apply(&command, &self.last_sent, &displacement, &turn);
         self.keep_off_singularity(plan, &mut sent, &mut flags);
-        flags.set(freeze);
+        flags.set(reasons);
         trace.limits = flags;
         if !sent.get().iter().all(|v| v.is_finite()) {
             return Err(Fault::new(FaultCode::Numeric, 0.0, 0.0));
@@ -289,7 +300,8 @@ impl<S: Scalar> Run<S> {
                 count.into(),
             ));
         }
-        self.displacement += sent.linear * plan.ts;
+        self.travelled.add(&sent.linear);
+        self.displacement = self.travelled.translation(plan.ts);
         self.orientation = frames::rotated(&self.orientation, &(sent.angular * plan.ts));
         self.last_sent = sent;
         self.sent.write(sent);

@@ -4,8 +4,18 @@
 //! point of a processor without FPU exist to show that nothing depends on a lucky exponent. The
 //! fixed-point type has 32 integer and 32 fraction bits: range ±2.1e9, resolution 2.3e-10, in SI
 //! units. Every quantity of the cycle is limited long before that range ends.
+//!
+//! What the fixed-point type cannot do, and generic code must therefore leave alone (`clippy.toml`
+//! of this crate forbids it): `hypot`, `ln`, `powi` and seventeen more panic; atan2 overflows near
+//! ±90°, see [`Scalar::angle_of`]; the square root of a negative number, or of one from 2^30 on,
+//! does not come back, and the sine of a large angle takes a time that grows with the angle.
 
-use nalgebra::RealField;
+#![expect(
+    clippy::disallowed_methods,
+    reason = "the one place where atan2 is called, with a quotient that fits"
+)]
+
+use nalgebra::{ComplexField, RealField};
 
 /// Signed 64-bit fixed point, 32 integer and 32 fraction bits.
 pub type Fixed = simba::scalar::FixedI64<fixed::types::extra::U32>;
@@ -27,6 +37,8 @@ pub trait Scalar: RealField + Copy {
     fn of(value: f64) -> Self;
     /// The number as `f64`, for the trace and for the wire.
     fn get(self) -> f64;
+    /// The angle (rad, −π to π) whose sine and cosine are in this proportion: atan2.
+    fn angle_of(sine: Self, cosine: Self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -36,6 +48,9 @@ impl Scalar for f64 {
     fn get(self) -> f64 {
         self
     }
+    fn angle_of(sine: Self, cosine: Self) -> Self {
+        RealField::atan2(sine, cosine)
+    }
 }
 
 impl Scalar for f32 {
@@ -44,6 +59,9 @@ impl Scalar for f32 {
     }
     fn get(self) -> f64 {
         f64::from(self)
+    }
+    fn angle_of(sine: Self, cosine: Self) -> Self {
+        RealField::atan2(sine, cosine)
     }
 }
 
@@ -56,5 +74,40 @@ impl Scalar for Fixed {
     }
     fn get(self) -> f64 {
         self.0.to_num::<f64>()
+    }
+    /// The fixed-point atan2 divides sine by cosine, which overflows near ±90°; here the quotient
+    /// stays within ±1.
+    fn angle_of(sine: Self, cosine: Self) -> Self {
+        if sine.abs() <= cosine.abs() {
+            return RealField::atan2(sine, cosine);
+        }
+        let right_angle = Fixed::frac_pi_2();
+        if sine > Fixed::from_num(0) {
+            right_angle - RealField::atan2(cosine, sine)
+        } else {
+            RealField::atan2(cosine, -sine) - right_angle
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All the way round, and at the four places where one of the two vanishes or nearly does.
+    #[test]
+    fn an_angle_is_found_in_every_quadrant() {
+        let around = (-1800..1800).map(|tenth| f64::from(tenth) * 1.745_329e-3);
+        let corners = [0.0, 90.0, -90.0, 179.999_999].map(f64::to_radians);
+        let near = corners
+            .into_iter()
+            .flat_map(|a| [-1e-9, -3e-10, 0.0, 3e-10, 1e-9].map(|d| a + d));
+        for angle in around.chain(near) {
+            let (sine, cosine) = angle.sin_cos();
+            let found = Fixed::angle_of(Fixed::of(sine), Fixed::of(cosine)).get();
+            assert!((found - angle).abs() < 1e-8, "{angle}: {found}");
+            let found = f32::angle_of(sine as f32, cosine as f32).get();
+            assert!((found - angle).abs() < 1e-6, "{angle}: {found}");
+        }
     }
 }

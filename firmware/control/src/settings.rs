@@ -1,12 +1,11 @@
-//! What a person writes, and its validation.
+//! What a person writes.
 //!
 //! `Settings` is plain SI text; [`Settings::validate`] names the field, the value and the allowed
 //! range of whatever does not fit, so that the cycle can build its ready-to-run form without a
-//! further check. Every range below is also the declared range of the fixed-point build.
+//! further check.
 
 use crate::delay::DelaySettings;
 use crate::limits::LimitSettings;
-use crate::range::{FieldName, SettingsError, all_within, in_range};
 
 /// Everything that the control cycle needs to know, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -246,118 +245,4 @@ impl Default for StartSettings {
             stop_time_s: 0.1,
         }
     }
-}
-
-/// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
-/// digits of an acceleration and cannot overflow.
-const HEAVIEST: f64 = 1.0e6;
-/// Largest distance of anything from the origin of its frame, m.
-const FARTHEST_M: f64 = 1.0e3;
-/// Largest initial rate, rad/s: 0.1 rad per cycle, where the small-motion series end.
-const FASTEST_RAD_S: f64 = 5.0;
-
-impl Settings {
-    /// Checks every field; the first that does not fit is the error.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        self.robot.validate()?;
-        self.sensor.validate()?;
-        let (k, q) = (&self.body_k, &self.body_q);
-        k.validate("body_k.mass_kg", "body_k.inertia_kg_m2")?;
-        q.validate("body_q.mass_kg", "body_q.inertia_kg_m2")?;
-        all_within("frames.j_position_m", &self.frames.j_position_m, FARTHEST_M)?;
-        all_within("frames.p_position_m", &self.frames.p_position_m, FARTHEST_M)?;
-        let (j, p) = (
-            &self.frames.j_orientation_wxyz,
-            &self.frames.p_orientation_wxyz,
-        );
-        all_within("frames.j_orientation_wxyz", j, 1e3)?;
-        all_within("frames.p_orientation_wxyz", p, 1e3)?;
-        self.delay.validate()?;
-        self.limits.validate()?;
-        let start = &self.start;
-        in_range("start.max_force_n", start.max_force_n, 0.0, 1e5)?;
-        in_range("start.max_torque_n_m", start.max_torque_n_m, 0.0, 1e5)?;
-        in_range("start.max_zero_force_n", start.max_zero_force_n, 0.0, 1e5)?;
-        in_range(
-            "start.max_zero_torque_n_m",
-            start.max_zero_torque_n_m,
-            0.0,
-            1e5,
-        )?;
-        let (zero, ramp, shortest) = (start.zero_cycles, start.ramp_cycles, self.robot.cycle_s);
-        in_range("start.zero_cycles", f64::from(zero), 2.0, 1e4)?;
-        in_range("start.ramp_cycles", f64::from(ramp), 1.0, 1e5)?;
-        in_range("start.stop_time_s", start.stop_time_s, shortest, 10.0)
-    }
-}
-
-impl RobotSettings {
-    fn validate(&self) -> Result<(), SettingsError> {
-        in_range("robot.cycle_s", self.cycle_s, 0.001, 0.02)?;
-        let decimals = f64::from(self.correction_decimals);
-        in_range("robot.correction_decimals", decimals, 3.0, 6.0)
-    }
-}
-
-impl SensorSettings {
-    fn validate(&self) -> Result<(), SettingsError> {
-        all_within("sensor.position_m", &self.position_m, 10.0)?;
-        all_within("sensor.orientation_wxyz", &self.orientation_wxyz, 1e3)?;
-        all_within("sensor.bias", &self.bias, 1e5)?;
-        all_within("sensor.gravity_m_s2", &self.gravity_m_s2, 30.0)?;
-        in_range("sensor.tool_mass_kg", self.tool_mass_kg, 0.0, 2000.0)?;
-        all_within("sensor.tool_com_m", &self.tool_com_m, 10.0)?;
-        self.tool_inertia_kg_m2
-            .iter()
-            .try_for_each(|row| all_within("sensor.tool_inertia_kg_m2", row, 2000.0))?;
-        all_within("sensor.gravity_torque_n_m", &self.gravity_torque_n_m, 1e4)?;
-        let bandwidth = self.acceleration_bandwidth_hz;
-        in_range("sensor.acceleration_bandwidth_hz", bandwidth, 0.1, 60.0)?;
-        let stale = f64::from(self.stale_after_cycles);
-        in_range("sensor.stale_after_cycles", stale, 1.0, 100.0)?;
-        let fault = f64::from(self.fault_after_cycles);
-        in_range("sensor.fault_after_cycles", fault, stale, 1000.0)
-    }
-}
-
-impl BodySettings {
-    fn validate(&self, mass: FieldName, inertia: FieldName) -> Result<(), SettingsError> {
-        in_range(mass, self.mass_kg, 0.1, HEAVIEST)?;
-        let i = &self.inertia_kg_m2;
-        for (row, diagonal) in i.iter().enumerate() {
-            all_within(inertia, diagonal, HEAVIEST)?;
-            in_range(inertia, diagonal[row], 1e-3, HEAVIEST)?;
-        }
-        positive_definite(inertia, i)?;
-        let (a, alpha) = (
-            &self.arm_acceleration_m_s2,
-            &self.arm_angular_acceleration_rad_s2,
-        );
-        all_within("body arm_acceleration_m_s2", a, 100.0)?;
-        all_within("body arm_angular_acceleration_rad_s2", alpha, 100.0)?;
-        all_within("body orientation_wxyz", &self.orientation_wxyz, 1e3)?;
-        all_within("body position_m", &self.position_m, FARTHEST_M)?;
-        all_within("body velocity_m_s", &self.velocity_m_s, 10.0)?;
-        let omega = &self.angular_velocity_rad_s;
-        all_within("body angular_velocity_rad_s", omega, FASTEST_RAD_S)
-    }
-}
-
-/// Largest ratio of moments of inertia: beyond it, fixed point could not hold the inverse tensor.
-const LARGEST_RATIO: f64 = 1.0e4;
-
-/// An inertia tensor is symmetric, has positive principal minors and is well conditioned.
-fn positive_definite(field: FieldName, i: &[[f64; 3]; 3]) -> Result<(), SettingsError> {
-    let asymmetry = [i[0][1] - i[1][0], i[0][2] - i[2][0], i[1][2] - i[2][1]];
-    all_within(field, &asymmetry, 1e-9 * i[0][0].max(i[1][1]))?;
-    let minor = i[0][0] * i[1][1] - i[0][1] * i[1][0];
-    let tensor = nalgebra::Matrix3::from_fn(|r, c| i[r][c]);
-    in_range(field, minor, f64::MIN_POSITIVE, f64::MAX)?;
-    in_range(field, tensor.determinant(), f64::MIN_POSITIVE, f64::MAX)?;
-    let inverse = tensor.try_inverse().map_or(f64::MAX, |inv| inv.amax());
-    let (name, ratio) = (
-        "body inertia_kg_m2 ratio of moments",
-        inverse * tensor.amax(),
-    );
-    in_range(name, ratio, 0.0, LARGEST_RATIO)
 }

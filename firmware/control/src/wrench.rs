@@ -10,6 +10,9 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 /// Fastest motion that the estimator believes, m/s and rad/s: a jump of the measured pose, as when
 /// the robot starts anew, must not leave the range of fixed point as an acceleration.
 const FASTEST: f64 = 10.0;
+/// Largest acceleration that the estimator comes to, m/s² and rad/s²: its gains hold for steps of
+/// one length, and gaps that alternate with cycles would make the estimate grow without end.
+const LARGEST_ACCELERATION: f64 = 1.0e3;
 /// Largest acceleration of the tool's centre of mass that is taken, m/s² (100 g), likewise.
 const LARGEST_M_S2: f64 = 1.0e3;
 
@@ -139,6 +142,7 @@ pub struct MotionEstimator<S: Scalar> {
     cycles: u32,
     raw_velocity: Twist<S>,
     motion: Motion<S>,
+    saturates: bool,
 }
 
 impl<S: Scalar> MotionEstimator<S> {
@@ -156,6 +160,7 @@ impl<S: Scalar> MotionEstimator<S> {
                 velocity: Twist::zero(),
                 acceleration: Twist::zero(),
             },
+            saturates: false,
         }
     }
 
@@ -168,6 +173,7 @@ impl<S: Scalar> MotionEstimator<S> {
             velocity: Twist::zero(),
             acceleration: Twist::zero(),
         };
+        self.saturates = false;
     }
 
     /// The last pose that was taken (identity before the first).
@@ -183,6 +189,12 @@ impl<S: Scalar> MotionEstimator<S> {
     /// Difference of the last two poses over the time between them.
     pub fn raw_velocity(&self) -> Twist<S> {
         self.raw_velocity
+    }
+
+    /// Whether the last pose that was taken came in a way that no robot moves: the estimate is at
+    /// the edge of its range.
+    pub fn saturates(&self) -> bool {
+        self.saturates
     }
 
     /// Takes this cycle's measured pose of M in C, `cycles` after the last telegram; a telegram
@@ -205,9 +217,15 @@ impl<S: Scalar> MotionEstimator<S> {
             let predicted = self.motion.velocity + self.motion.acceleration * elapsed;
             let believed = raw.map(|v| saturated(v, FASTEST));
             let error = believed - predicted;
-            self.motion.velocity = predicted + error * self.g;
-            self.motion.acceleration =
-                self.motion.acceleration + error.map(|v| v / elapsed) * self.h;
+            let velocity = predicted + error * self.g;
+            let acceleration = self.motion.acceleration + error.map(|v| v / elapsed) * self.h;
+            self.motion = Motion {
+                velocity: velocity.map(|v| saturated(v, FASTEST)),
+                acceleration: acceleration.map(|a| saturated(a, LARGEST_ACCELERATION)),
+            };
+            self.saturates = raw != believed
+                || self.motion.velocity != velocity
+                || self.motion.acceleration != acceleration;
         }
         self.last = Some(*c_from_m);
     }

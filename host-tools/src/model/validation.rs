@@ -36,8 +36,7 @@ fn by_model_name(error: SettingsError, body: &str) -> ModelError {
     let field = error
         .field
         .replacen("sensor.tool_", "tool.", 1)
-        .replacen("body_k", body, 1)
-        .replacen("body ", &format!("{body}."), 1);
+        .replacen("body_k", body, 1);
     ModelError::OutOfRange {
         field,
         received: error.received,

@@ -32,10 +32,11 @@
 
 use super::{LawOutput, PARTS};
 use crate::frames::Twist;
-use crate::range::{SettingsError, all_within, in_range};
+use crate::range::{FieldName, SettingsError, all_within, in_range};
 use crate::scalar::Scalar;
 
-/// Sums beyond this (mm/s) have run away; they saturate here, so that fixed point cannot wrap.
+/// Velocities and sums beyond this (mm/s) have run away; they saturate here, so that fixed point
+/// cannot wrap. It is what the model itself is limited to, 100 m/s.
 const SUM_LIMIT_MM_S: f64 = 1.0e5;
 
 /// Settings of the paper's law. All in mm/s and mm/s per cycle (mrad/s for rotation).
@@ -104,18 +105,44 @@ impl Default for SeedSettings {
     }
 }
 
+/// Dotted names of b0, b1, k_p, k_i, and of c.
+type CoefficientNames = ([FieldName; 4], FieldName);
+const COEFFICIENTS_OF_TRANSLATION: CoefficientNames = (
+    [
+        "delay.seed.translation.b0",
+        "delay.seed.translation.b1",
+        "delay.seed.translation.k_p",
+        "delay.seed.translation.k_i",
+    ],
+    "delay.seed.translation.c",
+);
+const COEFFICIENTS_OF_ROTATION: CoefficientNames = (
+    [
+        "delay.seed.rotation.b0",
+        "delay.seed.rotation.b1",
+        "delay.seed.rotation.k_p",
+        "delay.seed.rotation.k_i",
+    ],
+    "delay.seed.rotation.c",
+);
+
+impl SeedCoefficients {
+    fn validate(&self, (names, name_of_c): &CoefficientNames) -> Result<(), SettingsError> {
+        let values = [self.b0, self.b1, self.k_p, self.k_i];
+        names
+            .iter()
+            .zip(values)
+            .try_for_each(|(name, value)| in_range(name, value, -100.0, 100.0))?;
+        // The largest sum times the largest coefficient stays within fixed point.
+        all_within(name_of_c, &self.c, 2e4)
+    }
+}
+
 impl SeedSettings {
     /// Checks every field.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        for c in [&self.translation, &self.rotation] {
-            all_within(
-                "delay.seed coefficients",
-                &[c.b0, c.b1, c.k_p, c.k_i],
-                100.0,
-            )?;
-            // The largest sum times the largest coefficient stays within fixed point.
-            all_within("delay.seed c", &c.c, 2e4)?;
-        }
+        self.translation.validate(&COEFFICIENTS_OF_TRANSLATION)?;
+        self.rotation.validate(&COEFFICIENTS_OF_ROTATION)?;
         in_range("delay.seed.threshold_mm_s", self.threshold_mm_s, 0.0, 10.0)?;
         in_range(
             "delay.seed.saturation_mm_s",
@@ -199,7 +226,10 @@ impl<S: Scalar> Seed<S> {
             } else {
                 model.angular[i - 3]
             };
-            let (command, parts) = axis.step(saturated(v * to_mm), &self.shared);
+            // Saturated before it is scaled: the product, too, must stay within fixed point.
+            let limit = S::of(SUM_LIMIT_MM_S * 1e-3);
+            let v_mm_s = v.clamp(-limit, limit) * to_mm;
+            let (command, parts) = axis.step(v_mm_s, &self.shared);
             pick(&mut output.command, command / to_mm);
             for (target, part) in output.parts.iter_mut().zip(parts) {
                 pick(target, part / to_mm);

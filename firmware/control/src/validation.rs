@@ -1,0 +1,159 @@
+//! Declared ranges of the settings.
+//!
+//! They are also the declared ranges of the fixed-point build: with every setting and every input
+//! at its limit, no product of the cycle leaves ±2.1e9.
+
+use crate::range::{FieldName, SettingsError, all_within, in_range};
+use crate::settings::StartSettings;
+use crate::settings::{BodySettings, FrameSettings, RobotSettings, SensorSettings, Settings};
+
+/// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
+/// digits of an acceleration and cannot overflow.
+const HEAVIEST: f64 = 1.0e6;
+/// Largest distance of anything from the origin of its frame, m.
+const FARTHEST_M: f64 = 1.0e3;
+/// Largest initial rate, rad/s: 0.1 rad per cycle, where the small-motion series end.
+const FASTEST_RAD_S: f64 = 5.0;
+/// Largest component of a quaternion as it is written; it is normalised when it is taken.
+const LARGEST_QUATERNION: f64 = 1.0e3;
+
+/// Dotted names of a craft's fields.
+struct BodyNames {
+    mass: FieldName,
+    inertia: FieldName,
+    ratio: FieldName,
+    arm: FieldName,
+    arm_angular: FieldName,
+    position: FieldName,
+    orientation: FieldName,
+    velocity: FieldName,
+    angular_velocity: FieldName,
+}
+
+/// The names of one of the two craft.
+macro_rules! body_names {
+    ($body:literal) => {
+        BodyNames {
+            mass: concat!($body, ".mass_kg"),
+            inertia: concat!($body, ".inertia_kg_m2"),
+            ratio: concat!($body, ".inertia_kg_m2 ratio of moments"),
+            arm: concat!($body, ".arm_acceleration_m_s2"),
+            arm_angular: concat!($body, ".arm_angular_acceleration_rad_s2"),
+            position: concat!($body, ".position_m"),
+            orientation: concat!($body, ".orientation_wxyz"),
+            velocity: concat!($body, ".velocity_m_s"),
+            angular_velocity: concat!($body, ".angular_velocity_rad_s"),
+        }
+    };
+}
+impl Settings {
+    /// Checks every field; the first that does not fit is the error.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        self.robot.validate()?;
+        self.sensor.validate()?;
+        self.body_k.validate(&body_names!("body_k"))?;
+        self.body_q.validate(&body_names!("body_q"))?;
+        self.frames.validate()?;
+        self.delay.validate()?;
+        self.limits.validate()?;
+        self.start.validate(self.robot.cycle_s)
+    }
+}
+
+impl RobotSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        in_range("robot.cycle_s", self.cycle_s, 0.001, 0.02)?;
+        let decimals = f64::from(self.correction_decimals);
+        in_range("robot.correction_decimals", decimals, 3.0, 6.0)
+    }
+}
+
+impl FrameSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        all_within("frames.j_position_m", &self.j_position_m, FARTHEST_M)?;
+        all_within("frames.p_position_m", &self.p_position_m, FARTHEST_M)?;
+        let (j, p) = (&self.j_orientation_wxyz, &self.p_orientation_wxyz);
+        all_within("frames.j_orientation_wxyz", j, LARGEST_QUATERNION)?;
+        all_within("frames.p_orientation_wxyz", p, LARGEST_QUATERNION)
+    }
+}
+
+impl StartSettings {
+    fn validate(&self, cycle_s: f64) -> Result<(), SettingsError> {
+        let loads = [
+            ("start.max_force_n", self.max_force_n),
+            ("start.max_torque_n_m", self.max_torque_n_m),
+            ("start.max_zero_force_n", self.max_zero_force_n),
+            ("start.max_zero_torque_n_m", self.max_zero_torque_n_m),
+        ];
+        loads
+            .into_iter()
+            .try_for_each(|(field, load)| in_range(field, load, 0.0, 1e5))?;
+        let (zero, ramp) = (self.zero_cycles, self.ramp_cycles);
+        in_range("start.zero_cycles", f64::from(zero), 2.0, 1e4)?;
+        in_range("start.ramp_cycles", f64::from(ramp), 1.0, 1e5)?;
+        in_range("start.stop_time_s", self.stop_time_s, cycle_s, 10.0)
+    }
+}
+
+impl SensorSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        all_within("sensor.position_m", &self.position_m, 10.0)?;
+        all_within(
+            "sensor.orientation_wxyz",
+            &self.orientation_wxyz,
+            LARGEST_QUATERNION,
+        )?;
+        all_within("sensor.bias", &self.bias, 1e5)?;
+        all_within("sensor.gravity_m_s2", &self.gravity_m_s2, 30.0)?;
+        in_range("sensor.tool_mass_kg", self.tool_mass_kg, 0.0, 2000.0)?;
+        all_within("sensor.tool_com_m", &self.tool_com_m, 10.0)?;
+        self.tool_inertia_kg_m2
+            .iter()
+            .try_for_each(|row| all_within("sensor.tool_inertia_kg_m2", row, 2000.0))?;
+        all_within("sensor.gravity_torque_n_m", &self.gravity_torque_n_m, 1e4)?;
+        let bandwidth = self.acceleration_bandwidth_hz;
+        in_range("sensor.acceleration_bandwidth_hz", bandwidth, 0.1, 60.0)?;
+        let stale = f64::from(self.stale_after_cycles);
+        in_range("sensor.stale_after_cycles", stale, 1.0, 100.0)?;
+        let fault = f64::from(self.fault_after_cycles);
+        in_range("sensor.fault_after_cycles", fault, stale, 1000.0)
+    }
+}
+
+impl BodySettings {
+    fn validate(&self, names: &BodyNames) -> Result<(), SettingsError> {
+        in_range(names.mass, self.mass_kg, 0.1, HEAVIEST)?;
+        let i = &self.inertia_kg_m2;
+        for (row, diagonal) in i.iter().enumerate() {
+            all_within(names.inertia, diagonal, HEAVIEST)?;
+            in_range(names.inertia, diagonal[row], 1e-3, HEAVIEST)?;
+        }
+        positive_definite(names, i)?;
+        all_within(names.arm, &self.arm_acceleration_m_s2, 100.0)?;
+        let alpha = &self.arm_angular_acceleration_rad_s2;
+        all_within(names.arm_angular, alpha, 100.0)?;
+        let orientation = &self.orientation_wxyz;
+        all_within(names.orientation, orientation, LARGEST_QUATERNION)?;
+        all_within(names.position, &self.position_m, FARTHEST_M)?;
+        all_within(names.velocity, &self.velocity_m_s, 10.0)?;
+        let omega = &self.angular_velocity_rad_s;
+        all_within(names.angular_velocity, omega, FASTEST_RAD_S)
+    }
+}
+
+/// Largest ratio of moments of inertia: beyond it, fixed point could not hold the inverse tensor.
+const LARGEST_RATIO: f64 = 1.0e4;
+
+/// An inertia tensor is symmetric, has positive principal minors and is well conditioned.
+fn positive_definite(names: &BodyNames, i: &[[f64; 3]; 3]) -> Result<(), SettingsError> {
+    let field = names.inertia;
+    let asymmetry = [i[0][1] - i[1][0], i[0][2] - i[2][0], i[1][2] - i[2][1]];
+    all_within(field, &asymmetry, 1e-9 * i[0][0].max(i[1][1]))?;
+    let minor = i[0][0] * i[1][1] - i[0][1] * i[1][0];
+    let tensor = nalgebra::Matrix3::from_fn(|r, c| i[r][c]);
+    in_range(field, minor, f64::MIN_POSITIVE, f64::MAX)?;
+    in_range(field, tensor.determinant(), f64::MIN_POSITIVE, f64::MAX)?;
+    let inverse = tensor.try_inverse().map_or(f64::MAX, |inv| inv.amax());
+    in_range(names.ratio, inverse * tensor.amax(), 0.0, LARGEST_RATIO)
+}
