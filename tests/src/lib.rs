@@ -6,8 +6,10 @@
     reason = "a fixture that cannot be built is a failed test"
 )]
 
+pub mod bench;
 pub mod browser;
 pub mod driver;
+pub mod every_setting;
 pub mod made_up;
 pub mod peers;
 pub mod plant;

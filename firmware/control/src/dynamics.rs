@@ -187,8 +187,8 @@ impl<S: Scalar> Body<S> {
 /// A pose moved for one cycle: linear velocity in the pose's outer frame, angular velocity in its
 /// own axes (A19: the translation is added in C, not multiplied from the right in body axes).
 pub fn advanced<S: Scalar>(pose: &Pose<S>, velocity: &Twist<S>, ts: S) -> Pose<S> {
-    let position = pose.translation.vector + velocity.linear * ts;
-    let rotation = frames::rotated(&pose.rotation, &(velocity.angular * ts));
+    let position = pose.translation.vector + frames::scaled(&velocity.linear, ts);
+    let rotation = frames::rotated(&pose.rotation, &frames::scaled(&velocity.angular, ts));
     Pose::from_parts(position.into(), rotation)
 }
 

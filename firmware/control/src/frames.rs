@@ -192,14 +192,35 @@ pub fn small_rotation<S: Scalar>(rotation_vector_rad: &Vector3<S>) -> UnitQuater
     let (half, one) = (S::of(0.5), S::one());
     let w = one - squared * S::of(0.125) * (one - squared * S::of(1.0 / 48.0));
     let scale = half * (one - squared * S::of(1.0 / 24.0) * (one - squared * S::of(1.0 / 80.0)));
-    renormalised(&Quaternion::from_parts(w, rotation_vector_rad * scale))
+    renormalised(&Quaternion::from_parts(
+        w,
+        scaled(rotation_vector_rad, scale),
+    ))
 }
 
 /// One Newton step towards unit length: keeps a product of near-unit quaternions at unit length
 /// for ever without a square root.
 pub fn renormalised<S: Scalar>(q: &Quaternion<S>) -> UnitQuaternion<S> {
-    let excess = q.norm_squared() - S::one();
-    UnitQuaternion::new_unchecked(q * (S::one() - S::of(0.5) * excess))
+    let excess = product(q, &q.conjugate()).w - S::one();
+    let half = S::of(0.5).times(excess);
+    UnitQuaternion::new_unchecked(Quaternion::from(q.coords.map(|c| c - c.times(half))))
+}
+
+/// Hamilton's product, each product of it rounded to the nearest: a thousand million roundings
+/// downwards would turn a craft that does not turn.
+fn product<S: Scalar>(p: &Quaternion<S>, q: &Quaternion<S>) -> Quaternion<S> {
+    let times = |a: S, b: S| a.times(b);
+    Quaternion::new(
+        times(p.w, q.w) - times(p.i, q.i) - times(p.j, q.j) - times(p.k, q.k),
+        times(p.w, q.i) + times(p.i, q.w) + times(p.j, q.k) - times(p.k, q.j),
+        times(p.w, q.j) - times(p.i, q.k) + times(p.j, q.w) + times(p.k, q.i),
+        times(p.w, q.k) + times(p.i, q.j) - times(p.j, q.i) + times(p.k, q.w),
+    )
+}
+
+/// A vector times a number, rounded to the nearest.
+pub fn scaled<S: Scalar>(v: &Vector3<S>, factor: S) -> Vector3<S> {
+    v.map(|c| c.times(factor))
 }
 
 /// Composition of an orientation with a small body-axes rotation, kept at unit length.
@@ -207,8 +228,8 @@ pub fn rotated<S: Scalar>(
     orientation: &UnitQuaternion<S>,
     rotation_vector_rad: &Vector3<S>,
 ) -> UnitQuaternion<S> {
-    let product = orientation.quaternion() * small_rotation(rotation_vector_rad).quaternion();
-    renormalised(&product)
+    let turn = small_rotation(rotation_vector_rad);
+    renormalised(&product(orientation.quaternion(), turn.quaternion()))
 }
 
 /// KUKA's A, B, C (rad) of an orientation: R = Rz(A) Ry(B) Rx(C), B in ±90°.

@@ -258,7 +258,7 @@ impl<S: Scalar> Run<S> {
     /// The correction is sent as A, B, C: a rotation that would bring B near ±90° is left out, as
     /// at the edge of the box.
     fn keep_off_singularity(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
-        let next = frames::rotated(&self.orientation, &(sent.angular * plan.ts));
+        let next = frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
         let (now, next) = (sine_of_b(&self.orientation).abs(), sine_of_b(&next).abs());
         if next > plan.largest_sine_of_b && next > now {
             sent.angular = Vector3::zeros();
@@ -302,7 +302,8 @@ impl<S: Scalar> Run<S> {
         }
         self.travelled.add(&sent.linear);
         self.displacement = self.travelled.translation(plan.ts);
-        self.orientation = frames::rotated(&self.orientation, &(sent.angular * plan.ts));
+        self.orientation =
+            frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
         self.last_sent = sent;
         self.sent.write(sent);
         Ok(())

@@ -39,6 +39,9 @@ pub trait Scalar: RealField + Copy {
     fn get(self) -> f64;
     /// The angle (rad, −π to π) whose sine and cosine are in this proportion: atan2.
     fn angle_of(sine: Self, cosine: Self) -> Self;
+    /// The product, rounded to the nearest number; out of range saturates. The `*` of [`Fixed`]
+    /// rounds downwards, which an orientation that is updated in every cycle would add up.
+    fn times(self, factor: Self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -51,6 +54,9 @@ impl Scalar for f64 {
     fn angle_of(sine: Self, cosine: Self) -> Self {
         RealField::atan2(sine, cosine)
     }
+    fn times(self, factor: Self) -> Self {
+        self * factor
+    }
 }
 
 impl Scalar for f32 {
@@ -62,6 +68,9 @@ impl Scalar for f32 {
     }
     fn angle_of(sine: Self, cosine: Self) -> Self {
         RealField::atan2(sine, cosine)
+    }
+    fn times(self, factor: Self) -> Self {
+        self * factor
     }
 }
 
@@ -88,11 +97,27 @@ impl Scalar for Fixed {
             RealField::atan2(cosine, -sine) - right_angle
         }
     }
+    fn times(self, factor: Self) -> Self {
+        let product = i128::from(self.to_bits()) * i128::from(factor.to_bits());
+        let nearest = (product + (1 << 31)) >> 32;
+        Self::from_bits(nearest.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_product_is_rounded_to_the_nearest_and_saturates() {
+        let smallest = Fixed::from_bits(1);
+        let half = Fixed::of(0.5);
+        assert_eq!((-smallest).times(half + smallest).to_bits(), -1);
+        assert_eq!((-smallest).times(half - smallest).to_bits(), 0);
+        assert_eq!(Fixed::of(-3.0).times(half), Fixed::of(-1.5));
+        let large = Fixed::of(1e6);
+        assert_eq!(large.times(-large).to_bits(), i64::MIN);
+    }
 
     /// All the way round, and at the four places where one of the two vanishes or nearly does.
     #[test]

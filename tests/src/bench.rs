@@ -1,0 +1,195 @@
+//! A cycle and an ideal robot that does what it is told, judged in every cycle: every number is
+//! finite and within its declared range, no correction is larger than its limits, and only a
+//! closed or a fading loop moves the robot.
+
+use crate::driver::Driver;
+use nalgebra::Vector3;
+use softdock_control::frames::orientation_from_abc;
+use softdock_control::io::{CycleRecord, Inputs, Sequence, Trace};
+use softdock_control::limits::LimitFlags;
+use softdock_control::modes::{Command, Mode};
+use softdock_control::scalar::Scalar;
+use softdock_control::settings::{CorrectionMode, Settings};
+
+/// Largest velocity of a craft's model, m/s and rad/s, with the rounding of f32.
+const FASTEST: (f64, f64) = (100.001, 20.001);
+
+/// The bench.
+pub struct Bench<S: Scalar> {
+    /// The cycle under test.
+    pub driver: Driver<S>,
+    settings: Settings,
+    /// Counts that the robot stands away from its start.
+    offset: [i64; 6],
+    start: [f64; 6],
+    /// Metres and radians per count.
+    digit: [f64; 2],
+    was_moving: bool,
+}
+
+/// What is wrong with a cycle.
+pub type Verdict = Result<CycleRecord, String>;
+
+impl<S: Scalar> Bench<S> {
+    /// In Idle, with a robot at `start` (m, rad).
+    pub fn new(settings: &Settings, start: [f64; 6]) -> Self {
+        let decimals = settings.robot.correction_decimals;
+        let digit = 0.1_f64.powi(decimals.into());
+        Self {
+            driver: Driver::new(settings),
+            settings: settings.clone(),
+            offset: [0; 6],
+            start,
+            digit: [digit * 1e-3, digit.to_radians()],
+            was_moving: false,
+        }
+    }
+
+    /// Where the robot is, m and rad.
+    pub fn pose(&self) -> [f64; 6] {
+        core::array::from_fn(|i| self.start[i] + self.offset[i] as f64 * self.digit[i / 3])
+    }
+
+    /// One cycle whose inputs are spoiled by `change`.
+    ///
+    /// # Errors
+    /// What is wrong with its outcome.
+    pub fn cycle(&mut self, change: impl FnOnce(&mut Inputs)) -> Verdict {
+        self.checked(|driver| driver.step_with(change))
+    }
+
+    /// One cycle without a new sensor sample.
+    ///
+    /// # Errors
+    /// What is wrong with its outcome.
+    pub fn stale(&mut self) -> Verdict {
+        self.checked(|driver| driver.step_stale(|_| {}))
+    }
+
+    /// Reset, hold, arm and start in four cycles.
+    ///
+    /// # Errors
+    /// What is wrong with their outcome.
+    pub fn restart(&mut self) -> Result<(), String> {
+        [Command::Reset, Command::Hold, Command::Arm, Command::Start]
+            .into_iter()
+            .try_for_each(|word| self.cycle(|inputs| inputs.command = Some(word)).map(|_| ()))
+    }
+
+    fn checked(&mut self, step: impl FnOnce(&mut Driver<S>) -> CycleRecord) -> Verdict {
+        let before = self.pose();
+        self.driver.inputs.robot.pose = Some(before);
+        let record = step(&mut self.driver);
+        let new_run = record.inputs.robot.sequence == Sequence::NewRun;
+        let step: [i64; 6] = match self.settings.robot.correction_mode {
+            CorrectionMode::Relative => record.output.correction,
+            CorrectionMode::Absolute => {
+                if new_run {
+                    self.start = before;
+                    self.offset = [0; 6];
+                }
+                core::array::from_fn(|i| record.output.correction[i] - self.offset[i])
+            }
+        };
+        (0..6).for_each(|i| self.offset[i] += step[i]);
+        self.within_limits(&step, &before)?;
+        self.moves_only_when_it_may(&record, &step)?;
+        finite(&record.trace)?;
+        saturates_and_says_so(&record.trace)?;
+        Ok(record)
+    }
+
+    /// Half a digit of rounding before and after, in each of three components; A and C take up to
+    /// six times the digits of a rotation at B = 80°.
+    fn within_limits(&self, step: &[i64; 6], before: &[f64; 6]) -> Result<(), String> {
+        let limits = &self.settings.limits;
+        let [x, y, z, ..] = step.map(|counts| counts as f64 * self.digit[0]);
+        let moved = Vector3::new(x, y, z).norm();
+        if moved > limits.step_m * 1.001 + 2.0 * self.digit[0] {
+            return Err(format!("{moved} m: {step:?}"));
+        }
+        let turn = |[_, _, _, a, b, c]: [f64; 6]| orientation_from_abc::<f64>(&[a, b, c]);
+        let angle = turn(*before).angle_to(&turn(self.pose()));
+        if angle > limits.step_rad * 1.001 + 6.0 * self.digit[1] + 1e-5 {
+            return Err(format!("{angle} rad: {step:?}"));
+        }
+        Ok(())
+    }
+
+    fn moves_only_when_it_may(
+        &mut self,
+        record: &CycleRecord,
+        step: &[i64; 6],
+    ) -> Result<(), String> {
+        let may = match record.trace.mode {
+            Mode::Running => true,
+            Mode::Fault => false,
+            Mode::Idle | Mode::Hold | Mode::Armed => self.was_moving,
+        };
+        self.was_moving = record.trace.sent_velocity != [0.0; 6];
+        if may || *step == [0; 6] {
+            Ok(())
+        } else {
+            Err(format!("{:?}: {step:?}", record.trace.mode))
+        }
+    }
+}
+
+/// All numbers of a trace.
+fn numbers(t: &Trace) -> impl Iterator<Item = &[f64]> {
+    let poses = [
+        &t.pose,
+        &t.body_k.pose,
+        &t.body_q.pose,
+        &t.docking.pose,
+        &t.command_pose,
+    ];
+    let twists = [
+        &t.wrench_at_m,
+        &t.removed,
+        &t.executed_velocity,
+        &t.body_k.velocity,
+        &t.body_q.velocity,
+        &t.docking.velocity,
+        &t.model_velocity,
+        &t.law_velocity,
+        &t.sent_velocity,
+    ];
+    let poses = poses.into_iter().map(|pose| &pose[..]);
+    let twists = twists.into_iter().map(|twist| &twist[..]);
+    poses
+        .chain(twists)
+        .chain(t.law_parts.iter().map(|part| &part[..]))
+}
+
+fn finite(trace: &Trace) -> Result<(), String> {
+    for (n, group) in numbers(trace).enumerate() {
+        if !group.iter().all(|v| v.is_finite()) {
+            return Err(format!("group {n}: {trace:?}"));
+        }
+    }
+    Ok(())
+}
+
+/// The models stay within their ranges, and at the edge of one a flag is raised.
+fn saturates_and_says_so(trace: &Trace) -> Result<(), String> {
+    for body in [&trace.body_k, &trace.body_q] {
+        let [x, y, z, a, b, c] = body.velocity.map(f64::abs);
+        let (speed, spin) = (x.max(y).max(z), a.max(b).max(c));
+        if speed > FASTEST.0 || spin > FASTEST.1 {
+            return Err(format!("beyond its range: {:?}", body.velocity));
+        }
+        let length: f64 = body.pose[3..].iter().map(|q| q * q).sum();
+        if (length - 1.0).abs() > 1e-3 {
+            return Err(format!("not a rotation: {:?}", body.pose));
+        }
+        let at_edge = speed >= 100.0 || spin >= 20.0;
+        let judged = trace.mode == Mode::Running
+            && !trace.limits.has(LimitFlags::SENSOR_STALE)
+            && !trace.limits.has(LimitFlags::ROBOT_CLAMP);
+        if at_edge && judged && !trace.limits.has(LimitFlags::MODEL) {
+            return Err(format!("no flag: {:?}, {:?}", body.velocity, trace.limits));
+        }
+    }
+    Ok(())
+}
