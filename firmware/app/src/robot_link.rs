@@ -7,6 +7,7 @@ use crate::settings::{BoardSettings, BoardSettingsError};
 use crate::shared::LinkCounters;
 use core::net::{IpAddr, SocketAddr};
 use softdock_control::correction::Counts;
+use softdock_control::cost::Probe;
 use softdock_control::cycle::Cycle;
 use softdock_control::io::{CycleRecord, Inputs, RobotSample, SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode};
@@ -150,6 +151,18 @@ impl<S: Scalar> RobotLink<S> {
         sensor: SensorSample,
         command: Option<Command>,
     ) -> CycleRecord {
+        self.run_cycle_counted(telegram, sequence, sensor, command, &mut ())
+    }
+
+    /// [`Self::run_cycle`], telling which phases of the cycle are finished.
+    pub fn run_cycle_counted(
+        &mut self,
+        telegram: &RobTelegram,
+        sequence: Sequence,
+        sensor: SensorSample,
+        command: Option<Command>,
+        probe: &mut impl Probe,
+    ) -> CycleRecord {
         let robot = RobotSample {
             ipoc: telegram.ipoc,
             sequence,
@@ -157,11 +170,14 @@ impl<S: Scalar> RobotLink<S> {
             late_answers: telegram.late_answers.unwrap_or_default(),
             poscorr_stat: telegram.poscorr_stat.unwrap_or_default(),
         };
-        let record = self.cycle.step(&Inputs {
-            robot,
-            sensor,
-            command,
-        });
+        let record = self.cycle.step_counted(
+            &Inputs {
+                robot,
+                sensor,
+                command,
+            },
+            probe,
+        );
         self.stop = record.output.stop;
         self.last_answer = self.answer(telegram.ipoc, &record.output.correction);
         self.counters.cycles += 1;

@@ -1,6 +1,7 @@
 //! The control cycle: sensor sample and robot telegram in, correction out.
 
 use crate::correction::{Counts, Quantiser};
+use crate::cost::{Phase, Probe};
 use crate::dynamics::{BodyState, Observation, ObservationFrames, TwoBody, TwoBodyState};
 use crate::frames::{
     self, Pose, Wrench, abc_from_orientation, orientation_from_abc, pose_components,
@@ -65,6 +66,11 @@ impl<S: Scalar> Cycle<S> {
     /// One cycle. It must end before the robot's next telegram (4 ms); a later answer is rejected
     /// by the robot and counted in its `Delay`.
     pub fn step(&mut self, inputs: &Inputs) -> CycleRecord {
+        self.step_counted(inputs, &mut ())
+    }
+
+    /// [`Self::step`], telling which phases are finished.
+    pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> CycleRecord {
         let mut trace = Trace {
             cycle: self.cycle,
             time_s: self.cycle as f64 * self.settings.robot.cycle_s,
@@ -80,6 +86,7 @@ impl<S: Scalar> Cycle<S> {
         // Compensate.
         let pose = self.measured_pose(&inputs.robot);
         let wrench = self.compensated(inputs, &pose, &mut trace);
+        probe.finished(Phase::Wrench);
 
         // Obey and judge.
         self.obey(inputs, &pose, &wrench.at_m, &mut trace);
@@ -96,12 +103,15 @@ impl<S: Scalar> Cycle<S> {
                     measured: &pose,
                     freeze,
                 };
-                self.run.step(&self.plan, &input, &mut trace).map(|()| true)
+                self.run
+                    .step(&self.plan, &input, &mut trace, probe)
+                    .map(|()| true)
             }
             Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, &mut trace),
             Mode::Fault => Ok(false),
         };
         let correction = self.correction(moved);
+        probe.finished(Phase::Limits);
 
         // Log.
         let output = Output {

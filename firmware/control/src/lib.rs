@@ -13,6 +13,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod correction;
+pub mod cost;
 pub mod cycle;
 pub mod delay;
 pub mod dynamics;

@@ -3,6 +3,7 @@
 //! A [`Run`] is made new by each `arm`. Its phases: zero cycles, a ramp in which both craft glide
 //! with their initial velocities, then Newton; after a stop, the last velocity fades out.
 
+use crate::cost::{Phase, Probe};
 use crate::delay::{Law, LawInput, LawOutput, ModelVelocity, SentHistory};
 use crate::dynamics::{BodyState, TwoBody, TwoBodyState, advanced, relative_velocity};
 use crate::frames::{self, Pose, Twist, Wrench};
@@ -157,6 +158,7 @@ impl<S: Scalar> Run<S> {
         plan: &Plan<S>,
         input: &LoopInput<'_, S>,
         trace: &mut Trace,
+        probe: &mut impl Probe,
     ) -> Result<(), Fault> {
         let frozen = input.freeze != LimitFlags::default();
         let share = self.start_share(plan);
@@ -168,12 +170,14 @@ impl<S: Scalar> Run<S> {
             }
         }
         let model = self.model_velocity(plan);
+        probe.finished(Phase::Dynamics);
         let law = self.law.step(&LawInput {
             model,
             wrench: input.wrench,
             measured: input.measured,
             sent: &self.sent,
         });
+        probe.finished(Phase::Law);
         let change = if frozen {
             -plan.authority_step
         } else {

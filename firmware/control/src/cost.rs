@@ -1,0 +1,41 @@
+//! Where the cost of a cycle is counted.
+//!
+//! The cycle itself knows no clock. It tells a [`Probe`] which part it has just finished; a board
+//! reads its counter of instructions or cycles there, everybody else passes `()` and pays nothing.
+
+/// A part of a cycle, in the order in which they are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Checks of the input, pose, and the wrench without the tool's weight and inertia.
+    Wrench,
+    /// Commands of the operator and load limits, then the motion of the two craft.
+    Dynamics,
+    /// Compensation of the robot's delay.
+    Law,
+    /// Limits, commanded pose and rounding.
+    Limits,
+    /// The trace for the recording.
+    Trace,
+}
+
+impl Phase {
+    /// All of them in their order.
+    pub const ALL: [Self; 5] = [
+        Self::Wrench,
+        Self::Dynamics,
+        Self::Law,
+        Self::Limits,
+        Self::Trace,
+    ];
+}
+
+/// Takes note of finished phases.
+pub trait Probe {
+    /// Called when a phase is finished. A loop that is not closed leaves out [`Phase::Dynamics`] and
+    /// [`Phase::Law`].
+    fn finished(&mut self, phase: Phase);
+}
+
+impl Probe for () {
+    fn finished(&mut self, _phase: Phase) {}
+}
