@@ -1,10 +1,12 @@
 //! The firmware's tasks on the host: in virtual time inside this process ([`virtual_time`]), or
-//! as a process of its own with real sockets in real time ([`process`]).
+//! as a process of its own with real sockets in real time ([`process`]); and the firmware itself
+//! in QEMU ([`qemu`]).
 
 // Links the implementation of critical sections that Embassy's executor needs.
 use critical_section as _;
 
 pub mod process;
+pub mod qemu;
 mod simulated_sensor;
 mod tasks;
 pub mod virtual_time;

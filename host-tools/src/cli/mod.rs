@@ -21,6 +21,7 @@ mod import;
 mod logs;
 mod progress;
 mod record;
+mod qemu;
 mod replay;
 mod reproduce;
 mod robot_config;
@@ -51,6 +52,7 @@ enum Command {
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Record(record::Record),
+    Qemu(qemu::QemuCommand),
     RobotConfig(robot_config::RobotConfig),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
@@ -82,6 +84,7 @@ impl Cli {
             Command::Firmware(command) => command.execute(),
             Command::Flash(command) => command.execute(),
             Command::Record(command) => command.execute(),
+            Command::Qemu(command) => command.execute(),
             Command::RobotConfig(command) => command.execute(),
             Command::Reproduce(command) => command.execute(),
             Command::Replay(command) => command.execute(),

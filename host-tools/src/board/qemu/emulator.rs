@@ -1,0 +1,146 @@
+//! QEMU as a child process.
+
+use super::chip::Chip;
+use super::flash::BOARD;
+use super::ports::Ports;
+use anyhow::{Context, Result, ensure};
+use softdock_app::emulated_flash::FLASH_BYTES;
+use std::ffi::{OsStr, OsString};
+use std::io::ErrorKind;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+
+const PROGRAM: &str = "qemu-system-arm";
+
+/// Looks whether QEMU is installed.
+///
+/// # Errors
+/// It is not.
+pub(super) fn find() -> Result<()> {
+    let version = Command::new(PROGRAM)
+        .arg("--version")
+        .stdin(Stdio::null())
+        .output();
+    let output = match version {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            anyhow::bail!(
+                "{PROGRAM} is missing; on Debian and Ubuntu: apt-get install qemu-system-arm"
+            )
+        }
+        other => other.with_context(|| format!("cannot run {PROGRAM}"))?,
+    };
+    ensure!(
+        output.status.success(),
+        "{PROGRAM} --version fails ({}); install it anew, on Debian and Ubuntu: apt-get install --reinstall qemu-system-arm",
+        output.status
+    );
+    Ok(())
+}
+
+/// A running QEMU. It ends with this value.
+#[derive(Debug)]
+pub(super) struct Emulator {
+    child: Child,
+}
+
+impl Emulator {
+    /// Starts the firmware `elf` with `flash` as emulated flash.
+    ///
+    /// # Errors
+    /// QEMU cannot be started.
+    pub(super) fn start(
+        chip: Chip,
+        elf: &Path,
+        flash: &Path,
+        ports: &Ports,
+        rsi_port: u16,
+    ) -> Result<Self> {
+        let mut command = bound_to_this_process();
+        command.args(["-nodefaults", "-display", "none", "-monitor", "none"]);
+        // The board's PSRAM is the file.
+        let machine = format!("{},memory-backend=psram", chip.machine());
+        let mut memory = OsString::from(format!(
+            "memory-backend-file,id=psram,size={FLASH_BYTES},share=on,mem-path="
+        ));
+        memory.push(escaped(flash));
+        command.arg("-machine").arg(machine);
+        command.arg("-object").arg(memory);
+        command.arg("-kernel").arg(elf);
+        // UART 0 is the sensor's line, 1 the log, 2 the service.
+        command.args(["-serial", &tcp(ports.can)]);
+        command.args(["-serial", "stdio"]);
+        let service = ports.service.map_or_else(|| "null".to_owned(), tcp);
+        command.args(["-serial", &service]);
+        let network = format!(
+            "user,model=lan9118,hostfwd=udp:{}:{}-{BOARD}:{rsi_port}",
+            ports.robot.ip(),
+            ports.robot.port()
+        );
+        command.args(["-nic", &network]);
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot start {PROGRAM}"))?;
+        Ok(Self { child })
+    }
+
+    /// The firmware's log, as it comes out of the board.
+    ///
+    /// # Errors
+    /// It was taken already.
+    pub(super) fn log(&mut self) -> Result<ChildStdout> {
+        self.child.stdout.take().context("the log was taken twice")
+    }
+
+    /// How QEMU ended, if it has.
+    ///
+    /// # Errors
+    /// The system does not tell.
+    pub(super) fn ended(&mut self) -> Result<Option<ExitStatus>> {
+        self.child.try_wait().context("cannot look after QEMU")
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // QEMU holds nothing that it would have to save. An error says that it has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn tcp(address: SocketAddr) -> String {
+    format!("tcp:{address},server=on,wait=off,nodelay=on")
+}
+
+/// In QEMU's options a comma inside of a value is written twice.
+fn escaped(path: &Path) -> OsString {
+    match path.to_str() {
+        Some(path) => path.replace(',', ",,").into(),
+        None => path.into(),
+    }
+}
+
+/// QEMU, so that it ends when this process does, even if that is killed; and in a process group of
+/// its own, so that Ctrl-C in a terminal reaches this process alone.
+fn bound_to_this_process() -> Command {
+    const BINDER: &str = "setpriv";
+    let found = |folders: OsString| {
+        std::env::split_paths(&folders).any(|folder| folder.join(BINDER).is_file())
+    };
+    let binder = cfg!(target_os = "linux") && std::env::var_os("PATH").is_some_and(found);
+    let mut command = match binder {
+        true => {
+            let mut command = Command::new(BINDER);
+            command.args(["--pdeathsig", "KILL", "--"].map(OsStr::new));
+            command.arg(PROGRAM);
+            command
+        }
+        false => Command::new(PROGRAM),
+    };
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command
+}

@@ -1,0 +1,131 @@
+//! The emulated flash: a file of the host that QEMU maps into the board's memory.
+
+use anyhow::{Context, Result};
+use softdock_app::emulated_flash::{
+    BOOT_OPTIONS_OFFSET, BootOptions, FLASH_BYTES, SETTINGS_OFFSET,
+};
+use softdock_app::image::{IMAGE_MAX_BYTES, Image};
+use softdock_app::settings::{BoardSettings, Text};
+use std::fs::File;
+use std::io::{Seek, SeekFrom, Write};
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::Path;
+
+/// The board in QEMU's network.
+pub(super) const BOARD: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 15);
+/// This computer in QEMU's network; what comes from its loopback device comes from here.
+const HOST: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 2);
+/// Length of the network's prefix, bits.
+const PREFIX_BITS: u8 = 24;
+/// Erased flash.
+const ERASED: u8 = 0xFF;
+
+/// Blocks, and where they lie.
+pub(super) type Content = Vec<(usize, Vec<u8>)>;
+
+/// The blocks that the firmware reads at boot.
+///
+/// # Errors
+/// The settings may not be used.
+pub(super) fn content(settings: &BoardSettings, start: bool) -> Result<Content> {
+    settings.validate()?;
+    let image = Image {
+        sequence: 1,
+        settings: behind_qemu(settings)?,
+    };
+    let mut block = vec![0; IMAGE_MAX_BYTES];
+    let length = image.encode(&mut block)?;
+    block.truncate(length);
+    let options = BootOptions { start }.encode().to_vec();
+    Ok(vec![
+        (SETTINGS_OFFSET, block),
+        (BOOT_OPTIONS_OFFSET, options),
+    ])
+}
+
+/// The settings as they have to be in QEMU's network: the board's place in it is given, and this
+/// computer has another address there.
+fn behind_qemu(settings: &BoardSettings) -> Result<BoardSettings> {
+    let text = |address: &dyn ToString| {
+        // 21 characters at most, "255.255.255.255:65535".
+        Text::try_from(address.to_string().as_str()).unwrap_or_default()
+    };
+    let mut behind = settings.clone();
+    behind.network.address = text(&BOARD);
+    behind.network.prefix_bits = PREFIX_BITS;
+    behind.network.gateway = text(&HOST);
+    if settings.rsi.robot_ip()?.is_some_and(|ip| ip.is_loopback()) {
+        behind.rsi.robot_ip = text(&HOST);
+    }
+    if let Some(recorder) = settings.network.recorder()?
+        && recorder.ip().is_loopback()
+    {
+        behind.network.recorder = text(&SocketAddrV4::new(HOST, recorder.port()));
+    }
+    Ok(behind)
+}
+
+/// Writes the file: as large as the flash, erased up to the last block, without what lies behind.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn write(path: &Path, content: &Content) -> Result<()> {
+    let write = || -> std::io::Result<()> {
+        let mut file = File::create(path)?;
+        let end = content.iter().map(|(offset, block)| offset + block.len());
+        file.write_all(&vec![ERASED; end.max().unwrap_or(0)])?;
+        for (offset, block) in content {
+            file.seek(SeekFrom::Start(*offset as u64))?;
+            file.write_all(block)?;
+        }
+        file.set_len(FLASH_BYTES as u64)
+    };
+    write().with_context(|| format!("cannot write the emulated flash to {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stored(settings: &BoardSettings) -> BoardSettings {
+        let content = content(settings, true).unwrap();
+        Image::decode(&content[0].1).unwrap().settings
+    }
+
+    #[test]
+    fn this_computer_has_another_address_in_the_network_of_qemu() {
+        let mut settings = BoardSettings::default();
+        settings.rsi.robot_ip = Text::try_from("127.0.0.1").unwrap();
+        settings.network.recorder = Text::try_from("127.0.0.1:49200").unwrap();
+        let stored = stored(&settings);
+        assert_eq!(stored.rsi.robot_ip, "10.0.2.2");
+        assert_eq!(stored.network.recorder, "10.0.2.2:49200");
+        assert_eq!(stored.network.address, "10.0.2.15");
+        assert_eq!(stored.control, settings.control);
+    }
+
+    #[test]
+    fn addresses_of_other_computers_stay() {
+        let mut settings = BoardSettings::default();
+        settings.rsi.robot_ip = Text::try_from("192.168.1.10").unwrap();
+        settings.network.recorder = Text::try_from("192.168.1.5:49200").unwrap();
+        let stored = stored(&settings);
+        assert_eq!(stored.rsi, settings.rsi);
+        assert_eq!(stored.network.recorder, settings.network.recorder);
+        let anyone = BoardSettings::default();
+        assert_eq!(super::tests::stored(&anyone).rsi, anyone.rsi);
+    }
+
+    #[test]
+    fn the_file_is_the_whole_flash_with_each_block_in_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flash.bin");
+        let settings = BoardSettings::default();
+        write(&path, &content(&settings, true).unwrap()).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(bytes.len(), FLASH_BYTES);
+        assert_eq!(Image::decode(&bytes).unwrap().sequence, 1);
+        assert!(BootOptions::decode(&bytes[BOOT_OPTIONS_OFFSET..]).start);
+        assert_eq!(bytes[BOOT_OPTIONS_OFFSET - 1], ERASED);
+    }
+}

@@ -1,0 +1,93 @@
+//! A board in QEMU: the firmware of the microcontroller, instruction by instruction, behind the
+//! same addresses as a board that is a process ([`super::process`]).
+//!
+//! | file | |
+//! |---|---|
+//! | `chip` | the machines that are emulated |
+//! | `firmware` | builds the image with cargo |
+//! | `flash` | the emulated flash: settings, and whether to start |
+//! | `ports` | the addresses, checked before anything is started |
+//! | `emulator` | QEMU as a child process |
+//! | `log` | the firmware's log as text |
+
+mod chip;
+mod emulator;
+mod firmware;
+mod flash;
+mod log;
+mod ports;
+
+pub use chip::Chip;
+
+use anyhow::{Context, Result, bail};
+use emulator::Emulator;
+use log::Log;
+use ports::Ports;
+use softdock_app::settings::BoardSettings;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How often it is looked whether QEMU or the user has ended the run.
+const GLANCE: Duration = Duration::from_millis(20);
+
+/// Where a board in QEMU listens and what it does by itself.
+#[derive(Clone, Debug)]
+pub struct Qemu {
+    /// Settings of the board.
+    pub settings: BoardSettings,
+    /// UDP address for the robot's telegrams.
+    pub robot: SocketAddr,
+    /// TCP address for the sensor's SLCAN client.
+    pub can: SocketAddr,
+    /// TCP address of the service; without, nobody is connected to it.
+    pub service: Option<SocketAddr>,
+    /// Arm and start as soon as robot and sensor are healthy.
+    pub start: bool,
+    /// The machine.
+    pub chip: Chip,
+}
+
+impl Qemu {
+    /// Builds the firmware and runs it until `stop` is raised.
+    ///
+    /// # Errors
+    /// QEMU or the target of the firmware is not installed, an address is taken, the settings may
+    /// not be used, the firmware does not build, or QEMU ends by itself.
+    pub fn run(self, stop: &Arc<AtomicBool>) -> Result<()> {
+        let flash = flash::content(&self.settings, self.start)?;
+        let ports = Ports::check(self.robot, self.can, self.service)?;
+        emulator::find()?;
+        let elf = firmware::build(self.chip)?;
+        let log = Log::of(&elf)?;
+
+        // Removed with everything in it when this function ends.
+        let folder = tempfile::tempdir().context("cannot make a folder for the emulated flash")?;
+        let file = folder.path().join("flash.bin");
+        flash::write(&file, &flash)?;
+        let rsi_port = self.settings.network.rsi_port;
+        let mut emulator = Emulator::start(self.chip, &elf, &file, &ports, rsi_port)?;
+        let stream = emulator.log()?;
+        let announced = ports.to_string();
+        let printer = thread::spawn(move || log.print(stream, &announced));
+        let outcome = supervise(&mut emulator, stop);
+        drop(emulator);
+        printer
+            .join()
+            .unwrap_or_else(|_| bail!("the log's thread ended unexpectedly"))?;
+        outcome
+    }
+}
+
+/// Waits for Ctrl-C, or for QEMU to die.
+fn supervise(emulator: &mut Emulator, stop: &AtomicBool) -> Result<()> {
+    while !stop.load(Ordering::Relaxed) {
+        if let Some(status) = emulator.ended()? {
+            bail!("QEMU ended by itself ({status}); what it said stands above");
+        }
+        thread::sleep(GLANCE);
+    }
+    Ok(())
+}
