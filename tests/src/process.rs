@@ -158,6 +158,19 @@ impl Running {
         );
     }
 
+    /// Waits for its end, if that comes within [`PATIENCE`]; kills it otherwise. For clean-up,
+    /// where a panic would hide the first one.
+    pub fn finish_or_kill(mut self) {
+        self.stdin = None;
+        let give_up = Instant::now() + PATIENCE;
+        while let Ok(None) = self.child.try_wait() {
+            if Instant::now() > give_up {
+                return;
+            }
+            thread::sleep(GLANCE);
+        }
+    }
+
     /// Closes its standard input and waits for its end: how it ended, and all that it said.
     ///
     /// # Panics

@@ -3,6 +3,7 @@
 
 use crate::process::PATIENCE;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::time::{Duration, Instant};
 
 /// Interpolation cycle, ms.
 const CYCLE_MS: u64 = 4;
@@ -38,15 +39,14 @@ impl Robot {
     /// If there is no free port.
     pub fn new(board: SocketAddr) -> Self {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free UDP port");
-        socket
-            .set_read_timeout(Some(PATIENCE))
-            .expect("a timeout can be set");
-        Self {
+        let robot = Self {
             socket,
             board,
             ipoc: FIRST_IPOC,
             pose: [0; 6],
-        }
+        };
+        robot.patience(PATIENCE);
+        robot
     }
 
     /// The telegram with time stamp `ipoc`.
@@ -82,6 +82,38 @@ impl Robot {
             .expect("the board answers");
         assert_eq!(from, self.board);
         Answer::parse(&buffer[..length])
+    }
+
+    /// One cycle on a network that is flooded and may lose datagrams: the telegram is sent again,
+    /// unchanged, until its answer has come.
+    ///
+    /// # Panics
+    /// If it never comes.
+    pub fn cycle_through_flood(&mut self) -> Answer {
+        let give_up = Instant::now() + PATIENCE;
+        self.patience(Duration::from_millis(100));
+        let answer = loop {
+            self.send(self.telegram(self.ipoc).as_bytes());
+            let mut buffer = [0; 2048];
+            if let Ok((length, _)) = self.socket.recv_from(&mut buffer) {
+                let answer = Answer::parse(&buffer[..length]);
+                // Answers to what was sent twice come twice.
+                if answer.ipoc == self.ipoc {
+                    break answer;
+                }
+                assert!(answer.ipoc < self.ipoc, "{answer:?}");
+            }
+            assert!(Instant::now() < give_up, "{} was never answered", self.ipoc);
+        };
+        self.patience(PATIENCE);
+        self.apply(&answer);
+        answer
+    }
+
+    fn patience(&self, patience: Duration) {
+        self.socket
+            .set_read_timeout(Some(patience))
+            .expect("a timeout can be set");
     }
 
     /// What has come and was not read. Nothing may come that was not asked for.

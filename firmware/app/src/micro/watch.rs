@@ -5,31 +5,69 @@ use crate::board::Clock;
 use crate::shared::{LinkCounters, Shared, Status};
 use defmt::{Debug2Format, error, info, warn};
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use softdock_link::can::SensorCounters;
 
 /// How often it looks, µs.
 const PERIOD_US: u64 = 50_000;
-/// Least time between two lines of counters, µs: a flood of bad telegrams must not become a flood
-/// of lines.
-const COUNTERS_PERIOD_US: u64 = 1_000_000;
+/// Least time between two lines of the link's counters, µs: a flood of bad telegrams must not
+/// become a flood of lines.
+const LINK_PERIOD_US: u64 = 1_000_000;
+/// Least time between two lines of the sensor's counters, µs. They rise all the time while no
+/// sensor is connected, which the sensor's state tells already.
+const SENSOR_PERIOD_US: u64 = 10_000_000;
 
 /// Logs changes of mode, faults, refused commands, robot, sensor and counters for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, clock: &impl Clock) -> ! {
     // From the state at boot on: a quick start is a change as well.
     let mut last = Status::default();
-    let mut counted = last;
-    let mut counters_at_us = 0;
+    let mut link = Counted::new(LINK_PERIOD_US, LinkCounters::default());
+    let mut sensor = Counted::new(SENSOR_PERIOD_US, (SensorCounters::default(), 0, 0));
     loop {
         let now_us = clock.now_us();
         let now = shared.status();
         report_changes(&last, &now);
         let robot_left = last.connected && !now.connected;
         last = now;
-        if troubles(&now) != troubles(&counted) && now_us >= counters_at_us || robot_left {
-            report_counters(&now);
-            counted = now;
-            counters_at_us = now_us + COUNTERS_PERIOD_US;
+        // Cycles are counted while all is well; they are told with the others.
+        let troubles = LinkCounters {
+            cycles: 0,
+            ..now.link
+        };
+        if link.is_due(troubles, now_us) || robot_left {
+            report_link(&now.link);
+        }
+        let counters = (now.sensor_counters, now.bus_offs, now.can_losses);
+        if sensor.is_due(counters, now_us) {
+            report_sensor(&now);
         }
         clock.wait_until(now_us + PERIOD_US).await;
+    }
+}
+
+/// Counters as they were told last.
+struct Counted<T> {
+    period_us: u64,
+    told: T,
+    next_us: u64,
+}
+
+impl<T: PartialEq> Counted<T> {
+    fn new(period_us: u64, told: T) -> Self {
+        Self {
+            period_us,
+            told,
+            next_us: 0,
+        }
+    }
+
+    /// Whether they have changed and may be told again.
+    fn is_due(&mut self, now: T, now_us: u64) -> bool {
+        let due = now != self.told && now_us >= self.next_us;
+        if due {
+            self.told = now;
+            self.next_us = now_us + self.period_us;
+        }
+        due
     }
 }
 
@@ -63,22 +101,7 @@ fn report_changes(last: &Status, now: &Status) {
     }
 }
 
-/// The state without what changes while all is well.
-fn troubles(status: &Status) -> Status {
-    Status {
-        link: LinkCounters {
-            cycles: 0,
-            ..status.link
-        },
-        sensor_counters: status.sensor_counters,
-        bus_offs: status.bus_offs,
-        can_losses: status.can_losses,
-        ..Status::default()
-    }
-}
-
-fn report_counters(status: &Status) {
-    let link = &status.link;
+fn report_link(link: &LinkCounters) {
     info!(
         "{=u64} cycles, {=u32} lost, {=u32} twice, {=u32} overtaken, {=u32} malformed, {=u32} foreign, {=u32} runs",
         link.cycles,
@@ -89,6 +112,9 @@ fn report_counters(status: &Status) {
         link.foreign,
         link.runs
     );
+}
+
+fn report_sensor(status: &Status) {
     let sensor = &status.sensor_counters;
     info!(
         "sensor: {=u32} timeouts, {=u32} retries, {=u32} late, {=u32} unpaired, {=u32} unknown, {=u32} invalid; CAN: {=u32} bus-off, {=u32} losses",
