@@ -13,25 +13,32 @@ pub struct BoardImage {
     pub package: &'static str,
     /// Target triple.
     pub target: &'static str,
+    /// Features of the package.
+    pub features: &'static [&'static str],
 }
+
+/// The profile of all boards.
+const PROFILE: &str = "firmware";
 
 /// A line of cargo's messages, as far as it matters here.
 #[derive(Deserialize)]
 struct Message {
-    reason: String,
     executable: Option<PathBuf>,
 }
 
-/// Builds an image in release mode and gives the program (ELF). Cargo's own messages go to standard
+/// Builds an image and gives the program (ELF). Cargo's own messages go to standard
 /// error.
 pub fn build(board: &BoardImage) -> Result<PathBuf> {
     let root = repository()?;
     ensure_target(board.target)?;
+    eprintln!("building {} for {}", board.package, board.target);
     let mut cargo = Command::new(cargo())
         .current_dir(&root)
-        .args(["build", "--release", "--package", board.package])
-        .args(["--target", board.target])
+        .args(["build", "--quiet", "--profile", PROFILE])
+        .args(["--package", board.package, "--target", board.target])
+        .arg(format!("--features={}", board.features.join(",")))
         .arg("--message-format=json-render-diagnostics")
+        .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()
         .context("cannot start cargo, which builds the image; install Rust: https://rustup.rs")?;
@@ -42,9 +49,7 @@ pub fn build(board: &BoardImage) -> Result<PathBuf> {
             let Ok(message) = serde_json::from_str::<Message>(&line?) else {
                 continue;
             };
-            if message.reason == "compiler-artifact" {
-                program = message.executable.or(program);
-            }
+            program = message.executable.or(program);
         }
     }
     ensure!(

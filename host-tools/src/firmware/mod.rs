@@ -14,4 +14,5 @@ pub use usage::{Usage, usage};
 pub const NUCLEO_H743ZI: BoardImage = BoardImage {
     package: "softdock-nucleo-h743zi",
     target: "thumbv7em-none-eabihf",
+    features: &[],
 };

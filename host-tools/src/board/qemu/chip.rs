@@ -1,5 +1,6 @@
 //! The machines that are emulated.
 
+use crate::firmware::BoardImage;
 use clap::ValueEnum;
 
 /// A chip on Arm's MPS2 board.
@@ -14,7 +15,7 @@ pub enum Chip {
 
 impl Chip {
     /// QEMU's name of the machine.
-    pub(super) fn machine(self) -> &'static str {
+    pub fn machine(self) -> &'static str {
         match self {
             Self::An500 => "mps2-an500",
             Self::An385 => "mps2-an385",
@@ -22,10 +23,19 @@ impl Chip {
     }
 
     /// Rust's name of the target.
-    pub(super) fn target(self) -> &'static str {
+    pub fn target(self) -> &'static str {
         match self {
             Self::An500 => "thumbv7em-none-eabihf",
             Self::An385 => "thumbv7m-none-eabi",
+        }
+    }
+
+    /// Its firmware.
+    pub(super) fn image(self) -> BoardImage {
+        BoardImage {
+            package: "softdock-mps2",
+            target: self.target(),
+            features: &[],
         }
     }
 }

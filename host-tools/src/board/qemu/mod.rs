@@ -4,7 +4,6 @@
 //! | file | |
 //! |---|---|
 //! | `chip` | the machines that are emulated |
-//! | `firmware` | builds the image with cargo |
 //! | `flash` | the emulated flash: settings, and whether to start |
 //! | `ports` | the addresses, checked before anything is started |
 //! | `emulator` | QEMU as a child process |
@@ -12,13 +11,13 @@
 
 mod chip;
 mod emulator;
-mod firmware;
 mod flash;
 mod log;
 mod ports;
 
 pub use chip::Chip;
 
+use crate::firmware::build;
 use anyhow::{Context, Result, bail};
 use emulator::Emulator;
 use log::Log;
@@ -60,7 +59,7 @@ impl Qemu {
         let flash = flash::content(&self.settings, self.start)?;
         let ports = Ports::check(self.robot, self.can, self.service)?;
         emulator::find()?;
-        let elf = firmware::build(self.chip)?;
+        let elf = build(&self.chip.image())?;
         let log = Log::of(&elf)?;
 
         // Removed with everything in it when this function ends.

@@ -1,0 +1,177 @@
+//! The robot's link and the control cycle, fed step by step.
+//!
+//! A [`Step`] is everything that a board takes in for one answer, [`Done`] is everything that comes
+//! of it: the answer's bytes, the record of the cycle, and what each part of the work cost. A host
+//! and the machine code in QEMU run the same [`Session`] on the same steps, and every bit has to be
+//! the same. With QEMU's virtual time counting instructions, the cost is exact as well.
+//!
+//! [`frame`] and [`unframe`] put messages into a stream of bytes: two bytes of length, postcard.
+#![no_std]
+
+use core::net::{IpAddr, Ipv4Addr, SocketAddr};
+use serde::{Deserialize, Serialize};
+use softdock_app::robot_link::{Answer, Incoming, RobotLink};
+use softdock_app::settings::{BoardSettings, BoardSettingsError};
+use softdock_control::cost::{Phase, Probe};
+use softdock_control::io::{CycleRecord, SensorSample};
+use softdock_control::modes::Command;
+use softdock_control::scalar::Scalar;
+
+/// Longest datagram of a step.
+pub const DATAGRAM_BYTES: usize = 1500;
+/// Longest message: a step with its datagram, or a record with its answer.
+pub const MESSAGE_BYTES: usize = 4096;
+
+/// What a board takes in for one answer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// The datagram.
+    pub datagram: heapless::Vec<u8, DATAGRAM_BYTES>,
+    /// Who sent it: 0 is the robot.
+    pub sender: u8,
+    /// When it came, µs.
+    pub now_us: u64,
+    /// The newest sensor sample.
+    pub sample: SensorSample,
+    /// The operator's command.
+    pub command: Option<Command>,
+}
+
+/// Parts of the work for an answer, in their order.
+pub const PARTS: [&str; 7] = [
+    "parse", "wrench", "dynamics", "law", "limits", "trace", "write",
+];
+
+/// Cost of each of [`PARTS`], in ticks of the counter.
+pub type Cost = [u32; PARTS.len()];
+
+/// What came of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Done {
+    /// The answer; empty: none.
+    pub answer: Answer,
+    /// The cycle, if one was run.
+    pub record: Option<CycleRecord>,
+    /// What it cost; zeros without a cycle.
+    pub cost: Cost,
+}
+
+/// Something that counts up with the work that is done.
+pub trait Counter {
+    /// The count; it may wrap.
+    fn count(&mut self) -> u32;
+}
+
+/// Counts nothing.
+impl Counter for () {
+    fn count(&mut self) -> u32 {
+        0
+    }
+}
+
+/// A robot's link with its control cycle.
+#[derive(Clone, Debug)]
+pub struct Session<S: Scalar>(RobotLink<S>);
+
+impl<S: Scalar> Session<S> {
+    /// From settings, which are checked here.
+    ///
+    /// # Errors
+    /// The settings may not be used.
+    pub fn new(settings: &BoardSettings) -> Result<Self, BoardSettingsError> {
+        RobotLink::new(settings).map(Self)
+    }
+
+    /// Does what the robot task does for a datagram.
+    pub fn take(&mut self, step: &Step, counter: &mut impl Counter) -> Done {
+        let mut done = Done {
+            answer: Answer::new(),
+            record: None,
+            cost: Cost::default(),
+        };
+        let mut laps = Laps::start(counter);
+        match self.0.receive(&step.datagram, sender(step), step.now_us) {
+            Incoming::Telegram(telegram) => {
+                if let Some(sequence) = self.0.follow(&telegram) {
+                    laps.lap(0);
+                    let (sample, command) = (step.sample, step.command);
+                    let record = self
+                        .0
+                        .run_cycle_counted(&telegram, sequence, sample, command, &mut laps);
+                    laps.lap(PARTS.len() - 1);
+                    done.cost = laps.cost;
+                    done.record = Some(record);
+                }
+                done.answer = self.0.last_answer().clone();
+            }
+            Incoming::Unreadable { ipoc } => done.answer = self.0.resting_answer(ipoc),
+            Incoming::Ignored => {}
+        }
+        done
+    }
+}
+
+fn sender(step: &Step) -> SocketAddr {
+    SocketAddr::new(
+        IpAddr::V4(Ipv4Addr::new(192, 168, 1, 10)),
+        49_152 + u16::from(step.sender),
+    )
+}
+
+/// Counts at the end of each part.
+struct Laps<'a, C: Counter> {
+    counter: &'a mut C,
+    last: u32,
+    cost: Cost,
+}
+
+impl<'a, C: Counter> Laps<'a, C> {
+    fn start(counter: &'a mut C) -> Self {
+        let last = counter.count();
+        Self {
+            counter,
+            last,
+            cost: Cost::default(),
+        }
+    }
+
+    /// Ends a part, an index of [`PARTS`].
+    fn lap(&mut self, part: usize) {
+        let now = self.counter.count();
+        if let Some(cost) = self.cost.get_mut(part) {
+            *cost = now.wrapping_sub(self.last);
+        }
+        self.last = now;
+    }
+}
+
+impl<C: Counter> Probe for Laps<'_, C> {
+    fn finished(&mut self, phase: Phase) {
+        let index = Phase::ALL.iter().position(|known| *known == phase);
+        self.lap(1 + index.unwrap_or(0));
+    }
+}
+
+/// Why a message cannot be written or read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadMessage;
+
+/// Writes a message behind its length; the bytes of `buffer` that it takes.
+///
+/// # Errors
+/// It is longer than `buffer`.
+pub fn frame<'a>(message: &impl Serialize, buffer: &'a mut [u8]) -> Result<&'a [u8], BadMessage> {
+    let (length, body) = buffer.split_first_chunk_mut::<2>().ok_or(BadMessage)?;
+    let written = postcard::to_slice(message, body).map_err(|_| BadMessage)?;
+    let count = written.len();
+    *length = u16::try_from(count).map_err(|_| BadMessage)?.to_le_bytes();
+    buffer.get(..2 + count).ok_or(BadMessage)
+}
+
+/// Reads the message behind a length.
+///
+/// # Errors
+/// The bytes are not such a message.
+pub fn unframe<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, BadMessage> {
+    postcard::from_bytes(body).map_err(|_| BadMessage)
+}
