@@ -1,18 +1,17 @@
 //! Telemetry: each cycle goes to a recorder on the network, with what a replay needs besides.
 //!
 //! ```text
-//! robot task           encoder task                 network task
+//! robot task             encoder task                           network task
 //! RecordQueue --slots--> encode: postcard, parts --datagrams--> transmit: UDP
 //! ```
 //!
 //! The cycle never waits. What it pays is bounded: [`RecordQueue`] copies one record (about 1.3 kB)
 //! into a free slot and takes two short locks, in which nothing but indices is read and written;
-//! with no free slot it counts and returns. By count of instructions that is 1 to 2 µs at 480 MHz,
-//! after the robot has its answer. All else happens in two
-//! tasks that may run at a lower priority: [`encode`] makes datagrams, [`transmit`] hands them to the
-//! network's stack. They may live on two executors. If the network is slow, `transmit` waits for
-//! it, `encode` for `transmit`, the slots fill up, and what has no room is counted there, in one
-//! place, and told to the recorder.
+//! with no free slot it counts and returns. That happens after the robot has its answer; estimated,
+//! not measured, it takes a few µs at 480 MHz. All else happens in two tasks that may run at a lower
+//! priority: [`encode`] makes datagrams, [`transmit`] hands them to the network's stack. They may
+//! live on two executors. If the network is slow, `transmit` waits for it, `encode` for `transmit`,
+//! the slots fill up, and what has no room is counted there, in one place, and told to the recorder.
 //!
 //! A message is a record or the announcement. It travels in one or more datagrams
 //! ([`Part`] has the layout), each small enough for an Ethernet frame. Datagrams are

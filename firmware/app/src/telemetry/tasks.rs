@@ -17,8 +17,8 @@ pub const ANNOUNCE_PERIOD_US: u64 = 1_000_000;
 /// Makes datagrams of the records, and announces the board at once and in every
 /// [`ANNOUNCE_PERIOD_US`]. Runs until [`RecordQueue::close`](super::RecordQueue::close).
 ///
-/// Between two waits it computes what a record takes: postcard's bytes and the checksum of 1.2 kB,
-/// by count of instructions less than 100 µs at 480 MHz. So it belongs on an executor of a lower
+/// Between two waits it computes what a record takes: postcard's bytes and the checksum of 1.2 kB
+/// (estimated, not measured: less than 100 µs at 480 MHz). So it belongs on an executor of a lower
 /// priority than the robot's.
 pub async fn encode<M: RawMutex>(
     mut slots: Receiver<'_, M, Slot>,
