@@ -73,11 +73,12 @@ fn the_cortex_m7_sends_every_correction_as_the_host_does() {
     }
 }
 
-/// 64-bit fixed point rounds at 2.3e-10 m in each step, on the way into the contact as well; the
-/// paths may differ by 2 µm in 4.5 mm.
+/// 64-bit fixed point resolves 2.3e-10 in SI units: a velocity of 5 mm/s to eight digits, but the
+/// cubic terms of the paper's law to three. The craft may come back 0.3 % faster or slower, which
+/// is 20 µm on its way of 7 mm.
 #[test]
 fn the_cortex_m3_in_fixed_point_follows_the_same_path() {
-    const TOLERANCE_M: f64 = 2e-6;
+    const TOLERANCE_M: f64 = 2e-5;
     let host = path(&on_host());
     let motion = in_qemu("qemu_rig_an385", "an385");
     let off = |(host, qemu): (&i64, &i64)| (host - qemu).abs();

@@ -1,0 +1,177 @@
+//! What comes to the firmware in QEMU besides good telegrams and readings: the right robot is
+//! answered all the time, counters tell the rest, and the board never starts over.
+//!
+//! Behind QEMU's network all senders have one address, and differ in their ports.
+
+use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, Robot, Sensor};
+use softdock_tests::process::PATIENCE;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Cycles of the start ramp, with some to spare.
+const RAMP: usize = 40;
+
+/// A running board whose loop is closed and moves at 5 mm/s, with robot and sensor.
+fn moving(test: &str) -> (QemuBoard, Robot, Sensor) {
+    // A lost answer of the sensor is asked for again before its sample is too old.
+    let patient = BUSY_COMPUTER.replace("answer_timeout_s = 1.0", "answer_timeout_s = 0.02");
+    let settings = format!("{patient}\n[control.body_k]\nvelocity_m_s = [0.005, 0.0, 0.0]\n");
+    let mut board = QemuBoard::start(test, &settings, &["--start"]);
+    let sensor = Sensor::connect(board.can);
+    board.process().wait_for("sensor Running");
+    let mut robot = Robot::new(board.robot);
+    let mut cycles = 0;
+    while robot.cycle().is_zero() {
+        cycles += 1;
+        let log = board.process().transcript();
+        assert!(cycles < 10_000, "the robot never moved\n{log}");
+    }
+    for _ in 0..RAMP {
+        robot.cycle();
+    }
+    (board, robot, sensor)
+}
+
+/// The counter before `word` in a line of counters.
+fn counter(line: &str, word: &str) -> u64 {
+    let words: Vec<&str> = line.split([' ', ',']).filter(|w| !w.is_empty()).collect();
+    let at = words.iter().position(|w| *w == word).unwrap();
+    words[at - 1].parse().unwrap()
+}
+
+/// Lets `robot` go on until a line of counters has at least `least` before `word`; that number.
+fn until_counted(board: &mut QemuBoard, robot: &mut Robot, word: &str, least: u64) -> u64 {
+    for _ in 0..100 {
+        let line = board.until(" cycles, ", || {
+            robot.cycle_through_flood();
+        });
+        let count = counter(&line, word);
+        if count >= least {
+            return count;
+        }
+    }
+    panic!("never {least} {word}\n{}", board.process().transcript());
+}
+
+/// Sends garbage at a thousand datagrams per second, from ports of its own, until it is dropped.
+struct Flood {
+    ended: Arc<AtomicBool>,
+    thread: Option<JoinHandle<u64>>,
+}
+
+impl Flood {
+    fn start(board: SocketAddr, telegram: &str) -> Self {
+        let ended = Arc::new(AtomicBool::new(false));
+        let stop = ended.clone();
+        let datagrams: [Vec<u8>; 6] = [
+            Vec::new(),
+            b"\x00\xff\xfe garbage \x80".to_vec(),
+            // A stranger's good telegram, whole and cut off.
+            telegram.as_bytes().to_vec(),
+            telegram.as_bytes()[..telegram.len() / 2].to_vec(),
+            // As long as a frame, and far longer: that one comes in fragments.
+            vec![b'<'; 1472],
+            vec![b'<'; 20_000],
+        ];
+        let thread = thread::spawn(move || {
+            let sockets = [0; 4].map(|_| UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap());
+            let mut sent = 0;
+            for (socket, datagram) in sockets.iter().cycle().zip(datagrams.iter().cycle()) {
+                if stop.load(Ordering::Relaxed) {
+                    break;
+                }
+                socket.send_to(datagram, board).unwrap();
+                sent += 1;
+                thread::sleep(Duration::from_millis(1));
+            }
+            for socket in sockets {
+                socket.set_nonblocking(true).unwrap();
+                assert!(
+                    socket.recv(&mut [0; 16]).is_err(),
+                    "a stranger gets no answer"
+                );
+            }
+            sent
+        });
+        Self {
+            ended,
+            thread: Some(thread),
+        }
+    }
+
+    /// How much it has sent.
+    fn stop(mut self) -> u64 {
+        self.ended.store(true, Ordering::Relaxed);
+        self.thread.take().unwrap().join().unwrap()
+    }
+}
+
+#[test]
+fn a_flood_of_garbage_and_strangers_costs_counters() {
+    let (mut board, mut robot, _sensor) = moving("qemu_flood");
+    let flood = Flood::start(board.robot, &robot.telegram(robot.ipoc));
+    for cycle in 0..1500 {
+        let answer = robot.cycle_through_flood();
+        assert!(!answer.is_zero(), "cycle {cycle}: the loop goes on");
+        thread::sleep(Duration::from_millis(2));
+    }
+    let sent = flood.stop();
+    let foreign = until_counted(&mut board, &mut robot, "foreign", sent / 2);
+    assert!(foreign <= sent, "{foreign} of {sent}");
+    let log = board.stop();
+    assert!(!log.contains("fault"), "{log}");
+}
+
+#[test]
+fn garbage_of_the_robot_itself_costs_a_counter() {
+    let (mut board, mut robot, _sensor) = moving("qemu_garbage");
+    for length in [0, 1, 100, 1472, 1473, 60_000] {
+        robot.send(&vec![b'<'; length]);
+        assert!(!robot.cycle_through_flood().is_zero(), "the loop goes on");
+    }
+    // What is longer than a frame comes in fragments, which the board does not put together.
+    until_counted(&mut board, &mut robot, "malformed", 3);
+    board.stop();
+}
+
+#[test]
+fn noise_on_the_sensors_line_is_survived() {
+    let (mut board, mut robot, sensor) = moving("qemu_noise");
+    // Every twentieth answer is spoiled, and there is noise between all of them.
+    for noisy in [true, false] {
+        sensor.be_noisy(noisy);
+        let enough = sensor.readings() + 200;
+        let give_up = Instant::now() + PATIENCE;
+        while sensor.readings() < enough {
+            let log = board.process().transcript();
+            assert!(!robot.cycle().is_zero(), "the loop goes on\n{log}");
+            assert!(Instant::now() < give_up, "the board does not read\n{log}");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+    let log = board.stop();
+    assert!(!log.contains("fault"), "{log}");
+}
+
+#[test]
+fn a_silent_sensor_is_a_fault_and_the_robot_is_answered_with_zero() {
+    let (mut board, mut robot, sensor) = moving("qemu_silent");
+    sensor.be_silent(true);
+    for said in ["mode Fault", "fault SensorStale"] {
+        board.until(said, || {
+            robot.cycle();
+        });
+    }
+    for _ in 0..50 {
+        assert!(robot.cycle().is_zero());
+    }
+    sensor.be_silent(false);
+    board.until("sensor Running", || {
+        robot.cycle();
+    });
+    assert!(robot.cycle().is_zero(), "faults latch");
+    board.stop();
+}
