@@ -277,7 +277,7 @@ fn read_all(stream: Option<impl Read>) -> String {
 pub fn softdock_binary() -> PathBuf {
     let binary = profile_folder().join(format!("softdock{}", std::env::consts::EXE_SUFFIX));
     let modified = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
-    let mend = "run `cargo build --workspace` (the same profile), or `tests/run`";
+    let mend = "run `cargo build` (the same profile), or `tests/run`";
     let Some(built) = modified(&binary) else {
         panic!("{} is missing: {mend}", binary.display());
     };

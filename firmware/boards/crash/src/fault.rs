@@ -7,14 +7,42 @@
 //! another stack.
 #![allow(unsafe_code, reason = "exception handlers in assembly")]
 
-use cortex_m::peripheral::SCB;
 use cortex_m::peripheral::scb::Exception;
+use cortex_m::peripheral::{MPU, SCB};
 
-/// Enables memory, bus and usage faults, so that they have handlers of their own.
-pub fn arm(scb: &mut SCB) {
+/// Size of the guard below the stack, as a power of 2: 64 KiB, more than any frame of a function.
+const GUARD_LOG2: u32 = 16;
+/// The region of the MPU that it takes. Of overlapping regions the last one counts, so it is the
+/// last of the eight that every MPU has.
+const GUARD_REGION: u32 = 7;
+
+unsafe extern "C" {
+    /// Lower end of the stack.
+    static _stack_end: u32;
+}
+
+/// Enables memory, bus and usage faults, so that they have handlers of their own, and forbids the
+/// memory below the stack: not every board faults where it has no memory, and QEMU's does not.
+pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
     scb.enable(Exception::MemoryManagement);
     scb.enable(Exception::BusFault);
     scb.enable(Exception::UsageFault);
+
+    const VALID: u32 = 1 << 4;
+    // No access, no execution, size as its logarithm less one, enabled.
+    const FORBIDDEN: u32 = 1 << 28 | (GUARD_LOG2 - 1) << 1 | 1;
+    // Enabled, with the default map where no region is.
+    const ON: u32 = 1 << 2 | 1;
+    // An address of 32 bits; aligned to the guard's size, see `memory.x`.
+    let guard = (&raw const _stack_end) as u32 - (1 << GUARD_LOG2);
+    // SAFETY: nothing that is used lies in the guard.
+    unsafe {
+        mpu.rbar.write(guard | VALID | GUARD_REGION);
+        mpu.rasr.write(FORBIDDEN);
+        mpu.ctrl.modify(|control| control | ON);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
 }
 
 /// Writes handlers that pass the stack pointer and the address of the faulty instruction (0 if the
@@ -53,13 +81,18 @@ handlers! { HardFault MemoryManagement BusFault UsageFault }
 extern "C" fn report(stack_pointer: u32, instruction: u32) -> ! {
     // SAFETY: reading the fault registers has no side effect, and nobody else runs any more.
     let scb = unsafe { &*SCB::PTR };
-    let (cfsr, hfsr, bfar) = (scb.cfsr.read(), scb.hfsr.read(), scb.bfar.read());
+    let (cfsr, hfsr) = (scb.cfsr.read(), scb.hfsr.read());
+    const MMFAR_IS_VALID: u32 = 1 << 7;
+    let address = match cfsr & MMFAR_IS_VALID {
+        0 => scb.bfar.read(),
+        _ => scb.mmfar.read(),
+    };
     match instruction {
         0 => crate::message::keep(format_args!(
             "stack overflow: stack pointer {stack_pointer:#010x}, CFSR {cfsr:#010x}"
         )),
         _ => crate::message::keep(format_args!(
-            "fault at {instruction:#010x}: CFSR {cfsr:#010x}, HFSR {hfsr:#010x}, address {bfar:#010x}"
+            "fault at {instruction:#010x}: CFSR {cfsr:#010x}, HFSR {hfsr:#010x}, address {address:#010x}"
         )),
     }
     SCB::sys_reset()

@@ -73,12 +73,16 @@ pub fn take_message() -> Option<Message> {
     Message::try_from(text).ok()
 }
 
-/// Writes what there is room for.
+/// Writes what there is room for, on one line.
 struct Cut<'a>(&'a mut Message);
 
 impl Write for Cut<'_> {
     fn write_str(&mut self, text: &str) -> core::fmt::Result {
         for character in text.chars() {
+            let character = match character {
+                '\n' => ' ',
+                other => other,
+            };
             self.0.push(character).map_err(|_| core::fmt::Error)?;
         }
         Ok(())

@@ -42,7 +42,7 @@ fn main() -> ! {
         // Only a second call of `main` could get here.
         SCB::sys_reset();
     };
-    softdock_crash::arm(&mut core.SCB);
+    softdock_crash::arm(&mut core.SCB, &mut core.MPU);
     interrupts::set_priorities(&mut core.NVIC);
     time::start();
     let _ = uart::LOG.open();
