@@ -10,6 +10,7 @@ pub mod bench;
 pub mod browser;
 pub mod driver;
 pub mod every_setting;
+pub mod lockstep;
 pub mod made_up;
 pub mod peers;
 pub mod plant;

@@ -1,4 +1,4 @@
-//! Hands the linker the memory layout of the MPS2 boards when the program is built.
+//! Hands the linker the script of the MPS2 boards when the program is built.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -7,14 +7,14 @@ fn main() {
     if env::var_os("CARGO_FEATURE_BOARD").is_none() {
         return;
     }
-    const LAYOUT: &str = "../mps2/memory.x";
+    const SCRIPT: &str = "../mps2/mps2.x";
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    if let Err(error) = fs::copy(LAYOUT, out.join("memory.x")) {
-        println!("cargo::error=cannot copy {LAYOUT}: {error}");
+    if let Err(error) = fs::copy(SCRIPT, out.join("mps2.x")) {
+        println!("cargo::error=cannot copy {SCRIPT}: {error}");
     }
-    println!("cargo::rerun-if-changed={LAYOUT}");
+    println!("cargo::rerun-if-changed={SCRIPT}");
     println!("cargo::rustc-link-search={}", out.display());
-    for argument in ["--nmagic", "-Tlink.x"] {
+    for argument in ["--nmagic", "-Tmps2.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
 }

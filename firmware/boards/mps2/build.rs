@@ -1,4 +1,4 @@
-//! Chooses the chip by the target, and hands the linker its scripts.
+//! Chooses the chip by the target, and hands the linker its script.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -19,15 +19,14 @@ fn main() {
     };
     println!("cargo::rustc-cfg=chip=\"{chip}\"");
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    for script in ["memory.x", "device.x"] {
-        if let Err(error) = fs::copy(script, out.join(script)) {
-            println!("cargo::error=cannot copy {script}: {error}");
-        }
-        println!("cargo::rerun-if-changed={script}");
+    const SCRIPT: &str = "mps2.x";
+    if let Err(error) = fs::copy(SCRIPT, out.join(SCRIPT)) {
+        println!("cargo::error=cannot copy {SCRIPT}: {error}");
     }
+    println!("cargo::rerun-if-changed={SCRIPT}");
     println!("cargo::rustc-link-search={}", out.display());
     // Without --nmagic the linker would align sections for pages, which the board does not have.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    for argument in ["--nmagic", "-Tmps2.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     set_git_state("../../..");

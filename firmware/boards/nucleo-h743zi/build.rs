@@ -1,7 +1,6 @@
-//! Hands the linker the memory layout at the top of the repository.
+//! Links with cortex-m-rt's script and the memory layout at the top of the repository.
 
-use std::path::PathBuf;
-use std::{env, fs};
+use std::env;
 
 include!("../../git_state.rs");
 
@@ -16,13 +15,8 @@ fn main() {
         );
         return;
     }
-    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    let layout = format!("{ROOT}/memory.x");
-    if let Err(error) = fs::copy(&layout, out.join("memory.x")) {
-        println!("cargo::error=cannot copy {layout}: {error}");
-    }
-    println!("cargo::rerun-if-changed={layout}");
-    println!("cargo::rustc-link-search={}", out.display());
+    // The linker runs in the repository's top folder, where link.x finds memory.x.
+    println!("cargo::rerun-if-changed={ROOT}/memory.x");
     // Without --nmagic the linker would align sections for pages, which the board does not have.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");

@@ -119,6 +119,7 @@ impl<S: Scalar> Cycle<S> {
             stop: self.stop,
         };
         self.finish(inputs, &mut trace);
+        probe.finished(Phase::Trace);
         CycleRecord {
             inputs: *inputs,
             output,

@@ -9,25 +9,25 @@ use std::convert::Infallible;
 
 /// A number that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Difference {
+pub struct Difference {
     /// Name of the number: that of its column in a CSV file.
-    pub(crate) quantity: String,
+    pub quantity: String,
     /// Its text in both records.
-    pub(crate) texts: [String; 2],
+    pub texts: [String; 2],
     /// Its bits in both records, hexadecimal.
-    pub(crate) bits: [String; 2],
+    pub bits: [String; 2],
 }
 
 /// Compares cycles; keeps its buffers from one to the next.
 #[derive(Debug, Default)]
-pub(crate) struct Comparison {
+pub struct Comparison {
     encoders: [Encoder; 2],
 }
 
 impl Comparison {
     /// The first number that differs, if any. All NaN count as the same number: which of them
     /// the hardware makes is its own affair.
-    pub(crate) fn first_difference(&mut self, cycles: [&CycleRecord; 2]) -> Option<Difference> {
+    pub fn first_difference(&mut self, cycles: [&CycleRecord; 2]) -> Option<Difference> {
         let mut rows = cycles.map(|cycle| Row {
             cycle: *cycle,
             ..Row::default()

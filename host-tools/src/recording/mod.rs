@@ -19,7 +19,7 @@ mod words;
 mod writer;
 
 pub use csv_files::{export_csv, import_csv};
-pub(crate) use difference::{Comparison, Difference};
+pub use difference::{Comparison, Difference};
 pub use writer::RecordingWriter;
 
 use crate::input;

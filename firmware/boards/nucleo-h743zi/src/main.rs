@@ -41,7 +41,7 @@ fn main() -> ! {
         // Only a second call of `main` could get here.
         SCB::sys_reset();
     };
-    softdock_crash::arm(&mut core.SCB);
+    softdock_crash::arm(&mut core.SCB, &mut core.MPU);
     let p = clocks::start(&mut core.SCB);
     boot::report_identity(&IDENTITY);
     boot::report_crash(softdock_crash::take_message().as_deref());

@@ -211,7 +211,8 @@ impl<S: Scalar> Seed<S> {
 
     /// One cycle: m/s and rad/s in, m/s and rad/s out.
     pub fn step(&mut self, model: &Twist<S>) -> LawOutput<S> {
-        let to_mm = S::of(1e3);
+        // Products, not quotients: a division in fixed point takes 2,000 instructions.
+        let (to_mm, to_m) = (S::of(1e3), S::of(1e-3));
         let mut output = LawOutput {
             command: *model,
             parts: [Twist::zero(); PARTS],
@@ -230,9 +231,9 @@ impl<S: Scalar> Seed<S> {
             let limit = S::of(SUM_LIMIT_MM_S * 1e-3);
             let v_mm_s = v.clamp(-limit, limit) * to_mm;
             let (command, parts) = axis.step(v_mm_s, &self.shared);
-            pick(&mut output.command, command / to_mm);
+            pick(&mut output.command, command * to_m);
             for (target, part) in output.parts.iter_mut().zip(parts) {
-                pick(target, part / to_mm);
+                pick(target, part * to_m);
             }
         }
         output
