@@ -2,10 +2,12 @@
 //! limits, and a measured pose that jumps. Everything saturates; nothing wraps or becomes NaN.
 
 use softdock_control::delay::LawName;
+use softdock_control::dynamics::{BodyState, ObservationFrames, TwoBody, TwoBodyState};
+use softdock_control::frames::{Twist, Wrench, pose};
 use softdock_control::io::CycleRecord;
 use softdock_control::limits::LimitFlags;
 use softdock_control::scalar::Scalar;
-use softdock_control::settings::{BodySettings, DynamicCompensation, Settings};
+use softdock_control::settings::{BodySettings, DynamicCompensation, FrameSettings, Settings};
 use softdock_tests::driver::{Driver, cruising};
 use softdock_tests::in_three_scalars;
 
@@ -81,6 +83,7 @@ fn a_model_that_runs_away_saturates<S: Scalar>() {
             assert_eq!(record.trace.fault, None);
             assert!(record.trace.limits.has(LimitFlags::SPEED), "no flag");
         }
+        assert!(driver.step().trace.limits.has(LimitFlags::MODEL), "no flag");
         driver.inputs.sensor.wrench = driver.inputs.sensor.wrench.map(|v| -v);
         for _ in 0..1000 {
             assert_sane(&driver.step(), &settings);
@@ -107,7 +110,45 @@ fn a_pose_that_jumps<S: Scalar>() {
     }
 }
 
+/// Two craft at the far ends of the model's ranges, farther than any run leads within a test.
+fn the_far_ends_of_the_model<S: Scalar>() {
+    let bodies = TwoBody::<S>::new(&lightest(0.0), &lightest(0.0), 0.02);
+    let frames = ObservationFrames::<S>::new(&FrameSettings {
+        j_position_m: [1e3; 3],
+        p_position_m: [-1e3, 1e3, -1e3],
+        ..FrameSettings::default()
+    });
+    let far = |sign: f64| BodyState {
+        c_from_body: pose(
+            &[sign * 1e6, -sign * 1e6, sign * 1e6],
+            &[0.5, 0.5, -0.5, sign],
+        ),
+        velocity: Twist::<S>::of(&[sign * 100.0, 100.0, -100.0, 20.0, -20.0, sign * 20.0]),
+    };
+    let mut state = TwoBodyState {
+        k: far(1.0),
+        q: far(-1.0),
+    };
+    // 1e5 N and 1e5 N·m, the widest limits of the load.
+    let part = 1e5 / 3.0_f64.sqrt();
+    for n in 0..500 {
+        let sign = if n % 7 < 3 { part } else { -part };
+        let wrench = Wrench::of(&[part, -part, sign, part, sign, -part]);
+        state = bodies.step(&state, &wrench).0;
+        assert!(state.at_its_limits());
+        let seen = frames.observe(&state).relative_velocity.get();
+        // 35 rad/s at the end of the longest lever, 7 km, and of the two offsets, 1.7 km each.
+        let fastest = 4e5;
+        assert!(seen[..3].iter().all(|v| v.abs() <= fastest), "{seen:?}");
+        for body in [&state.k, &state.q] {
+            let at = body.c_from_body.translation.vector;
+            assert!(at.amax().get() <= 1e6, "{at:?}");
+        }
+    }
+}
+
 in_three_scalars! {
+    far_ends: the_far_ends_of_the_model,
     runaway: a_model_that_runs_away_saturates,
     jumps: a_pose_that_jumps
 }

@@ -368,6 +368,6 @@ impl<S: Scalar> Cycle<S> {
             velocity: seen.relative_velocity.get(),
         };
         trace.sent_velocity = self.run.last_sent.get();
-        trace.command_pose = pose_components(&self.run.command_pose());
+        trace.command_pose = self.run.command_pose(&self.plan);
     }
 }

@@ -141,10 +141,12 @@ impl<S: Scalar> Run<S> {
         self.cycles < plan.zero_cycles + plan.ramp_cycles
     }
 
-    /// Commanded pose of M in C.
-    pub(crate) fn command_pose(&self) -> Pose<S> {
-        let position = self.start.translation.vector + self.displacement;
-        Pose::from_parts(position.into(), self.orientation)
+    /// Commanded pose of M in C: position (m, without the rounding of the scalar), quaternion.
+    pub(crate) fn command_pose(&self, plan: &Plan<S>) -> [f64; 7] {
+        let [x, y, z] = frames::components(&self.start.translation.vector);
+        let ([dx, dy, dz], q) = (self.displacement_m(plan), &self.orientation);
+        let [w, i, j, k] = [q.w, q.i, q.j, q.k].map(S::get);
+        [x + dx, y + dy, z + dz, w, i, j, k]
     }
 
     /// Commanded translation since the start, m, axes of C, without the rounding of the scalar.

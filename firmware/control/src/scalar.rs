@@ -39,7 +39,7 @@ pub trait Scalar: RealField + Copy {
     fn get(self) -> f64;
     /// The angle (rad, −π to π) whose sine and cosine are in this proportion: atan2.
     fn angle_of(sine: Self, cosine: Self) -> Self;
-    /// The product, rounded to the nearest number; out of range saturates. The `*` of [`Fixed`]
+    /// The product, rounded to the nearest number, a half to the even one; out of range saturates. The `*` of [`Fixed`]
     /// rounds downwards, which an orientation that is updated in every cycle would add up.
     fn times(self, factor: Self) -> Self;
 }
@@ -99,7 +99,9 @@ impl Scalar for Fixed {
     }
     fn times(self, factor: Self) -> Self {
         let product = i128::from(self.to_bits()) * i128::from(factor.to_bits());
-        let nearest = (product + (1 << 31)) >> 32;
+        let (below, rest) = (product >> 32, product & 0xffff_ffff);
+        // A half goes to the even neighbour: halves of angles are often exact halves of a digit.
+        let nearest = below + i128::from(rest + (below & 1) > 1 << 31);
         Self::from_bits(nearest.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
     }
 }
@@ -114,6 +116,8 @@ mod tests {
         let half = Fixed::of(0.5);
         assert_eq!((-smallest).times(half + smallest).to_bits(), -1);
         assert_eq!((-smallest).times(half - smallest).to_bits(), 0);
+        let halves = [-3, -1, 1, 3, 5].map(|bits| Fixed::from_bits(bits).times(half).to_bits());
+        assert_eq!(halves, [-2, 0, 0, 2, 2]);
         assert_eq!(Fixed::of(-3.0).times(half), Fixed::of(-1.5));
         let large = Fixed::of(1e6);
         assert_eq!(large.times(-large).to_bits(), i64::MIN);
