@@ -69,10 +69,19 @@ impl<S: Scalar> HuntCrossley<S> {
         let grown = match self.growth {
             Growth::Linear => penetration,
             Growth::Hertz => penetration * penetration.sqrt(),
-            Growth::Power(n) => S::of(ComplexField::powf(penetration.get(), n)),
+            Growth::Power(n) => S::of(power(penetration.get(), n)),
         };
         self.damping * grown * rate
     }
+}
+
+/// `base` to the power `exponent`, in f64 for every scalar.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "of an f64, which has it; fixed point does not"
+)]
+fn power(base: f64, exponent: f64) -> f64 {
+    ComplexField::powf(base, exponent)
 }
 
 #[cfg(test)]
