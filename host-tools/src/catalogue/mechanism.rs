@@ -94,8 +94,9 @@ fn guide(id: &str, size: &Size) -> Result<Law> {
             Box::new(move |m| guide.force(m.velocity))
         }
         "guide_asymmetry" => {
-            let [forward, backward] = size.all(["forward_n", "backward_n"]);
-            let guide = AsymmetricFriction::new(forward, backward)?;
+            let names = ["forward_n", "backward_n", "viscous_difference_n_s_per_m"];
+            let [forward, backward, difference] = size.all(names);
+            let guide = AsymmetricFriction::new(forward, backward, difference)?;
             Box::new(move |m| guide.force(m.velocity))
         }
         "guide_offset" => {

@@ -37,7 +37,11 @@ const SIZES: &[(&str, Chosen)] = &[
     ),
     (
         "guide_asymmetry",
-        &[("forward_n", 3.0), ("backward_n", 1.5)],
+        &[
+            ("forward_n", 3.0),
+            ("backward_n", 1.5),
+            ("viscous_difference_n_s_per_m", 40.0),
+        ],
     ),
     ("guide_offset", &[("force_n", -3.0)]),
     (

@@ -51,8 +51,9 @@ impl Friction {
                 StribeckFriction::new(coulomb_n, excess_n, speed).map(Self::Stribeck)
             }
             "guide_asymmetry" => {
-                let [forward_n, backward_n] = hidden.values(["forward_n", "backward_n"]);
-                AsymmetricFriction::new(forward_n, backward_n).map(Self::Asymmetric)
+                let names = ["forward_n", "backward_n", "viscous_difference_n_s_per_m"];
+                let [forward_n, backward_n, difference] = hidden.values(names);
+                AsymmetricFriction::new(forward_n, backward_n, difference).map(Self::Asymmetric)
             }
             "guide_offset" => ConstantForce::new(force_n).map(Self::Offset),
             _ => return Ok(None),

@@ -5,12 +5,11 @@
 //! simulated velocity has no noise; the pose is its integral, kept at the measured pose by a short
 //! moving average of the difference.
 
-use super::problem::subtract;
 use crate::diagnose::actuator::{Cost, Term};
 use crate::model::Model;
 use crate::model::actuator::{Reading, Timing, simulate};
-use crate::model::load::effects::LoadEffect;
-use crate::model::load::{Column, Scene};
+use crate::model::load::Scene;
+use crate::model::load::effects::add_known;
 use crate::model::log::Log;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose, Twist};
@@ -43,12 +42,7 @@ pub(crate) fn scene(
     };
     let mut scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
     // What the model knows beyond its nominal load is no news.
-    for added in &model.effects {
-        if let Some(effect) = LoadEffect::find(&added.id) {
-            let part = Column(effect.contribution(&scene, &added.parameters));
-            subtract(&mut scene.reading, &part, -1.0);
-        }
-    }
+    add_known(&mut scene, &model.effects);
     scene
 }
 
@@ -59,7 +53,8 @@ fn still() -> Motion<f64> {
     }
 }
 
-/// Velocity at the instant of each pose and central differences.
+/// Velocity at the instant of each pose and differences about it; of means over the cycles these
+/// are the differences that the prediction takes.
 fn measured(log: &Log) -> Vec<Motion<f64>> {
     let last = log.len() - 1;
     let velocity = |n: usize| -> [f64; 6] {
@@ -73,8 +68,12 @@ fn measured(log: &Log) -> Vec<Motion<f64>> {
     (0..log.len())
         .map(|n| {
             let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
-            let span_s = (to - from).max(1) as f64 * log.cycle_s;
-            let (a, b) = (velocity(from), velocity(to));
+            let executed = |k: usize| log.executed.each_ref().map(|series| series[k]);
+            let (a, b, cycles) = match log.reading {
+                Reading::AtEnd => (velocity(from), velocity(to), to - from),
+                Reading::Mean => (executed(n.max(1).min(last)), executed(to), 1),
+            };
+            let span_s = cycles.max(1) as f64 * log.cycle_s;
             Motion {
                 velocity: Twist::of(&velocity(n)),
                 acceleration: Twist::of(&std::array::from_fn(|i| (b[i] - a[i]) / span_s)),

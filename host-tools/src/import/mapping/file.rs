@@ -201,6 +201,9 @@ pub(super) struct Filter {
     /// Every n-th row is kept.
     #[serde(default = "one")]
     pub(super) decimate: usize,
+    /// What is left out at either end, s: there the filter has only one side to go by.
+    #[serde(default)]
+    pub(super) trim_s: f64,
 }
 
 fn default_order() -> u32 {

@@ -34,17 +34,18 @@ pub(super) fn select(channels: &mut Channels, rows: &Rows) -> anyhow::Result<()>
     Ok(())
 }
 
-/// Filters every channel alike and keeps every n-th row.
+/// Filters every channel alike and keeps every n-th row between the ends that are left out.
 ///
 /// # Errors
 ///
 /// A cutoff that the sampling rate does not allow, before or after decimation; an order out of
-/// its range.
+/// its range; ends that leave nothing.
 pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result<()> {
     let Filter {
         cutoff_hz,
         order,
         decimate,
+        trim_s,
     } = *filter;
     let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
     ensure!(
@@ -63,6 +64,13 @@ pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result
         (1..=HIGHEST_ORDER).contains(&order),
         "[filter] order is {order}; allowed is 1 to {HIGHEST_ORDER}"
     );
+    let trimmed = (trim_s * rate_hz).round();
+    let most = (channels.len() / decimate).saturating_sub(2) as f64 * 0.5 * decimate as f64;
+    ensure!(
+        (0.0..=most).contains(&trimmed),
+        "[filter] trim_s is {trim_s}; allowed is 0 to {} s, so that two rows are left",
+        number::significant(most / rate_hz, 3)
+    );
     let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
     if let Some(quaternion) = &mut channels.quaternion {
         continue_signs(quaternion);
@@ -73,7 +81,8 @@ pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result
     if let Some(quaternion) = &mut channels.quaternion {
         normalise(quaternion);
     }
-    channels.keep(|n| n % decimate == 0);
+    let (count, trimmed) = (channels.len(), trimmed as usize);
+    channels.keep(|n| n % decimate == 0 && n >= trimmed && n + trimmed < count);
     Ok(())
 }
 

@@ -37,6 +37,17 @@ impl Column {
         self.0.iter().all(Vec::is_empty)
     }
 
+    /// Adds six series.
+    pub fn add(&mut self, series: &[Vec<f64>; 6]) {
+        for (own, other) in self.0.iter_mut().zip(series) {
+            if own.is_empty() {
+                own.clone_from(other);
+            } else {
+                own.iter_mut().zip(other).for_each(|(o, s)| *o += s);
+            }
+        }
+    }
+
     /// Adds a multiple of this column to other series.
     pub fn add_to(&self, factor: f64, series: &mut [Vec<f64>; 6]) {
         for (own, other) in self.0.iter().zip(series) {
@@ -82,7 +93,9 @@ pub struct Scene {
     pub m_from_c: Vec<Matrix3<f64>>,
     /// Contact with each wall.
     pub touches: Vec<Touch>,
-    /// Nominal reading in S.
+    /// Reading in S by the nominal parameters alone.
+    nominal: Column,
+    /// Reading in S by the nominal parameters and all effects that are known.
     pub reading: Column,
     /// Zero of the sensor.
     pub bias: [f64; 6],
@@ -133,11 +146,13 @@ impl Scene {
             .iter()
             .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
             .collect();
+        let nominal = Column::of(pose.len(), |n| load.wrench(&pose[n], &motion[n]).get());
         Self {
             cycle_s,
             touches,
             m_from_c,
-            reading: Column::of(pose.len(), |n| load.wrench(&pose[n], &motion[n]).get()),
+            reading: nominal.clone(),
+            nominal,
             bias: model.sensor.bias,
             sensor: load.m_from_s.translation.vector,
             s_from_m: load
@@ -227,7 +242,7 @@ impl Scene {
             let other: Wrench<f64> = load.wrench(&self.pose[n], &self.motion[n]);
             let mut six = other.get();
             for (axis, value) in six.iter_mut().enumerate() {
-                *value = factor * (*value - self.reading.at(axis, n));
+                *value = factor * (*value - self.nominal.at(axis, n));
             }
             six
         })

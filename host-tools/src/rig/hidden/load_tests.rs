@@ -35,8 +35,12 @@ const LOADS: &[LoadCase] = &[
     ),
     (
         "guide_asymmetry",
-        &[("forward_n", 2.0), ("backward_n", 1.0)],
-        [-2.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        &[
+            ("forward_n", 2.0),
+            ("backward_n", 1.0),
+            ("viscous_difference_n_s_per_m", 50.0),
+        ],
+        [-2.5, 0.0, 0.0, 0.0, 0.0, 0.0],
     ),
     (
         "guide_offset",

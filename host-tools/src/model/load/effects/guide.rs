@@ -17,7 +17,11 @@ const ACTS_AT: Shape = choice("acts_at", "-", &[0.0, 1.0, 2.0], 0.0);
 
 const COULOMB: &[Coefficient] = &[positive("force_n", "N")];
 const STRIBECK: &[Coefficient] = &[positive("coulomb_n", "N"), positive("excess_n", "N")];
-const ASYMMETRY: &[Coefficient] = &[positive("forward_n", "N"), positive("backward_n", "N")];
+const ASYMMETRY: &[Coefficient] = &[
+    positive("forward_n", "N"),
+    positive("backward_n", "N"),
+    free("viscous_difference_n_s_per_m", "N·s/m"),
+];
 
 /// The effects.
 pub(super) const EFFECTS: &[LoadEffect] = &[
@@ -72,20 +76,14 @@ pub(super) const EFFECTS: &[LoadEffect] = &[
         shapes: &[SMOOTHING, ACTS_AT],
         separable: true,
         build: |scene, shapes| {
+            let (smoothing, at) = (shapes[0], shapes[1]);
+            let forward = |v: f64| if v > 0.0 { 1.0 } else { 0.0 };
+            let backward = |v: f64| if v < 0.0 { 1.0 } else { 0.0 };
             moving(scene).then(|| {
                 vec![
-                    friction(
-                        scene,
-                        shapes[0],
-                        shapes[1],
-                        |v| if v > 0.0 { 1.0 } else { 0.0 },
-                    ),
-                    friction(
-                        scene,
-                        shapes[0],
-                        shapes[1],
-                        |v| if v < 0.0 { 1.0 } else { 0.0 },
-                    ),
+                    friction(scene, smoothing, at, forward),
+                    friction(scene, smoothing, at, backward),
+                    scene.guide_force(at, |n| -scene.along(n, at).abs()),
                 ]
             })
         },

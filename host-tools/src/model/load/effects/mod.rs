@@ -6,9 +6,11 @@
 
 mod contact;
 mod guide;
+mod known;
 mod parameters;
 mod reading;
 
+pub(crate) use known::add_known;
 pub(crate) use parameters::turn;
 
 use super::{Column, Scene};
@@ -82,10 +84,16 @@ impl LoadEffect {
         Self::all().find(|effect| effect.id == id)
     }
 
-    /// The columns as they stand in the log, through the filter of its import if it had one.
+    /// Whether it changes the reading as a whole, whatever loads the sensor.
+    pub fn acts_on_reading(&self) -> bool {
+        reading::EFFECTS.iter().any(|effect| effect.id == self.id)
+    }
+
+    /// The columns as they stand in the log, through the filter of its import if it had one. The
+    /// reading itself has been through the filter already.
     pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
         let mut columns = (self.build)(scene, shapes)?;
-        if let Some(filter) = scene.model.sensor.filter {
+        if let Some(filter) = scene.model.sensor.filter.filter(|_| !self.acts_on_reading()) {
             let filter = LowPass::new(filter.order, filter.cutoff_hz * scene.cycle_s);
             let all = columns.iter_mut().flat_map(|column| &mut column.0);
             for series in all.filter(|series| !series.is_empty()) {

@@ -4,8 +4,8 @@ use super::super::signals::{Signals, VelocityMeaning};
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
 use crate::model::load::Scene;
-use crate::model::load::effects::LoadEffect;
-use crate::model::{Axis, EffectModel, Model};
+use crate::model::load::effects::{LoadEffect, add_known};
+use crate::model::{Axis, Model};
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
 
@@ -17,22 +17,20 @@ pub(super) fn add_effects(
     executed: &ChannelPrediction,
     at: &mut [Option<(Six, Six)>],
 ) {
-    let added: Vec<(&EffectModel, &LoadEffect)> = model
+    if !model
         .effects
         .iter()
-        .filter_map(|effect| Some((effect, LoadEffect::find(&effect.id)?)))
-        .collect();
-    if added.is_empty() {
+        .any(|e| LoadEffect::find(&e.id).is_some())
+    {
         return;
     }
-    let scene = scene(model, signals, intervals_s, executed);
-    for (effect, law) in added {
-        let part = law.contribution(&scene, &effect.parameters);
-        for (n, prediction) in at.iter_mut().enumerate() {
-            if let Some((wrench, _)) = prediction {
-                for (axis, value) in wrench.iter_mut().enumerate() {
-                    *value += part[axis][n];
-                }
+    let mut scene = scene(model, signals, intervals_s, executed);
+    let nominal = scene.reading.clone();
+    add_known(&mut scene, &model.effects);
+    for (n, prediction) in at.iter_mut().enumerate() {
+        if let Some((wrench, _)) = prediction {
+            for (axis, value) in wrench.iter_mut().enumerate() {
+                *value += scene.reading.at(axis, n) - nominal.at(axis, n);
             }
         }
     }
