@@ -86,6 +86,9 @@ pub struct Step {
 pub struct Ranked {
     /// Effects, one or two.
     pub effects: Vec<String>,
+    /// What the model had, or an earlier round had found, when they were tried.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<String>,
     /// Channel in which they act.
     pub channel: Channel,
     /// Fall of χ² on the log of the fit.
@@ -104,6 +107,8 @@ pub struct Ranked {
 pub struct RunnerUp {
     /// Its id.
     pub effect: String,
+    /// Id of the named effect whose rival it is.
+    pub of: String,
     /// By how much less χ² falls with it on the log of the fit.
     pub behind: f64,
     /// The log tells the two apart.

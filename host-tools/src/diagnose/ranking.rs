@@ -3,11 +3,14 @@
 use super::engine::{Stages, is_shape};
 use super::finding::{Experiment, Ranked, RunnerUp};
 use crate::model::Channel;
+use std::collections::BTreeMap;
 
 /// χ² by which a rival has to be behind to be told apart.
 const TOLD_APART: f64 = 12.0;
 /// Hypotheses that are reported.
 const REPORTED: usize = 12;
+/// Hypotheses that are reported of each later round.
+const REPORTED_LATER: usize = 4;
 
 /// Hypotheses of all stages with their evidence.
 pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
@@ -22,6 +25,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
                     .iter()
                     .map(|t| t.stage.id().to_owned())
                     .collect(),
+                beside: Vec::new(),
                 channel: Channel::ExecutedVelocity,
                 gain_train: nominal.0 - candidate.train,
                 gain_test: nominal.1 - candidate.test,
@@ -36,6 +40,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
                 .then(|| format!("physics forbids {}", tested.wrong.join(", ")));
             all.push(Ranked {
                 effects: tested.ids(),
+                beside: tested.beside.clone(),
                 channel: Channel::Wrench,
                 gain_train: tested.gain,
                 gain_test: tested.gain_test,
@@ -47,6 +52,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     for fit in &stages.body {
         all.push(Ranked {
             effects: vec![fit.id.to_owned()],
+            beside: Vec::new(),
             channel: Channel::ModelVelocity,
             gain_train: fit.gain.0,
             gain_test: fit.gain.1,
@@ -57,6 +63,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     if let Some((_, gain)) = stages.clock.jitter {
         all.push(Ranked {
             effects: vec!["clock_jitter".to_owned()],
+            beside: Vec::new(),
             channel: Channel::Pose,
             gain_train: gain.0,
             gain_test: gain.1,
@@ -71,31 +78,63 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         }
     }
     all.sort_by(|a, b| b.gain_train.total_cmp(&a.gain_train));
-    let mut seen: Vec<Vec<String>> = Vec::new();
+    let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
     all.retain(|one| {
-        let new = !seen.contains(&one.effects);
-        seen.push(one.effects.clone());
+        let key = (one.effects.clone(), one.beside.clone());
+        let new = !seen.contains(&key);
+        seen.push(key);
         new
     });
     all.retain(|one| one.gain_train > 10.0);
-    all.truncate(REPORTED);
-    all
+    shortened(all)
 }
 
-/// The best single hypothesis of the same channel that is not named.
+/// The best of the first round, and fewer of each later one, which gain less.
+fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
+    let first = all.iter().map(|one| one.beside.len()).min();
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut kept = Vec::new();
+    for one in all {
+        let round = one.beside.len();
+        let most = if Some(round) == first {
+            REPORTED
+        } else {
+            REPORTED_LATER
+        };
+        let count = counts.entry(round).or_default();
+        *count += 1;
+        if *count <= most {
+            kept.push(one);
+        }
+    }
+    kept
+}
+
+/// The best rival of what is named: the first that the log does not tell from it, else that of
+/// the first effect, `id`.
 pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+    let rivals = || named.iter().filter_map(|id| rival(id, named, ranked));
+    rivals()
+        .find(|rival| !rival.told_apart)
+        .or_else(|| rival(id, named, ranked))
+}
+
+/// The best single hypothesis of the same channel and round that is not named.
+fn rival(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let winner = ranked
         .iter()
         .find(|r| r.effects.len() == 1 && r.effects[0] == id)?;
     let rival = ranked.iter().find(|r| {
         r.effects.len() == 1
             && r.channel == winner.channel
+            && r.beside == winner.beside
             && !named.contains(&r.effects[0])
             && r.refused.is_none()
     })?;
     let behind = winner.gain_train - rival.gain_train;
     Some(RunnerUp {
         effect: rival.effects[0].clone(),
+        of: id.to_owned(),
         behind,
         told_apart: behind > TOLD_APART,
     })

@@ -116,7 +116,7 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
         .iter()
         .map(|s: &Structure| s.level * s.level)
         .sum();
-    let plain = (levels / 6.0 - 1.0) * side.problem.count as f64;
+    let plain = (levels / side.problem.axes as f64 - 1.0) * side.problem.count as f64;
     let excess = (squares - side.problem.count as f64).max(plain).max(0.0);
     (structures, excess, taken.amax())
 }

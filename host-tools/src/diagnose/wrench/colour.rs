@@ -39,13 +39,23 @@ impl Colour {
     }
 
     /// From a residual; white with `at_least` where it holds less, or is too short to say.
-    pub(crate) fn of(residual: &[f64], cycle_s: f64, at_least: f64) -> Self {
+    /// `cutoff_hz` is that of the low-pass which the log went through: what it took away above is no
+    /// quiet band in which small errors would weigh much.
+    pub(crate) fn of(
+        residual: &[f64],
+        cycle_s: f64,
+        at_least: f64,
+        cutoff_hz: Option<f64>,
+    ) -> Self {
         if residual.len() < 256 {
             let squares: f64 = residual.iter().map(|r| r * r).sum();
             let level = (squares / residual.len().max(1) as f64).sqrt();
             return Self::white(level.max(at_least));
         }
-        let spectrum = noise_spectrum(residual, cycle_s);
+        let mut spectrum = noise_spectrum(residual, cycle_s);
+        if let Some(cutoff_hz) = cutoff_hz {
+            continue_above(&mut spectrum, (2.0 * cutoff_hz * cycle_s).min(1.0));
+        }
         let correlation = autocorrelation(&spectrum);
         let level = correlation[0].sqrt();
         if !level.is_finite() || level < at_least {
@@ -99,6 +109,13 @@ fn noise_spectrum(residual: &[f64], cycle_s: f64) -> Vec<f64> {
     let mut out = smooth;
     out[..slow].fill(level);
     out
+}
+
+/// Continues a spectrum above a share of it with the level in the upper half of that share.
+fn continue_above(spectrum: &mut [f64], share: f64) {
+    let end = ((share * spectrum.len() as f64) as usize).min(spectrum.len());
+    let level = middle(&spectrum[end / 2..end]);
+    spectrum[end..].fill(level);
 }
 
 /// Autocorrelation up to the order, from a one-sided spectrum.
@@ -160,7 +177,7 @@ mod tests {
             .enumerate()
             .map(|(n, w)| w + 3.0 * (n as f64 * 0.02).sin())
             .collect();
-        let colour = Colour::of(&noise, 0.004, 0.01);
+        let colour = Colour::of(&noise, 0.004, 0.01, None);
         assert!(
             (colour.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.05,
             "{colour:?}"
@@ -169,6 +186,18 @@ mod tests {
             colour.coefficients.iter().all(|a| a.abs() < 0.1),
             "{colour:?}"
         );
+    }
+
+    /// White noise of which a low-pass has left the lowest quarter is white to its cutoff.
+    #[test]
+    fn a_filtered_noise_is_white_up_to_the_cutoff() {
+        let filter = crate::import::filter::LowPass::new(4, 0.125);
+        let noise = filter.zero_phase(&white(5000));
+        let colour = Colour::of(&noise, 0.004, 0.01, Some(31.25));
+        let plain = Colour::of(&noise, 0.004, 0.01, None);
+        assert!(colour.coefficients.iter().all(|a| a.abs() < 0.3), "{colour:?}");
+        assert!(plain.coefficients[0] > 1.5, "{plain:?}");
+        assert!((colour.sigma * 12.0_f64.sqrt() - 0.9).abs() < 0.15, "{colour:?}");
     }
 
     #[test]
@@ -181,7 +210,7 @@ mod tests {
                 last
             })
             .collect();
-        let colour = Colour::of(&noise, 0.004, 0.01);
+        let colour = Colour::of(&noise, 0.004, 0.01, None);
         assert!((colour.coefficients[0] - 0.5).abs() < 0.12, "{colour:?}");
         assert!(
             (colour.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.06,

@@ -23,6 +23,8 @@ pub(crate) struct Problem {
     spent: DVector<f64>,
     /// χ² with the tolerances spent.
     pub chi2: f64,
+    /// Number of axes that were recorded: one that reads 0 throughout has no noise to speak of.
+    pub axes: usize,
     /// Number of values that count.
     pub count: usize,
 }
@@ -38,6 +40,8 @@ pub(crate) struct Solution {
     pub sigma: Vec<f64>,
     /// Columns whose coefficient has a sign that physics forbids.
     pub wrong: Vec<usize>,
+    /// Least share of a column that those before it do not imitate.
+    pub own: f64,
 }
 
 impl Problem {
@@ -50,6 +54,8 @@ impl Problem {
     ) -> Self {
         let all_fresh = fresh.iter().all(|f| *f);
         let counted = fresh.iter().filter(|f| **f).count();
+        let recorded = residual.0.iter().filter(|series| !series.is_empty());
+        let axes = recorded.count().max(1);
         let mut problem = Self {
             colour,
             fresh,
@@ -59,7 +65,8 @@ impl Problem {
             factor: DMatrix::zeros(0, 0),
             spent: DVector::zeros(0),
             chi2: 0.0,
-            count: 6 * counted,
+            axes,
+            count: axes * counted,
         };
         problem.residual = problem.whitened(residual);
         problem.tolerances = tolerances.iter().map(|c| problem.whitened(c)).collect();
@@ -193,6 +200,7 @@ pub(crate) fn solve(
     let mut coefficients = vec![1.0; chosen.len()];
     let mut sigma = vec![0.0; chosen.len()];
     let mut wrong = Vec::new();
+    let mut own = 1.0_f64;
     if !open.is_empty() {
         let scale: Vec<f64> = open
             .iter()
@@ -213,7 +221,9 @@ pub(crate) fn solve(
             (right[chosen[open[i]]] - beside) / scale[i]
         });
         let cholesky = normal.cholesky()?;
-        if cholesky.l_dirty().diagonal().iter().any(|d| d * d < LEFT) {
+        let shares = cholesky.l_dirty().diagonal().map(|d| d * d);
+        own = shares.iter().copied().fold(own, f64::min);
+        if own < LEFT {
             return None;
         }
         let best = cholesky.solve(&product);
@@ -232,6 +242,7 @@ pub(crate) fn solve(
         coefficients,
         sigma,
         wrong,
+        own,
     })
 }
 

@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 const WORTH_A_COLUMN: f64 = 25.0;
 /// The same for further columns: that the effect is there is known by then.
 const WORTH_ONE_MORE: f64 = 14.0;
+/// A column of a detail has to keep this share that what it is a detail of does not imitate: two
+/// levels of friction would take the place of the one that they are the difference of.
+const OWN: f64 = 0.05;
 /// Rivals of each kind that are kept.
 const KEPT: usize = 12;
 
@@ -34,6 +37,9 @@ pub(crate) struct Hypothesis {
     /// Number of parameters, scanned ones included.
     pub parameters: usize,
 }
+
+/// A detail of another effect, looked for only beside what is found.
+pub(super) const DETAILS: &[&str] = &["guide_asymmetry"];
 
 /// Effects of which one contains or imitates the other: two of a kind are one effect whose form
 /// is not in the catalogue.
@@ -98,7 +104,10 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
             columns.push(variant.columns[k]);
             all_signs.push(variant.signs[k]);
         }
+        let detail = DETAILS.contains(&variant.effect.id);
         solve(&library.gram, &library.right, &columns, &all_signs)
+            // The opposite column gains the same with the sign that physics allows.
+            .filter(|s| !detail || (s.own > OWN && s.wrong.iter().all(|k| *k < beside.len())))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let mut reached = if beside.is_empty() { 0.0 } else { gain(&[]) };

@@ -52,17 +52,21 @@ impl Side {
         let tolerances = nuisance::columns(model, &scene);
         let unexplained =
             saturated::residual(&scene, &residual, &tolerances, &sheet, &sampling.fresh);
+        let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
         let colour = std::array::from_fn(|axis| {
             let series = &unexplained.0[axis];
             if model.sensor.at_rest || series.is_empty() {
                 return Colour::white(sheet[axis]);
             }
-            let mut colour = Colour::of(series, log.cycle_s, 0.3);
+            let mut colour = Colour::of(series, log.cycle_s, 0.3, cutoff_hz);
             colour.sigma *= sheet[axis];
             colour.level *= sheet[axis];
             colour
         });
-        let problem = Problem::new(&residual, &tolerances, colour, sampling.fresh.clone());
+        let mut problem = Problem::new(&residual, &tolerances, colour, sampling.fresh.clone());
+        // A low-pass leaves two values per period of its cutoff.
+        let share = cutoff_hz.map_or(1.0, |cutoff_hz| (2.0 * cutoff_hz * log.cycle_s).min(1.0));
+        problem.count = (share * problem.count as f64) as usize;
         Self {
             scene,
             problem,

@@ -1,6 +1,6 @@
 //! The search for effects on the reading of one pair of logs.
 
-use super::search::{Hypothesis, Part, pairs, with_one_more};
+use super::search::{DETAILS, Hypothesis, Part, pairs, with_one_more};
 use super::side::Side;
 use super::tested::{Tested, tested};
 use super::variants::Library;
@@ -16,8 +16,6 @@ const ADDED: f64 = 0.02;
 const DETAIL: f64 = 0.004;
 /// Where much is left, a further effect may add less, if it takes this share of what is left.
 const OF_THE_REST: f64 = 0.05;
-/// A detail of another effect, looked for only beside what is found.
-const DETAILS: &[&str] = &["guide_asymmetry"];
 /// Most effects on one channel.
 const MOST: usize = 5;
 /// Evidence by which a pair has to be better although it has no more parameters: an effect alone

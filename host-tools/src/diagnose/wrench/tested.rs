@@ -24,6 +24,8 @@ pub(crate) struct Fitted {
 pub(crate) struct Tested {
     /// Its effects.
     pub effects: Vec<Fitted>,
+    /// Ids of what the model had already.
+    pub beside: Vec<String>,
     /// Fall of χ² on the log of the fit.
     pub gain: f64,
     /// Fall of χ² on unseen data with the same parameters.
@@ -146,8 +148,10 @@ pub(super) fn tested(
         });
     }
     let improvement = solution.gain - hypothesis.solution.gain;
+    let known = &train.scene.model.effects;
     let mut tested = Tested {
         effects,
+        beside: known.iter().map(|e| e.id.clone()).collect(),
         gain: solution.gain,
         gain_test: 0.0,
         evidence: hypothesis.evidence + improvement,
