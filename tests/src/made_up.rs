@@ -88,10 +88,12 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
 fn ranked(effects: &[&str], channel: Channel, gains: (f64, f64), parameters: usize) -> Ranked {
     Ranked {
         effects: effects.iter().map(ToString::to_string).collect(),
+        beside: Vec::new(),
         channel,
         gain_train: gains.0,
         gain_test: gains.1,
         parameters,
+        as_good_as: None,
         refused: None,
     }
 }
@@ -157,6 +159,7 @@ pub fn named() -> MadeUp {
     diagnosis.ranked = hypotheses();
     diagnosis.runner_up = Some(RunnerUp {
         effect: "first_order_lag".to_owned(),
+        of: DELAY.to_owned(),
         behind: 4123.0,
         told_apart: true,
     });

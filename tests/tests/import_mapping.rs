@@ -284,6 +284,11 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ),
     (
         "fx = \"fx\"",
+        "[filter]\ncutoff_hz = 30\ntrim_s = 1",
+        "trim_s is 1; allowed is 0 to 0.990 s",
+    ),
+    (
+        "fx = \"fx\"",
         "[filter]\ncutoff_hz = 30\norder = 99",
         "order is 99; allowed is 1 to 12",
     ),

@@ -281,6 +281,7 @@ fn wrench_rounds(
         next.earlier.0.extend(accepted.effects.iter().cloned());
         next.earlier.1 += accepted.gain;
         next.found.ranked.extend(finding.found.ranked);
+        next.found.rivals.extend(finding.found.rivals);
         finding = next;
     }
     Some(finding)

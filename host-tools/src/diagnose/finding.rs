@@ -97,6 +97,9 @@ pub struct Ranked {
     pub gain_test: f64,
     /// Number of parameters, scanned ones included.
     pub parameters: usize,
+    /// The named effect from which this one, in its place, cannot be told on these logs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub as_good_as: Option<String>,
     /// Why it is not named although it fits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,

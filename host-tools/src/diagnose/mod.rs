@@ -35,11 +35,12 @@ mod wrench;
 pub use finding::*;
 pub(crate) use outcome::levels;
 
+use crate::compare::compare;
 use crate::model::Model;
 use crate::model::prediction::Prediction;
 use crate::recording::Recording;
 use anyhow::{bail, ensure};
-use engine::{Pair, Question};
+use engine::{Pair, Question, WrenchFinding};
 use softdock_control::io::CycleRecord;
 use std::time::Instant;
 
@@ -144,6 +145,17 @@ fn ask(
     progress(0.95, "drawing the conclusion");
     let outcome = outcome::conclude(model, &recordings, &stages, test.is_some(), question)?;
     let mut diagnosis = outcome.diagnosis;
+    if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
+        for (log, recording) in [
+            ("the log of the fit", recordings.train),
+            ("unseen data", recordings.test),
+        ] {
+            let rest = compare(&outcome.after, recording)?.sentence;
+            diagnosis
+                .notes
+                .push(format!("What is left on {log}: {rest}"));
+        }
+    }
     diagnosis.seconds = started.elapsed().as_secs_f64();
     progress(1.0, "done");
     Ok(Report {
@@ -152,6 +164,12 @@ fn ask(
         before_prediction: stages.before.test,
         after_prediction: outcome.predictions.test,
     })
+}
+
+/// Whether more than details of its form is left of the reading.
+fn much_is_left(found: &WrenchFinding) -> bool {
+    let accepted = found.found.accepted.as_ref();
+    accepted.is_some_and(|accepted| found.sides.train.has_much_left(accepted))
 }
 
 /// Whether what is held back excites what the beginning does.

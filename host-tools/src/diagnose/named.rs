@@ -188,7 +188,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
 }
 
 /// Gain of a hypothesis, as a share of the accepted one's, from which its estimates count.
-const NEARLY_AS_GOOD: f64 = 0.85;
+pub(crate) const NEARLY_AS_GOOD: f64 = 0.85;
 
 /// A parameter whose value depends on what else is believed has no narrower interval than the
 /// estimates of all hypotheses that explain nearly as much.

@@ -30,6 +30,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
                 gain_train: nominal.0 - candidate.train,
                 gain_test: nominal.1 - candidate.test,
                 parameters: candidate.terms.iter().map(|t| t.values.len()).sum(),
+                as_good_as: None,
                 refused: None,
             });
         }
@@ -45,10 +46,12 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
                 gain_train: tested.gain,
                 gain_test: tested.gain_test,
                 parameters: tested.parameters,
+                as_good_as: None,
                 refused: wrong,
             });
         }
     }
+    all.extend(in_place(stages));
     for fit in &stages.body {
         all.push(Ranked {
             effects: vec![fit.id.to_owned()],
@@ -57,6 +60,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             gain_train: fit.gain.0,
             gain_test: fit.gain.1,
             parameters: fit.parameters.len(),
+            as_good_as: None,
             refused: None,
         });
     }
@@ -68,6 +72,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             gain_train: gain.0,
             gain_test: gain.1,
             parameters: 1,
+            as_good_as: None,
             refused: None,
         });
     }
@@ -87,6 +92,29 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     });
     all.retain(|one| one.gain_train > 10.0);
     shortened(all)
+}
+
+/// Rivals of one of several effects, and the effect itself, both beside the others.
+fn in_place(stages: &Stages) -> Vec<Ranked> {
+    let rivals = stages.wrench.iter().flat_map(|found| &found.found.rivals);
+    let each = rivals.flat_map(|rival| {
+        let as_good_as = rival.is_as_good.then(|| rival.of.to_owned());
+        [
+            (rival.of, rival.gain, None),
+            (rival.id, rival.gain_of_rival, as_good_as),
+        ]
+        .map(|(id, gain, as_good_as)| Ranked {
+            effects: vec![id.to_owned()],
+            beside: rival.beside.clone(),
+            channel: Channel::Wrench,
+            gain_train: gain.0,
+            gain_test: gain.1,
+            parameters: 1,
+            as_good_as,
+            refused: None,
+        })
+    });
+    each.collect()
 }
 
 /// The best of the first round, and fewer of each later one, which gain less.
@@ -110,39 +138,38 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
     kept
 }
 
-/// The best rival of what is named: the first that the log does not tell from it, else that of
-/// the first effect, `id`.
+/// The best rival of what is named: one that explains as much in the place of a named effect, else
+/// the best single hypothesis in the place of the first, `id`.
 pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
-    let rivals = || named.iter().filter_map(|id| rival(id, named, ranked));
-    rivals()
-        .find(|rival| !rival.told_apart)
-        .or_else(|| rival(id, named, ranked))
-}
-
-/// The best single hypothesis of the same channel and round that is not named.
-fn rival(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
-    let winner = ranked
-        .iter()
-        .find(|r| r.effects.len() == 1 && r.effects[0] == id)?;
-    let rival = ranked.iter().find(|r| {
-        r.effects.len() == 1
-            && r.channel == winner.channel
-            && r.beside == winner.beside
-            && !named.contains(&r.effects[0])
-            && r.refused.is_none()
+    let tie = ranked.iter().find_map(|rival| {
+        let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
+        let alone = |r: &&Ranked| r.beside == rival.beside && r.effects == [of.clone()];
+        Some((ranked.iter().find(alone)?, rival))
+    });
+    let (winner, rival) = tie.or_else(|| {
+        let singles = ranked.iter().filter(|r| r.effects.len() == 1);
+        let winner = singles.clone().find(|r| r.effects[0] == id)?;
+        let rival = singles.clone().find(|r| {
+            r.channel == winner.channel
+                && r.beside == winner.beside
+                && !named.contains(&r.effects[0])
+                && r.refused.is_none()
+        })?;
+        Some((winner, rival))
     })?;
     let behind = winner.gain_train - rival.gain_train;
     Some(RunnerUp {
         effect: rival.effects[0].clone(),
-        of: id.to_owned(),
+        of: winner.effects[0].clone(),
         behind,
-        told_apart: behind > TOLD_APART,
+        told_apart: behind > TOLD_APART && rival.as_good_as.is_none(),
     })
 }
 
-/// What the catalogue says tells winner and rival apart.
-pub(super) fn experiment(winner: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
-    let effect = softdock_control::effects::by_id(winner?)?;
+/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
+pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
+    let effect = softdock_control::effects::by_id(&rival.of)
+        .or_else(|| softdock_control::effects::by_id(first?))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,

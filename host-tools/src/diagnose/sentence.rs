@@ -40,7 +40,8 @@ fn named(diagnosis: &Diagnosis) -> String {
     );
     if let Some(rival) = diagnosis.runner_up.as_ref().filter(|r| !r.told_apart) {
         text.push_str(&format!(
-            " This log does not tell it from {}.",
+            " This log does not tell {} from {}.",
+            title(&rival.of),
             title(&rival.effect)
         ));
     }

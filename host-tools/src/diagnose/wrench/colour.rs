@@ -195,9 +195,15 @@ mod tests {
         let noise = filter.zero_phase(&white(5000));
         let colour = Colour::of(&noise, 0.004, 0.01, Some(31.25));
         let plain = Colour::of(&noise, 0.004, 0.01, None);
-        assert!(colour.coefficients.iter().all(|a| a.abs() < 0.3), "{colour:?}");
+        assert!(
+            colour.coefficients.iter().all(|a| a.abs() < 0.3),
+            "{colour:?}"
+        );
         assert!(plain.coefficients[0] > 1.5, "{plain:?}");
-        assert!((colour.sigma * 12.0_f64.sqrt() - 0.9).abs() < 0.15, "{colour:?}");
+        assert!(
+            (colour.sigma * 12.0_f64.sqrt() - 0.9).abs() < 0.15,
+            "{colour:?}"
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod nuisance;
 mod problem;
 mod saturated;
 mod search;
+mod settle;
 mod side;
 mod stage;
 mod tested;

@@ -43,10 +43,11 @@ pub(super) const DETAILS: &[&str] = &["guide_asymmetry"];
 
 /// Effects of which one contains or imitates the other: two of a kind are one effect whose form
 /// is not in the catalogue.
-const KINDS: [&[&str]; 3] = [
+pub(super) const KINDS: [&[&str]; 4] = [
     &["guide_coulomb", "guide_stribeck", "guide_hysteresis"],
     &["contact_damping", "hunt_crossley"],
     &["ft_low_pass", "ft_latency"],
+    &["actuation_lag", "actuation_delay"],
 ];
 
 fn is_redundant(one: &str, other: &str) -> bool {

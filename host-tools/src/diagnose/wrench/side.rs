@@ -10,8 +10,8 @@ use crate::model::Model;
 use crate::model::load::{Column, Scene};
 use crate::model::log::Log;
 
-/// χ² per cycle beyond the noise that is more than details of the form of an effect.
-const MUCH: f64 = 0.3;
+/// χ² per value beyond the noise that is more than details of the form of an effect.
+const MUCH: f64 = 0.05;
 
 /// One log, ready for the regression.
 pub(crate) struct Side {
@@ -78,6 +78,15 @@ impl Side {
         }
     }
 
+    /// The regression without one of so many pieces of the log.
+    pub(super) fn without(&self, piece: usize, of: usize) -> Problem {
+        let fresh = self.problem.fresh();
+        let place = |n: usize| n * of / fresh.len().max(1);
+        let kept = fresh.iter().enumerate();
+        let kept = kept.map(|(n, fresh)| *fresh && place(n) != piece).collect();
+        Problem::new(&self.residual, &self.tolerances, self.colour, kept)
+    }
+
     /// χ² that a hypothesis leaves beyond the number of values.
     pub(crate) fn left(&self, tested: &Tested) -> f64 {
         self.problem.chi2 - tested.gain - self.problem.count as f64
@@ -85,7 +94,7 @@ impl Side {
 
     /// Whether that is more than details of the form of an effect.
     pub(crate) fn has_much_left(&self, tested: &Tested) -> bool {
-        self.left(tested) > MUCH * self.scene.len() as f64
+        self.left(tested) > MUCH * self.problem.count as f64
     }
 
     /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ²; an effect

@@ -1,10 +1,10 @@
 //! The search for effects on the reading of one pair of logs.
 
 use super::search::{DETAILS, Hypothesis, Part, pairs, with_one_more};
+use super::settle::{Rival, parts_of, revisited, settled};
 use super::side::Side;
-use super::tested::{Tested, tested};
+use super::tested::{Tested, fitted_to, tested};
 use super::variants::Library;
-use crate::model::load::effects::LoadEffect;
 
 /// Gain in χ² below which nothing is accepted, without the price of the parameters.
 const SIGNIFICANT: f64 = 40.0;
@@ -15,7 +15,9 @@ const ADDED: f64 = 0.02;
 /// Among hypotheses that differ by less than this share of the gain the simplest is taken.
 const DETAIL: f64 = 0.004;
 /// Where much is left, a further effect may add less, if it takes this share of what is left.
-const OF_THE_REST: f64 = 0.05;
+const OF_THE_REST: f64 = 0.1;
+/// Pieces of a log that are left out in turn.
+const PIECES: usize = 6;
 /// Most effects on one channel.
 const MOST: usize = 5;
 /// Evidence by which a pair has to be better although it has no more parameters: an effect alone
@@ -32,6 +34,8 @@ pub(crate) struct Found {
     pub accepted: Option<Tested>,
     /// All that were held against unseen data, best first.
     pub ranked: Vec<Tested>,
+    /// Effects of the same kind in the place of one of several that are accepted.
+    pub rivals: Vec<Rival>,
 }
 
 /// Searches; `finished` says whether a hypothesis leaves nothing but noise on both logs. `forced`:
@@ -80,18 +84,42 @@ pub(crate) fn search(
         let more = test_all(&with_one_more(&library, &parts, price));
         match best(&more, Some(now), price) {
             Some(next) if is_worth_it(next.gain - now.gain, now.gain, rest, much) => {
-                accepted = Some(next);
+                let again = revisited(&library, parts_of(&library, &next), price);
+                let again = again.and_then(|h| test_all(&[h]).pop());
+                accepted = Some(again.filter(|t| is_better(t, &next)).unwrap_or(next));
             }
             _ => break,
         }
     }
+    let pieces = |h: &Hypothesis| -> Vec<Tested> {
+        let fit = |k| fitted_to(&train.without(k, PIECES), &library, h, train, test);
+        (0..PIECES).map(fit).collect()
+    };
+    let rivals = match &mut accepted {
+        Some(several) if several.effects.len() > 1 => {
+            let much = train.has_much_left(several);
+            settled(&library, several, much, price, &test_all, &pieces)
+        }
+        _ => Vec::new(),
+    };
     let mut ranked = singles;
     ranked.extend(doubles);
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     if forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
     }
-    Found { accepted, ranked }
+    Found {
+        accepted,
+        ranked,
+        rivals,
+    }
+}
+
+/// Whether the same effects in other forms explain significantly more, and not less of unseen data.
+fn is_better(other: &Tested, than: &Tested) -> bool {
+    other.wrong.is_empty()
+        && other.gain > than.gain + SIGNIFICANT
+        && other.gain_test >= than.gain_test
 }
 
 /// Whether a further effect is more than a detail of those before it.
@@ -171,46 +199,4 @@ fn distinct(library: &Library, hypotheses: &[Hypothesis]) -> Vec<Hypothesis> {
         }
     }
     kept.into_iter().map(|k| k.1).collect()
-}
-
-/// The parts of the library that a tested hypothesis came from, at its nearest shapes.
-fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
-    tested
-        .effects
-        .iter()
-        .filter_map(|fitted| {
-            let distance = |shapes: &[f64], effect: &LoadEffect| -> f64 {
-                effect
-                    .shapes
-                    .iter()
-                    .zip(shapes)
-                    .map(|(shape, value)| {
-                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
-                        ((value + 1e-12) / (at + 1e-12)).ln().abs()
-                    })
-                    .sum()
-            };
-            let (index, variant) = library
-                .variants
-                .iter()
-                .enumerate()
-                .filter(|(_, v)| v.effect.id == fitted.id)
-                .min_by(|a, b| {
-                    distance(&a.1.shapes, a.1.effect).total_cmp(&distance(&b.1.shapes, b.1.effect))
-                })?;
-            let used = (0..variant.columns.len())
-                .filter(|k| {
-                    variant
-                        .effect
-                        .coefficients
-                        .get(*k)
-                        .is_none_or(|c| fitted.parameters.contains_key(c.name))
-                })
-                .collect();
-            Some(Part {
-                variant: index,
-                used,
-            })
-        })
-        .collect()
 }

@@ -1,5 +1,6 @@
 //! A hypothesis with refined shapes, held against unseen data.
 
+use super::problem::Problem;
 use super::search::{Hypothesis, Part};
 use super::side::Side;
 use super::variants::Library;
@@ -92,6 +93,17 @@ pub(super) fn tested(
     train: &Side,
     test: &Side,
 ) -> Tested {
+    fitted_to(&train.problem, library, hypothesis, train, test)
+}
+
+/// The same, fitted to another regression than that of the whole log.
+pub(super) fn fitted_to(
+    problem: &Problem,
+    library: &Library,
+    hypothesis: &Hypothesis,
+    train: &Side,
+    test: &Side,
+) -> Tested {
     let parts = &hypothesis.parts;
     let mut shapes: Vec<Vec<f64>> = parts
         .iter()
@@ -99,7 +111,7 @@ pub(super) fn tested(
         .collect();
     let gain = |shapes: &[Vec<f64>]| -> f64 {
         columns(library, parts, shapes, &train.scene)
-            .and_then(|c| train.problem.solve(&c))
+            .and_then(|c| problem.solve(&c))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let mut sigmas: BTreeMap<(usize, usize), f64> = BTreeMap::new();
@@ -114,7 +126,7 @@ pub(super) fn tested(
         }
     }
     let solution = columns(library, parts, &shapes, &train.scene)
-        .and_then(|c| train.problem.solve(&c))
+        .and_then(|c| problem.solve(&c))
         .unwrap_or_else(|| hypothesis.solution.clone());
     let mut effects = Vec::new();
     let mut wrong = Vec::new();

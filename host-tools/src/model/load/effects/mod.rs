@@ -93,7 +93,12 @@ impl LoadEffect {
     /// reading itself has been through the filter already.
     pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
         let mut columns = (self.build)(scene, shapes)?;
-        if let Some(filter) = scene.model.sensor.filter.filter(|_| !self.acts_on_reading()) {
+        if let Some(filter) = scene
+            .model
+            .sensor
+            .filter
+            .filter(|_| !self.acts_on_reading())
+        {
             let filter = LowPass::new(filter.order, filter.cutoff_hz * scene.cycle_s);
             let all = columns.iter_mut().flat_map(|column| &mut column.0);
             for series in all.filter(|series| !series.is_empty()) {

@@ -1,0 +1,237 @@
+//! What several effects together still leave open: the form of each beside the others, and which
+//! of two that imitate each other it is.
+//!
+//! Forms are chosen when an effect is found, and those that are found later can change the choice:
+//! a delay moves the reversals, and with them how sharp the dry friction there looks. And where
+//! more is left than noise, a small difference in χ² tells nothing: the error of form that is left
+//! can be of its size.
+
+use super::search::{Hypothesis, KINDS, Part, evaluate};
+use super::tested::Tested;
+use super::variants::Library;
+use crate::diagnose::named::NEARLY_AS_GOOD;
+use crate::model::load::effects::LoadEffect;
+
+/// Rounds over all effects.
+const ROUNDS: usize = 3;
+
+/// A rival in the place of one of several effects.
+#[derive(Clone, Debug)]
+pub(crate) struct Rival {
+    /// Id of the effect in whose place it is.
+    pub of: &'static str,
+    /// Its own id.
+    pub id: &'static str,
+    /// Ids of the effects beside which both were fitted.
+    pub beside: Vec<String>,
+    /// What the effect gains beside the others, on the log of the fit and on unseen data.
+    pub gain: (f64, f64),
+    /// What the rival gains.
+    pub gain_of_rival: (f64, f64),
+    /// Whether nothing tells the two apart: more than noise is left, and both explain as much.
+    pub is_as_good: bool,
+    /// The fit with the rival.
+    pub tested: Tested,
+}
+
+/// Rivals in the place of one of several effects. Where much is left, one that explains as much
+/// and stands earlier in the catalogue is named instead, and intervals are widened.
+pub(super) fn settled(
+    library: &Library,
+    accepted: &mut Tested,
+    much: bool,
+    price: f64,
+    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
+    pieces: &dyn Fn(&Hypothesis) -> Vec<Tested>,
+) -> Vec<Rival> {
+    let found = |accepted: &Tested| rivals(library, accepted, much, price, test);
+    let mut all = found(accepted);
+    if !much {
+        return all;
+    }
+    let place = |id: &str| LoadEffect::all().position(|effect| effect.id == id);
+    let earlier = |r: &&Rival| r.is_as_good && place(r.id) < place(r.of);
+    if let Some(rival) = all.iter().find(earlier) {
+        *accepted = rival.tested.clone();
+        all = found(accepted);
+    }
+    widen(library, accepted, price, pieces);
+    all
+}
+
+/// The same effects, with the form of each chosen again beside the others.
+pub(super) fn revisited(library: &Library, parts: Vec<Part>, price: f64) -> Option<Hypothesis> {
+    let mut best = evaluate(library, parts, price)?;
+    for _ in 0..ROUNDS {
+        let before = best.evidence;
+        for place in 0..best.parts.len() {
+            for parts in other_forms(library, &best.parts, place) {
+                match evaluate(library, parts, price) {
+                    Some(other)
+                        if other.solution.wrong.is_empty() && other.evidence > best.evidence =>
+                    {
+                        best = other;
+                    }
+                    _ => {}
+                }
+            }
+        }
+        if best.evidence <= before {
+            break;
+        }
+    }
+    Some(best)
+}
+
+/// The parts with every other form of one of them.
+fn other_forms<'a>(
+    library: &'a Library,
+    parts: &[Part],
+    place: usize,
+) -> impl Iterator<Item = Vec<Part>> + use<'a> {
+    let parts = parts.to_vec();
+    let id = library.variants[parts[place].variant].effect.id;
+    let same = library.variants.iter().enumerate();
+    same.filter(move |(_, variant)| variant.effect.id == id)
+        .map(move |(index, _)| {
+            let mut other = parts.clone();
+            other[place].variant = index;
+            other
+        })
+}
+
+/// Rivals of the same kind in the place of each of several effects; `much`: more than noise is left.
+fn rivals(
+    library: &Library,
+    accepted: &Tested,
+    much: bool,
+    price: f64,
+    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
+) -> Vec<Rival> {
+    let parts = parts_of(library, accepted);
+    let mut all = Vec::new();
+    for (place, part) in parts.iter().enumerate() {
+        let of = library.variants[part.variant].effect.id;
+        let others = || KINDS.iter().filter(|kind| kind.contains(&of)).copied();
+        let mut rest = parts.clone();
+        rest.remove(place);
+        for id in others().flatten().copied().filter(|id| *id != of) {
+            let Some(rival) = best_in_place(library, &parts, place, id, price) else {
+                continue;
+            };
+            let (Some(without), Some(tested)) = (
+                evaluate(library, rest.clone(), price).and_then(|h| test(&[h]).pop()),
+                test(&[rival]).pop().filter(|t| t.wrong.is_empty()),
+            ) else {
+                continue;
+            };
+            let beside = accepted.beside.iter().cloned().chain(without.ids());
+            let own = |t: &Tested| (t.gain - without.gain, t.gain_test - without.gain_test);
+            let (gain, gain_of_rival) = (own(accepted), own(&tested));
+            all.push(Rival {
+                of,
+                id,
+                beside: beside.collect(),
+                gain,
+                gain_of_rival,
+                is_as_good: much
+                    && gain_of_rival.0 >= NEARLY_AS_GOOD * gain.0
+                    && gain_of_rival.1 >= NEARLY_AS_GOOD * gain.1,
+                tested,
+            });
+        }
+    }
+    all
+}
+
+/// The best hypothesis with another effect in one place.
+fn best_in_place(
+    library: &Library,
+    parts: &[Part],
+    place: usize,
+    id: &str,
+    price: f64,
+) -> Option<Hypothesis> {
+    let variants = library.variants.iter().enumerate();
+    let of_id = variants.filter(|(_, variant)| variant.effect.id == id);
+    let found = of_id.filter_map(|(index, variant)| {
+        let mut other = parts.to_vec();
+        other[place] = Part {
+            variant: index,
+            used: (0..variant.columns.len()).collect(),
+        };
+        evaluate(library, other, price)
+    });
+    let best = found.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+    revisited(library, best.parts, price)
+}
+
+/// Widens intervals to how far the parameters move when one piece of the log or another is left
+/// out (the jackknife: variance (K − 1)/K · Σ (θ(k) − mean)², Efron 1982), which holds for
+/// remainders that are neither white nor noise. `pieces` fits a hypothesis without each.
+fn widen(
+    library: &Library,
+    accepted: &mut Tested,
+    price: f64,
+    pieces: &dyn Fn(&Hypothesis) -> Vec<Tested>,
+) {
+    let Some(hypothesis) = evaluate(library, parts_of(library, accepted), price) else {
+        return;
+    };
+    let fits = pieces(&hypothesis);
+    let count = fits.len().max(1) as f64;
+    for (place, effect) in accepted.effects.iter_mut().enumerate() {
+        for (name, (_, sigma, _)) in &mut effect.parameters {
+            let value = |fit: &Tested| fit.effects[place].parameters.get(name).map(|p| p.0);
+            let values: Vec<f64> = fits.iter().filter_map(value).collect();
+            let mean = values.iter().sum::<f64>() / count;
+            let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+            // A choice has no interval.
+            if *sigma > 0.0 {
+                *sigma = sigma.max(((count - 1.0) / count * squares).sqrt());
+            }
+        }
+    }
+}
+
+/// The parts of the library that a tested hypothesis came from, at its nearest shapes.
+pub(super) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
+    tested
+        .effects
+        .iter()
+        .filter_map(|fitted| {
+            let distance = |shapes: &[f64], effect: &LoadEffect| -> f64 {
+                effect
+                    .shapes
+                    .iter()
+                    .zip(shapes)
+                    .map(|(shape, value)| {
+                        let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+                        ((value + 1e-12) / (at + 1e-12)).ln().abs()
+                    })
+                    .sum()
+            };
+            let (index, variant) = library
+                .variants
+                .iter()
+                .enumerate()
+                .filter(|(_, v)| v.effect.id == fitted.id)
+                .min_by(|a, b| {
+                    distance(&a.1.shapes, a.1.effect).total_cmp(&distance(&b.1.shapes, b.1.effect))
+                })?;
+            let used = (0..variant.columns.len())
+                .filter(|k| {
+                    variant
+                        .effect
+                        .coefficients
+                        .get(*k)
+                        .is_none_or(|c| fitted.parameters.contains_key(c.name))
+                })
+                .collect();
+            Some(Part {
+                variant: index,
+                used,
+            })
+        })
+        .collect()
+}
