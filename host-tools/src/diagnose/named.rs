@@ -9,7 +9,7 @@ use crate::model::{Axis, EffectModel, Model};
 use std::collections::BTreeMap;
 
 /// Standard deviations to either side of a 95 % interval.
-const INTERVAL_95: f64 = 1.96;
+pub(crate) const INTERVAL_95: f64 = 1.96;
 
 /// An accepted effect.
 #[derive(Clone, Debug)]

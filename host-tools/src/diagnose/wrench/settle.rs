@@ -9,7 +9,7 @@
 use super::search::{Hypothesis, KINDS, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
-use crate::diagnose::named::NEARLY_AS_GOOD;
+use crate::diagnose::named::{INTERVAL_95, NEARLY_AS_GOOD};
 use crate::model::load::effects::LoadEffect;
 
 /// Rounds over all effects.
@@ -35,7 +35,8 @@ pub(crate) struct Rival {
 }
 
 /// Rivals in the place of one of several effects. Where much is left, one that explains as much
-/// and stands earlier in the catalogue is named instead, and intervals are widened.
+/// and stands earlier in the catalogue is named instead, intervals are widened, and what they do not
+/// determine is taken back.
 pub(super) fn settled(
     library: &Library,
     accepted: &mut Tested,
@@ -56,7 +57,29 @@ pub(super) fn settled(
         all = found(accepted);
     }
     widen(library, accepted, price, pieces);
+    while let Some(fewer) = without_undetermined(library, accepted, price, test) {
+        *accepted = fewer;
+        widen(library, accepted, price, pieces);
+        all = found(accepted);
+    }
     all
+}
+
+/// The fit without the effect of which no parameter is known to differ from 0, if there is one.
+fn without_undetermined(
+    library: &Library,
+    accepted: &Tested,
+    price: f64,
+    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
+) -> Option<Tested> {
+    let place = accepted.effects.iter().position(|effect| {
+        let mut known = effect.parameters.values();
+        known.all(|(value, sigma, _)| *sigma <= 0.0 || value.abs() < INTERVAL_95 * sigma)
+    })?;
+    let mut parts = parts_of(library, accepted);
+    parts.remove(place);
+    let fewer = test(&[evaluate(library, parts, price)?]).pop()?;
+    fewer.wrong.is_empty().then_some(fewer)
 }
 
 /// The same effects, with the form of each chosen again beside the others.
