@@ -34,7 +34,7 @@ pub(crate) struct Pair<T> {
 }
 
 impl<T> Pair<T> {
-    fn map<U>(&self, mut of: impl FnMut(&T) -> U) -> Pair<U> {
+    pub(super) fn map<U>(&self, mut of: impl FnMut(&T) -> U) -> Pair<U> {
         Pair {
             train: of(&self.train),
             test: of(&self.test),
@@ -85,8 +85,8 @@ pub(crate) struct ActuatorFinding {
     pub level: Pair<[f64; 6]>,
     /// Number of velocities that are judged.
     pub count: usize,
-    /// Standard deviation of each parameter of each term.
-    pub sigma: Vec<Vec<f64>>,
+    /// Ends of the 95 % interval of each parameter of each term.
+    pub intervals: Vec<Vec<[f64; 2]>>,
 }
 
 /// What the reading lacks.
@@ -220,10 +220,8 @@ fn actuator_stage(
     };
     let search = actuator::search(&costs.train, &costs.test, &ask);
     let terms: &[Term] = search.accepted.as_ref().map_or(&[], |c| &c.terms);
-    let white = Pair {
-        train: costs.train.white(terms),
-        test: costs.test.white(terms),
-    };
+    let around = costs.map(|cost| cost.around(terms));
+    let white = around.map(|cost| cost.white(terms));
     let level = |cost: &Cost<'_>, white: &[Vec<f64>; 6]| -> [f64; 6] {
         std::array::from_fn(|axis| rms(&white[axis]) * cost.sigma[axis] / cost.sheet_sigma[axis])
     };
@@ -234,7 +232,7 @@ fn actuator_stage(
         },
         white,
         count: costs.train.count(),
-        sigma: actuator::deviations(terms, &costs.train),
+        intervals: actuator::intervals(&search, &around.train),
         search,
     })
 }

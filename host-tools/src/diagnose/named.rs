@@ -33,9 +33,13 @@ impl Named {
     }
 
     /// Adds a fitted parameter.
-    fn with(mut self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
+    fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
         let reach = INTERVAL_95 * sigma;
-        let interval = [value - reach, value + reach];
+        self.within(name, value, [value - reach, value + reach], unit)
+    }
+
+    /// The same with the ends of its interval.
+    fn within(mut self, name: &str, value: f64, interval: [f64; 2], unit: &str) -> Self {
         self.effect.parameters.insert(name.to_owned(), value);
         self.effect.interval_95.insert(name.to_owned(), interval);
         self.estimates.insert(
@@ -147,7 +151,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         .each_ref()
         .map(|series| !series.is_empty());
     let mut named: Vec<Named> = Vec::new();
-    for (term, sigma) in accepted.terms.iter().zip(&found.sigma) {
+    for (term, intervals) in accepted.terms.iter().zip(&found.intervals) {
         let id = term.stage.id();
         let same = |one: &Named| one.effect.id == id;
         let mut one = match named.iter().position(same) {
@@ -162,11 +166,11 @@ fn actuator(stages: &Stages) -> Vec<Named> {
             false => &[true],
         };
         for rotation in kinds {
-            let values = term.values.iter().zip(sigma);
-            for ((name, unit), (value, sigma)) in
+            let values = term.values.iter().zip(intervals);
+            for ((name, unit), (value, interval)) in
                 term.stage.parameters(*rotation).iter().zip(values)
             {
-                one = one.with(name, (*value, *sigma), unit);
+                one = one.within(name, *value, *interval, unit);
             }
         }
         for name in term.stage.form() {
@@ -174,8 +178,14 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         }
         named.push(one);
     }
-    for one in &mut named {
-        widen(one, &found.search);
+    if accepted
+        .terms
+        .iter()
+        .any(|t| t.stage != accepted.terms[0].stage)
+    {
+        for one in &mut named {
+            widen(one, &found.search);
+        }
     }
     for one in &mut named {
         // With a value for each kind of axis there is nothing to leave out.
@@ -190,8 +200,8 @@ fn actuator(stages: &Stages) -> Vec<Named> {
 /// Gain of a hypothesis, as a share of the accepted one's, from which its estimates count.
 pub(crate) const NEARLY_AS_GOOD: f64 = 0.85;
 
-/// A parameter whose value depends on what else is believed has no narrower interval than the
-/// estimates of all hypotheses that explain nearly as much.
+/// A parameter of a pair whose value depends on what else is believed has no narrower interval than
+/// the estimates of all hypotheses that explain nearly as much.
 fn widen(one: &mut Named, search: &Search) {
     let gain = |c: &Candidate| search.nominal.0 - c.train;
     let enough = NEARLY_AS_GOOD * search.accepted.as_ref().map_or(f64::INFINITY, gain);

@@ -1,9 +1,9 @@
 //! How well an actuator explains the executed velocity of a log.
 
 use super::tried::Scale;
-use crate::model::Model;
 use crate::model::actuator::{Chain, Reading, Stage, Timing, simulate};
 use crate::model::log::Log;
+use crate::model::{Model, ToleranceModel};
 use crate::statistics::{Noise, noise_floor};
 use nalgebra::{SMatrix, SVector};
 
@@ -32,9 +32,13 @@ pub(crate) struct AxisCost {
 }
 
 /// One log, ready to be explained.
+#[derive(Clone)]
 pub(crate) struct Cost<'a> {
     log: &'a Log,
     nominal: [Chain; 6],
+    /// Executed velocity with it, of the axes that move.
+    undisturbed: [Vec<f64>; 6],
+    tolerance: ToleranceModel,
     /// Axes that move.
     pub active: [bool; 6],
     /// Noise of each axis that the log itself shows, not below a third of the data sheet's.
@@ -58,6 +62,8 @@ impl<'a> Cost<'a> {
         let mut cost = Self {
             log,
             nominal: std::array::from_fn(|axis| model.chain(axis)),
+            undisturbed: Default::default(),
+            tolerance: model.tolerance.clone(),
             active,
             sigma: log.velocity_sigma,
             sheet_sigma: log.velocity_sigma,
@@ -65,16 +71,14 @@ impl<'a> Cost<'a> {
             normal: [[[0.0; NUISANCES]; NUISANCES]; 6],
             intervals_s,
         };
-        for axis in 0..6 {
-            cost.prepare(axis, model);
+        for axis in (0..6).filter(|axis| active[*axis]) {
+            cost.prepare(axis);
         }
+        cost.linearise(&[]);
         cost
     }
 
-    fn prepare(&mut self, axis: usize, model: &Model) {
-        if !self.active[axis] {
-            return;
-        }
+    fn prepare(&mut self, axis: usize) {
         let predicted = self.simulate(&self.nominal[axis], axis);
         let residual = self.residual(&predicted, axis);
         let noise = match self.log.reading {
@@ -84,30 +88,44 @@ impl<'a> Cost<'a> {
         let sheet = self.sheet_sigma[axis];
         let floor = noise_floor(&residual, noise);
         self.sigma[axis] = floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet));
-        let (delay, lag) = (model.tolerance.transport_delay_s, model.tolerance.lag_s);
-        for (k, (delay, lag)) in [(delay, 0.0), (-delay, 0.0), (0.0, lag)]
-            .into_iter()
-            .enumerate()
-        {
-            self.jacobian[axis][k] = self.sensitivity(axis, (delay, lag), &predicted);
+        self.undisturbed[axis] = predicted;
+    }
+
+    /// The same log with the tolerances acting around terms, not around the nominal actuator: an
+    /// error of the nominal delay shifts the motion that the terms have made.
+    pub(crate) fn around(&self, terms: &[Term]) -> Self {
+        let mut around = self.clone();
+        around.linearise(terms);
+        around
+    }
+
+    fn linearise(&mut self, terms: &[Term]) {
+        let (delay, lag) = (self.tolerance.transport_delay_s, self.tolerance.lag_s);
+        let active = self.active;
+        for axis in (0..6).filter(|axis| active[*axis]) {
+            let chain = self.chain(terms, axis);
+            let predicted = self.simulate(&chain, axis);
+            let changes = [(delay, 0.0), (-delay, 0.0), (0.0, lag)];
+            let columns = changes.map(|change| self.sensitivity(axis, &chain, change, &predicted));
+            let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+            self.normal[axis] =
+                std::array::from_fn(|i| std::array::from_fn(|k| dot(&columns[i], &columns[k])));
+            self.jacobian[axis] = columns;
         }
-        let columns = &self.jacobian[axis];
-        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-        self.normal[axis] =
-            std::array::from_fn(|i| std::array::from_fn(|k| dot(&columns[i], &columns[k])));
     }
 
     /// Change of the velocity by a tolerance of delay or lag, in σ; none where a value is exact.
     fn sensitivity(
         &self,
         axis: usize,
+        chain: &Chain,
         (delay_s, lag_s): (f64, f64),
         predicted: &[f64],
     ) -> Vec<f64> {
-        let mut other = self.nominal[axis];
+        let mut other = *chain;
         other.delay_s = (other.delay_s + delay_s).max(0.0);
         other.lag_s += lag_s;
-        if other == self.nominal[axis] {
+        if other == *chain {
             return vec![0.0; predicted.len()];
         }
         let other = self.simulate(&other, axis);
@@ -253,6 +271,11 @@ impl<'a> Cost<'a> {
         self.total(&axes)
     }
 
+    /// Duration of a cycle, s.
+    pub(crate) fn cycle_s(&self) -> f64 {
+        self.log.cycle_s
+    }
+
     /// Number of velocities that are judged.
     pub(crate) fn count(&self) -> usize {
         self.active.iter().filter(|a| **a).count() * self.log.len()
@@ -263,16 +286,22 @@ impl<'a> Cost<'a> {
         let mut scale = Scale {
             velocity: 0.0,
             acceleration: 0.0,
+            sent_velocity: 0.0,
+            sent_acceleration: 0.0,
             nyquist_hz: 0.5 / self.log.cycle_s,
         };
+        let fastest = |series: &[f64]| series.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let steepest = |series: &[f64]| {
+            let steps = series.windows(2).map(|w| (w[1] - w[0]).abs());
+            steps.fold(0.0, f64::max) / self.log.cycle_s
+        };
         for axis in (0..6).filter(|a| axes[*a] && self.active[*a]) {
-            let nominal = self.simulate(&self.nominal[axis], axis);
-            let fastest = nominal.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            let steepest = nominal
-                .windows(2)
-                .fold(0.0_f64, |m, w| m.max((w[1] - w[0]).abs()));
-            scale.velocity = scale.velocity.max(fastest);
-            scale.acceleration = scale.acceleration.max(steepest / self.log.cycle_s);
+            let sent = &self.log.sent[axis];
+            let nominal = &self.undisturbed[axis];
+            scale.velocity = scale.velocity.max(fastest(nominal));
+            scale.acceleration = scale.acceleration.max(steepest(nominal));
+            scale.sent_velocity = scale.sent_velocity.max(fastest(sent));
+            scale.sent_acceleration = scale.sent_acceleration.max(steepest(sent));
         }
         scale
     }

@@ -6,13 +6,14 @@
 //! on, and keeps its parameters' promise on unseen data.
 
 mod cost;
-mod deviations;
+mod forms;
 mod grid;
+mod intervals;
 mod pairs;
 mod refine;
 mod search;
 mod tried;
 
 pub(crate) use cost::{Cost, Term};
-pub(crate) use deviations::deviations;
+pub(crate) use intervals::intervals;
 pub(crate) use search::{Ask, Candidate, Search, search};

@@ -49,7 +49,7 @@ pub(super) fn improved(
         .collect();
     let best = if let [at] = start[..] {
         let (low, high) = ((at - width[0]).max(0.0), (at + width[0]).min(1.0));
-        vec![golden(low, high, 24, |at| cost(&with(&[at])))]
+        vec![bottom(low, high, |at| cost(&with(&[at])))]
     } else {
         let scale: Vec<f64> = width.iter().map(|w| 0.4 * w).collect();
         nelder_mead(&start, &scale, 60, |places| {
@@ -65,6 +65,20 @@ pub(super) fn improved(
         terms
     };
     middle_of_plateaus(found, cost)
+}
+
+/// Minimum of a cost with several valleys: a finer grid, then golden sections around its best point.
+fn bottom(low: f64, high: f64, cost: impl Fn(f64) -> f64) -> f64 {
+    /// Cells of the finer grid.
+    const CELLS: u32 = 10;
+    let cell = (high - low) / f64::from(CELLS);
+    let points = (0..=CELLS).map(|i| low + f64::from(i) * cell);
+    let best = points
+        .map(|at| (cost(at), at))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(low, |b| b.1);
+    let (from, to) = ((best - cell).max(low), (best + cell).min(high));
+    golden(from, to, 18, cost)
 }
 
 /// Where the cost is flat around its minimum, the middle of the flat is the estimate.

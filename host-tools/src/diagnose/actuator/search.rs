@@ -1,6 +1,7 @@
 //! The search over stages of the actuator, alone and in pairs.
 
 use super::cost::{AxisCost, Cost, Term};
+use super::forms::other_forms;
 use super::grid::combinations;
 use super::pairs::best_pair;
 use super::refine::{improved, refined};
@@ -39,6 +40,8 @@ pub(crate) struct Search {
     pub singles: Vec<Candidate>,
     /// What is accepted, if anything.
     pub accepted: Option<Candidate>,
+    /// Other forms of what is accepted that explain the log as well.
+    pub equal_forms: Vec<Candidate>,
 }
 
 impl Search {
@@ -87,14 +90,35 @@ pub(crate) fn search(train: &Cost<'_>, test: &Cost<'_>, ask: &Ask<'_>) -> Search
     if ask.forced && accepted.is_none() {
         accepted = singles.first().cloned();
     }
+    let mut equal_forms = Vec::new();
     if let Some(candidate) = &mut accepted {
+        equal_forms = choose_form(candidate, train, test);
         settle(candidate, train, test);
     }
     Search {
         nominal,
         singles,
         accepted,
+        equal_forms,
     }
+}
+
+/// Takes the form that explains the log best; returns those that it does not tell from it.
+fn choose_form(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) -> Vec<Candidate> {
+    let mut others = other_forms(candidate, train, test);
+    others.sort_by(|a, b| a.train.total_cmp(&b.train));
+    if let Some(best) = others.first_mut()
+        && best.train < candidate.train
+        // Unseen data has the last word on what the log of the fit only just prefers.
+        && (best.train + SIGNIFICANT < candidate.train || best.test < candidate.test)
+    {
+        std::mem::swap(best, candidate);
+    }
+    // In units of the noise that the best form leaves.
+    let noise = (candidate.train / train.count().max(1) as f64).max(1.0);
+    let as_good = candidate.train + SIGNIFICANT * noise;
+    others.retain(|other| other.train < as_good);
+    others
 }
 
 /// What a stage explains is not left to the tolerances: its parameters are fitted once more with
@@ -167,19 +191,37 @@ fn best_single(
     } else {
         vec![best_scope(stage, scopes, train)?]
     };
-    // What the grid does not show at all is not worth a search.
+    // What the grid does not show at all is not worth a search; kinds are refined one by one.
     let hopeless =
         train.total(&train.bare()) - train.of(&terms) < HOPELESS && !slips_through(stage);
-    let terms = if hopeless {
+    let terms = if hopeless || stage.has_units_of_its_axes() {
         terms
     } else {
-        refined(terms, train)
+        on_all_axes(refined(terms, train), train)
     };
     Some(Candidate {
         train: train.of(&terms),
         test: test.of(&terms),
         terms,
     })
+}
+
+/// What the grid saw on some axes only may be on all of them, with a value between its own.
+fn on_all_axes(terms: Vec<Term>, train: &Cost<'_>) -> Vec<Term> {
+    let some = |t: &Term| (0..6).any(|axis| train.active[axis] && !t.axes[axis]);
+    if !terms.iter().any(some) {
+        return terms;
+    }
+    let everywhere = terms.iter().map(|t| Term {
+        axes: train.active,
+        ..t.clone()
+    });
+    let everywhere = refined(everywhere.collect(), train);
+    if train.of(&everywhere) < train.of(&terms) + SIGNIFICANT {
+        everywhere
+    } else {
+        terms
+    }
 }
 
 /// Whether the best value may lie between two values of the grid that both make things worse.
@@ -247,12 +289,16 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
         };
         let best = table(stage, &axes, train).into_iter().map(of);
         let (chi2, values) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let term = Term {
+        let mut term = vec![Term {
             stage,
             values,
             axes,
-        };
-        kinds.push((start - chi2, term));
+        }];
+        // The grid is coarse: a kind is judged by its best value.
+        if start - chi2 > HOPELESS {
+            term = refined(term, train);
+        }
+        kinds.push((start - train.of(&term), term.swap_remove(0)));
     }
     kinds.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut terms: Vec<Term> = Vec::new();

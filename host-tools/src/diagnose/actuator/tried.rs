@@ -30,6 +30,16 @@ const fn spec(name: &'static str, unit: &'static str, low: f64, high: f64, grid:
     }
 }
 
+fn acceleration(steepest: f64) -> Vec<Spec> {
+    let (low, high) = (0.02 * steepest, 0.99 * steepest);
+    vec![spec("max_acceleration_m_s2", "m/s^2", low, high, 12)]
+}
+
+fn velocity(fastest: f64) -> Vec<Spec> {
+    let (low, high) = (0.1 * fastest, 0.999 * fastest);
+    vec![spec("max_velocity_m_s", "m/s", low, high, 12)]
+}
+
 /// What a search tries for the parameters of a stage; limits are scaled by what the log holds.
 pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     match stage {
@@ -44,20 +54,10 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
             spec("damping_ratio", "-", 0.3, 0.99, 3),
         ],
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
-        Stage::DriveAcceleration | Stage::PlannerAcceleration => vec![spec(
-            "max_acceleration_m_s2",
-            "m/s^2",
-            0.02 * scale.acceleration,
-            0.99 * scale.acceleration,
-            12,
-        )],
-        Stage::DriveVelocity | Stage::PlannerVelocity => vec![spec(
-            "max_velocity_m_s",
-            "m/s",
-            0.1 * scale.velocity,
-            0.999 * scale.velocity,
-            12,
-        )],
+        Stage::DriveAcceleration => acceleration(scale.acceleration),
+        Stage::PlannerAcceleration => acceleration(scale.sent_acceleration),
+        Stage::DriveVelocity => velocity(scale.velocity),
+        Stage::PlannerVelocity => velocity(scale.sent_velocity),
         Stage::Gain => vec![Spec {
             by_ratio: false,
             ..spec("gain_error", "-", -0.3, 0.3, 7)
@@ -81,10 +81,14 @@ pub(crate) fn has_plateaus(stage: Stage) -> bool {
 /// How large motions are in the log.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
-    /// Largest sent velocity of the axes in question, in their unit.
+    /// Largest nominal velocity of the axes in question, in their unit.
     pub velocity: f64,
     /// Largest change of the nominal velocity per second.
     pub acceleration: f64,
+    /// Largest sent velocity, which a planner limits.
+    pub sent_velocity: f64,
+    /// Largest change of the sent velocity per second.
+    pub sent_acceleration: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
 }

@@ -19,9 +19,8 @@ pub use chain::{Chain, Limits, PauseTrigger, Resonance};
 pub use cut::Timing;
 pub use stage::Stage;
 
-use chain::LinearStages;
 use cut::Cut;
-use nonlinear::{Backlash, Limiter, PauseGate, planned};
+use nonlinear::{Backlash, Drive, PauseGate, planned};
 
 /// What a recorded velocity is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +42,7 @@ pub fn simulate(chain: &Chain, sent: &[f64], timing: &Timing<'_>, reading: Readi
         .then(|| planned(&chain.planner, sent, timing.cycle_s));
     let sent = planned.as_deref().unwrap_or(sent);
     let mut cut = Cut::new(chain.delay_s, chain.parts(), timing);
-    let mut linear = LinearStages::new(chain);
-    let mut after = Limiter::new(&chain.drive);
+    let mut drive = Drive::new(chain);
     let mut gate = PauseGate::new(chain);
     let mut backlash = Backlash::new(chain.backlash_m);
     let mut out = Vec::with_capacity(sent.len());
@@ -57,9 +55,8 @@ pub fn simulate(chain: &Chain, sent: &[f64], timing: &Timing<'_>, reading: Readi
         for part in cut.parts(n) {
             let command = part.command.and_then(|k| sent.get(k)).copied();
             let command = chain.shaped(command.unwrap_or(0.0));
-            let moved = linear.advance(command, part.duration_s);
-            let moved = after.follow(moved, part.duration_s);
-            let moved = gate.pass(moved, command, part.duration_s, &mut linear);
+            let moved = drive.follow(command, part.duration_s);
+            let moved = gate.pass(moved, command, part.duration_s, &mut drive);
             let moved = backlash.pass(moved, part.duration_s);
             mean += moved.mean * part.duration_s;
             end = moved.end;

@@ -45,6 +45,41 @@ impl Limiter {
     }
 }
 
+/// What moves the axis: the linear stages and the limits behind them.
+pub(super) struct Drive {
+    linear: LinearStages,
+    limits: Limiter,
+}
+
+impl Drive {
+    pub(super) fn new(chain: &Chain) -> Self {
+        Self {
+            linear: LinearStages::new(chain),
+            limits: Limiter::new(&chain.drive),
+        }
+    }
+
+    /// Follows a constant command for a time.
+    pub(super) fn follow(&mut self, command: f64, duration_s: f64) -> Moved {
+        let moved = self.linear.advance(command, duration_s);
+        self.limits.follow(moved, duration_s)
+    }
+
+    /// Starts from rest, and follows a constant command for a time.
+    fn restart(&mut self, command: f64, duration_s: f64) -> Moved {
+        self.linear.reset();
+        self.limits.value = 0.0;
+        if duration_s > 0.0 {
+            self.follow(command, duration_s)
+        } else {
+            Moved {
+                mean: 0.0,
+                end: 0.0,
+            }
+        }
+    }
+}
+
 /// Standstill after a zero crossing; the crossing is found between two instants.
 pub(super) struct PauseGate {
     pause_s: f64,
@@ -74,7 +109,7 @@ impl PauseGate {
         moved: Moved,
         command: f64,
         duration_s: f64,
-        linear: &mut LinearStages,
+        drive: &mut Drive,
     ) -> Moved {
         if self.pause_s <= 0.0 {
             return moved;
@@ -98,9 +133,12 @@ impl PauseGate {
             return moved;
         }
         let open = (-self.remaining_s / duration_s).clamp(0.0, 1.0);
-        if self.restarts && open <= 0.0 {
-            linear.reset();
-        }
+        // The axis restarts at the instant at which the pause ends, not at the end of a part.
+        let moved = if self.restarts {
+            drive.restart(command, open * duration_s)
+        } else {
+            moved
+        };
         Moved {
             mean: moved.mean * open,
             end: if open > 0.0 { moved.end } else { 0.0 },

@@ -115,3 +115,19 @@ fn lost_motion_swallows_its_width() {
     let way: f64 = got.iter().skip(41).sum::<f64>() * TS;
     assert!((way - (-0.25 * 39.0 * TS + 0.0035)).abs() < 1e-9, "{way}");
 }
+
+#[test]
+fn an_axis_that_restarts_does_so_when_its_pause_ends() {
+    // A step through zero is executed by a lag from rest, 4.7 ms after it has arrived.
+    let sent: Vec<f64> = (0..40).map(|k| if k < 20 { 1.0 } else { -1.0 }).collect();
+    let mut chain = Chain::nominal(0.0, TS);
+    chain.pause_s = 0.0047;
+    chain.pause_trigger = PauseTrigger::Command;
+    chain.pause_restarts = true;
+    let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::AtEnd);
+    for (n, got) in got.iter().enumerate().skip(21) {
+        let moving_s = ((n - 20) as f64 * TS - chain.pause_s).max(0.0);
+        let expected = (-moving_s / TS).exp() - 1.0;
+        assert!((got - expected).abs() < 1e-9, "{n}: {got} {expected}");
+    }
+}

@@ -1,0 +1,203 @@
+//! How well a log determines the parameters of stages.
+//!
+//! Where χ² is smooth its curvature gives the interval. A pause is only seen through the cycles
+//! that it holds still, so χ² is flat between two steps there: it is scanned, and the interval is
+//! where 2 Δ log L stays below that of 95 %, the other parameters at their best for each value.
+
+use super::cost::{Cost, Term};
+use super::search::Search;
+use crate::diagnose::optimise::golden;
+use crate::model::actuator::Stage;
+use nalgebra::DMatrix;
+
+/// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
+const LIKELY_95: f64 = 3.84;
+/// Standard deviations to either side of a 95 % interval.
+const DEVIATIONS_95: f64 = 1.96;
+/// Steps of a scan in a cycle.
+const STEPS_PER_CYCLE: f64 = 40.0;
+/// A scan ends after this many values outside of the interval.
+const OUTSIDE: usize = 8;
+/// Most values of a scan to one side: two and a half cycles.
+const FARTHEST: usize = 100;
+/// No instant is known better than half of a part of a cycle, as the simulation cuts it.
+const RESOLVED: f64 = 1.0 / 16.0;
+
+/// Ends of the 95 % interval of each parameter of what is accepted. Forms of it that the log does
+/// not tell apart widen it: the truth may be any of them.
+pub(crate) fn intervals(search: &Search, train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
+    let Some(accepted) = &search.accepted else {
+        return Vec::new();
+    };
+    let mut all = of_terms(&accepted.terms, train);
+    for form in &search.equal_forms {
+        let other = of_terms(&form.terms, &train.around(&form.terms));
+        let pairs = all.iter_mut().flatten().zip(other.into_iter().flatten());
+        for (own, other) in pairs {
+            *own = [own[0].min(other[0]), own[1].max(other[1])];
+        }
+    }
+    all
+}
+
+/// χ² of terms as a function of all their parameters in a row.
+struct Profile<'a> {
+    terms: &'a [Term],
+    train: &'a Cost<'a>,
+    flat: Vec<f64>,
+    least: f64,
+    /// By how much χ² per value exceeds that of noise: a model that is not perfect has less right
+    /// to narrow intervals.
+    excess: f64,
+}
+
+impl<'a> Profile<'a> {
+    fn new(terms: &'a [Term], train: &'a Cost<'a>) -> Self {
+        let flat: Vec<f64> = terms
+            .iter()
+            .flat_map(|t| t.values.iter().copied())
+            .collect();
+        let least = train.of(terms);
+        Self {
+            terms,
+            train,
+            flat,
+            least,
+            excess: (least / train.count().max(1) as f64).max(1.0),
+        }
+    }
+
+    fn at(&self, values: &[f64]) -> f64 {
+        let mut at = 0;
+        let moved: Vec<Term> = self
+            .terms
+            .iter()
+            .map(|term| {
+                let own = values[at..at + term.values.len()].to_vec();
+                at += term.values.len();
+                Term {
+                    values: own,
+                    ..term.clone()
+                }
+            })
+            .collect();
+        self.train.of(&moved)
+    }
+
+    /// χ² with one parameter given and the others at their best within their deviations.
+    fn given(&self, i: usize, value: f64, sigma: &[f64]) -> f64 {
+        /// Evaluations for each of the others.
+        const STEPS: usize = 8;
+        let mut values = self.flat.clone();
+        values[i] = value;
+        for k in (0..values.len()).filter(|k| *k != i) {
+            let reach = 4.0 * sigma[k];
+            let (low, high) = (values[k] - reach, values[k] + reach);
+            values[k] = golden(low, high, STEPS, |x| {
+                let mut moved = values.clone();
+                moved[k] = x;
+                self.at(&moved)
+            });
+        }
+        self.at(&values).min({
+            let mut alone = self.flat.clone();
+            alone[i] = value;
+            self.at(&alone)
+        })
+    }
+}
+
+fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
+    let profile = Profile::new(terms, train);
+    let sigma = deviations(&profile);
+    let mut i = 0;
+    terms
+        .iter()
+        .map(|term| {
+            let own = term.values.iter().map(|value| {
+                let reach = DEVIATIONS_95 * sigma[i] * profile.excess.sqrt();
+                let smooth = [value - reach, value + reach];
+                let interval = match term.stage {
+                    Stage::Pause(..) => scanned(&profile, i, &sigma),
+                    _ => smooth,
+                };
+                i += 1;
+                interval
+            });
+            own.collect()
+        })
+        .collect()
+}
+
+/// The values of a time around its best one that are likely.
+fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64]) -> [f64; 2] {
+    let cycle_s = profile.train.cycle_s();
+    let step = cycle_s / STEPS_PER_CYCLE;
+    let best = profile.flat[i];
+    let likely = profile.least + LIKELY_95 * profile.excess;
+    let end = |side: f64| {
+        let (mut last, mut outside) = (0, 0);
+        for n in 1..=FARTHEST {
+            let value = best + side * n as f64 * step;
+            if value <= 0.0 || outside == OUTSIDE {
+                break;
+            }
+            if profile.given(i, value, sigma) <= likely {
+                (last, outside) = (n, 0);
+            } else {
+                outside += 1;
+            }
+        }
+        // The limit lies between the last value inside and the first outside.
+        let reach = (last as f64 + 0.5) * step;
+        best + side * reach.max(RESOLVED * cycle_s)
+    };
+    [end(-1.0).max(0.0), end(1.0)]
+}
+
+/// Standard deviation of each parameter, from the curvature of χ².
+fn deviations(profile: &Profile<'_>) -> Vec<f64> {
+    let size = profile.flat.len();
+    let steps: Vec<f64> = (0..size).map(|i| step_to_one(i, profile)).collect();
+    let moved = |i: usize, k: usize, si: f64, sk: f64| {
+        let mut values = profile.flat.clone();
+        values[i] += si * steps[i];
+        values[k] += sk * steps[k];
+        profile.at(&values)
+    };
+    let half_hessian = DMatrix::from_fn(size, size, |i, k| {
+        if i == k {
+            (moved(i, i, 0.5, 0.5) + moved(i, i, -0.5, -0.5) - 2.0 * profile.least) / 2.0
+        } else {
+            (moved(i, k, 1.0, 1.0) + moved(i, k, -1.0, -1.0)
+                - moved(i, k, 1.0, -1.0)
+                - moved(i, k, -1.0, 1.0))
+                / 8.0
+        }
+    });
+    let covariance = half_hessian.cholesky().map(|c| c.inverse());
+    (0..size)
+        .map(|i| {
+            let own = covariance.as_ref().map_or(f64::NAN, |c| c[(i, i)].sqrt());
+            // A cost that is not smooth has no curvature; one unit of χ² is a deviation still.
+            steps[i] * if own.is_finite() { own.max(1.0) } else { 1.0 }
+        })
+        .collect()
+}
+
+/// Step of one parameter that raises χ² by about one.
+fn step_to_one(i: usize, profile: &Profile<'_>) -> f64 {
+    let mut step = 1e-6 * profile.flat[i].abs().max(1e-9);
+    for _ in 0..48 {
+        let rise = [step, -step].into_iter().map(|s| {
+            let mut values = profile.flat.clone();
+            values[i] += s;
+            profile.at(&values) - profile.least
+        });
+        if rise.fold(0.0, f64::max) >= 1.0 {
+            break;
+        }
+        step *= 1.5;
+    }
+    step
+}
