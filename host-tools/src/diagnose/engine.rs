@@ -135,11 +135,11 @@ pub(crate) fn run(
     let clock = clock_stage(model, &logs, question);
     let intervals = intervals(model, &logs, &clock);
     progress(0.15, "simulating actuators");
-    let costs = Pair {
+    let mut costs = Pair {
         train: Cost::new(model, &logs.train, intervals.train.clone()),
         test: Cost::new(model, &logs.test, intervals.test.clone()),
     };
-    let actuator = actuator_stage(model, &logs, &costs, clock.jitter.is_some(), question);
+    let actuator = actuator_stage(model, &logs, &mut costs, clock.jitter.is_some(), question);
     progress(0.5, "explaining the wrench");
     let sigma = wrench::sheet_sigma(model);
     let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
@@ -204,7 +204,7 @@ fn intervals(model: &Model, logs: &Pair<Log>, clock: &ClockFinding) -> Pair<Vec<
 fn actuator_stage(
     model: &Model,
     logs: &Pair<Log>,
-    costs: &Pair<Cost<'_>>,
+    costs: &mut Pair<Cost<'_>>,
     jitters: bool,
     question: &Question<'_>,
 ) -> Option<ActuatorFinding> {
@@ -218,7 +218,10 @@ fn actuator_stage(
         forced: question.forced,
         alone: jitters,
     };
-    let search = actuator::search(&costs.train, &costs.test, &ask);
+    let mut search = actuator::search(&costs.train, &costs.test, &ask);
+    if search.quieten(&mut costs.train) | search.quieten(&mut costs.test) {
+        search = actuator::search(&costs.train, &costs.test, &ask);
+    }
     let terms: &[Term] = search.accepted.as_ref().map_or(&[], |c| &c.terms);
     let around = costs.map(|cost| cost.around(terms));
     let white = around.map(|cost| cost.white(terms));

@@ -27,6 +27,7 @@ mod outcome;
 pub mod page;
 mod ranking;
 mod regions;
+mod rounding;
 mod sampling;
 mod sentence;
 mod structure;

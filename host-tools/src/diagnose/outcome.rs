@@ -11,7 +11,8 @@ use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
 
-/// Fall of the squared error that makes an effect worth naming.
+/// Fall of the squared error, on the log of the fit and on unseen data, that makes an effect worth
+/// naming.
 const WORTH: f64 = 0.002;
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
@@ -155,6 +156,7 @@ impl Fall {
         let start = levels(&stages.before.train).total();
         let everything = with_effects(model, all.iter());
         let end = error(&everything, recordings.train)?;
+        let end_unseen = error(&everything, recordings.test)?;
         let mut named = Vec::new();
         for (k, one) in all.iter().enumerate() {
             // What is lost without it, which is its share beside the others.
@@ -163,10 +165,12 @@ impl Fall {
                 .enumerate()
                 .filter(|(i, _)| *i != k)
                 .map(|(_, n)| n);
-            let without = error(&with_effects(model, others), recordings.train)?;
+            let others = with_effects(model, others);
+            let without = error(&others, recordings.train)?;
             let share = (without * without - end * end) / (start * start - end * end).max(1e-12);
-            let drop = without * without - end * end;
-            if forced || drop > WORTH * end * end {
+            let falls = |without: f64, end: f64| without * without > (1.0 + WORTH) * end * end;
+            let helps = falls(without, end) && falls(error(&others, recordings.test)?, end_unseen);
+            if forced || helps {
                 named.push((one.clone(), share));
             }
         }

@@ -157,7 +157,8 @@ pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option
         })?;
         Some((winner, rival))
     })?;
-    let behind = winner.gain_train - rival.gain_train;
+    // A rival that fits the log a little better, and was refused for other reasons, ties.
+    let behind = (winner.gain_train - rival.gain_train).max(0.0);
     Some(RunnerUp {
         effect: rival.effects[0].clone(),
         of: winner.effects[0].clone(),

@@ -4,7 +4,8 @@
 //! has structure only if training and unseen data both say so.
 
 use super::engine::Pair;
-use super::wrench::{Side, Tested, subtract};
+use super::rounding::Rounded;
+use super::wrench::{Side, Tested, sheet_sigma, subtract};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
 use crate::statistics::{median, periodogram};
@@ -86,21 +87,24 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
     let white = side.problem.rest(&part, &taken);
     let mut raw = side.residual.clone();
     subtract(&mut raw, &part, 1.0);
+    let exact = raw.clone();
     for (column, taken) in side.tolerances.iter().zip(&taken) {
         subtract(&mut raw, column, *taken);
     }
     let sheet = side.sheet_sigma;
-    let white = beyond_rounding(side, white, &raw);
+    let (white, levels) = beyond_rounding(side, white, [&raw, &exact]);
     let squares: f64 = white.0.iter().flatten().map(|w| w * w).sum();
     let structures: Vec<Structure> = (0..6)
         .map(|axis| {
-            let counted = raw.0[axis].iter().zip(side.problem.fresh());
-            let (power, count) = counted
-                .filter(|(_, fresh)| **fresh)
-                .fold((0.0, 0.0), |(sum, count), (r, _)| {
-                    (sum + r * r, count + 1.0)
-                });
-            let level = (power / f64::max(count, 1.0)).sqrt() / sheet[axis];
+            let level = levels[axis].unwrap_or_else(|| {
+                let counted = raw.0[axis].iter().zip(side.problem.fresh());
+                let (power, count) = counted
+                    .filter(|(_, fresh)| **fresh)
+                    .fold((0.0, 0.0), |(sum, count), (r, _)| {
+                        (sum + r * r, count + 1.0)
+                    });
+                (power / f64::max(count, 1.0)).sqrt() / sheet[axis]
+            });
             if side.scene.model.sensor.at_rest {
                 // Rows that do not follow each other have no spectrum.
                 return Structure {
@@ -121,17 +125,32 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
     (structures, excess, taken.amax())
 }
 
-/// Of rounded readings only the distance to the interval that they stand for is an error.
-fn beyond_rounding(side: &Side, white: Column, raw: &Column) -> Column {
-    let mut white = white;
-    for axis in 0..6 {
+/// Rounded readings have residuals of their own, and a level over the data sheet's noise. The
+/// tolerances, which were taken as if rounding were noise, count only where they help.
+fn beyond_rounding(
+    side: &Side,
+    mut white: Column,
+    raw: [&Column; 2],
+) -> (Column, [Option<f64>; 6]) {
+    let sheet = sheet_sigma(&side.scene.model);
+    let levels = std::array::from_fn(|axis| {
         let half = side.half_step[axis];
-        if half > 0.0 {
-            let outside = |r: &f64| r.signum() * (r.abs() - half).max(0.0) / side.sheet_sigma[axis];
-            white.0[axis] = raw.0[axis].iter().map(outside).collect();
-        }
-    }
-    white
+        (half > 0.0).then(|| {
+            let [with, exact] = raw.map(|r| Rounded::new(&r.0[axis], half, sheet[axis]));
+            let mut own = if with.cost < exact.cost { with } else { exact };
+            // A repeated reading says nothing new.
+            for (residual, fresh) in own.white.iter_mut().zip(side.problem.fresh()) {
+                if !fresh {
+                    *residual = 0.0;
+                }
+            }
+            let squares: f64 = own.white.iter().map(|r| r * r).sum();
+            white.0[axis] = own.white;
+            let fresh = side.problem.fresh().iter().filter(|f| **f).count();
+            (squares / fresh.max(1) as f64).sqrt() * own.sigma / sheet[axis]
+        })
+    });
+    (white, levels)
 }
 
 /// What the tests find in one series.

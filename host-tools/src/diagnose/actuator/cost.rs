@@ -80,15 +80,41 @@ impl<'a> Cost<'a> {
 
     fn prepare(&mut self, axis: usize) {
         let predicted = self.simulate(&self.nominal[axis], axis);
-        let residual = self.residual(&predicted, axis);
+        self.sigma[axis] = self.noise(&predicted, axis);
+        self.undisturbed[axis] = predicted;
+    }
+
+    /// Noise that is left of an axis by a prediction.
+    fn noise(&self, predicted: &[f64], axis: usize) -> f64 {
+        let residual = self.residual(predicted, axis);
         let noise = match self.log.reading {
             Reading::Mean => Noise::Differenced,
             Reading::AtEnd => Noise::White,
         };
         let sheet = self.sheet_sigma[axis];
         let floor = noise_floor(&residual, noise);
-        self.sigma[axis] = floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet));
-        self.undisturbed[axis] = predicted;
+        floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet))
+    }
+
+    /// Takes the noise from what hypotheses leave, where it is clearly less than before: an error
+    /// of the model that is as rough as the motion looks like noise. Returns whether it was.
+    pub(crate) fn quieten<'t>(&mut self, hypotheses: impl Iterator<Item = &'t [Term]>) -> bool {
+        /// Share of the noise before that is clearly less.
+        const LESS: f64 = 0.9;
+        let mut quieter = self.sigma;
+        for terms in hypotheses {
+            for axis in (0..6).filter(|axis| self.active[*axis]) {
+                let predicted = self.simulate(&self.chain(terms, axis), axis);
+                quieter[axis] = quieter[axis].min(self.noise(&predicted, axis));
+            }
+        }
+        let less = |axis: &usize| quieter[*axis] < LESS * self.sigma[*axis];
+        let any = (0..6).any(|axis| less(&axis));
+        if any {
+            self.sigma = quieter;
+            self.linearise(&[]);
+        }
+        any
     }
 
     /// The same log with the tolerances acting around terms, not around the nominal actuator: an
@@ -208,6 +234,17 @@ impl<'a> Cost<'a> {
         cost
     }
 
+    /// Costs of some axes with these terms; the others count nothing.
+    pub(crate) fn of_axes(&self, terms: &[Term], axes: &[bool; 6]) -> [AxisCost; 6] {
+        std::array::from_fn(|axis| {
+            if axes[axis] {
+                self.of_axis(&self.chain(terms, axis), axis)
+            } else {
+                AxisCost::default()
+            }
+        })
+    }
+
     /// Costs of all axes without any stage.
     pub(crate) fn bare(&self) -> [AxisCost; 6] {
         std::array::from_fn(|axis| self.of_axis(&self.nominal[axis], axis))
@@ -278,7 +315,12 @@ impl<'a> Cost<'a> {
 
     /// Number of velocities that are judged.
     pub(crate) fn count(&self) -> usize {
-        self.active.iter().filter(|a| **a).count() * self.log.len()
+        self.count_of(&self.active)
+    }
+
+    /// Number of velocities of some axes.
+    pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
+        axes.iter().filter(|a| **a).count() * self.log.len()
     }
 
     /// How large the motion of some axes is.

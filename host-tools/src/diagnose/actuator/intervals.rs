@@ -5,6 +5,7 @@
 //! where 2 Δ log L stays below that of 95 %, the other parameters at their best for each value.
 
 use super::cost::{Cost, Term};
+use super::refine::refined;
 use super::search::Search;
 use crate::diagnose::optimise::golden;
 use crate::model::actuator::Stage;
@@ -107,7 +108,19 @@ impl<'a> Profile<'a> {
     }
 }
 
+/// The value of the fit is that of exact nominal parameters. The interval holds it, and lies around
+/// the best value with nominal parameters that may be off.
 fn of_terms(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
+    let best = refined(terms.to_vec(), train);
+    let mut all = around_best(&best, train);
+    let fitted = terms.iter().flat_map(|t| &t.values);
+    for (interval, value) in all.iter_mut().flatten().zip(fitted) {
+        *interval = [interval[0].min(*value), interval[1].max(*value)];
+    }
+    all
+}
+
+fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     let profile = Profile::new(terms, train);
     let sigma = deviations(&profile);
     let mut i = 0;

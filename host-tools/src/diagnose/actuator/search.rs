@@ -45,6 +45,15 @@ pub(crate) struct Search {
 }
 
 impl Search {
+    /// Takes the noise of a log from what the best hypotheses leave; returns whether it is less.
+    pub(crate) fn quieten(&self, cost: &mut Cost<'_>) -> bool {
+        /// Hypotheses whose remainder is looked at.
+        const BEST: usize = 3;
+        let accepted = self.accepted.iter();
+        let best = accepted.chain(self.singles.iter().take(BEST));
+        cost.quieten(best.map(|c| &c.terms[..]))
+    }
+
     /// Residual over noise of a χ².
     pub(crate) fn level(chi2: f64, cost: &Cost<'_>) -> f64 {
         (chi2 / cost.count().max(1) as f64).sqrt()
@@ -191,10 +200,10 @@ fn best_single(
     } else {
         vec![best_scope(stage, scopes, train)?]
     };
-    // What the grid does not show at all is not worth a search; kinds are refined one by one.
+    // What the grid does not show at all is not worth a search.
     let hopeless =
         train.total(&train.bare()) - train.of(&terms) < HOPELESS && !slips_through(stage);
-    let terms = if hopeless || stage.has_units_of_its_axes() {
+    let terms = if hopeless {
         terms
     } else {
         on_all_axes(refined(terms, train), train)
@@ -294,11 +303,14 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
             values,
             axes,
         }];
-        // The grid is coarse: a kind is judged by its best value.
-        if start - chi2 > HOPELESS {
-            term = refined(term, train);
+        // The grid is coarse: where there is something to explain, a kind is judged by its best
+        // value.
+        let of_kind = |terms: &[Term]| train.total(&train.of_axes(terms, &axes));
+        let noise = AT_NOISE * AT_NOISE * train.count_of(&axes) as f64;
+        if start - chi2 < SIGNIFICANT && of_kind(&[]) > noise {
+            term = improved(term, train, &of_kind);
         }
-        kinds.push((start - train.of(&term), term.swap_remove(0)));
+        kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));
     }
     kinds.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut terms: Vec<Term> = Vec::new();

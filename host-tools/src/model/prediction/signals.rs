@@ -223,8 +223,14 @@ fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
         .collect()
 }
 
-/// Which meaning explains the steps of the recorded position better.
+/// Whether the recorded velocity is the difference of two poses.
+///
+/// If it is, their noise is in it as well, and it explains the steps of the position to the digits
+/// of the recording. Of a velocity that was measured apart, either meaning leaves the noise of the
+/// poses, and which leaves less is chance.
 fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
+    /// Squared error of a difference of poses, over that of a velocity that was measured apart.
+    const OF_POSES: f64 = 0.25;
     let pose = |c: &CycleRecord| {
         let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
         frames::pose(&[x, y, z], &[qw, qx, qy, qz])
@@ -244,7 +250,7 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
             sampled += of_sampled;
         }
     }
-    if mean <= sampled {
+    if mean <= OF_POSES * sampled {
         VelocityMeaning::CycleMean
     } else {
         VelocityMeaning::Sampled
