@@ -1,5 +1,6 @@
 //! From what the stages found to a verdict.
 
+use super::actuator::{Candidate, Search};
 use super::engine::{ActuatorFinding, Pair, Question, Stages};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
 use super::named::{self, Named};
@@ -325,6 +326,11 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
                 .to_owned(),
         );
     }
+    for id in stages.actuator.iter().flat_map(|a| undecided(&a.search)) {
+        notes.push(format!(
+            "The log does not tell which form of {id} it is; the interval spans all that fit as well."
+        ));
+    }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
         if ratio > 1.25 {
@@ -344,4 +350,20 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
         }
     }
     notes
+}
+
+/// Effects whose form the log does not tell.
+fn undecided(search: &Search) -> Vec<&'static str> {
+    let accepted = search.accepted.iter().flat_map(|c| &c.terms);
+    let mut ids: Vec<&str> = accepted
+        .enumerate()
+        .filter(|(i, term)| {
+            let differs =
+                |form: &Candidate| form.terms.get(*i).is_some_and(|t| t.stage != term.stage);
+            search.equal_forms.iter().any(differs)
+        })
+        .map(|(_, term)| term.stage.id())
+        .collect();
+    ids.dedup();
+    ids
 }

@@ -139,7 +139,8 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
 }
 
 /// The best rival of what is named: one that explains as much in the place of a named effect, else
-/// the best single hypothesis in the place of the first, `id`.
+/// the best single hypothesis in the place of the first, `id`, against the best one with that and
+/// nothing that is not named.
 pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
@@ -147,17 +148,21 @@ pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option
         Some((ranked.iter().find(alone)?, rival))
     });
     let (winner, rival) = tie.or_else(|| {
-        let singles = ranked.iter().filter(|r| r.effects.len() == 1);
-        let winner = singles.clone().find(|r| r.effects[0] == id)?;
-        let rival = singles.clone().find(|r| {
-            r.channel == winner.channel
+        let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
+        let with_it = ranked.iter().filter(is_named);
+        let winner = with_it
+            .filter(|r| r.effects.iter().any(|e| e == id))
+            .max_by(|a, b| a.gain_train.total_cmp(&b.gain_train))?;
+        let rival = ranked.iter().find(|r| {
+            r.effects.len() == 1
+                && r.channel == winner.channel
                 && r.beside == winner.beside
                 && !named.contains(&r.effects[0])
                 && r.refused.is_none()
         })?;
         Some((winner, rival))
     })?;
-    // A rival that fits the log a little better, and was refused for other reasons, ties.
+    // What fits a little better, and was not taken for other reasons, ties.
     let behind = (winner.gain_train - rival.gain_train).max(0.0);
     Some(RunnerUp {
         effect: rival.effects[0].clone(),

@@ -148,11 +148,14 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
     } else {
         "this log does not tell the two apart"
     };
-    let compared = if rival.behind < 0.0 { "more" } else { "less" };
+    let compared = if rival.behind > 0.0 {
+        format!("{} less", number::significant(rival.behind, DIGITS))
+    } else {
+        "as much".to_owned()
+    };
     let mut text = format!(
-        "Runner-up: {}; with it χ² falls by {} {compared}, {told}.",
-        rival.effect,
-        number::significant(rival.behind.abs(), DIGITS)
+        "Runner-up: {}; with it χ² falls by {compared}, {told}.",
+        rival.effect
     );
     if let Some(experiment) = &diagnosis.experiment {
         text.push_str(&format!("\nTo be sure: {}", experiment.sentence));

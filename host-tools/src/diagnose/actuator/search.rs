@@ -205,6 +205,8 @@ fn best_single(
         train.total(&train.bare()) - train.of(&terms) < HOPELESS && !slips_through(stage);
     let terms = if hopeless {
         terms
+    } else if stage.has_units_of_its_axes() {
+        refined(terms, train)
     } else {
         on_all_axes(refined(terms, train), train)
     };
@@ -307,7 +309,7 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
         // value.
         let of_kind = |terms: &[Term]| train.total(&train.of_axes(terms, &axes));
         let noise = AT_NOISE * AT_NOISE * train.count_of(&axes) as f64;
-        if start - chi2 < SIGNIFICANT && of_kind(&[]) > noise {
+        if of_kind(&[]) > noise {
             term = improved(term, train, &of_kind);
         }
         kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));

@@ -184,14 +184,18 @@ impl Source<'_> {
             "The experiment that would tell more"
         });
         if let Some(rival) = &diagnosis.runner_up {
-            let behind = number::significant(rival.behind, 3);
+            let behind = if rival.behind > 0.0 {
+                format!("{} less", number::significant(rival.behind, 3))
+            } else {
+                "as much".to_owned()
+            };
             let verdict = if rival.told_apart {
                 "this log tells the two apart"
             } else {
                 "this log cannot tell the two apart"
             };
             page.paragraph(&format!(
-                "The closest rival is {}: with it, χ² falls by {behind} less on the data of the fit; {verdict}.",
+                "The closest rival is {}: with it, χ² falls by {behind} on the data of the fit; {verdict}.",
                 rival.effect
             ));
         }
