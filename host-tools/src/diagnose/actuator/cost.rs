@@ -191,16 +191,28 @@ impl<'a> Cost<'a> {
         /// Longest past that a hypothesis may have beyond the nominal one, s.
         const PAST_S: f64 = 0.25;
         let past_s = self.nominal[0].delay_s + 5.0 * self.nominal[0].lag_s + PAST_S;
-        // A log that starts at rest has no past.
-        let at_rest = (0..6).all(|axis| {
+        // A log that starts at rest has no past: nothing was sent, or nothing moves yet.
+        let unsent = (0..6).all(|axis| {
             let first = self.log.sent[axis].first().copied().unwrap_or(0.0);
             first.abs() < 1e-9
         });
+        let at_rest = unsent || self.stands_still_at_first();
         if at_rest {
             0
         } else {
             (past_s / self.log.cycle_s) as usize + 1
         }
+    }
+
+    /// Whether no axis moves until the first command can arrive.
+    fn stands_still_at_first(&self) -> bool {
+        /// Deviations of the noise that are no motion.
+        const STILL: f64 = 4.0;
+        let cycles = (self.nominal[0].delay_s / self.log.cycle_s) as usize + 1;
+        (0..6).filter(|axis| self.active[*axis]).all(|axis| {
+            let first = self.log.executed[axis].iter().take(cycles);
+            first.fold(0.0_f64, |m, v| m.max(v.abs())) < STILL * self.sheet_sigma[axis]
+        })
     }
 
     /// The chain of an axis with terms added.

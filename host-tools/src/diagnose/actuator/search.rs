@@ -287,7 +287,6 @@ fn best_scope(stage: Stage, scopes: &[[bool; 6]], train: &Cost<'_>) -> Option<Te
 /// Translations and rotations with a value each, as far as both gain by it.
 fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
     let bare = train.bare();
-    let start = train.total(&bare);
     let mut kinds: Vec<(f64, Term)> = Vec::new();
     for kind in [0..3, 3..6] {
         let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && train.active[a]);
@@ -299,7 +298,7 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
             (train.total(&mixed), values)
         };
         let best = table(stage, &axes, train).into_iter().map(of);
-        let (chi2, values) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
         let mut term = vec![Term {
             stage,
             values,
