@@ -10,6 +10,10 @@ use nalgebra::{SMatrix, SVector};
 /// Tolerances that are spent: more delay, less delay, lag. A delay of whole cycles has another
 /// slope to either side, because it lets another command through.
 const NUISANCES: usize = 3;
+/// Place of more delay among them.
+const LONGER: usize = 0;
+/// Place of less delay.
+const SHORTER: usize = 1;
 
 /// A stage with the values of its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -282,8 +286,22 @@ impl<'a> Cost<'a> {
                 }
             }
         }
-        let taken = normal.cholesky().map_or(gradient, |c| c.solve(&gradient));
-        (squares - gradient.dot(&taken), taken)
+        // A delay is longer or shorter than stated, not both: else its tolerance counted twice.
+        let one_sided = |skipped: usize| {
+            let (mut normal, mut gradient) = (normal, gradient);
+            normal.row_mut(skipped).fill(0.0);
+            normal.column_mut(skipped).fill(0.0);
+            normal[(skipped, skipped)] = 1.0;
+            gradient[skipped] = 0.0;
+            let taken = normal.cholesky().map_or(gradient, |c| c.solve(&gradient));
+            (squares - gradient.dot(&taken), taken)
+        };
+        let (longer, shorter) = (one_sided(SHORTER), one_sided(LONGER));
+        if longer.0 <= shorter.0 {
+            longer
+        } else {
+            shorter
+        }
     }
 
     /// Residuals of all axes with these terms, in σ, less what the tolerances take.
