@@ -37,11 +37,7 @@ const SIZES: &[(&str, Chosen)] = &[
     ),
     (
         "guide_asymmetry",
-        &[
-            ("forward_n", 3.0),
-            ("backward_n", 1.5),
-            ("viscous_difference_n_s_per_m", 40.0),
-        ],
+        &[("forward_n", 3.0), ("backward_n", 1.5)],
     ),
     ("guide_offset", &[("force_n", -3.0)]),
     (

@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     equation: "F = -forward_n - d |v| for v > 0, +backward_n - d |v| for v < 0, with the viscous difference d",
     source: "measured on the EMPS axis (viscous friction 165 N·s/m forward, 244 N·s/m backward); textbook",
     signature: "two levels of force, as dry friction, or two slopes over the speed, but of different size",
-    typical: "10 to 30 % difference, from a preloaded seal or a sloping guide",
+    typical: "10 to 30 % difference of either part, from a preloaded seal, a sloping guide or a screw",
     parameters: &[
         Parameter::new("forward_n", "N", 0.0, 100.0),
         Parameter::new("backward_n", "N", 0.0, 100.0),
