@@ -36,7 +36,7 @@ fixed = true
     board.process().wait_for("sensor Running");
     let robot = RsipiRobot::start(&board.folder, "rsi.xml", CYCLES);
     let verdict = robot.verdict();
-    let log = board.until("robot silent", || std::thread::yield_now());
+    let log = board.process().wait_for("robot silent");
     drop(sensor);
     board.stop();
     println!("RSIPI: {} of {CYCLES} cycles were late", verdict.late);
