@@ -48,8 +48,8 @@ pub fn every_setting() -> Vec<Field> {
     let document = text_form(&Settings::default());
     let mut fields: Vec<Field> = Vec::new();
     walk(document.as_item(), &mut Place::new(), &mut fields);
-    for i in 0..fields.len() {
-        fields[i].kind = kind_of(&fields[i]);
+    for field in &mut fields {
+        field.kind = kind_of(field);
     }
     fields
 }

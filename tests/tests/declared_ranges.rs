@@ -46,7 +46,7 @@ fn busy() -> Settings {
     settings
 }
 
-/// Inputs of one cycle of an ordeal: six kinds of extremes that need a fresh sample.
+/// Inputs of one cycle of an ordeal: the kinds of extremes that come with a fresh sample.
 fn extreme(kind: usize, n: usize, settings: &Settings, inputs: &mut Inputs) {
     let limits = &settings.limits;
     let sign = if n % 14 < 7 { 1.0 } else { -1.0 };
@@ -60,8 +60,8 @@ fn extreme(kind: usize, n: usize, settings: &Settings, inputs: &mut Inputs) {
         2 => inputs.robot.poscorr_stat = 0xfe,
         3 => {
             inputs.robot.pose = Some([1e3, -1e3, 1e3, 10.0, -10.0, 10.0].map(|v| v * sign));
-            let lost = if n % 2 == 0 { 99 } else { u32::MAX };
-            inputs.robot.sequence = Sequence::Gap(if n % 3 == 0 { 0 } else { lost });
+            let lost = if n.is_multiple_of(2) { 99 } else { u32::MAX };
+            inputs.robot.sequence = Sequence::Gap(if n.is_multiple_of(3) { 0 } else { lost });
         }
         4 => {
             let extremes = [1e6, 1e9, f64::MAX, f64::INFINITY, f64::NAN, 5e-324];

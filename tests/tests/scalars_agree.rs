@@ -127,8 +127,7 @@ fn stays_within<S: Scalar>(bound: &Deviation) {
     }
 }
 
-/// Half of a least digit at 4 decimals of a millimetre; a per mille of a digit per cycle. Fixed
-/// point rounds at 2.3e-10, and the law's largest coefficient, 1337, multiplies what is rounded.
+/// Half of a least digit at 4 decimals of a millimetre, and 0.2 % of one per cycle. Fixed point rounds at 2.3e-10, and the law's largest coefficient, 1337, multiplies what is rounded.
 #[test]
 fn fixed_point_deviates_by_no_more_than_stated() {
     stays_within::<Fixed>(&Deviation {

@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 
 /// The sum of the velocities that were sent, m/s: times the cycle, the commanded translation.
 ///
-/// Adding a step of a micrometre to a quarter metre rounds it, in the same direction cycle after
-/// cycle while the velocity is constant: in an hour 3 mm in f32, and 0.1 mm in fixed point if each
-/// product with the cycle time is rounded. Here velocities are added, which is exact in fixed
+/// Adding a step of a micrometre to a decimetre rounds it, in the same direction cycle after cycle
+/// while the velocity is constant: an hour between two walls leaves 5 µm in f32, and 0.1 mm in
+/// fixed point, where each product with the cycle time is rounded down. Here velocities are added, which is exact in fixed
 /// point, and what a float rounds away is carried into the next addition (Kahan, "Further
 /// remarks on reducing truncation errors", CACM 8(1), 1965).
 #[derive(Clone, Copy, Debug)]
