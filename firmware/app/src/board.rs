@@ -79,6 +79,15 @@ pub trait Recorder {
     fn record(&mut self, record: &CycleRecord);
 }
 
+/// Keeps nothing if there is no recorder.
+impl<R: Recorder> Recorder for Option<R> {
+    fn record(&mut self, record: &CycleRecord) {
+        if let Some(recorder) = self {
+            recorder.record(record);
+        }
+    }
+}
+
 /// Keeps nothing.
 impl Recorder for () {
     fn record(&mut self, _record: &CycleRecord) {}

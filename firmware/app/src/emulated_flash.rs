@@ -16,9 +16,9 @@ pub const SETTINGS_OFFSET: usize = 0;
 pub const BOOT_OPTIONS_OFFSET: usize = 1 << 20;
 
 /// Length of a block of boot options, bytes.
-pub const BOOT_OPTIONS_BYTES: usize = 9;
+pub const BOOT_OPTIONS_BYTES: usize = 13;
 /// First bytes of the block.
-const MAGIC: [u8; 4] = *b"SDB1";
+const MAGIC: [u8; 4] = *b"SDB2";
 /// Flag in the fifth byte.
 const START: u8 = 1;
 
@@ -28,23 +28,38 @@ const START: u8 = 1;
 pub struct BootOptions {
     /// Arm and start as soon as robot and sensor are healthy.
     pub start: bool,
+    /// A number that differs from that of every other boot.
+    pub boot: u32,
 }
 
 impl BootOptions {
-    /// The block: magic, flags, CRC-32 (ISO-HDLC, little-endian) of both.
+    /// The block: magic, flags, boot, CRC-32 (ISO-HDLC) of all; numbers are little-endian.
     pub fn encode(self) -> [u8; BOOT_OPTIONS_BYTES] {
         let [m0, m1, m2, m3] = MAGIC;
         let flags = u8::from(self.start) * START;
-        let [c0, c1, c2, c3] = CHECKSUM.checksum(&[m0, m1, m2, m3, flags]).to_le_bytes();
-        [m0, m1, m2, m3, flags, c0, c1, c2, c3]
+        let [b0, b1, b2, b3] = self.boot.to_le_bytes();
+        let body = [m0, m1, m2, m3, flags, b0, b1, b2, b3];
+        let mut block = [0; BOOT_OPTIONS_BYTES];
+        let checksum = CHECKSUM.checksum(&body).to_le_bytes();
+        for (byte, value) in block.iter_mut().zip(body.into_iter().chain(checksum)) {
+            *byte = value;
+        }
+        block
     }
 
     /// Reads a block at the start of `bytes`. Anything but a whole block asks for nothing.
     pub fn decode(bytes: &[u8]) -> Self {
-        let block: Option<&[u8; BOOT_OPTIONS_BYTES]> = bytes.first_chunk();
-        let started = Self { start: true };
-        match block == Some(&started.encode()) {
-            true => started,
+        let Some(&[_, _, _, _, flags, b0, b1, b2, b3, ..]) =
+            bytes.first_chunk::<BOOT_OPTIONS_BYTES>()
+        else {
+            return Self::default();
+        };
+        let options = Self {
+            start: flags & START != 0,
+            boot: u32::from_le_bytes([b0, b1, b2, b3]),
+        };
+        match bytes.starts_with(&options.encode()) {
+            true => options,
             false => Self::default(),
         }
     }
@@ -56,8 +71,8 @@ mod tests {
 
     #[test]
     fn options_come_back() {
-        for start in [false, true] {
-            let options = BootOptions { start };
+        for (start, boot) in [(false, 0), (true, 0x1234_5678)] {
+            let options = BootOptions { start, boot };
             let mut bytes = options.encode().to_vec();
             bytes.extend([0xff; 10]);
             assert_eq!(BootOptions::decode(&bytes), options);
@@ -66,7 +81,8 @@ mod tests {
 
     #[test]
     fn a_damaged_block_starts_nothing() {
-        let block = BootOptions { start: true }.encode();
+        let (start, boot) = (true, 7);
+        let block = BootOptions { start, boot }.encode();
         for bit in 0..block.len() * 8 {
             let mut damaged = block;
             damaged[bit / 8] ^= 1 << (bit % 8);

@@ -1,4 +1,4 @@
-//! What all microcontrollers share: [`clock`] and [`udp`] over Embassy, [`boot`] and [`watch`] for
+//! What all microcontrollers share: [`clock`], [`udp`] and [`telemetry`] over Embassy, [`boot`] and [`watch`] for
 //! the log.
 //!
 //! The log is defmt's: the board sends numbers, the text stays in the ELF file, and the host puts
@@ -7,5 +7,6 @@
 
 pub mod boot;
 pub mod clock;
+pub mod telemetry;
 pub mod udp;
 pub mod watch;

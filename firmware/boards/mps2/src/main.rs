@@ -57,7 +57,7 @@ fn main() -> ! {
     // The halves of the line belong to the task of the service's protocol.
     let _ = uart::SERVICE.open();
     let (high, low) = (executors::start_high(), executors::start_low());
-    if let Ok(start) = tasks::start(settings, flash::boot_options()) {
+    if let Ok(start) = tasks::start(settings, flash::boot_options(), low) {
         high.spawn(start);
     }
     if let Ok(watch) = tasks::watch() {

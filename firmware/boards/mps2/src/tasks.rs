@@ -1,16 +1,18 @@
 //! The firmware's tasks on this board's devices.
 
+use crate::IDENTITY;
 use crate::chip::Number;
 use crate::executors;
 use crate::lan9118::Lan9118;
 use crate::uart::{self, UartReader, UartWriter};
-use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use embassy_net::{Runner, StackResources};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_app::auto_start::AutoStart;
 use softdock_app::emulated_flash::BootOptions;
 use softdock_app::micro::boot;
 use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::telemetry::{self, Encoder, Queue, Transmitter};
 use softdock_app::micro::udp::{UdpBuffers, UdpPort, static_address};
 use softdock_app::micro::watch;
 use softdock_app::robot::RobotTask;
@@ -38,7 +40,7 @@ type Robot = RobotTask<'static, CriticalSectionRawMutex, Number>;
 
 /// Starts network, sensor and robot on the executor that it runs on.
 #[embassy_executor::task]
-pub(crate) async fn start(settings: BoardSettings, options: BootOptions) {
+pub(crate) async fn start(settings: BoardSettings, options: BootOptions, low: SendSpawner) {
     static RESOURCES: StaticCell<Sockets> = StaticCell::new();
     static BUFFERS: StaticCell<UdpBuffers> = StaticCell::new();
     let spawner = executors::local().await;
@@ -63,9 +65,20 @@ pub(crate) async fn start(settings: BoardSettings, options: BootOptions) {
     };
     let (reader, writer) = uart::CAN.open();
     let bus = SlcanBus::new(reader, writer);
+    let telemetry = network.recorder.and_then(|recorder| {
+        let port = network.rsi_port.wrapping_add(1);
+        telemetry::prepare(stack, port, recorder, &settings, &IDENTITY, options.boot)
+    });
+    let queue = telemetry.map(|(queue, encoder, transmitter)| {
+        if let Ok(task) = encoder_task(encoder) {
+            low.spawn(task);
+        }
+        spawn(&spawner, transmitter_task(transmitter));
+        queue
+    });
     spawn(&spawner, network_task(runner));
     spawn(&spawner, sensor_task(settings, bus));
-    spawn(&spawner, robot_task(robot, port));
+    spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
@@ -88,8 +101,18 @@ async fn sensor_task(settings: BoardSettings, mut bus: CanLine) {
 }
 
 #[embassy_executor::task]
-async fn robot_task(task: Robot, mut port: UdpPort<'static>) {
-    task.run(&mut port, &UptimeClock, &mut ()).await;
+async fn robot_task(task: Robot, mut port: UdpPort<'static>, mut queue: Option<Queue>) {
+    task.run(&mut port, &UptimeClock, &mut queue).await;
+}
+
+#[embassy_executor::task]
+async fn transmitter_task(transmitter: Transmitter) {
+    transmitter.run().await;
+}
+
+#[embassy_executor::task]
+async fn encoder_task(encoder: Encoder) {
+    encoder.run().await;
 }
 
 /// Logs what changes; for the executor of everything that may wait.

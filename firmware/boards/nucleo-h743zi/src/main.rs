@@ -25,9 +25,16 @@ mod watchdog;
 
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
+use embassy_stm32::peripherals::RNG;
+use embassy_stm32::rng::{self, Rng};
+use embassy_stm32::{Peri, bind_interrupts};
 use lamps::Leds;
 use softdock_app::image::Image;
 use softdock_app::micro::boot::{self, Identity};
+
+bind_interrupts!(struct Irqs {
+    RNG => rng::InterruptHandler<RNG>;
+});
 
 const IDENTITY: Identity = Identity {
     version: env!("CARGO_PKG_VERSION"),
@@ -67,9 +74,14 @@ fn main() -> ! {
     let bus = can::Bus::start(p.FDCAN1, p.PD0, p.PD1);
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
     let (high, low) = (executors::start_high(), executors::start_low());
-    tasks::start_high(high, settings, pins, bus);
+    tasks::start_high((high, low), settings, pins, bus, boot_number(p.RNG));
     tasks::start_low(low, leds, p.IWDG1);
     loop {
         cortex_m::asm::wfi();
     }
+}
+
+/// A number that differs from boot to boot.
+fn boot_number(rng: Peri<'static, RNG>) -> u32 {
+    Rng::new(rng, Irqs).next_u32()
 }

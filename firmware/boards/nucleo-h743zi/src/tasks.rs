@@ -1,5 +1,6 @@
 //! The firmware's tasks on this board's devices.
 
+use crate::IDENTITY;
 use crate::can::Bus;
 use crate::ethernet::{self, Driver, Pins};
 use crate::executors;
@@ -13,6 +14,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_app::auto_start::AutoStart;
 use softdock_app::micro::boot;
 use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::telemetry::{self, Encoder, Queue, Transmitter};
 use softdock_app::micro::udp::{UdpBuffers, UdpPort, static_address};
 use softdock_app::micro::watch;
 use softdock_app::robot::RobotTask;
@@ -33,9 +35,16 @@ const SEED: u64 = 0;
 
 type Robot = RobotTask<'static, CriticalSectionRawMutex, f64>;
 
-/// Starts network, sensor and robot.
-pub(crate) fn start_high(spawner: SendSpawner, settings: BoardSettings, pins: Pins, bus: Bus) {
-    send(spawner, start(settings, pins, bus));
+/// Starts network, sensor, robot and telemetry, of which the encoder has the lower executor. `boot`
+/// differs from boot to boot.
+pub(crate) fn start_high(
+    (high, low): (SendSpawner, SendSpawner),
+    settings: BoardSettings,
+    pins: Pins,
+    bus: Bus,
+    boot: u32,
+) {
+    send(high, start(settings, pins, bus, boot, low));
 }
 
 /// Starts log, lamps and watchdog.
@@ -46,7 +55,7 @@ pub(crate) fn start_low(spawner: SendSpawner, leds: Leds, iwdg: Peri<'static, IW
 }
 
 #[embassy_executor::task]
-async fn start(settings: BoardSettings, pins: Pins, bus: Bus) {
+async fn start(settings: BoardSettings, pins: Pins, bus: Bus, boot: u32, low: SendSpawner) {
     static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
     static BUFFERS: ConstStaticCell<UdpBuffers> = ConstStaticCell::new(UdpBuffers::new());
     let spawner = executors::local().await;
@@ -70,9 +79,18 @@ async fn start(settings: BoardSettings, pins: Pins, bus: Bus) {
         auto_start: AutoStart::new(false),
         sample_wait_us: settings.can.sample_wait_us(),
     };
+    let telemetry = network.recorder.and_then(|recorder| {
+        let port = network.rsi_port.wrapping_add(1);
+        telemetry::prepare(stack, port, recorder, &settings, &IDENTITY, boot)
+    });
+    let queue = telemetry.map(|(queue, encoder, transmitter)| {
+        send(low, encoder_task(encoder));
+        spawn(&spawner, transmitter_task(transmitter));
+        queue
+    });
     spawn(&spawner, network_task(runner));
     spawn(&spawner, sensor_task(settings, bus));
-    spawn(&spawner, robot_task(robot, port));
+    spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
@@ -103,8 +121,18 @@ async fn sensor_task(settings: BoardSettings, mut bus: Bus) {
 }
 
 #[embassy_executor::task]
-async fn robot_task(task: Robot, mut port: UdpPort<'static>) {
-    task.run(&mut port, &UptimeClock, &mut ()).await;
+async fn robot_task(task: Robot, mut port: UdpPort<'static>, mut queue: Option<Queue>) {
+    task.run(&mut port, &UptimeClock, &mut queue).await;
+}
+
+#[embassy_executor::task]
+async fn transmitter_task(transmitter: Transmitter) {
+    transmitter.run().await;
+}
+
+#[embassy_executor::task]
+async fn encoder_task(encoder: Encoder) {
+    encoder.run().await;
 }
 
 /// Logs what changes.

@@ -7,6 +7,7 @@ use softdock_app::emulated_flash::{
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::{BoardSettings, Text};
 use std::fs::File;
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{Seek, SeekFrom, Write};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
@@ -36,7 +37,8 @@ pub(super) fn content(settings: &BoardSettings, start: bool) -> Result<Content> 
     let mut block = vec![0; IMAGE_MAX_BYTES];
     let length = image.encode(&mut block)?;
     block.truncate(length);
-    let options = BootOptions { start }.encode().to_vec();
+    let boot = RandomState::new().build_hasher().finish() as u32;
+    let options = BootOptions { start, boot }.encode().to_vec();
     Ok(vec![
         (SETTINGS_OFFSET, block),
         (BOOT_OPTIONS_OFFSET, options),

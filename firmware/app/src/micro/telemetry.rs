@@ -1,0 +1,152 @@
+//! Telemetry of a microcontroller: its memory, its socket, and its two tasks.
+
+use super::boot::Identity;
+use super::clock::UptimeClock;
+use crate::board::{DatagramSink, IoError};
+use crate::image::{IMAGE_MAX_BYTES, Image};
+use crate::settings::BoardSettings;
+use crate::telemetry::{
+    Announcement, DATAGRAM_MAX_BYTES, Datagram, RecordQueue, Slot, Stream, encode, transmit,
+};
+use core::fmt::Write;
+use core::net::{SocketAddr, SocketAddrV4};
+use embassy_net::udp::{PacketMetadata, UdpSocket};
+use embassy_net::{IpAddress, IpEndpoint, Stack};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::zerocopy_channel::{Channel, Receiver, Sender};
+use static_cell::StaticCell;
+
+/// Records that may wait for the encoder: 24 ms of cycles.
+const SLOTS: usize = 6;
+/// Datagrams that may wait for the network's stack, and in it.
+const DATAGRAMS: usize = 2;
+/// Longest identity.
+const IDENTITY_BYTES: usize = 96;
+
+/// The robot task's end of the telemetry.
+pub type Queue = RecordQueue<'static, CriticalSectionRawMutex>;
+
+/// Makes datagrams of records; for the executor of what may wait.
+#[derive(Debug)]
+pub struct Encoder {
+    slots: Receiver<'static, CriticalSectionRawMutex, Slot>,
+    datagrams: Sender<'static, CriticalSectionRawMutex, Datagram>,
+    boot: u32,
+    image: &'static [u8],
+    identity: heapless::String<IDENTITY_BYTES>,
+}
+
+/// Sends datagrams; for the executor of the network.
+pub struct Transmitter {
+    datagrams: Receiver<'static, CriticalSectionRawMutex, Datagram>,
+    socket: Socket,
+    recorder: SocketAddr,
+}
+
+/// Makes everything ready, once; none if it was done before, or the settings may not be used.
+/// `boot` is a number that no other boot has, `port` the board's own.
+pub fn prepare(
+    stack: Stack<'static>,
+    port: u16,
+    recorder: SocketAddrV4,
+    settings: &BoardSettings,
+    identity: &Identity,
+    boot: u32,
+) -> Option<(Queue, Encoder, Transmitter)> {
+    static SLOT_MEMORY: StaticCell<[Slot; SLOTS]> = StaticCell::new();
+    static RECORDS: StaticCell<Channel<'static, CriticalSectionRawMutex, Slot>> = StaticCell::new();
+    static DATAGRAM_MEMORY: StaticCell<[Datagram; DATAGRAMS]> = StaticCell::new();
+    static MADE: StaticCell<Channel<'static, CriticalSectionRawMutex, Datagram>> =
+        StaticCell::new();
+    static IMAGE: StaticCell<[u8; IMAGE_MAX_BYTES]> = StaticCell::new();
+
+    let slots = SLOT_MEMORY.try_init_with(|| [Slot::default(); SLOTS])?;
+    let (records, taken) = RECORDS.init_with(|| Channel::new(slots)).split();
+    let datagrams = DATAGRAM_MEMORY.init_with(|| core::array::from_fn(|_| Datagram::new()));
+    let (made, waiting) = MADE.init_with(|| Channel::new(datagrams)).split();
+    let image = IMAGE.init_with(|| [0; IMAGE_MAX_BYTES]);
+    let settings = settings.clone();
+    let sequence = 0;
+    let length = Image { sequence, settings }.encode(image).ok()?;
+    let mut text = heapless::String::new();
+    let Identity {
+        version,
+        git,
+        board,
+    } = identity;
+    // A longer one is cut off.
+    let _ = write!(text, "softdock {version} ({git}) on {board}");
+    let encoder = Encoder {
+        slots: taken,
+        datagrams: made,
+        boot,
+        image: image.get(..length)?,
+        identity: text,
+    };
+    let transmitter = Transmitter {
+        datagrams: waiting,
+        socket: Socket::bind(stack, port)?,
+        recorder: recorder.into(),
+    };
+    Some((RecordQueue::new(records), encoder, transmitter))
+}
+
+impl Encoder {
+    /// Runs for ever.
+    pub async fn run(self) {
+        let announcement = Announcement {
+            image: self.image,
+            identity: &self.identity,
+        };
+        let stream = Stream::new(self.boot);
+        encode(
+            self.slots,
+            self.datagrams,
+            &UptimeClock,
+            stream,
+            &announcement,
+        )
+        .await;
+    }
+}
+
+impl Transmitter {
+    /// Runs for ever.
+    pub async fn run(mut self) {
+        transmit(self.datagrams, &mut self.socket, self.recorder).await;
+    }
+}
+
+/// A socket that only sends.
+struct Socket(UdpSocket<'static>);
+
+impl Socket {
+    fn bind(stack: Stack<'static>, port: u16) -> Option<Self> {
+        static FROM: StaticCell<[PacketMetadata; 1]> = StaticCell::new();
+        static RECEIVED: StaticCell<[u8; 1]> = StaticCell::new();
+        static TO: StaticCell<[PacketMetadata; DATAGRAMS]> = StaticCell::new();
+        static SENT: StaticCell<[u8; DATAGRAMS * DATAGRAM_MAX_BYTES]> = StaticCell::new();
+        let mut socket = UdpSocket::new(
+            stack,
+            FROM.init_with(|| [PacketMetadata::EMPTY]),
+            RECEIVED.init_with(|| [0]),
+            TO.init_with(|| [PacketMetadata::EMPTY; DATAGRAMS]),
+            SENT.init_with(|| [0; DATAGRAMS * DATAGRAM_MAX_BYTES]),
+        );
+        socket.bind(port).ok()?;
+        Some(Self(socket))
+    }
+}
+
+impl DatagramSink for Socket {
+    async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
+        let SocketAddr::V4(to) = to else {
+            return Err(IoError::Lost);
+        };
+        let to = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
+        self.0
+            .send_to(datagram, to)
+            .await
+            .map_err(|_| IoError::Lost)
+    }
+}

@@ -1,0 +1,55 @@
+//! The firmware in QEMU sends each cycle to a recorder, and the host recomputes the recording bit
+//! for bit.
+
+use softdock::experiment::scenario::Scenario;
+use softdock_control::delay::LawName;
+use softdock_tests::peers::{LockStepRig, QemuBoard};
+use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
+use std::net::SocketAddrV4;
+use std::process::Command;
+use toml_edit::ser::to_string_pretty;
+
+/// The craft flies, touches, and flies back.
+const CYCLES: usize = 500;
+
+#[test]
+fn a_recording_from_qemu_replays_bit_for_bit() {
+    let folder = scratch("qemu_telemetry_recorder");
+    let mut command = Command::new(softdock_binary());
+    let arguments = ["record", "--listen", "127.0.0.1:0", "-o", "run.mcap"];
+    let mut recorder = Running::start("recorder", command.current_dir(&folder).args(arguments));
+    let line = recorder.wait_for("listening on UDP ");
+    let address = line.split(' ').find_map(|word| word.parse().ok());
+    let address: SocketAddrV4 = address.expect("the recorder's address");
+
+    let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Seed);
+    let settings = &mut scenario.board;
+    settings.can.answer_timeout_s = 1.0;
+    settings.rsi.silence_s = 60.0;
+    settings.control.robot.late_answers_fault = 1_000_000;
+    settings.control.robot.lost_telegrams_fault = 1_000_000;
+    settings.control.sensor.stale_after_cycles = 100;
+    settings.control.sensor.fault_after_cycles = 1000;
+    settings.network.recorder = address.to_string().as_str().try_into().unwrap();
+    let settings = scenario.actual_board().unwrap();
+    let toml = to_string_pretty(&settings).unwrap();
+    let mut board = QemuBoard::start("qemu_telemetry", &toml, &["--start"]);
+    let mut rig = LockStepRig::connect(&scenario, &settings, board.robot, board.can);
+    board.process().wait_for("sensor Running");
+    rig.run(CYCLES);
+    board.process().wait_for("mode Running");
+    drop(rig);
+    // A silent robot is announced once more, with the last count of losses.
+    board.process().wait_for("robot silent");
+    board.stop();
+    recorder.interrupt();
+    let (status, log) = recorder.finish();
+    assert!(status.success(), "{log}");
+
+    let run = softdock(&folder, &["replay", "run.mcap", "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let replay: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(replay["identical"], true, "{replay}");
+    let cycles = replay["cycles"].as_u64().unwrap();
+    assert!(cycles as usize >= CYCLES - 10, "{replay}");
+}
