@@ -95,12 +95,12 @@ struct Integral {
 
 impl Integral {
     fn add(&mut self, velocity: &[f64; 6]) {
-        for i in 0..3 {
-            let sum = self.sum[i] + velocity[i];
+        for ((sum, rest), v) in self.sum.iter_mut().zip(&mut self.rest).zip(velocity) {
+            let before = *sum;
+            *sum += v;
             // What a sum of two numbers of any size loses (Knuth's two-sum).
-            let part = sum - self.sum[i];
-            self.rest[i] += (self.sum[i] - (sum - part)) + (velocity[i] - part);
-            self.sum[i] = sum;
+            let part = *sum - before;
+            *rest += (before - (*sum - part)) + (v - part);
         }
     }
 

@@ -4,8 +4,9 @@
 //! at its limit, no product of the cycle leaves ±2.1e9.
 
 use crate::range::{FieldName, SettingsError, all_within, in_range};
-use crate::settings::StartSettings;
-use crate::settings::{BodySettings, FrameSettings, RobotSettings, SensorSettings, Settings};
+use crate::settings::{
+    BodySettings, FrameSettings, RobotSettings, SensorSettings, Settings, StartSettings,
+};
 
 /// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
 /// digits of an acceleration and cannot overflow.
