@@ -23,7 +23,7 @@ const GLANCE: Duration = Duration::from_millis(20);
 
 /// Instructions of a count of ticks; exact up to one.
 pub fn instructions(ticks: u32) -> u32 {
-    ticks * TICK_NS >> ICOUNT_SHIFT
+    (ticks * TICK_NS) >> ICOUNT_SHIFT
 }
 
 /// Carries out steps in QEMU.
