@@ -1,10 +1,10 @@
 //! The search for effects on the reading of one pair of logs.
 
-use super::search::{DETAILS, Hypothesis, Part, pairs, with_one_more};
+use super::search::{DETAILS, Hypothesis, pairs, with_one_more};
 use super::settle::{Rival, parts_of, revisited, settled};
 use super::side::Side;
 use super::tested::{Tested, fitted_to, tested};
-use super::variants::Library;
+use super::variants::{Library, Variant};
 
 /// Gain in χ² below which nothing is accepted, without the price of the parameters.
 const SIGNIFICANT: f64 = 40.0;
@@ -56,12 +56,15 @@ pub(crate) fn search(
             .map(|h| tested(&library, h, train, test))
             .collect()
     };
+    let is_detail = |variant: &Variant| DETAILS.contains(&variant.effect.id);
+    // Who asks for a detail alone has in the model what it is a detail of.
+    let any = forced || library.variants.iter().all(is_detail);
     let whole = |h: &Hypothesis| {
-        let id = |part: &Part| library.variants[part.variant].effect.id;
-        !h.parts.iter().any(|part| DETAILS.contains(&id(part)))
+        let mut variants = h.parts.iter().map(|part| &library.variants[part.variant]);
+        !variants.any(is_detail)
     };
     let first = |all: Vec<Hypothesis>| -> Vec<Hypothesis> {
-        all.into_iter().filter(|h| forced || whole(h)).collect()
+        all.into_iter().filter(|h| any || whole(h)).collect()
     };
     let singles = test_all(&first(with_one_more(&library, &[], price)));
     let doubles = test_all(&first(pairs(&library, price)));
@@ -76,19 +79,9 @@ pub(crate) fn search(
         (one, two) => one.or(two),
     };
     while let Some(now) = &accepted {
-        let (rest, much) = (train.left(now), train.has_much_left(now));
-        if now.effects.len() >= MOST || (finished(now) && !much) {
-            break;
-        }
-        let parts = parts_of(&library, now);
-        let more = test_all(&with_one_more(&library, &parts, price));
-        match best(&more, Some(now), price) {
-            Some(next) if is_worth_it(next.gain - now.gain, now.gain, rest, much) => {
-                let again = revisited(&library, parts_of(&library, &next), price);
-                let again = again.and_then(|h| test_all(&[h]).pop());
-                accepted = Some(again.filter(|t| is_better(t, &next)).unwrap_or(next));
-            }
-            _ => break,
+        match with_another(&library, now, train, price, finished, &test_all) {
+            Some(next) => accepted = Some(next),
+            None => break,
         }
     }
     let pieces = |h: &Hypothesis| -> Vec<Tested> {
@@ -113,6 +106,29 @@ pub(crate) fn search(
         ranked,
         rivals,
     }
+}
+
+/// What is accepted with one more effect, if any is worth it, and the forms of all chosen again.
+fn with_another(
+    library: &Library,
+    now: &Tested,
+    train: &Side,
+    price: f64,
+    finished: &dyn Fn(&Tested) -> bool,
+    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
+) -> Option<Tested> {
+    let (rest, much) = (train.left(now), train.has_much_left(now));
+    if now.effects.len() >= MOST || (finished(now) && !much) {
+        return None;
+    }
+    let more = test(&with_one_more(library, &parts_of(library, now), price));
+    let next = best(&more, Some(now), price)?;
+    if !is_worth_it(next.gain - now.gain, now.gain, rest, much) {
+        return None;
+    }
+    let again = revisited(library, parts_of(library, &next), price);
+    let again = again.and_then(|h| test(&[h]).pop());
+    Some(again.filter(|t| is_better(t, &next)).unwrap_or(next))
 }
 
 /// Whether the same effects in other forms explain significantly more, and not less of unseen data.
