@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Per region and section, per task (with everything that it holds while it waits), and the
 /// largest statics. `softdock flash` writes the image to the board.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: cargo firmware")]
+#[command(after_help = "Example: softdock firmware")]
 pub(super) struct Firmware {
     /// Print one JSON document
     #[arg(long)]

@@ -18,7 +18,7 @@ const CHIP: &str = "STM32H743ZITx";
 /// Needs probe-rs (https://probe.rs). With --settings, the settings of FILE are written first, to
 /// both places where the board looks for them; without it, the board keeps those that it has.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: cargo flash --settings board.toml")]
+#[command(after_help = "Example: softdock flash --settings board.toml")]
 pub(super) struct Flash {
     /// Settings for the board (TOML)
     #[arg(long, value_name = "FILE")]

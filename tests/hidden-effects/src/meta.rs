@@ -157,12 +157,26 @@ impl NoiseSigma {
 
 /// One sigma of a scalar or of a six-vector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, try_from = "serde_json::Value")]
 pub(crate) enum Tolerance {
     /// The same for every component.
     One(f64),
     /// Per component.
     Six([f64; 6]),
+}
+
+/// By hand: serde's untagged enums cannot read the numbers of a serde_json that keeps their digits.
+impl TryFrom<serde_json::Value> for Tolerance {
+    type Error = &'static str;
+
+    fn try_from(value: serde_json::Value) -> Result<Self, Self::Error> {
+        match value.as_f64() {
+            Some(one) => Ok(Self::One(one)),
+            None => serde_json::from_value(value)
+                .map(Self::Six)
+                .map_err(|_| "expected a number or six numbers"),
+        }
+    }
 }
 
 /// File names.

@@ -80,7 +80,7 @@ pub(super) struct Geometry {
 
 /// Orientation of the sensor in M.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(try_from = "Value")]
 pub(super) enum Rotation {
     /// "identity" is the only word.
     Word(String),
@@ -88,6 +88,24 @@ pub(super) enum Rotation {
     Quaternion([f64; 4]),
     /// Rows.
     Matrix([[f64; 3]; 3]),
+}
+
+/// By hand: serde's untagged enums cannot read the numbers of a serde_json that keeps their digits,
+/// as the decoder of the board's log asks it to.
+impl TryFrom<Value> for Rotation {
+    type Error = &'static str;
+
+    fn try_from(value: Value) -> Result<Self, Self::Error> {
+        if let Value::String(word) = value {
+            return Ok(Self::Word(word));
+        }
+        let quaternion = serde_json::from_value(value.clone()).map(Self::Quaternion);
+        quaternion
+            .or_else(|_| serde_json::from_value(value).map(Self::Matrix))
+            .map_err(
+                |_| "expected \"identity\", a quaternion [w, x, y, z] or a matrix of three rows",
+            )
+    }
 }
 
 impl Default for Rotation {
@@ -202,5 +220,25 @@ impl Meta {
             .into_iter()
             .flat_map(|(section, fields)| fields.keys().map(move |key| format!("{section}{key}")))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_orientation_is_a_word_a_quaternion_or_a_matrix() {
+        let read = |text: &str| serde_json::from_str::<Rotation>(text);
+        assert!(matches!(read("\"identity\""), Ok(Rotation::Word(_))));
+        let quaternion = read("[0.5, 0.5, -0.5, 1]").unwrap();
+        assert!(matches!(
+            quaternion,
+            Rotation::Quaternion([0.5, 0.5, -0.5, 1.0])
+        ));
+        let matrix = read("[[1, 0, 0], [0, 1, 0], [0, 0, 1.0]]").unwrap();
+        assert!(matches!(matrix, Rotation::Matrix([_, _, [0.0, 0.0, 1.0]])));
+        let error = read("[1, 2]").unwrap_err().to_string();
+        assert!(error.contains("a quaternion [w, x, y, z]"), "{error}");
     }
 }
