@@ -33,7 +33,7 @@ pub fn arm(scb: &mut SCB, mpu: &mut MPU) {
     const FORBIDDEN: u32 = 1 << 28 | (GUARD_LOG2 - 1) << 1 | 1;
     // Enabled, with the default map where no region is.
     const ON: u32 = 1 << 2 | 1;
-    // An address of 32 bits; aligned to the guard's size, see `memory.x`.
+    // An address of 32 bits; aligned to the guard's size, see the crate.
     let guard = (&raw const _stack_end) as u32 - (1 << GUARD_LOG2);
     // SAFETY: nothing that is used lies in the guard.
     unsafe {

@@ -3,12 +3,12 @@
 //!
 //! - A **panic** leaves its place and text ([`panic`](core::panic)).
 //! - A **fault** leaves the processor's fault registers and the address of the instruction.
-//! - A **stack overflow** is a fault: the board's `memory.x` puts the stack at the lower end of a
+//! - A **stack overflow** is a fault: the board's linker script puts the stack at the lower end of a
 //!   memory, so that growing too far leaves it instead of overwriting data, and the processor's
 //!   memory protection guards what lies below. The handler does not use the exhausted stack.
 //!
-//! The firmware calls [`arm`] first of all, and [`take_message`] when it can log. Needed in
-//! `memory.x`: `_stack_start` and `_stack_end`, the upper and lower end of the stack (the lower one
+//! The firmware calls [`arm`] first of all, and [`take_message`] when it can log. Needed in the
+//! linker script: `_stack_start` and `_stack_end`, the upper and lower end of the stack (the lower one
 //! aligned to 64 KiB, with as much of unused addresses below), and cortex-m-rt's section `.uninit`
 //! in memory that keeps its content over a reset.
 #![no_std]

@@ -24,7 +24,7 @@ pub(crate) type Driver = Ethernet<'static, ETH, GenericPhy<Sma<'static, ETH_SMA>
 #[unsafe(link_section = ".ethernet")]
 static mut QUEUE: MaybeUninit<PacketQueue<TX_PACKETS, RX_PACKETS>> = MaybeUninit::uninit();
 
-/// Port and pins, as they are wired on the board (UM2407, table 21).
+/// Port and pins, as they are wired on the board (UM2407, Ethernet).
 pub(crate) struct Pins {
     pub(crate) eth: Peri<'static, ETH>,
     pub(crate) sma: Peri<'static, ETH_SMA>,
