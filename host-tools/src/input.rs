@@ -360,7 +360,7 @@ fn plain(expected: &str) -> String {
 }
 
 /// `name:line: what`, the line's text, a hint.
-fn report(
+pub(crate) fn report(
     text: &str,
     name: &str,
     span: Option<std::ops::Range<usize>>,

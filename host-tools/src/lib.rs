@@ -4,7 +4,9 @@
 pub mod bench;
 pub mod board;
 pub mod catalogue;
+pub mod check;
 pub mod cli;
+pub mod commission;
 pub mod compare;
 pub mod diagnose;
 pub mod experiment;

@@ -122,7 +122,7 @@ impl<S: Scalar> Bench<S> {
         step: &[i64; 6],
     ) -> Result<(), String> {
         let may = match record.trace.mode {
-            Mode::Running => true,
+            Mode::Running | Mode::Jogging => true,
             Mode::Fault => false,
             Mode::Idle | Mode::Hold | Mode::Armed => self.was_moving,
         };

@@ -130,7 +130,7 @@ impl Field {
 /// Settings that are `wanted`, with other fields moved into the ranges that `wanted` leaves them.
 /// None if `field` itself does not fit beside others.
 pub fn made_to_fit(mut wanted: Settings, field: &Field, all: &[Field]) -> Option<Settings> {
-    for _ in 0..4 {
+    for _ in 0..8 {
         let Err(error) = wanted.validate() else {
             return Some(wanted);
         };

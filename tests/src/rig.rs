@@ -25,6 +25,7 @@ impl Case {
     /// `frequency_rad_s`; the actuator is ideal and no law runs.
     pub fn new(frequency_rad_s: f64, speed_m_s: f64) -> Self {
         let mut settings = Settings::default();
+        settings.delay.law = LawName::None;
         settings.robot.correction_decimals = 6;
         settings.body_k.mass_kg = MASS_KG;
         settings.body_k.velocity_m_s = [speed_m_s, 0.0, 0.0];

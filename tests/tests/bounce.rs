@@ -1,7 +1,7 @@
 //! Elastic bounces on an ideal rig, which is where it was commanded to be at once.
 
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
-use softdock_control::delay::ModelVelocity;
+use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_control::io::CycleRecord;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
@@ -34,6 +34,7 @@ impl Contact {
 
 fn flight() -> Settings {
     let mut settings = Settings::default();
+    settings.delay.law = LawName::None;
     settings.start.ramp_cycles = 5;
     settings.body_k.mass_kg = MASS_K_KG;
     settings.body_k.velocity_m_s = [SPEED_M_S, 0.0, 0.0];

@@ -47,7 +47,7 @@ fn a_hidden_effect_is_found_added_and_removed() {
     assert_eq!(told["report"], "a/diagnose.html");
 }
 
-/// The late robot that it hides of itself: named, and the paper's law helps.
+/// The late robot that it hides of itself: named, and with what was found the board makes up for it.
 #[test]
 fn the_default_is_a_late_robot_that_pauses() {
     let folder = scratch("demo_default");
@@ -59,6 +59,11 @@ fn the_default_is_a_late_robot_that_pauses() {
             .unwrap()
     };
     assert!(restitution(0) > 2.5 && restitution(1) < 0.5 * restitution(0));
+    // Told of the delay and the pause that were found, the board gives the bounce back as it is.
+    assert_eq!(told["steps"][2]["law"], "predictor");
+    assert!((restitution(2) - 1.0).abs() < 0.01, "{}", restitution(2));
+    let board = std::fs::read_to_string(folder.join("a/board.toml")).unwrap();
+    assert!(board.contains("law = \"predictor\""), "{board}");
     // The same seed tells the same story.
     let again = json(&softdock(&folder, &["demo", "-o", "b", "--json"]));
     assert_eq!(told["answers"], again["answers"]);

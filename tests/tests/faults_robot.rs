@@ -122,6 +122,7 @@ fn a_robot_that_clamps_freezes_the_model<S: Scalar>() {
 fn a_box_is_kept_and_then_faults<S: Scalar>(tolerance_m: f64) {
     let mut settings = flying(SPEED_M_S);
     settings.limits.box_m = [0.005; 3];
+    (settings.jog.speed_m_s, settings.jog.reach_m) = (0.005, 0.005);
     let mut driver = cruising::<S>(&settings);
     let mut at_wall = 0;
     for _ in 0..1000 {

@@ -111,6 +111,7 @@ impl Integral {
 
 fn settings(mode: CorrectionMode, decimals: u8) -> Settings {
     let mut settings = Settings::default();
+    settings.delay.law = softdock_control::delay::LawName::None;
     settings.robot.correction_mode = mode;
     settings.robot.correction_decimals = decimals;
     settings.body_k.velocity_m_s = [0.012, 0.003, -0.002];

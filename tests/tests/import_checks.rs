@@ -31,6 +31,7 @@ fn context(model: Option<&Model>) -> Context<'_> {
     Context {
         name: "log",
         sample_time_s: Some(TS),
+        fewest_rows: None,
         model,
     }
 }

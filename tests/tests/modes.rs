@@ -1,6 +1,7 @@
 //! The operator's commands, the start ramp and the stop, through the whole cycle.
 
 use softdock_control::io::Inputs;
+use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
 use softdock_tests::driver::{Driver, cruising, flying};
@@ -24,6 +25,10 @@ fn in_mode<S: Scalar>(mode: Mode) -> Driver<S> {
             driver.arm();
             driver.step_with(|inputs| inputs.sensor.saturated = true);
         }
+        Mode::Jogging => {
+            driver.command(Command::Hold);
+            driver.command(Command::Jog(Jog::X));
+        }
     }
     driver.step();
     assert_eq!(driver.cycle.mode(), mode);
@@ -32,7 +37,7 @@ fn in_mode<S: Scalar>(mode: Mode) -> Driver<S> {
 
 /// The mode after each command in each mode; none where it is refused.
 fn every_command_in_every_mode<S: Scalar>() {
-    use Mode::{Armed, Fault, Hold, Idle, Running};
+    use Mode::{Armed, Fault, Hold, Idle, Jogging, Running};
     let columns = [
         Command::Hold,
         Command::Arm,
@@ -40,19 +45,43 @@ fn every_command_in_every_mode<S: Scalar>() {
         Command::Stop,
         Command::Reset,
         Command::Zero,
+        Command::Jog(Jog::MinusB),
     ];
     let table = [
-        (Idle, [Some(Hold), None, None, None, None, None]),
+        (Idle, [Some(Hold), None, None, None, None, None, None]),
         (
             Hold,
-            [Some(Hold), Some(Armed), None, Some(Hold), None, Some(Hold)],
+            [
+                Some(Hold),
+                Some(Armed),
+                None,
+                Some(Hold),
+                None,
+                Some(Hold),
+                Some(Jogging),
+            ],
         ),
         (
             Armed,
-            [Some(Hold), None, Some(Running), Some(Hold), None, None],
+            [
+                Some(Hold),
+                None,
+                Some(Running),
+                Some(Hold),
+                None,
+                None,
+                None,
+            ],
         ),
-        (Running, [Some(Hold), None, None, Some(Hold), None, None]),
-        (Fault, [None, None, None, None, Some(Hold), None]),
+        (
+            Running,
+            [Some(Hold), None, None, Some(Hold), None, None, None],
+        ),
+        (
+            Jogging,
+            [Some(Hold), None, None, Some(Hold), None, None, None],
+        ),
+        (Fault, [None, None, None, None, Some(Hold), None, None]),
     ];
     for (mode, row) in table {
         for (command, next) in columns.into_iter().zip(row) {
@@ -98,6 +127,7 @@ fn unfit() -> Vec<(Spoil, Refusal)> {
 fn a_refused_command_changes_nothing<S: Scalar>() {
     for (mode, command) in [
         (Mode::Hold, Command::Arm),
+        (Mode::Hold, Command::Jog(Jog::Y)),
         (Mode::Armed, Command::Start),
         (Mode::Fault, Command::Reset),
     ] {

@@ -1,6 +1,7 @@
 //! The docking surfaces can be observed at any time: J (= N) on K seen from P on Q.
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
+use softdock_control::delay::LawName;
 use softdock_control::frames::Pose;
 use softdock_control::settings::Settings;
 use softdock_tests::driver::Driver;
@@ -9,6 +10,7 @@ use softdock_tests::driver::Driver;
 #[test]
 fn the_relative_velocity_is_the_derivative_of_the_relative_pose() {
     let mut settings = Settings::default();
+    settings.delay.law = LawName::None;
     settings.body_k.velocity_m_s = [0.02, -0.01, 0.0];
     settings.body_k.angular_velocity_rad_s = [0.0, 0.03, 0.05];
     settings.body_q.position_m = [1.5, 0.2, -0.1];

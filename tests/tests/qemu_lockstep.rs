@@ -16,6 +16,8 @@ use std::collections::BTreeSet;
 const CYCLES: usize = 25_000;
 /// Instructions for a whole answer: 1/8 ms at 480 MHz, if an instruction takes a cycle.
 const ANSWER_BUDGET: u32 = 60_000;
+/// The same with the predictor: 1/5 ms.
+const PREDICTOR_BUDGET: u32 = 95_000;
 /// Instructions for dynamics and delay law.
 const CONTROL_BUDGET: u32 = 20_000;
 /// Instructions of the Cortex-M3 in 4 ms at 100 MHz, if an instruction takes a cycle.
@@ -107,13 +109,11 @@ fn print_costs(title: &str, done: &[Done]) {
     println!("{table}");
 }
 
-#[test]
-fn the_cortex_m7_sends_every_bit_that_the_host_sends_within_its_budget() {
-    let settings = settings();
-    let steps = story(&settings, CYCLES);
-    let host = on_host(&settings, &steps);
+/// Host and board in every bit; the costs on the board: of a whole answer and of dynamics and law.
+fn same_bits(name: &str, settings: &BoardSettings, steps: Vec<Step>) -> [u32; 2] {
+    let host = on_host(settings, &steps);
     assert_eventful(&host);
-    let board = Emulated::run("lockstep_m7", Chip::An500, &settings, steps);
+    let board = Emulated::run(name, Chip::An500, settings, steps);
     assert_eq!(board.len(), host.len());
 
     let mut comparison = Comparison::default();
@@ -127,11 +127,31 @@ fn the_cortex_m7_sends_every_bit_that_the_host_sends_within_its_budget() {
         assert_eq!(text(board), text(host), "step {n}");
         assert_eq!(board.record.is_some(), host.record.is_some(), "step {n}");
     }
-
     print_costs("Cortex-M7, f64", &board);
     let ([_, answer], [_, control]) = (cost(&board, total), cost(&board, control));
+    [answer, control]
+}
+
+#[test]
+fn the_cortex_m7_sends_every_bit_that_the_host_sends_within_its_budget() {
+    let settings = settings();
+    let steps = story(&settings, CYCLES);
+    let [answer, control] = same_bits("lockstep_m7", &settings, steps);
     assert!(answer <= ANSWER_BUDGET, "{answer} instructions");
     assert!(control <= CONTROL_BUDGET, "{control} instructions");
+}
+
+/// The default law, in contact for as long as the story pushes: its worst cycle.
+#[test]
+fn the_predictor_is_the_same_on_the_board_and_within_its_budget() {
+    let mut settings = settings();
+    settings.control.delay.law = LawName::Predictor;
+    settings.control.delay.actuator.pause_s = 0.016;
+    // The robot of the story does not answer the commands.
+    settings.control.delay.predictor.interlock = false;
+    let steps = story(&settings, CYCLES);
+    let [answer, _] = same_bits("lockstep_predictor", &settings, steps);
+    assert!(answer <= PREDICTOR_BUDGET, "{answer} instructions");
 }
 
 #[test]

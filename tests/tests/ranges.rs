@@ -23,6 +23,7 @@ fn lightest(place_m: f64) -> BodySettings {
 
 fn widest() -> Settings {
     let mut settings = Settings::default();
+    settings.delay.law = LawName::None;
     (settings.body_k, settings.body_q) = (lightest(1e3), lightest(-1e3));
     let limits = &mut settings.limits;
     (limits.force_n, limits.torque_n_m) = (1e5, 1e5);

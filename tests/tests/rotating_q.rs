@@ -2,6 +2,7 @@
 //! laboratory, where Q stands still, as K moves seen from Q.
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use softdock_control::delay::LawName;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 use softdock_tests::driver::Driver;
@@ -14,6 +15,7 @@ fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
 
 fn flight() -> Settings {
     let mut settings = Settings::default();
+    settings.delay.law = LawName::None;
     let (k, q) = (&mut settings.body_k, &mut settings.body_q);
     k.position_m = [0.4, 0.1, -0.2];
     k.orientation_wxyz = [0.9, 0.1, 0.3, -0.2];

@@ -30,7 +30,7 @@ impl AutoStart {
             Mode::Idle => Some(Command::Hold),
             Mode::Hold => Some(Command::Arm),
             Mode::Armed => Some(Command::Start),
-            Mode::Running | Mode::Fault => {
+            Mode::Running | Mode::Jogging | Mode::Fault => {
                 self.wanted = false;
                 None
             }

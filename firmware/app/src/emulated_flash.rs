@@ -3,24 +3,56 @@
 //!
 //! | offset | what |
 //! |---|---|
-//! | 0 | the settings: a block of [`crate::image`] |
+//! | 0 | the first slot of [`crate::store`]; the launcher writes a block of [`crate::image`] |
+//! | 128 KiB | the second slot |
 //! | 1 MiB | the boot options: a block of [`BootOptions`] |
 
 use crate::checksum::CHECKSUM;
 
 /// Size of the emulated flash, bytes.
 pub const FLASH_BYTES: usize = 16 << 20;
-/// Where the settings lie.
+/// Where the two slots for settings lie, one behind the other.
 pub const SETTINGS_OFFSET: usize = 0;
+/// Size of a slot, bytes: a sector of the STM32H743's flash.
+pub const SLOT_BYTES: usize = 128 << 10;
 /// Where the boot options lie: beyond what slots of settings may ever take.
 pub const BOOT_OPTIONS_OFFSET: usize = 1 << 20;
 
 /// Length of a block of boot options, bytes.
 pub const BOOT_OPTIONS_BYTES: usize = 13;
 /// First bytes of the block.
-const MAGIC: [u8; 4] = *b"SDB2";
+const MAGIC: [u8; 4] = *b"SDB3";
 /// Flag in the fifth byte.
 const START: u8 = 1;
+/// Where the number of a [`Crash`] stands in the fifth byte.
+const CRASH_SHIFT: u32 = 1;
+
+/// A way to crash, for tests of what is told of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crash {
+    /// The firmware gives up by itself.
+    Panic,
+    /// The stack grows until it leaves its memory.
+    StackOverflow,
+    /// An instruction that there is not.
+    Fault,
+}
+
+impl Crash {
+    /// All of them; their numbers are their places from 1 on.
+    const ALL: [Self; 3] = [Self::Panic, Self::StackOverflow, Self::Fault];
+
+    fn number(crash: Option<Self>) -> u8 {
+        let place = Self::ALL.iter().position(|known| Some(*known) == crash);
+        // At most three.
+        place.map_or(0, |place| place as u8 + 1)
+    }
+
+    fn of(number: u8) -> Option<Self> {
+        let place = usize::from(number).checked_sub(1)?;
+        Self::ALL.get(place).copied()
+    }
+}
 
 /// What the launcher asks of the firmware. A board with real flash has none of it: there, it is a
 /// person who starts.
@@ -28,6 +60,8 @@ const START: u8 = 1;
 pub struct BootOptions {
     /// Arm and start as soon as robot and sensor are healthy.
     pub start: bool,
+    /// Crash at the first start.
+    pub crash: Option<Crash>,
     /// A number that differs from that of every other boot.
     pub boot: u32,
 }
@@ -36,7 +70,7 @@ impl BootOptions {
     /// The block: magic, flags, boot, CRC-32 (ISO-HDLC) of all; numbers are little-endian.
     pub fn encode(self) -> [u8; BOOT_OPTIONS_BYTES] {
         let [m0, m1, m2, m3] = MAGIC;
-        let flags = u8::from(self.start) * START;
+        let flags = (u8::from(self.start) * START) | (Crash::number(self.crash) << CRASH_SHIFT);
         let [b0, b1, b2, b3] = self.boot.to_le_bytes();
         let body = [m0, m1, m2, m3, flags, b0, b1, b2, b3];
         let mut block = [0; BOOT_OPTIONS_BYTES];
@@ -56,6 +90,7 @@ impl BootOptions {
         };
         let options = Self {
             start: flags & START != 0,
+            crash: Crash::of(flags >> CRASH_SHIFT),
             boot: u32::from_le_bytes([b0, b1, b2, b3]),
         };
         match bytes.starts_with(&options.encode()) {
@@ -71,8 +106,9 @@ mod tests {
 
     #[test]
     fn options_come_back() {
-        for (start, boot) in [(false, 0), (true, 0x1234_5678)] {
-            let options = BootOptions { start, boot };
+        let crash = Some(Crash::Fault);
+        for (start, crash, boot) in [(false, None, 0), (true, crash, 0x1234_5678)] {
+            let options = BootOptions { start, crash, boot };
             let mut bytes = options.encode().to_vec();
             bytes.extend([0xff; 10]);
             assert_eq!(BootOptions::decode(&bytes), options);
@@ -81,8 +117,8 @@ mod tests {
 
     #[test]
     fn a_damaged_block_starts_nothing() {
-        let (start, boot) = (true, 7);
-        let block = BootOptions { start, boot }.encode();
+        let (start, crash, boot) = (true, None, 7);
+        let block = BootOptions { start, crash, boot }.encode();
         for bit in 0..block.len() * 8 {
             let mut damaged = block;
             damaged[bit / 8] ^= 1 << (bit % 8);

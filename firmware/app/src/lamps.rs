@@ -2,7 +2,7 @@
 //!
 //! | lamp | dark | blinks | lit |
 //! |---|---|---|---|
-//! | green | idle | hold: ready to be armed; fast: armed | the loop is closed, the robot moves |
+//! | green | idle | hold: ready to be armed; fast: armed | the loop is closed or a jog runs, the robot moves |
 //! | yellow | no telegrams of the robot | telegrams, but no sensor data | robot and sensor are there |
 //! | red | no fault | a command was refused | a fault is latched: reset it |
 
@@ -37,7 +37,7 @@ pub fn lamps(status: &Status, tick: u32) -> Lamps {
             Mode::Idle | Mode::Fault => false,
             Mode::Hold => slow,
             Mode::Armed => fast,
-            Mode::Running => true,
+            Mode::Running | Mode::Jogging => true,
         },
         yellow: status.connected && (sensor || slow),
         red: status.fault.is_some() || (status.refusal.is_some() && slow),
@@ -58,12 +58,18 @@ mod tests {
     fn each_mode_has_a_picture_of_its_own() {
         let mut status = Status::default();
         let mut changes = Vec::new();
-        for mode in [Mode::Idle, Mode::Hold, Mode::Armed, Mode::Running] {
+        for mode in [
+            Mode::Idle,
+            Mode::Hold,
+            Mode::Armed,
+            Mode::Running,
+            Mode::Jogging,
+        ] {
             status.mode = mode;
             let green: Vec<bool> = (0..16).map(|tick| lamps(&status, tick).green).collect();
             changes.push(green.windows(2).filter(|pair| pair[0] != pair[1]).count());
         }
-        assert_eq!(changes, [0, 3, 15, 0]);
+        assert_eq!(changes, [0, 3, 15, 0, 0]);
         assert_eq!(lit(&status, |l| l.green), 16);
     }
 

@@ -19,12 +19,16 @@ pub mod image;
 pub mod lamps;
 #[cfg(feature = "micro")]
 pub mod micro;
+pub mod parameters;
+pub mod processor;
 pub mod robot;
 pub mod robot_link;
 mod schema;
 pub mod sensor;
+pub mod service;
 pub mod settings;
 pub mod shared;
 pub mod slcan_bus;
+pub mod store;
 pub mod telemetry;
 pub mod watchdog;

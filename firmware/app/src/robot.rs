@@ -3,7 +3,7 @@
 use crate::auto_start::AutoStart;
 use crate::board::{Clock, DatagramSocket, IoError, Recorder};
 use crate::robot_link::{Answer, Incoming, RobotLink};
-use crate::shared::Shared;
+use crate::shared::{LastTelegram, Shared};
 use core::net::SocketAddr;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -154,6 +154,11 @@ impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
         if sequence == Sequence::NewRun {
             self.shared.commands.clear();
         }
+        if self.shared.status().restarting {
+            // Nothing may begin to move that the restart would cut off.
+            self.shared.commands.clear();
+            return None;
+        }
         match self.shared.commands.try_receive() {
             Ok(command) => {
                 self.auto_start.cancel();
@@ -171,7 +176,10 @@ impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
             if let Some(record) = record {
                 status.mode = record.trace.mode;
                 status.fault = record.trace.fault;
+                status.moves = moves(record);
+                status.telegram = Some(last_telegram(record));
                 if let Some(command) = record.inputs.command {
+                    status.commands = status.commands.wrapping_add(1);
                     status.refusal = record.trace.refusal.map(|refusal| (command, refusal));
                 }
             }
@@ -182,12 +190,27 @@ impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
     }
 }
 
+fn last_telegram(record: &CycleRecord) -> LastTelegram {
+    let robot = &record.inputs.robot;
+    LastTelegram {
+        late_answers: robot.late_answers,
+        poscorr_stat: robot.poscorr_stat,
+        pose: robot.pose.is_some(),
+    }
+}
+
+/// Whether the robot moves or may begin to: also a jog and a stop that fades out are motions.
+fn moves(record: &CycleRecord) -> bool {
+    let mode = record.trace.mode;
+    mode == Mode::Armed || mode.moves() || record.trace.sent_velocity != [0.0; 6]
+}
+
 /// Whether the operator's reset is meant for the sensor: its data do not allow the reset, or there
 /// is no fault to leave. A closed loop keeps its sensor.
 fn restarts_sensor(record: &CycleRecord) -> bool {
     let allowed = match record.trace.refusal {
         Some(Refusal::SensorStale | Refusal::SensorUnhealthy) => true,
-        Some(Refusal::WrongMode) => !matches!(record.trace.mode, Mode::Armed | Mode::Running),
+        Some(Refusal::WrongMode) => record.trace.mode != Mode::Armed && !record.trace.mode.moves(),
         _ => false,
     };
     allowed && record.inputs.command == Some(Command::Reset)

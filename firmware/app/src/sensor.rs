@@ -1,7 +1,7 @@
 //! The sensor task: keeps the newest force sample up to date.
 
 use crate::board::{CanBus, Clock, IoError};
-use crate::shared::Shared;
+use crate::shared::{LastSample, Shared};
 use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::io::SensorSample;
@@ -77,6 +77,7 @@ async fn exchange<M: RawMutex>(
         Either4::First(()) => driver.restart(),
         Either4::Second(frame) => {
             if let Some(reading) = driver.receive(&frame?, clock.now_us()) {
+                shared.update_status(|status| status.sample = Some(last_sample(&reading)));
                 shared.publish(sample(&reading));
             }
             return Ok(true);
@@ -107,6 +108,15 @@ async fn bus_off<M: RawMutex>(
     }
     *recoveries += 1;
     clock.wait_until(clock.now_us() + BUS_OFF_PAUSE_US).await;
+}
+
+fn last_sample(reading: &SensorReading) -> LastSample {
+    LastSample {
+        counter: reading.counter,
+        at_us: reading.at_us,
+        status: reading.status,
+        saturated: reading.flags.saturated,
+    }
 }
 
 fn sample(reading: &SensorReading) -> SensorSample {

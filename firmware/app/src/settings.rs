@@ -18,6 +18,7 @@ const NAME_BYTES: usize = 32;
 /// A short text of the settings.
 pub type Text = heapless::String<NAME_BYTES>;
 
+softdock_control::described! {
 /// All settings of a board.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -31,6 +32,7 @@ pub struct BoardSettings {
     /// The board's place on the network.
     pub network: NetworkSettings,
 }
+}
 
 /// Which CAN sensor is connected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -43,6 +45,7 @@ pub enum SensorKind {
     Sri,
 }
 
+softdock_control::described! {
 /// The sensor's CAN link.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -73,6 +76,7 @@ pub struct CanSettings {
     /// one is used. The exchange takes 0.35 ms at 1 Mbit/s.
     pub sample_wait_s: f64,
 }
+}
 
 impl Default for CanSettings {
     fn default() -> Self {
@@ -91,6 +95,7 @@ impl Default for CanSettings {
     }
 }
 
+softdock_control::described! {
 /// The robot's RSI link. Element names must be those of the robot's Ethernet configuration, which
 /// `softdock robot-config` writes from the same settings.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -110,6 +115,7 @@ pub struct RsiSettings {
     pub silence_s: f64,
     /// Lost telegrams after which a new RSI run is assumed.
     pub new_run_after_lost: u32,
+}
 }
 
 impl Default for RsiSettings {

@@ -31,6 +31,30 @@ pub struct LinkCounters {
     pub runs: u32,
 }
 
+/// What the robot said of itself in its last telegram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LastTelegram {
+    /// Its counter of late or rejected answers.
+    pub late_answers: u32,
+    /// Status bits of its POSCORR object.
+    pub poscorr_stat: u32,
+    /// It sent its pose.
+    pub pose: bool,
+}
+
+/// The newest sample, without its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LastSample {
+    /// Its number.
+    pub counter: u32,
+    /// When it was taken, µs.
+    pub at_us: u64,
+    /// Status word of the sensor.
+    pub status: u16,
+    /// A gauge is at its range.
+    pub saturated: bool,
+}
+
 /// State for the service, the display and the watchdog.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Status {
@@ -40,15 +64,26 @@ pub struct Status {
     pub fault: Option<Fault>,
     /// The last refused command, until one is accepted.
     pub refusal: Option<(Command, Refusal)>,
+    /// Commands that were carried out or refused.
+    pub commands: u32,
+    /// The robot moves, or may begin to without a further command of a person: it is armed, the
+    /// loop is closed, a jog runs, or a stop fades out.
+    pub moves: bool,
+    /// The board is about to start over: no command that leads to a motion is taken any more.
+    pub restarting: bool,
     /// The robot sends telegrams: the last one is at most three cycles old. What else is said of
     /// the robot is as of the last telegram.
     pub connected: bool,
     /// Counters of the robot's link.
     pub link: LinkCounters,
+    /// The robot's last telegram that led to a cycle.
+    pub telegram: Option<LastTelegram>,
     /// State of the sensor's driver.
     pub sensor: Option<SensorState>,
     /// Counters of the sensor's driver.
     pub sensor_counters: SensorCounters,
+    /// The newest sample.
+    pub sample: Option<LastSample>,
     /// Times that the CAN controller went bus-off.
     pub bus_offs: u32,
     /// Times that the CAN controller lost frames.
@@ -99,6 +134,11 @@ impl<M: RawMutex> Shared<M> {
         self.fresh.signal(());
     }
 
+    /// Says that the board is about to start over, or that it is not after all.
+    pub fn set_restarting(&self, restarting: bool) {
+        self.update_status(|status| status.restarting = restarting);
+    }
+
     /// The present state.
     pub fn status(&self) -> Status {
         self.status.lock(Cell::get)
@@ -127,6 +167,9 @@ const BOOT: Status = Status {
     mode: Mode::Idle,
     fault: None,
     refusal: None,
+    commands: 0,
+    moves: false,
+    restarting: false,
     connected: false,
     link: LinkCounters {
         cycles: 0,
@@ -137,6 +180,7 @@ const BOOT: Status = Status {
         overtaken: 0,
         runs: 0,
     },
+    telegram: None,
     sensor: None,
     sensor_counters: SensorCounters {
         timeouts: 0,
@@ -146,6 +190,7 @@ const BOOT: Status = Status {
         unknown: 0,
         invalid: 0,
     },
+    sample: None,
     bus_offs: 0,
     can_losses: 0,
 };

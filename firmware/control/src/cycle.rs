@@ -8,6 +8,7 @@ use crate::frames::{
 };
 use crate::health::{Health, plausible};
 use crate::io::{BodyTrace, CycleRecord, Inputs, Output, RobotSample, Sequence, Trace};
+use crate::jog::JogRun;
 use crate::limits::{LimitFlags, load_beyond};
 use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
 use crate::range::SettingsError;
@@ -16,6 +17,8 @@ use crate::scalar::Scalar;
 use crate::settings::Settings;
 use crate::wrench::{Compensated, Compensation, MotionEstimator};
 use crate::zero::RestMean;
+
+mod jog;
 
 /// Largest force (N) and torque (N·m) that is taken from the sensor; a larger reading saturates
 /// here, ten times beyond the largest overload limit, and is an overload.
@@ -33,6 +36,7 @@ pub struct Cycle<S: Scalar> {
     estimator: MotionEstimator<S>,
     rest_mean: RestMean<S>,
     run: Run<S>,
+    jog: Option<JogRun>,
     /// Measured pose of M when RSI began.
     box_center: Option<Pose<S>>,
     /// The robot is asked to stop.
@@ -43,6 +47,7 @@ pub struct Cycle<S: Scalar> {
 
 impl<S: Scalar> Cycle<S> {
     /// Builds the controller in mode Idle.
+    #[inline(always)] // or each level would hold a copy of the law on the stack
     pub fn new(settings: &Settings) -> Result<Self, SettingsError> {
         settings.validate()?;
         let (sensor, robot) = (&settings.sensor, &settings.robot);
@@ -55,6 +60,7 @@ impl<S: Scalar> Cycle<S> {
             estimator: MotionEstimator::new(sensor.acceleration_bandwidth_hz, robot.cycle_s),
             rest_mean: RestMean::new(),
             run: Run::new(settings, &Pose::identity(), &Pose::identity()),
+            jog: None,
             box_center: None,
             stop: false,
             quantiser: Quantiser::new(robot.correction_mode, robot.correction_decimals),
@@ -107,6 +113,7 @@ impl<S: Scalar> Cycle<S> {
                     .step(&self.plan, &input, &mut trace, probe)
                     .map(|()| true)
             }
+            Mode::Jogging => self.jog_on(&inputs.robot, &mut trace),
             Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, &mut trace),
             Mode::Fault => Ok(false),
         };
@@ -163,7 +170,7 @@ impl<S: Scalar> Cycle<S> {
         self.box_center = None;
         // The stop has been carried out: this run must be able to begin.
         self.stop = false;
-        if self.modes.mode() != Mode::Running {
+        if !self.modes.mode().moves() {
             self.run.halt();
         }
         if self.modes.mode() == Mode::Armed {
@@ -175,7 +182,8 @@ impl<S: Scalar> Cycle<S> {
     /// The robot moves by us, or may do so in the next cycle.
     fn guarded(&self) -> bool {
         let fading = self.run.last_sent != frames::Twist::zero();
-        fading || matches!(self.modes.mode(), Mode::Armed | Mode::Running)
+        let mode = self.modes.mode();
+        fading || mode == Mode::Armed || mode.moves()
     }
 
     /// The telegram's pose; the last good one if it has none. Tells the estimator and the box.
@@ -234,12 +242,8 @@ impl<S: Scalar> Cycle<S> {
             return;
         }
         match command {
-            Command::Arm => {
-                let center = self.box_center.unwrap_or(*pose);
-                self.run = Run::new(&self.settings, pose, &center);
-                let [_, _, _, a, b, c] = inputs.robot.pose.unwrap_or_default();
-                self.quantiser.start([a, b, c]);
-            }
+            Command::Arm => self.take_start_pose(&inputs.robot, pose),
+            Command::Jog(jog) => self.begin_jog(jog, &inputs.robot, pose),
             Command::Zero => {
                 let mean = self.rest_mean.get().unwrap_or_else(Wrench::zero);
                 self.compensation.shift_bias(&mean);
@@ -248,6 +252,14 @@ impl<S: Scalar> Cycle<S> {
             Command::Reset => self.stop = false,
             Command::Hold | Command::Start | Command::Stop => {}
         }
+    }
+
+    /// Corrections count from here.
+    fn take_start_pose(&mut self, robot: &RobotSample, pose: &Pose<S>) {
+        let center = self.box_center.unwrap_or(*pose);
+        self.run.restart(&self.settings, pose, &center);
+        let [_, _, _, a, b, c] = robot.pose.unwrap_or_default();
+        self.quantiser.start([a, b, c]);
     }
 
     /// Whether the present data allow a command.
@@ -268,11 +280,10 @@ impl<S: Scalar> Cycle<S> {
         if self.too_large_for_start(at_m).is_some() {
             return Err(Refusal::ForceTooLarge);
         }
-        let moved = command == Command::Start && self.run.moved_since_armed(pose);
-        if moved {
-            Err(Refusal::MovedSinceArmed)
-        } else {
-            Ok(())
+        match command {
+            Command::Start if self.run.moved_since_armed(pose) => Err(Refusal::MovedSinceArmed),
+            Command::Jog(jog) => self.jog_allowed(jog, pose),
+            _ => Ok(()),
         }
     }
 

@@ -1,9 +1,10 @@
 //! Two-body Newton-Euler dynamics, relative motion and the observation frames (section 3.2).
 //!
 //! Velocities are integrated in C, angular velocities in body axes (A17). The space manipulator
-//! enters once, as operator-set accelerations (A12). What integrates and how is the paper's, on
+//! enters once, as operator-set accelerations (A12) and, beyond the paper, as spring and damper. What integrates and how is the paper's, on
 //! purpose: it is the model that a recording is compared with.
 
+use crate::effects::mechanism::manipulator_resistance::ManipulatorResistance;
 use crate::frames::{self, Pose, Twist, Wrench, components, matrix, saturated, vector};
 use crate::scalar::Scalar;
 use crate::settings::{BodySettings, FrameSettings};
@@ -100,6 +101,9 @@ pub struct Body<S: Scalar> {
     inertia: Inertia<S>,
     /// a_ARM in C and α_ARM in body axes.
     arm: Twist<S>,
+    /// What the space manipulator pulls with, per kilogram, and the position in C where its spring
+    /// is relaxed.
+    resistance: Option<(ManipulatorResistance<S>, Vector3<S>)>,
 }
 
 impl<S: Scalar> Body<S> {
@@ -113,7 +117,28 @@ impl<S: Scalar> Body<S> {
                 linear: vector(&settings.arm_acceleration_m_s2),
                 angular: vector(&settings.arm_angular_acceleration_rad_s2),
             },
+            resistance: Self::resistance(settings),
         }
+    }
+
+    fn resistance(settings: &BodySettings) -> Option<(ManipulatorResistance<S>, Vector3<S>)> {
+        let (stiffness, damping) = settings.arm_resistance_per_kg();
+        if stiffness == 0.0 && damping == 0.0 {
+            return None;
+        }
+        let law = ManipulatorResistance::new(stiffness, damping).ok()?;
+        Some((law, vector(&settings.position_m)))
+    }
+
+    /// Acceleration by the space manipulator, m/s² in C: a_ARM, and its resistance.
+    fn arm_acceleration(&self, state: &BodyState<S>) -> Vector3<S> {
+        let Some((law, relaxed_m)) = &self.resistance else {
+            return self.arm.linear;
+        };
+        let away = state.c_from_body.translation.vector - relaxed_m;
+        let away = saturated(&away, LONGEST_LEVER_M);
+        let pull = away.zip_map(&state.velocity.linear, |way, speed| law.force(way, speed));
+        self.arm.linear + pull
     }
 
     /// Angular acceleration over one cycle by the paper's four stages, rad/s².
@@ -140,7 +165,7 @@ impl<S: Scalar> Body<S> {
 
     /// The state one cycle later under a wrench at the centre of mass, in body axes (N, N·m).
     ///
-    /// `v += (F/m + a_ARM) Ts`, `ω += (α + α_ARM) Ts`, pose by the mean of old and new velocity.
+    /// `v += (F/m + a_ARM − (k (p − p0) + c v)/m) Ts`, `ω += (α + α_ARM) Ts`, pose by the mean of old and new velocity.
     pub fn step(&self, state: &BodyState<S>, wrench: &Wrench<S>, ts: S) -> BodyState<S> {
         if self.fixed {
             return *state;
@@ -150,12 +175,10 @@ impl<S: Scalar> Body<S> {
             angular: omega,
         } = state.velocity;
         let force_c = state.c_from_body.rotation * wrench.force;
+        let arm = self.arm_acceleration(state);
         let alpha = self.angular_acceleration(&wrench.torque, &omega, ts) + self.arm.angular;
         let velocity = Twist {
-            linear: saturated(
-                &(v + force_c * ts / self.mass + self.arm.linear * ts),
-                FASTEST_M_S,
-            ),
+            linear: saturated(&(v + force_c * ts / self.mass + arm * ts), FASTEST_M_S),
             angular: saturated(&(omega + alpha * ts), FASTEST_RAD_S),
         };
         let mean = (state.velocity + velocity) * S::of(0.5);
@@ -165,6 +188,19 @@ impl<S: Scalar> Body<S> {
         BodyState {
             c_from_body,
             velocity,
+        }
+    }
+
+    /// Acceleration from rest by a wrench at the centre of mass, all in body axes.
+    fn answer(&self, wrench: &Wrench<S>) -> Twist<S> {
+        if self.fixed {
+            return Twist::zero();
+        }
+        Twist {
+            linear: wrench.force / self.mass,
+            angular: self
+                .inertia
+                .angular_acceleration(&wrench.torque, &Vector3::zeros()),
         }
     }
 
@@ -267,6 +303,25 @@ impl<S: Scalar> TwoBody<S> {
             q: self.q.step(&s.q, &on_q, self.ts),
         };
         (next, on_q)
+    }
+}
+
+impl<S: Scalar> TwoBody<S> {
+    /// How a wrench on K (at K, body axes) accelerates K relative to Q, per newton of it: linear
+    /// (m/s²) and angular (rad/s²), both in body axes of K. What the motion itself adds (ω × I ω
+    /// and the like) is left out: this is the matrix of inverse inertia of the pair, times a wrench.
+    pub fn mobility(&self, s: &TwoBodyState<S>, on_k: &Wrench<S>) -> Twist<S> {
+        let (rk, rq) = (s.k.c_from_body.rotation, s.q.c_from_body.rotation);
+        let lever = lever(&s.k, &s.q);
+        let on_q_c = on_k.map(|v| rk * v).reaction(&-lever);
+        let k = self.k.answer(on_k);
+        let q = self.q.answer(&on_q_c.map(|v| rq.inverse() * v));
+        let turning_c = rq * q.angular;
+        let q_linear_c = rq * q.linear + turning_c.cross(&lever);
+        Twist {
+            linear: k.linear - rk.inverse() * q_linear_c,
+            angular: k.angular - rk.inverse() * turning_c,
+        }
     }
 }
 

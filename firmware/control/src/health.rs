@@ -73,15 +73,15 @@ impl Health {
     /// robot moves or is about to (`guarded`).
     pub fn check(&mut self, inputs: &Inputs, mode: Mode, guarded: bool) -> Option<Fault> {
         self.count(&inputs.sensor);
-        let closed = mode == Mode::Running;
-        if inputs.robot.sequence == Sequence::NewRun || !closed {
+        let driven = mode.moves();
+        if inputs.robot.sequence == Sequence::NewRun || !driven {
             self.late_at_start = inputs.robot.late_answers;
         }
         if !guarded {
             return None;
         }
         self.numeric(inputs)
-            .or_else(|| self.robot(inputs, closed))
+            .or_else(|| self.robot(inputs, driven))
             .or_else(|| self.sensor(&inputs.sensor))
     }
 
@@ -141,8 +141,8 @@ impl Health {
         Some(Fault::new(FaultCode::Numeric, expected, received))
     }
 
-    fn robot(&self, inputs: &Inputs, closed: bool) -> Option<Fault> {
-        if !closed {
+    fn robot(&self, inputs: &Inputs, driven: bool) -> Option<Fault> {
+        if !driven {
             return None;
         }
         let late = inputs.robot.late_answers.saturating_sub(self.late_at_start);

@@ -3,6 +3,7 @@
 
 use crate::correction::Counts;
 use crate::delay::PARTS;
+use crate::delay::status::LawStatus;
 use crate::limits::LimitFlags;
 use crate::modes::{Command, Fault, Mode, Refusal};
 
@@ -120,6 +121,11 @@ pub struct Trace {
     pub model_velocity: [f64; 6],
     /// Parts that the delay law added.
     pub law_parts: [[f64; 6]; PARTS],
+    /// What the delay law knows and did.
+    pub law_status: LawStatus,
+    /// Impulse at M that the model felt in this cycle beyond the measured wrench, axes of M (N·s,
+    /// N·m·s): the sum over a contact is momentum that was not measured.
+    pub unaccounted_impulse: [f64; 6],
     /// Velocity that the law asks for.
     pub law_velocity: [f64; 6],
     /// Velocity after the limits: what is sent.

@@ -8,6 +8,7 @@ use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::{UnitQuaternion, Vector3};
 
+crate::described! {
 /// Bounds, all symmetric.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -38,6 +39,7 @@ pub struct LimitSettings {
     pub clamp_fault_cycles: u32,
     /// An overload also asks the robot to stop (`<Stop>1</Stop>`).
     pub stop_on_overload: bool,
+}
 }
 
 impl Default for LimitSettings {
@@ -299,7 +301,7 @@ fn size<S: Scalar>(v: &Vector3<S>) -> S {
 }
 
 /// Angle of a rotation, 0 to π rad.
-fn angle<S: Scalar>(turn: &UnitQuaternion<S>) -> S {
+pub(crate) fn angle<S: Scalar>(turn: &UnitQuaternion<S>) -> S {
     let sine = turn.imag();
     let sine = size(&Vector3::new(sine.x, sine.y, sine.z));
     S::angle_of(sine, turn.w.abs()) * S::of(2.0)

@@ -3,14 +3,21 @@
 //! ```text
 //!            hold           arm*           start*
 //!    Idle ---------> Hold ---------> Armed ---------> Running
-//!                     ^ ^              | stop, hold     | stop, hold
-//!                     | +--------------+<---------------+
-//!                     | reset*
-//!                   Fault  <-- from Armed, Running and while a stop fades out; latched
+//!                    ^ ^ ^             | stop, hold     | stop, hold
+//!                    | | +-------------+<---------------+
+//!                    | |    jog*
+//!                    | +---------> Jogging --+
+//!                    | ^                     | its end, stop, hold
+//!                    | +---------------------+
+//!                    | reset*
+//!                  Fault  <-- from Armed, Running, Jogging and while a stop fades out; latched
 //! ```
 //!
 //! `*` needs fresh, healthy sensor data, a robot that stands still and reports its pose, and a
-//! small contact force. In every mode each telegram is answered; only Running moves the robot.
+//! small contact force. In every mode each telegram is answered; only Running and Jogging move the
+//! robot.
+
+use crate::jog::Jog;
 
 /// Mode of the controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +34,15 @@ pub enum Mode {
     Running,
     /// Latched; answers zeros.
     Fault,
+    /// Moves one axis as [`crate::excitation`] says, whatever the sensor feels, and holds at its end.
+    Jogging,
+}
+
+impl Mode {
+    /// Whether the robot is moved in this mode.
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Running | Self::Jogging)
+    }
 }
 
 /// A command of the operator.
@@ -45,17 +61,31 @@ pub enum Command {
     Reset,
     /// In hold: take the present mean reading as the sensor's zero.
     Zero,
+    /// In hold: jog one axis, to see how the robot follows.
+    Jog(Jog),
 }
 
 impl Command {
     /// All commands with the word that an operator types.
-    pub const WORDS: [(&'static str, Self); 6] = [
+    pub const WORDS: [(&'static str, Self); 18] = [
         ("hold", Self::Hold),
         ("arm", Self::Arm),
         ("start", Self::Start),
         ("stop", Self::Stop),
         ("reset", Self::Reset),
         ("zero", Self::Zero),
+        ("jog x", Self::Jog(Jog::X)),
+        ("jog y", Self::Jog(Jog::Y)),
+        ("jog z", Self::Jog(Jog::Z)),
+        ("jog a", Self::Jog(Jog::A)),
+        ("jog b", Self::Jog(Jog::B)),
+        ("jog c", Self::Jog(Jog::C)),
+        ("jog -x", Self::Jog(Jog::MinusX)),
+        ("jog -y", Self::Jog(Jog::MinusY)),
+        ("jog -z", Self::Jog(Jog::MinusZ)),
+        ("jog -a", Self::Jog(Jog::MinusA)),
+        ("jog -b", Self::Jog(Jog::MinusB)),
+        ("jog -c", Self::Jog(Jog::MinusC)),
     ];
 
     /// The command of a word.
@@ -89,6 +119,8 @@ pub enum Refusal {
     TooFewSamples,
     /// B is near ±90°, where A and C cannot be told apart.
     OrientationSingular,
+    /// The jog could leave the box around the pose in which RSI began, or bring B near ±90°.
+    NoRoom,
 }
 
 /// What latched a fault.
@@ -119,6 +151,9 @@ pub enum FaultCode {
     SustainedClamp,
     /// The robot's telegrams stopped carrying a pose.
     PoseLost,
+    /// The robot does not move as `delay.actuator` says (largest misfit; misfit, both as a part of
+    /// the distance that it is late).
+    ActuatorUnlike,
 }
 
 /// A latched fault with the numbers that caused it.
@@ -177,12 +212,14 @@ impl Modes {
     /// command; `hold` and `stop` need nothing.
     pub fn command(&mut self, command: Command, ready: Readiness) -> Result<(), Refusal> {
         let next = match (self.mode, command) {
-            (Mode::Idle | Mode::Hold | Mode::Armed | Mode::Running, Command::Hold) => Mode::Hold,
-            (Mode::Armed | Mode::Running | Mode::Hold, Command::Stop) => Mode::Hold,
+            (Mode::Fault, Command::Hold) => return Err(Refusal::WrongMode),
+            (_, Command::Hold) => Mode::Hold,
+            (Mode::Armed | Mode::Running | Mode::Jogging | Mode::Hold, Command::Stop) => Mode::Hold,
             (Mode::Hold, Command::Arm) => ready.map(|()| Mode::Armed)?,
             (Mode::Armed, Command::Start) => ready.map(|()| Mode::Running)?,
             (Mode::Fault, Command::Reset) => ready.map(|()| Mode::Hold)?,
             (Mode::Hold, Command::Zero) => ready.map(|()| Mode::Hold)?,
+            (Mode::Hold, Command::Jog(_)) => ready.map(|()| Mode::Jogging)?,
             _ => return Err(Refusal::WrongMode),
         };
         self.mode = next;
@@ -190,6 +227,13 @@ impl Modes {
             self.fault = None;
         }
         Ok(())
+    }
+
+    /// The jog is over.
+    pub(crate) fn end_jog(&mut self) {
+        if self.mode == Mode::Jogging {
+            self.mode = Mode::Hold;
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! The closed loop: from the contact wrench to the velocity that is sent and the commanded pose.
 //!
-//! A [`Run`] is made new by each `arm`. Its phases: zero cycles, a ramp in which both craft glide
+//! A [`Run`] is made new by each `arm` and each jog. Its phases: zero cycles, a ramp in which both craft glide
 //! with their initial velocities, then Newton; after a stop, the last velocity fades out.
 
 use crate::cost::{Phase, Probe};
-use crate::delay::{Law, LawInput, LawOutput, ModelVelocity, SentHistory};
+use crate::delay::guarded::Guarded;
+use crate::delay::{LawInput, LawOutput, ModelVelocity, SentHistory};
 use crate::dynamics::{BodyState, TwoBody, TwoBodyState, advanced, relative_velocity};
 use crate::frames::{self, Pose, Twist, Wrench};
 use crate::health::LARGEST_B_RAD;
@@ -15,6 +16,8 @@ use crate::scalar::Scalar;
 use crate::settings::Settings;
 use crate::sum::VelocitySum;
 use nalgebra::{UnitQuaternion, Vector3};
+
+mod jog;
 
 /// Distance and angle by which the robot may differ from its pose when armed: beyond the noise of
 /// any robot, below what would matter for the first cycle.
@@ -60,7 +63,7 @@ pub(crate) struct Run<S: Scalar> {
     displacement: Vector3<S>,
     /// Commanded orientation of M in C.
     pub(crate) orientation: UnitQuaternion<S>,
-    law: Law<S>,
+    law: Guarded<S>,
     sent: SentHistory<S>,
     /// Velocity of K seen from Q at the end of the last cycle, in the laboratory.
     last_relative: Twist<S>,
@@ -110,6 +113,7 @@ impl<S: Scalar> Plan<S> {
 impl<S: Scalar> Run<S> {
     /// The operator's initial conditions, at a measured pose of the robot, in the box around
     /// another.
+    #[inline(always)] // or each level would hold a copy of the law on the stack
     pub(crate) fn new(settings: &Settings, start: &Pose<S>, box_center: &Pose<S>) -> Self {
         let state = TwoBodyState {
             k: BodyState::initial(&settings.body_k),
@@ -121,7 +125,7 @@ impl<S: Scalar> Run<S> {
             travelled: VelocitySum::zero(),
             displacement: Vector3::zeros(),
             orientation: start.rotation,
-            law: Law::new(&settings.delay, settings.robot.cycle_s),
+            law: Guarded::new(&settings.delay, settings.robot.cycle_s),
             sent: SentHistory::new(),
             last_relative: Twist::zero(),
             c_from_q: start.rotation * state.q_from_k().rotation.inverse(),
@@ -134,6 +138,30 @@ impl<S: Scalar> Run<S> {
         };
         run.last_relative = run.relative();
         run
+    }
+
+    /// The same as a new one, in place: a second state of the law would be large for the stack of a
+    /// microcontroller.
+    #[inline(never)]
+    pub(crate) fn restart(&mut self, settings: &Settings, start: &Pose<S>, box_center: &Pose<S>) {
+        self.state = TwoBodyState {
+            k: BodyState::initial(&settings.body_k),
+            q: BodyState::initial(&settings.body_q),
+        };
+        self.last_sent = Twist::zero();
+        self.travelled = VelocitySum::zero();
+        self.displacement = Vector3::zeros();
+        self.orientation = start.rotation;
+        self.law.restart(&settings.delay, settings.robot.cycle_s);
+        self.sent.clear();
+        self.c_from_q = start.rotation * self.state.q_from_k().rotation.inverse();
+        self.start = *start;
+        self.box_center = *box_center;
+        self.cycles = 0;
+        self.authority = S::one();
+        self.clamped_cycles = 0;
+        self.fade = (Twist::zero(), 0);
+        self.last_relative = self.relative();
     }
 
     /// Whether the start ramp still runs: no contact is allowed in it.
@@ -166,29 +194,22 @@ impl<S: Scalar> Run<S> {
         let share = self.start_share(plan);
         let mut flags = input.freeze;
         if !frozen {
-            self.integrate(plan, input.wrench, share);
+            self.integrate(plan, input, share, trace);
             if self.state.at_its_limits() {
                 flags.set(LimitFlags::MODEL);
             }
         }
         let model = self.model_velocity(plan);
         probe.finished(Phase::Dynamics);
-        let law = self.law.step(&LawInput {
-            model,
-            wrench: input.wrench,
-            measured: input.measured,
-            sent: &self.sent,
-        });
+        let law = self.ask(plan, input, model, |law, seen| law.step(seen));
         probe.finished(Phase::Law);
-        let change = if frozen {
-            -plan.authority_step
-        } else {
-            plan.authority_step
-        };
-        self.authority = (self.authority + change).clamp(S::zero(), S::one());
+        let authority = self.next_authority(plan, frozen);
         self.cycles = self.cycles.saturating_add(1);
         write_trace(trace, &model, &law);
-        let command = law.command * (share * self.authority);
+        if let Some(fault) = law.fault {
+            return Err(fault);
+        }
+        let command = law.command * (share * authority);
         self.send(plan, command, flags, trace)
     }
 
@@ -233,14 +254,46 @@ impl<S: Scalar> Run<S> {
         S::of((f64::from(since) / f64::from(plan.ramp_cycles)).min(1.0))
     }
 
-    fn integrate(&mut self, plan: &Plan<S>, at_m: &Wrench<S>, share: S) {
+    /// Moves both craft: they glide in the ramp, then they feel what the law lets them feel.
+    fn integrate(&mut self, plan: &Plan<S>, input: &LoopInput<'_, S>, share: S, trace: &mut Trace) {
         if share < S::one() {
             for body in [&mut self.state.k, &mut self.state.q] {
                 body.c_from_body = advanced(&body.c_from_body, &(body.velocity * share), plan.ts);
             }
-        } else {
-            self.state = plan.bodies.step(&self.state, at_m).0;
+            return;
         }
+        let model = self.last_relative;
+        let felt = self.ask(plan, input, model, |law, seen| law.condition(seen));
+        trace.unaccounted_impulse = (felt - *input.wrench).get().map(|part| part * plan.cycle_s);
+        self.state = plan.bodies.step(&self.state, &felt).0;
+    }
+
+    /// Shows the law what it may see, as it is now.
+    fn ask<T>(
+        &mut self,
+        plan: &Plan<S>,
+        input: &LoopInput<'_, S>,
+        model: Twist<S>,
+        question: impl FnOnce(&mut Guarded<S>, &LawInput<'_, S>) -> T,
+    ) -> T {
+        let commanded = Pose::from_parts(
+            (self.start.translation.vector + self.displacement).into(),
+            self.orientation,
+        );
+        let seen = LawInput {
+            model,
+            model_end: self.last_relative,
+            wrench: input.wrench,
+            measured: input.measured,
+            commanded: &commanded,
+            sent: &self.sent,
+            bodies: &plan.bodies,
+            state: &self.state,
+            c_from_q: self.c_from_q,
+            released: self.start_share(plan) >= S::one(),
+            frozen: input.freeze != LimitFlags::default(),
+        };
+        question(&mut self.law, &seen)
     }
 
     fn model_velocity(&mut self, plan: &Plan<S>) -> Twist<S> {
@@ -326,4 +379,5 @@ fn write_trace<S: Scalar>(trace: &mut Trace, model: &Twist<S>, law: &LawOutput<S
     trace.model_velocity = model.get();
     trace.law_velocity = law.command.get();
     trace.law_parts = law.parts.map(|part| part.get());
+    trace.law_status = law.status;
 }

@@ -5,8 +5,10 @@
 //! further check.
 
 use crate::delay::DelaySettings;
+use crate::jog::JogSettings;
 use crate::limits::LimitSettings;
 
+crate::described! {
 /// Everything that the control cycle needs to know, in SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -28,6 +30,9 @@ pub struct Settings {
     pub limits: LimitSettings,
     /// Conditions for arming and the start ramp.
     pub start: StartSettings,
+    /// The jog from which the robot's delay is told.
+    pub jog: JogSettings,
+}
 }
 
 /// Whether a correction is added each cycle or is the total offset (RSI_ON's argument).
@@ -42,6 +47,7 @@ pub enum CorrectionMode {
     Absolute,
 }
 
+crate::described! {
 /// How the robot takes corrections.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -57,6 +63,7 @@ pub struct RobotSettings {
     pub late_answers_fault: u32,
     /// Lost telegrams in a row that latch a fault; a gap up to this is only counted.
     pub lost_telegrams_fault: u32,
+}
 }
 
 impl Default for RobotSettings {
@@ -85,6 +92,7 @@ pub enum DynamicCompensation {
     Printed,
 }
 
+crate::described! {
 /// The sensor's place, its zero and the tool that it carries.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -121,6 +129,7 @@ pub struct SensorSettings {
     /// Status bits that are reported but do not fault.
     pub ignored_status_bits: u16,
 }
+}
 
 impl Default for SensorSettings {
     fn default() -> Self {
@@ -143,6 +152,7 @@ impl Default for SensorSettings {
     }
 }
 
+crate::described! {
 /// One simulated craft: mass properties, space-manipulator terms and initial conditions.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -159,6 +169,10 @@ pub struct BodySettings {
     pub arm_acceleration_m_s2: [f64; 3],
     /// α_ARM: angular acceleration by the space manipulator, rad/s² in body axes.
     pub arm_angular_acceleration_rad_s2: [f64; 3],
+    /// Stiffness of the space manipulator, N/m: it pulls the craft back to its initial position.
+    pub arm_stiffness_n_per_m: f64,
+    /// Damping of the space manipulator, N·s/m: it brakes the craft.
+    pub arm_damping_n_s_per_m: f64,
     /// Initial position of the centre of mass in C, m.
     pub position_m: [f64; 3],
     /// Initial orientation in C, quaternion w x y z.
@@ -167,6 +181,7 @@ pub struct BodySettings {
     pub velocity_m_s: [f64; 3],
     /// Initial angular velocity in body axes, rad/s.
     pub angular_velocity_rad_s: [f64; 3],
+}
 }
 
 impl Default for BodySettings {
@@ -177,6 +192,8 @@ impl Default for BodySettings {
             inertia_kg_m2: [[100.0, 0.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]],
             arm_acceleration_m_s2: [0.0; 3],
             arm_angular_acceleration_rad_s2: [0.0; 3],
+            arm_stiffness_n_per_m: 0.0,
+            arm_damping_n_s_per_m: 0.0,
             position_m: [0.0; 3],
             orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
             velocity_m_s: [0.0; 3],
@@ -185,6 +202,17 @@ impl Default for BodySettings {
     }
 }
 
+impl BodySettings {
+    /// Stiffness (1/s²) and damping (1/s) of the space manipulator, over the mass of the craft.
+    pub fn arm_resistance_per_kg(&self) -> (f64, f64) {
+        (
+            self.arm_stiffness_n_per_m / self.mass_kg,
+            self.arm_damping_n_s_per_m / self.mass_kg,
+        )
+    }
+}
+
+crate::described! {
 /// Observation frames: docking surfaces on the two craft.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -199,6 +227,7 @@ pub struct FrameSettings {
     /// Orientation of P in Q, quaternion w x y z.
     pub p_orientation_wxyz: [f64; 4],
 }
+}
 
 impl Default for FrameSettings {
     fn default() -> Self {
@@ -212,6 +241,7 @@ impl Default for FrameSettings {
     }
 }
 
+crate::described! {
 /// Conditions for arming, and the start ramp.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -231,6 +261,7 @@ pub struct StartSettings {
     pub ramp_cycles: u32,
     /// Time in which a stop or a stale sensor brings the velocity to zero, s.
     pub stop_time_s: f64,
+}
 }
 
 impl Default for StartSettings {

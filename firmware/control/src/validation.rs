@@ -15,6 +15,10 @@ const HEAVIEST: f64 = 1.0e6;
 const FARTHEST_M: f64 = 1.0e3;
 /// Largest initial rate, rad/s: 0.1 rad per cycle, where the small-motion series end.
 const FASTEST_RAD_S: f64 = 5.0;
+/// Largest stiffness of the manipulator over the mass, 1/s²: 1.6 Hz, far slower than a cycle.
+const STIFFEST_PER_S2: f64 = 100.0;
+/// Largest damping of the manipulator over the mass, 1/s: a time constant of 25 cycles of 4 ms.
+const STRONGEST_PER_S: f64 = 10.0;
 /// Largest component of a quaternion as it is written; it is normalised when it is taken.
 const LARGEST_QUATERNION: f64 = 1.0e3;
 
@@ -25,6 +29,8 @@ struct BodyNames {
     ratio: FieldName,
     arm: FieldName,
     arm_angular: FieldName,
+    arm_stiffness: FieldName,
+    arm_damping: FieldName,
     position: FieldName,
     orientation: FieldName,
     velocity: FieldName,
@@ -40,6 +46,8 @@ macro_rules! body_names {
             ratio: concat!($body, ".inertia_kg_m2 ratio of moments"),
             arm: concat!($body, ".arm_acceleration_m_s2"),
             arm_angular: concat!($body, ".arm_angular_acceleration_rad_s2"),
+            arm_stiffness: concat!($body, ".arm_stiffness_n_per_m"),
+            arm_damping: concat!($body, ".arm_damping_n_s_per_m"),
             position: concat!($body, ".position_m"),
             orientation: concat!($body, ".orientation_wxyz"),
             velocity: concat!($body, ".velocity_m_s"),
@@ -57,7 +65,8 @@ impl Settings {
         self.frames.validate()?;
         self.delay.validate()?;
         self.limits.validate()?;
-        self.start.validate(self.robot.cycle_s)
+        self.start.validate(self.robot.cycle_s)?;
+        self.jog.validate(&self.limits, self.robot.cycle_s)
     }
 }
 
@@ -134,6 +143,20 @@ impl BodySettings {
         all_within(names.arm, &self.arm_acceleration_m_s2, 100.0)?;
         let alpha = &self.arm_angular_acceleration_rad_s2;
         all_within(names.arm_angular, alpha, 100.0)?;
+        let stiffest = STIFFEST_PER_S2 * self.mass_kg;
+        in_range(
+            names.arm_stiffness,
+            self.arm_stiffness_n_per_m,
+            0.0,
+            stiffest,
+        )?;
+        let strongest = STRONGEST_PER_S * self.mass_kg;
+        in_range(
+            names.arm_damping,
+            self.arm_damping_n_s_per_m,
+            0.0,
+            strongest,
+        )?;
         let orientation = &self.orientation_wxyz;
         all_within(names.orientation, orientation, LARGEST_QUATERNION)?;
         all_within(names.position, &self.position_m, FARTHEST_M)?;

@@ -9,10 +9,12 @@
 //! | [`rsi`] | KUKA Robot Sensor Interface, XML over UDP | KUKA RSI 3.x, public drivers named in `rsi` |
 //! | [`can`] | CAN frames, ATI NETCANOEM and SRI M8123B2 sensors | ATI 9610-05-1030, public SRI drivers |
 //! | [`slcan`] | Lawicel serial-line CAN, adapter and client side | Lawicel CAN232/CANUSB manual |
+//! | [`service`] | the parameter service on a serial line | here |
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(not(test), warn(clippy::indexing_slicing))]
 
 pub mod can;
 pub mod decimal;
 pub mod rsi;
+pub mod service;
 pub mod slcan;

@@ -1,3 +1,4 @@
 //! Benchmarks that print a score.
 
+pub mod delay;
 pub mod diagnose;

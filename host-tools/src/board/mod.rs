@@ -5,6 +5,8 @@
 // Links the implementation of critical sections that Embassy's executor needs.
 use critical_section as _;
 
+mod block_on;
+mod flash;
 pub mod process;
 pub mod qemu;
 mod simulated_sensor;

@@ -1,55 +1,59 @@
 //! A board as a process in real time: RSI on a UDP socket, CAN through SLCAN on a TCP socket, the
-//! operator on standard input.
+//! service on a TCP socket or a pseudo-terminal, the operator on standard input.
 //!
-//! The firmware's tasks run on Embassy's executor in the calling thread. Each blocking source has
-//! a thread of its own that fills a queue and wakes the task that waits for it.
+//! Each of the firmware's tasks has a thread, where it sleeps until it is woken; on a microcontroller
+//! they have priorities instead. Each blocking source has a thread that fills a queue and wakes the
+//! task that waits for it.
+//!
+//! When settings are committed the board starts over as a microcontroller does: all that was built
+//! from the old settings ends, and `lap` begins anew with what lies in its flash. The line of the
+//! service stays, as a serial line does.
 
-use super::tasks;
-use anyhow::{Context, Result, anyhow};
-use embassy_executor::Executor;
+use anyhow::{Context, Result};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use softdock_app::board::Recorder;
-use softdock_app::robot_link::RobotLink;
+use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
-use softdock_app::shared::{LinkCounters, Status};
-use softdock_control::io::CycleRecord;
-use softdock_control::modes::Command;
-use std::io::BufRead;
+use softdock_app::store::{Boot, Origin, Store};
 use std::net::{SocketAddr, TcpListener, UdpSocket};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::thread;
-use std::time::Duration;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 mod clock;
+mod lap;
+mod line;
 mod mailbox;
+mod operator;
+mod recorders;
+mod service;
 mod slcan_server;
 mod telemetry;
 mod udp;
 
-use clock::RealClock;
-use slcan_server::SlcanBus;
-use telemetry::Telemetry;
-use udp::UdpPort;
+pub use line::ServiceAddress;
+pub use recorders::Record;
 
-/// The operator and the onlooker have threads of their own.
+use super::block_on::block_on;
+use super::flash::FileFlash;
+use lap::{Io, Lap};
+use line::Line;
+
+/// The operator, the onlooker and the service have threads of their own.
 type Shared = softdock_app::shared::Shared<CriticalSectionRawMutex>;
-
-/// Records that wait for the recorder: 4 s of cycles, for a disk that takes its time.
-const RECORD_QUEUE: usize = 1000;
-/// How often the onlooker looks for changes of mode and for faults.
-const WATCH_PERIOD: Duration = Duration::from_millis(50);
 
 /// Where a board listens and what it does by itself.
 #[derive(Clone, Debug)]
 pub struct Process {
-    /// Settings of the board.
-    pub settings: BoardSettings,
+    /// Settings for a flash without any.
+    pub settings: Option<BoardSettings>,
+    /// File that is the board's flash; without one it is forgotten at the end.
+    pub flash: Option<PathBuf>,
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
     /// TCP address for the sensor's SLCAN client.
     pub can: SocketAddr,
+    /// The line of the service.
+    pub service: Option<ServiceAddress>,
     /// UDP address of the recorder that gets each cycle, in place of that of the settings.
     pub telemetry: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy.
@@ -58,18 +62,18 @@ pub struct Process {
 
 /// A board whose addresses are taken.
 pub struct Listening {
-    process: Process,
-    link: RobotLink<f64>,
     udp: UdpSocket,
     tcp: TcpListener,
-    telemetry: Option<Telemetry>,
+    line: Option<Line>,
+    store: Store<FileFlash>,
+    telemetry: Option<SocketAddr>,
+    start: bool,
 }
 
 impl Process {
-    /// Checks the settings and takes the addresses, so that what can go wrong has gone wrong before
+    /// Opens the flash and takes the addresses, so that what can go wrong has gone wrong before
     /// anything is written.
-    pub fn listen(self) -> Result<Listening> {
-        let link = RobotLink::<f64>::new(&self.settings)?;
+    pub fn listen(self, stop: &Arc<AtomicBool>) -> Result<Listening> {
         let in_use = |what: &str, address: SocketAddr| {
             format!(
                 "cannot listen for the {what} on {address}; is another board running, or is this not an address of this computer?"
@@ -77,236 +81,79 @@ impl Process {
         };
         let udp = UdpSocket::bind(self.robot).with_context(|| in_use("robot (UDP)", self.robot))?;
         let tcp = TcpListener::bind(self.can).with_context(|| in_use("sensor (TCP)", self.can))?;
+        let line = self
+            .service
+            .map(|address| Line::open(address, stop))
+            .transpose()?;
+        let mut flash = FileFlash::open(self.flash.as_deref())?;
+        if let Some(settings) = self.settings
+            && !flash.put_if_empty(settings)?
+            && let Some(path) = &self.flash
+        {
+            eprintln!(
+                "board: settings come from {}, which holds some already; --settings is not used",
+                path.display()
+            );
+        }
+        let service = line
+            .as_ref()
+            .map(|line| format!(", service on {}", line.place()))
+            .unwrap_or_default();
         eprintln!(
-            "board: robot on UDP {}, SLCAN on TCP {}",
+            "board: robot on UDP {}, SLCAN on TCP {}{service}",
             udp.local_addr()?,
             tcp.local_addr()?
         );
-        let recorder = match self.telemetry {
-            Some(recorder) => Some(recorder),
-            None => self.settings.network.recorder()?.map(SocketAddr::V4),
-        };
-        let telemetry = recorder
-            .map(|recorder| Telemetry::new(&self.settings, recorder))
-            .transpose()?;
         Ok(Listening {
-            process: self,
-            link,
             udp,
             tcp,
-            telemetry,
+            line,
+            store: Store::new(flash),
+            telemetry: self.telemetry,
+            start: self.start,
         })
     }
 }
 
 impl Listening {
-    /// Runs the board until `stop` is raised. `record` gets the records as they come, on a thread
-    /// of its own.
+    /// Runs the board until `stop` is raised. Each time that it starts, `record` gives what takes the
+    /// records of its cycles.
     pub fn run(
-        self,
+        mut self,
         stop: &Arc<AtomicBool>,
-        record: impl FnOnce(&mut dyn Iterator<Item = CycleRecord>) -> Result<()> + Send + 'static,
+        mut record: impl FnMut(&BoardSettings) -> Result<Record>,
     ) -> Result<()> {
-        let Process {
-            settings, start, ..
-        } = self.process;
-        let shared = Arc::new(Shared::new());
-        let clock = RealClock::start();
-        let port = UdpPort::start(self.udp, stop.clone())?;
-        let bus = SlcanBus::start(self.tcp, stop.clone())?;
-        let (file, writer) = start_recorder(record);
-        let (telemetry, sender) = self
-            .telemetry
-            .map(|telemetry| telemetry.start(clock.clone()))
-            .unzip();
-        let recorders = Recorders { file, telemetry };
-        start_operator(shared.clone());
-        let watch = start_watch(shared.clone(), stop.clone());
-
-        let wait = settings.can.sample_wait_us();
-        let running = Arc::new(AtomicUsize::new(2));
-        let io = (bus, clock.clone());
-        let sensor = sensor_task(shared.clone(), settings, io, running.clone());
-        let io = (port, clock, recorders);
-        let robot = robot_task(shared.clone(), self.link, start, wait, io, running.clone());
-        let (Ok(sensor), Ok(robot)) = (sensor, robot) else {
-            return Err(anyhow!("only one board can run in a process"));
-        };
-        // The executor lives as long as the process, as on a microcontroller.
-        let executor: &'static mut Executor = Box::leak(Box::new(Executor::new()));
-        executor.run_until(
-            |spawner| {
-                spawner.spawn(sensor);
-                spawner.spawn(robot);
-            },
-            || running.load(Ordering::Acquire) == 0,
-        );
-        let _ = watch.join();
-        print_counters(&shared.status().link);
-        if let Some(sender) = sender {
-            sender
-                .join()
-                .map_err(|_| anyhow!("the telemetry's thread ended unexpectedly"))?;
-        }
-        writer
-            .join()
-            .map_err(|_| anyhow!("the recorder's thread ended unexpectedly"))?
-    }
-}
-
-fn print_counters(link: &LinkCounters) {
-    eprintln!(
-        "board: {} cycles, {} lost, {} twice, {} overtaken, {} malformed, {} foreign",
-        link.cycles, link.lost, link.duplicates, link.overtaken, link.malformed, link.foreign
-    );
-}
-
-#[embassy_executor::task]
-async fn sensor_task(
-    shared: Arc<Shared>,
-    settings: BoardSettings,
-    io: (SlcanBus, RealClock),
-    running: Arc<AtomicUsize>,
-) {
-    tasks::sensor(&shared, settings, io.0, io.1).await;
-    running.fetch_sub(1, Ordering::Release);
-}
-
-#[embassy_executor::task]
-async fn robot_task(
-    shared: Arc<Shared>,
-    link: RobotLink<f64>,
-    start: bool,
-    sample_wait_us: u64,
-    io: (UdpPort, RealClock, Recorders),
-    running: Arc<AtomicUsize>,
-) {
-    let (port, clock, mut recorders) = io;
-    let io = (port, clock);
-    tasks::robot(&shared, link, start, sample_wait_us, io, &mut recorders).await;
-    if let Some(telemetry) = recorders.telemetry {
-        telemetry.close().await;
-    }
-    running.fetch_sub(1, Ordering::Release);
-}
-
-/// Those who get the record of each cycle.
-struct Recorders {
-    file: QueueRecorder,
-    telemetry: Option<telemetry::Queue>,
-}
-
-impl Recorder for Recorders {
-    fn record(&mut self, record: &CycleRecord) {
-        self.file.record(record);
-        if let Some(telemetry) = &mut self.telemetry {
-            telemetry.record(record);
+        let current = Arc::new(Mutex::new(Arc::new(Shared::new())));
+        operator::start_operator(current.clone());
+        let mut block = Box::new([0; _]);
+        let mut trial = None;
+        loop {
+            let boot = block_on(self.store.boot(trial, &mut block));
+            report(&boot);
+            let io = Io {
+                udp: self.udp.try_clone()?,
+                tcp: self.tcp.try_clone()?,
+                line: self.line.clone(),
+                telemetry: self.telemetry,
+            };
+            let lap = Lap::prepare(boot, io, self.start)?;
+            let record = record(lap.settings())?;
+            match lap.run(stop, &current, &mut self.store, &mut block, record)? {
+                End::Restart(next) if !stop.load(Ordering::Relaxed) => trial = next,
+                _ => return Ok(()),
+            }
+            eprintln!("board: starts over");
         }
     }
 }
 
-/// Hands records to the recorder's thread; a full queue loses the record, never the cycle.
-struct QueueRecorder {
-    queue: SyncSender<CycleRecord>,
-    lost: u64,
-}
-
-impl Recorder for QueueRecorder {
-    fn record(&mut self, record: &CycleRecord) {
-        if let Err(TrySendError::Full(_)) = self.queue.try_send(*record) {
-            self.lost += 1;
-        }
+fn report(boot: &Boot) {
+    match boot.origin {
+        Origin::Flash { sequence, .. } => eprintln!("board: settings {sequence}"),
+        Origin::Trial(trial) => eprintln!(
+            "board: settings {} on trial for {} s",
+            trial.sequence, trial.confirm_within_s
+        ),
+        Origin::Defaults(error) => eprintln!("board: DEFAULT SETTINGS, not to be armed: {error}"),
     }
-}
-
-impl Drop for QueueRecorder {
-    fn drop(&mut self) {
-        if self.lost > 0 {
-            eprintln!(
-                "board: {} records were lost: the recorder was too slow",
-                self.lost
-            );
-        }
-    }
-}
-
-/// A thread that writes records until the queue's sender is gone. An error of the recorder stops
-/// the recording, not the board.
-fn start_recorder(
-    record: impl FnOnce(&mut dyn Iterator<Item = CycleRecord>) -> Result<()> + Send + 'static,
-) -> (QueueRecorder, thread::JoinHandle<Result<()>>) {
-    let (queue, records) = sync_channel(RECORD_QUEUE);
-    let writer = thread::spawn(move || {
-        let mut records = records.into_iter();
-        let outcome = record(&mut records);
-        if let Err(error) = &outcome {
-            eprintln!("board: the recording ends here, the board goes on: {error:#}");
-        }
-        records.for_each(drop);
-        outcome
-    });
-    (QueueRecorder { queue, lost: 0 }, writer)
-}
-
-/// A thread that reads the operator's commands. It ends with standard input.
-fn start_operator(shared: Arc<Shared>) {
-    thread::spawn(move || {
-        // Bytes that are no text are no command either, and no reason to stop listening.
-        for line in std::io::stdin().lock().split(b'\n') {
-            let Ok(line) = line else { return };
-            let line = String::from_utf8_lossy(&line);
-            let word = line.trim();
-            match Command::from_word(word) {
-                Some(command) => {
-                    if shared.commands.try_send(command).is_err() {
-                        eprintln!("board: `{word}` is lost: too many commands wait already");
-                    } else if !shared.status().connected {
-                        eprintln!(
-                            "board: `{word}` waits: the robot is silent (a new RSI run drops it)"
-                        );
-                    }
-                }
-                None if word.is_empty() => {}
-                None => {
-                    let known: Vec<&str> = Command::WORDS.iter().map(|(word, _)| *word).collect();
-                    eprintln!(
-                        "board: `{word}` is no command; expected one of {}",
-                        known.join(", ")
-                    );
-                }
-            }
-        }
-    });
-}
-
-/// A thread that reports changes of mode, faults and refused commands.
-fn start_watch(shared: Arc<Shared>, stop: Arc<AtomicBool>) -> thread::JoinHandle<()> {
-    thread::spawn(move || {
-        // From the state at boot on: a quick start is a change as well.
-        let mut last = Status::default();
-        while !stop.load(Ordering::Relaxed) {
-            thread::sleep(WATCH_PERIOD);
-            let now = shared.status();
-            if now.mode != last.mode {
-                eprintln!("board: mode {:?}", now.mode);
-            }
-            if let Some(fault) = now.fault.filter(|_| now.fault != last.fault) {
-                let softdock_control::modes::Fault {
-                    code,
-                    expected,
-                    received,
-                } = fault;
-                eprintln!(
-                    "board: fault {code:?}: expected {expected}, received {received}; `reset` when it is mended"
-                );
-            }
-            if let Some((command, refusal)) = now.refusal.filter(|_| now.refusal != last.refusal) {
-                eprintln!("board: {command:?} refused: {refusal:?}");
-            }
-            if let Some(sensor) = now.sensor.filter(|_| now.sensor != last.sensor) {
-                eprintln!("board: sensor {sensor:?}");
-            }
-            last = now;
-        }
-    })
 }

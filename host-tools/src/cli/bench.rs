@@ -1,5 +1,7 @@
 //! `softdock bench`: how good the program is, measured.
 
+mod delay;
+
 use super::{print, print_json};
 use crate::bench::diagnose::{self, Bench as Scored, Row, rates};
 use crate::report::{Cell, Column, Table};
@@ -18,6 +20,7 @@ pub(super) struct Bench {
 
 #[derive(Debug, Subcommand)]
 enum What {
+    Delay(delay::Delay),
     Diagnose(Diagnose),
 }
 
@@ -54,6 +57,7 @@ struct Diagnose {
 impl Bench {
     pub(super) fn execute(self) -> Result<()> {
         match self.what {
+            What::Delay(command) => command.execute(),
             What::Diagnose(command) => command.execute(),
         }
     }

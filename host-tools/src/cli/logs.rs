@@ -35,6 +35,7 @@ impl Logs {
             let context = Context {
                 name: &name,
                 sample_time_s: None,
+                fewest_rows: None,
                 model: Some(model),
             };
             notes.extend(check(&recording, &context)?);

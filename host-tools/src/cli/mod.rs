@@ -1,24 +1,34 @@
 //! The `softdock` command: one file per subcommand.
 
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
+use softdock_control::delay::LawName;
 use std::io::Write;
 
 mod add;
+mod agree;
 mod bench;
 mod board;
+mod calibrate;
+mod check;
 mod compare;
 mod demo;
 mod diagnose;
+mod doctor;
 mod effects;
 mod export;
+mod findings;
 mod firmware;
 mod fit;
 mod flash;
 mod history;
+mod identify;
 mod import;
+mod live;
 mod logs;
+mod params;
 mod progress;
 mod qemu;
 mod record;
@@ -53,7 +63,12 @@ enum Command {
     Flash(flash::Flash),
     Record(record::Record),
     Qemu(qemu::QemuCommand),
+    Params(params::Params),
     RobotConfig(robot_config::RobotConfig),
+    Calibrate(calibrate::Calibrate),
+    Check(check::CheckCommand),
+    Identify(identify::Identify),
+    Doctor(doctor::Doctor),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Add(add::Add),
@@ -72,6 +87,7 @@ impl Cli {
     pub fn execute(self) -> Result<()> {
         match self.command {
             Command::Demo(command) => command.execute(),
+            Command::Check(command) => command.execute(),
             Command::Compare(command) => command.execute(),
             Command::Diagnose(command) => command.execute(),
             Command::Add(command) => command.execute(),
@@ -85,13 +101,24 @@ impl Cli {
             Command::Flash(command) => command.execute(),
             Command::Record(command) => command.execute(),
             Command::Qemu(command) => command.execute(),
+            Command::Params(command) => command.execute(),
             Command::RobotConfig(command) => command.execute(),
+            Command::Calibrate(command) => command.execute(),
+            Command::Identify(command) => command.execute(),
+            Command::Doctor(command) => command.execute(),
             Command::Reproduce(command) => command.execute(),
             Command::Replay(command) => command.execute(),
             Command::Export(command) => command.execute(),
             Command::Import(command) => command.execute(),
         }
     }
+}
+
+/// Delay laws by their names on the command line.
+fn law_names() -> impl TypedValueParser<Value = LawName> {
+    let names = PossibleValuesParser::new(LawName::ALL.map(LawName::name));
+    // Only names of the list come here.
+    names.map(|name| LawName::named(&name).unwrap_or_default())
 }
 
 /// Writes a result to standard output. A reader that has gone away (`| head`) is no error.
@@ -106,4 +133,14 @@ fn print(text: &str) -> Result<()> {
 /// Writes one JSON document to standard output.
 fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+/// Three numbers of the command line, `0,0,-9.81`.
+fn three_numbers(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|part| part.trim().parse::<f64>());
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    match numbers.as_deref() {
+        Ok([x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([*x, *y, *z]),
+        _ => Err("expected three numbers with commas between them, as in 0,0,-9.81".to_owned()),
+    }
 }

@@ -23,6 +23,11 @@ impl Progress {
         self.0.set_position((share * STEPS) as u64);
         self.0.set_message(what.to_owned());
     }
+
+    /// Prints a line that stays.
+    pub(super) fn say(&self, line: &str) {
+        self.0.suspend(|| eprintln!("{line}"));
+    }
 }
 
 impl Drop for Progress {

@@ -5,6 +5,7 @@ use crate::identity;
 use crate::input;
 use anyhow::{Context, Result};
 use clap::Args;
+use softdock_app::emulated_flash::Crash;
 use softdock_app::settings::BoardSettings;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -26,18 +27,25 @@ pub(super) struct QemuCommand {
     /// Settings of the board (TOML)
     #[arg(long, value_name = "FILE")]
     settings: PathBuf,
+    /// File that is the board's flash and keeps what `softdock params` changes; made if missing, and
+    /// once it holds settings they go before those of --settings
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
     /// UDP address to listen on for the robot
     #[arg(long, value_name = "UDP_ADDR")]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client
     #[arg(long, value_name = "TCP_ADDR")]
     can: SocketAddr,
-    /// TCP address to listen on for the service
+    /// TCP address to listen on for `softdock params`
     #[arg(long, value_name = "TCP_ADDR")]
     service: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy
     #[arg(long)]
     start: bool,
+    /// Crash at the first start, to see what is told of it at the second
+    #[arg(long, value_parser = crash, hide = true)]
+    crash: Option<Crash>,
     /// The emulated chip
     #[arg(long, value_enum, default_value_t)]
     chip: Chip,
@@ -55,21 +63,34 @@ impl QemuCommand {
         ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
             .context("cannot watch for Ctrl-C")?;
         let Self {
+            flash,
             robot,
             can,
             service,
             start,
+            crash,
             chip,
             ..
         } = self;
         let board = Qemu {
             settings,
+            flash,
             robot,
             can,
             service,
             start,
+            crash,
             chip,
         };
         board.run(&stop)
+    }
+}
+
+fn crash(word: &str) -> Result<Crash, String> {
+    match word {
+        "panic" => Ok(Crash::Panic),
+        "stack" => Ok(Crash::StackOverflow),
+        "fault" => Ok(Crash::Fault),
+        _ => Err("expected panic, stack or fault".into()),
     }
 }

@@ -1,16 +1,16 @@
 //! `softdock run`: a scenario on the simulated rig.
 
-use super::{print, print_json};
+use super::{law_names, print, print_json, three_numbers};
 use crate::experiment::impact_table;
 use crate::experiment::impacts::{Impact, ImpactFinder};
 use crate::experiment::run::{RunStatistics, header, run};
 use crate::experiment::scenario::Scenario;
-use crate::input::refuse_overwrite;
+use crate::input::{self, refuse_overwrite};
 use crate::recording::{RecordingWriter, TruthRecord};
 use crate::report::{Cell, Column, Table};
 use crate::rig::{self, hidden::suggest};
 use anyhow::{Result, anyhow};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_control::delay::LawName;
@@ -31,18 +31,40 @@ const QUEUED_BATCHES: usize = 1024;
 /// The firmware's own tasks run in virtual time against a simulated robot, mechanism and sensor,
 /// with real RSI telegrams and CAN frames in between.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: softdock run host-tools/scenarios/spring-rod.toml -o run.mcap --law seed --speed-mm-s 5"
-)]
+#[command(after_help = "\
+Example: softdock run host-tools/scenarios/spring-rod.toml -o run.mcap --law seed --speed-mm-s 5
+
+softdock run host-tools/scenarios/spring-rod.toml --settings board.toml -o docking.mcap
+(the same rig with the settings that a board has, as `softdock params dump` wrote them)
+
+softdock run host-tools/scenarios/spring-rod.toml --settings board.toml --hold --abc-deg 0,0,180 -o pose-1.mcap
+(a pose at rest, for `softdock calibrate sensor`)")]
 pub(super) struct Run {
     /// Scenario file (TOML)
     scenario: PathBuf,
     /// Recording to write (MCAP)
     #[arg(short, long, value_name = "RUN.mcap")]
     output: PathBuf,
+    /// Settings of the board, instead of the scenario's
+    #[arg(long, value_name = "BOARD.toml")]
+    settings: Option<PathBuf>,
+    /// Leave the board in hold: the robot rests where the scenario starts
+    #[arg(long)]
+    hold: bool,
+    /// A, B, C of the flange at the start, degrees, instead of the scenario's
+    #[arg(
+        long,
+        value_name = "A,B,C",
+        value_parser = three_numbers,
+        allow_hyphen_values = true
+    )]
+    abc_deg: Option<[f64; 3]>,
+    /// Length of the run, s, instead of the scenario's
+    #[arg(long, value_name = "S")]
+    duration_s: Option<f64>,
     /// Delay law, instead of the scenario's
-    #[arg(long, value_enum)]
-    law: Option<Law>,
+    #[arg(long, value_name = "NAME", value_parser = law_names())]
+    law: Option<LawName>,
     /// Initial speed of the moving craft, instead of the scenario's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     speed_mm_s: Option<f64>,
@@ -58,24 +80,6 @@ pub(super) struct Run {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-}
-
-/// Delay laws by their names on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum Law {
-    /// The model's velocity goes to the robot as it is
-    None,
-    /// The paper's law
-    Seed,
-}
-
-impl From<Law> for LawName {
-    fn from(law: Law) -> Self {
-        match law {
-            Law::None => Self::None,
-            Law::Seed => Self::Seed,
-        }
-    }
 }
 
 #[derive(Serialize)]
@@ -122,8 +126,16 @@ impl Run {
 
     fn scenario(&self) -> Result<Scenario> {
         let mut scenario = Scenario::load(&self.scenario)?;
+        if let Some(path) = &self.settings {
+            scenario.board = input::load(path)?;
+        }
+        if let Some(abc_deg) = self.abc_deg {
+            scenario.start_abc_rad = abc_deg.map(f64::to_radians);
+        }
+        scenario.hold |= self.hold;
+        scenario.duration_s = self.duration_s.unwrap_or(scenario.duration_s);
         if let Some(law) = self.law {
-            scenario = scenario.with_law(law.into());
+            scenario = scenario.with_law(law);
         }
         if let Some(speed) = self.speed_mm_s {
             scenario = scenario.with_speed(speed * 1e-3)?;
@@ -196,7 +208,7 @@ fn warnings(scenario: &Scenario, summary: &Summary<'_>) -> Vec<String> {
     if let Some(fault) = &summary.fault {
         warnings.push(format!("the run ended in a fault: {fault}"));
     }
-    if summary.impacts.is_empty() {
+    if summary.impacts.is_empty() && !scenario.hold {
         warnings.push("no whole impact took place".to_owned());
     }
     let board = scenario.board.control.robot.correction_mode;

@@ -2,13 +2,15 @@
 //!
 //! The increments of the model velocity are logged without noise, so this is a least-squares fit of
 //! logged digits. Columns: the predicted increment itself (a mass that is off by a factor scales
-//! it), the same for each rotation, position and velocity of the craft.
+//! it), the same for each rotation, and what the prediction changes by with a resistance of one
+//! unit, in which it is linear.
 
 use super::wrench::{Problem, Solution, white};
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
-use crate::model::prediction::Prediction;
-use crate::model::{Channel, Model};
+use crate::model::prediction::signals::Signals;
+use crate::model::prediction::{Prediction, Six, bodies};
+use crate::model::{Channel, EffectModel, Model};
 use crate::recording::Recording;
 use std::collections::BTreeMap;
 
@@ -30,17 +32,34 @@ pub(crate) struct BodyFit {
     pub gain: (f64, f64),
 }
 
+/// Name and unit of a parameter.
+type Named = (&'static str, &'static str);
+
+/// A hypothesis: an effect with some of its parameters, one for each column.
+struct Hypothesis {
+    id: &'static str,
+    parameters: &'static [Named],
+    columns: Vec<Column>,
+}
+
 /// One log: residual and increments of the model velocity.
 pub(crate) struct BodySide {
     problem: Problem,
-    effects: Vec<(&'static str, Vec<Column>)>,
+    hypotheses: Vec<Hypothesis>,
 }
 
-const IDS: [&str; 3] = [
-    "sc_mass_error",
-    "sc_inertia_error",
-    "manipulator_resistance",
+const MASS: &str = "sc_mass_error";
+const INERTIA: &str = "sc_inertia_error";
+const RESISTANCE: &str = "manipulator_resistance";
+
+const MASS_ERROR: [Named; 1] = [("mass_error_kg", "kg")];
+const INERTIA_ERRORS: [Named; 3] = [
+    ("ixx_kg_m2", "kg·m²"),
+    ("iyy_kg_m2", "kg·m²"),
+    ("izz_kg_m2", "kg·m²"),
 ];
+const SPRING: Named = ("stiffness_n_per_m", "N/m");
+const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
 
 impl BodySide {
     /// From a prediction with the nominal model; None where the channel is not predicted.
@@ -73,41 +92,33 @@ impl BodySide {
         let increment = |n: usize, axis: usize| predicted(n, axis) - channel.measured[n - 1][axis];
         let linear = |axis: usize| f64::from(u8::from(axis < 3));
         let mass = model.bodies.k.mass_kg.unwrap_or(1.0);
-        let half = 0.5 * prediction.cycle_s / mass;
-        let trace = |n: usize| &recording.cycles[n].trace;
-        let effects = vec![
-            (
-                IDS[0],
-                vec![column(&|n, axis| linear(axis) * increment(n, axis))],
-            ),
-            (
-                IDS[1],
-                (3..6)
-                    .map(|turn| {
-                        column(&|n, axis| {
-                            if axis == turn {
-                                increment(n, axis)
-                            } else {
-                                0.0
-                            }
-                        })
-                    })
-                    .collect(),
-            ),
-            (
-                IDS[2],
-                vec![
-                    column(&|n, axis| {
-                        let sum = trace(n).pose[axis] + trace(n - 1).pose[axis];
-                        -linear(axis) * half * sum
-                    }),
-                    column(&|n, axis| {
-                        let sum = trace(n).model_velocity[axis] + trace(n - 1).model_velocity[axis];
-                        -linear(axis) * half * sum
-                    }),
-                ],
-            ),
+        let turning = |turn: usize| {
+            column(&|n, axis| {
+                if axis == turn {
+                    increment(n, axis)
+                } else {
+                    0.0
+                }
+            })
+        };
+        let mut hypotheses = vec![
+            Hypothesis {
+                id: MASS,
+                parameters: &MASS_ERROR,
+                columns: vec![column(&|n, axis| linear(axis) * increment(n, axis))],
+            },
+            Hypothesis {
+                id: INERTIA,
+                parameters: &INERTIA_ERRORS,
+                columns: (3..6).map(turning).collect(),
+            },
         ];
+        hypotheses.extend(resistances(model, recording, &|other| {
+            column(&|n, axis| {
+                let other = other[n].map_or(0.0, |other| other[axis]);
+                other - predicted(n, axis)
+            })
+        }));
         let noise = &model.noise;
         let colour = std::array::from_fn(|axis| {
             white(if axis < 3 {
@@ -126,9 +137,44 @@ impl BodySide {
         };
         Some(Self {
             problem: Problem::new(&residual, &tolerances, colour, known),
-            effects,
+            hypotheses,
         })
     }
+}
+
+/// A spring alone, a damper alone, and both: of a parameter that is 0 a fit finds a small value of
+/// either sign, and a negative one is refused. `difference` is that to the prediction.
+fn resistances(
+    model: &Model,
+    recording: &Recording,
+    difference: &dyn Fn(&[Option<Six>]) -> Column,
+) -> Vec<Hypothesis> {
+    let of_unit = |(name, _): Named| with_unit(model, recording, name).map(|o| difference(&o));
+    let (Some(spring), Some(damper)) = (of_unit(SPRING), of_unit(DAMPER)) else {
+        return Vec::new();
+    };
+    let one = |parameters: &'static [Named], columns: Vec<Column>| Hypothesis {
+        id: RESISTANCE,
+        parameters,
+        columns,
+    };
+    vec![
+        one(&[SPRING], vec![spring.clone()]),
+        one(&[DAMPER], vec![damper.clone()]),
+        one(&[SPRING, DAMPER], vec![spring, damper]),
+    ]
+}
+
+/// The model velocity with a resistance of one unit beside what the model has.
+fn with_unit(model: &Model, recording: &Recording, name: &str) -> Option<Vec<Option<Six>>> {
+    let mut model = model.clone();
+    model.effects.push(EffectModel {
+        id: RESISTANCE.to_owned(),
+        parameters: BTreeMap::from([(name.to_owned(), 1.0)]),
+        ..EffectModel::default()
+    });
+    let signals = Signals::new(recording).ok()?;
+    Some(bodies::predict(&model, &signals, &mut Vec::new()).predicted)
 }
 
 /// Searches; `excluded` effects are in the model already.
@@ -141,15 +187,20 @@ pub(crate) fn search(
     let mut chosen: Vec<usize> = Vec::new();
     let mut reached = (0.0, 0.0);
     loop {
-        let candidates = (0..train.effects.len())
-            .filter(|k| !chosen.contains(k) && !excluded(train.effects[*k].0))
-            .filter_map(|k| {
-                let mut more = chosen.clone();
-                more.push(k);
-                let gain = gains(train, test, &more)?;
-                Some((k, gain))
-            });
-        let best = candidates.max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let is_new = |k: &usize| {
+            let id = train.hypotheses[*k].id;
+            !excluded(id) && chosen.iter().all(|c| train.hypotheses[*c].id != id)
+        };
+        let candidates = (0..train.hypotheses.len()).filter(is_new).filter_map(|k| {
+            let mut more = chosen.clone();
+            more.push(k);
+            let gain = gains(train, test, &more)?;
+            Some((k, gain))
+        });
+        let worth = |(k, gain): &(usize, (f64, f64))| {
+            gain.0 - SIGNIFICANT * train.hypotheses[*k].columns.len() as f64
+        };
+        let best = candidates.max_by(|a, b| worth(a).total_cmp(&worth(b)));
         match best {
             Some((k, gain)) if is_worth(gain, reached) => {
                 chosen.push(k);
@@ -165,14 +216,14 @@ pub(crate) fn search(
     chosen
         .iter()
         .map(|k| {
-            let count = train.effects[*k].1.len();
-            let range = at..at + count;
-            at += count;
+            let hypothesis = &train.hypotheses[*k];
+            let range = at..at + hypothesis.columns.len();
+            at = range.end;
             let without: Vec<usize> = chosen.iter().copied().filter(|c| c != k).collect();
             let rest = gains(train, test, &without).unwrap_or((0.0, 0.0));
             BodyFit {
-                id: train.effects[*k].0,
-                parameters: parameters(model, train.effects[*k].0, &solution, range),
+                id: hypothesis.id,
+                parameters: parameters(model, hypothesis, &solution, range),
                 gain: (reached.0 - rest.0, reached.1 - rest.1),
             }
         })
@@ -188,14 +239,14 @@ fn columns(side: &BodySide, chosen: &[usize]) -> Vec<(Column, Sign)> {
     chosen
         .iter()
         .flat_map(|k| {
-            let (id, columns) = &side.effects[*k];
+            let hypothesis = &side.hypotheses[*k];
             // A resistance that pushes is none.
-            let sign = if *id == IDS[2] {
+            let sign = if hypothesis.id == RESISTANCE {
                 Sign::Positive
             } else {
                 Sign::Free
             };
-            columns.iter().map(move |c| (c.clone(), sign))
+            hypothesis.columns.iter().map(move |c| (c.clone(), sign))
         })
         .filter(|(column, _)| !column.is_zero())
         .collect()
@@ -232,11 +283,12 @@ fn gains(train: &BodySide, test: &BodySide, chosen: &[usize]) -> Option<(f64, f6
 
 fn parameters(
     model: &Model,
-    id: &str,
+    hypothesis: &Hypothesis,
     solution: &Solution,
     range: std::ops::Range<usize>,
 ) -> BTreeMap<&'static str, (f64, f64, &'static str)> {
-    let value = |k: usize| {
+    let inertia = model.bodies.k.inertia_kg_m2.unwrap_or_default();
+    let fitted = |k: usize| {
         let place = range.start + k;
         (
             solution.coefficients.get(place).copied().unwrap_or(0.0),
@@ -248,24 +300,16 @@ fn parameters(
         let mass = nominal / (1.0 + c);
         (mass - nominal, mass * sigma / (1.0 + c))
     };
-    if id == IDS[0] {
-        let nominal = model.bodies.k.mass_kg.unwrap_or(0.0);
-        let (error, sigma) = scaled(nominal, value(0));
-        BTreeMap::from([("mass_error_kg", (error, sigma, "kg"))])
-    } else if id == IDS[1] {
-        let names = ["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"];
-        let inertia = model.bodies.k.inertia_kg_m2.unwrap_or_default();
-        (0..range.len().min(3))
-            .map(|k| {
-                let (error, sigma) = scaled(inertia[k][k], value(k));
-                (names[k], (error, sigma, "kg·m²"))
-            })
-            .collect()
-    } else {
-        let (stiffness, damping) = (value(0), value(1));
-        BTreeMap::from([
-            ("stiffness_n_per_m", (stiffness.0, stiffness.1, "N/m")),
-            ("damping_n_s_per_m", (damping.0, damping.1, "N·s/m")),
-        ])
-    }
+    let value = |k: usize| match hypothesis.id {
+        MASS => scaled(model.bodies.k.mass_kg.unwrap_or(0.0), fitted(k)),
+        INERTIA => scaled(inertia[k][k], fitted(k)),
+        _ => fitted(k),
+    };
+    let named = hypothesis.parameters.iter().enumerate();
+    named
+        .map(|(k, (name, unit))| {
+            let (value, sigma) = value(k);
+            (*name, (value, sigma, *unit))
+        })
+        .collect()
 }

@@ -4,6 +4,7 @@
 //! true duration of the cycle. A duration that varies by s_t adds v² s_t² to the variance of
 //! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
 
+use super::actuator::{Cost, Term};
 use super::optimise::golden;
 use crate::model::Model;
 use crate::model::actuator::Reading;
@@ -95,6 +96,117 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         rate: linear(&|k| errors[k].1 * log.cycle_s),
         offset_s: linear(&|k| slopes[k]),
     }
+}
+
+/// What scatters in proportion to the velocity in a log whose velocity is the difference of poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Scatter {
+    /// Standard deviation of the instants of the poses, s.
+    pub scatter_s: f64,
+    /// 2 Δ log L of it.
+    pub gain: f64,
+}
+
+impl Scatter {
+    /// Whether it is no chance.
+    pub(crate) fn is_significant(&self) -> bool {
+        self.gain > SIGNIFICANT
+    }
+}
+
+/// Looks for scattering instants in what terms of an actuator leave. Second differences of the
+/// residual are third ones of the poses, which smooth errors of a model do not reach; of these
+/// every fourth has a draw of its own. What lies far outside is an edge, not a scatter.
+pub(crate) fn scatter(cost: &Cost<'_>, terms: &[Term]) -> Scatter {
+    /// Cycles between values that share no pose.
+    const APART: usize = 4;
+    /// Deviations that are an edge.
+    const EDGE: f64 = 4.0;
+    /// Variance of the second difference of a difference of poses, over that of the difference.
+    const BY_DIFFERENCES: f64 = 10.0;
+    if cost.is_sampled() {
+        return Scatter::default();
+    }
+    let mut values = Vec::new();
+    for axis in (0..6).filter(|axis| cost.active[*axis]) {
+        let predicted = cost.simulate(&cost.chain(terms, axis), axis);
+        let residual = cost.residual(&predicted, axis);
+        let sigma = cost.sheet_sigma[axis];
+        let scale = 1.0 / (sigma * BY_DIFFERENCES.sqrt());
+        // A pose has half of the variance of a difference.
+        let per_second = std::f64::consts::SQRT_2 / (cost.cycle_s() * sigma);
+        let bends = residual.windows(3).zip(&predicted[1..]).step_by(APART);
+        values.extend(
+            bends.map(|(w, velocity)| ((w[2] - 2.0 * w[1] + w[0]) * scale, velocity * per_second)),
+        );
+    }
+    let deviation =
+        |(scatter_s, noise): (f64, f64), velocity: f64| noise.hypot(scatter_s * velocity);
+    let (first_s, _) = jitter(&values);
+    let squares = values
+        .iter()
+        .map(|(e, v)| e * e / (1.0 + (first_s * v).powi(2)));
+    let noise = (squares.sum::<f64>() / values.len().max(1) as f64).sqrt();
+    values.retain(|(e, v)| e.abs() < EDGE * deviation((first_s, noise), *v));
+    let (scatter_s, gain) = jitter(&values);
+    Scatter { scatter_s, gain }
+}
+
+/// All velocities later (negative: earlier) than the nominal actuator says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lateness {
+    /// By how much, s, with its deviation.
+    pub late_s: (f64, f64),
+    /// χ² with it on the log of the fit.
+    pub train: f64,
+}
+
+/// The best common lateness of all axes, if it explains anything on both logs.
+pub(crate) fn lateness(train: &Cost<'_>, test: &Cost<'_>) -> Option<Lateness> {
+    /// Latest that is tried, s.
+    const LATEST_S: f64 = 0.06;
+    /// Values of the grid.
+    const GRID: u32 = 24;
+    /// Share of the gain that unseen data has to confirm.
+    const CONFIRMED: f64 = 0.15;
+    if train.is_sampled() {
+        return None;
+    }
+    let low = -train.delay_s();
+    let step = (LATEST_S - low) / f64::from(GRID);
+    let cost = |late_s: f64| train.of_later(late_s);
+    let grid = (0..=GRID).map(|i| low + f64::from(i) * step);
+    let coarse = grid.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
+    let late_s = golden((coarse - step).max(low), coarse + step, 24, cost);
+    let least = cost(late_s);
+    let (gain, on_test) = (
+        cost(0.0) - least,
+        test.of_later(0.0) - test.of_later(late_s),
+    );
+    if gain < SIGNIFICANT_LINEAR || on_test < CONFIRMED * gain {
+        return None;
+    }
+    let near = 0.01 * train.cycle_s();
+    let curvature = (cost(late_s + near) + cost(late_s - near) - 2.0 * least) / (near * near);
+    let sigma = (2.0 / curvature.max(1e-12)).sqrt().min(step);
+    Some(Lateness {
+        late_s: (late_s, sigma),
+        train: least,
+    })
+}
+
+/// Error of the rate that a common factor of all velocities would mean, with its deviation.
+pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for axis in (0..6).filter(|axis| cost.active[*axis]) {
+        let predicted = cost.simulate(&cost.chain(&[], axis), axis);
+        let weight = cost.sigma[axis].powi(-2);
+        for (p, r) in predicted.iter().zip(cost.residual(&predicted, axis)) {
+            xx += weight * p * p;
+            xy += weight * p * r;
+        }
+    }
+    (xy / xx.max(1e-300), xx.max(1e-300).sqrt().recip())
 }
 
 /// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both.

@@ -12,6 +12,10 @@
 //! 5. `body`: does the rig's model of the craft differ from the user's?
 //! 6. `structure`: is what remains noise?
 //!
+//! Where the recorded velocity is the difference of poses, the clock is in both of them. Then
+//! `rivals` goes through 1 to 4 once more with an error of the clock in the place of the stage of
+//! the actuator that it looks like.
+//!
 //! An effect counts only if it is significant on the log that it was fitted on, keeps its promise
 //! on unseen data with the same parameters, and has a sign that physics allows. Nominal parameters
 //! may move within their tolerances in every hypothesis.
@@ -20,17 +24,20 @@ mod actuator;
 mod body;
 mod clock;
 mod engine;
+mod examined;
 mod finding;
 mod named;
-mod optimise;
+pub(crate) mod optimise;
 mod outcome;
 pub mod page;
 mod ranking;
 mod regions;
+mod rivals;
 mod rounding;
 mod sampling;
 mod sentence;
 mod structure;
+mod view;
 mod wrench;
 
 pub use finding::*;

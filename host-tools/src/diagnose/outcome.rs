@@ -4,10 +4,11 @@ use super::actuator::{Candidate, Search};
 use super::engine::{ActuatorFinding, Pair, Question, Stages};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
 use super::named::{self, Named};
+use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::{ranking, regions, sentence};
 use crate::model::actuator::{Reading, Stage};
-use crate::model::prediction::{Prediction, predict};
+use crate::model::prediction::{ChannelPrediction, Prediction, predict};
 use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
@@ -110,6 +111,7 @@ fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Mo
 }
 
 /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
+/// What the digits of a log make of the model's velocity, which has no other noise, is no error.
 pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
     let level = |channel: Channel| -> f64 {
         let series = prediction.channel(channel);
@@ -121,12 +123,17 @@ pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
         let mut sum = 0.0;
         for axis in axes {
             let sigma = series.sigma[axis.index()];
+            let digits = match channel {
+                Channel::ModelVelocity => variance_of_digits(series, *axis),
+                _ => 0.0,
+            };
             for n in 0..prediction.time_s.len() {
-                let residual = series.residual(n, *axis).unwrap_or(0.0) / sigma;
-                sum += residual * residual;
+                let residual = series.residual(n, *axis).unwrap_or(0.0);
+                let by_digits = if residual == 0.0 { 0.0 } else { digits };
+                sum += (residual * residual - by_digits) / (sigma * sigma);
             }
         }
-        (sum / count.max(1) as f64).sqrt()
+        (sum.max(0.0) / count.max(1) as f64).sqrt()
     };
     ChannelLevels {
         executed_velocity: level(Channel::ExecutedVelocity),
@@ -134,6 +141,20 @@ pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
         model_velocity: level(Channel::ModelVelocity),
         pose: level(Channel::Pose),
     }
+}
+
+/// Variance of the difference of two values that are rounded to the digits of a log.
+fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
+    let values: Vec<f64> = series
+        .measured
+        .iter()
+        .map(|row| row[axis.index()])
+        .collect();
+    if values.iter().all(|v| *v == 0.0) {
+        return 0.0;
+    }
+    let digit = digit_of(&values);
+    digit * digit / 6.0
 }
 
 /// The error's fall, the effect with the largest share first.

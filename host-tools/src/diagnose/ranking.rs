@@ -2,6 +2,7 @@
 
 use super::engine::{Stages, is_shape};
 use super::finding::{Experiment, Ranked, RunnerUp};
+use super::rivals::ClockRival;
 use crate::model::Channel;
 use std::collections::BTreeMap;
 
@@ -64,6 +65,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             refused: None,
         });
     }
+    all.extend(stages.clock_rivals.iter().flat_map(against_the_clock));
     if let Some((_, gain)) = stages.clock.jitter {
         all.push(Ranked {
             effects: vec!["clock_jitter".to_owned()],
@@ -92,6 +94,28 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     });
     all.retain(|one| one.gain_train > 10.0);
     shortened(all)
+}
+
+/// An error of the clock and the stage of the actuator that it looks like, the believed one first.
+fn against_the_clock(rival: &ClockRival) -> Vec<Ranked> {
+    let behind = (rival.better.0.abs(), rival.better.1.abs());
+    let (winner, loser) = if rival.believed {
+        (rival.id, rival.of)
+    } else {
+        (rival.of, rival.id)
+    };
+    let one = |id: &str, behind: (f64, f64), as_good_as: Option<&str>| Ranked {
+        effects: vec![id.to_owned()],
+        beside: Vec::new(),
+        channel: Channel::ExecutedVelocity,
+        gain_train: rival.gain.0 - behind.0,
+        gain_test: rival.gain.1 - behind.1,
+        parameters: 1,
+        as_good_as: as_good_as.map(str::to_owned),
+        refused: None,
+    };
+    let tied = rival.is_tie().then_some(winner);
+    vec![one(winner, (0.0, 0.0), None), one(loser, behind, tied)]
 }
 
 /// Rivals of one of several effects, and the effect itself, both beside the others.

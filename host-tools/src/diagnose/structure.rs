@@ -112,7 +112,7 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
                     ..Structure::default()
                 };
             }
-            Structure::of(&white.0[axis], side.scene.cycle_s, level)
+            counted(side, &white.0[axis], level)
         })
         .collect();
     // Whitening can swallow what is locked to the motion, so the plain squares count as well.
@@ -123,6 +123,22 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
     let plain = (levels / side.problem.axes as f64 - 1.0) * side.problem.count as f64;
     let excess = (squares - side.problem.count as f64).max(plain).max(0.0);
     (structures, excess, taken.amax())
+}
+
+/// Tests the cycles that count, as if the others had not been.
+fn counted(side: &Side, white: &[f64], level: f64) -> Structure {
+    let counts = side.problem.fresh().iter().enumerate();
+    let places: Vec<usize> = counts.filter(|(_, c)| **c).map(|(n, _)| n).collect();
+    let series: Vec<f64> = places
+        .iter()
+        .filter_map(|n| white.get(*n).copied())
+        .collect();
+    let mut found = Structure::of(&series, side.scene.cycle_s, level);
+    let (first, length) = found.burst_at;
+    let place = |n: usize| places.get(n).copied().unwrap_or_default();
+    let last = place(first + length.saturating_sub(1));
+    found.burst_at = (place(first), last.saturating_sub(place(first)) + 1);
+    found
 }
 
 /// Rounded readings have residuals of their own, and a level over the data sheet's noise. The

@@ -6,19 +6,29 @@ use super::impact_table;
 use super::impacts::{self, Impact};
 use super::run::{RunStatistics, record};
 use super::scenario::Scenario;
+use super::spring_rod::{TOUCH, one_stop};
 use crate::diagnose::{Diagnosis, Estimate, Report, Step};
 use crate::model::{EffectModel, Model};
 use crate::recording::Recording;
 use crate::report::{Cell, Column, Mark, Table};
 use crate::rig::Hidden;
 use crate::rig::hidden::{self, suggest};
-use anyhow::{Context, Result};
+use anyhow::{Result, bail};
 use serde::Serialize;
-use softdock_control::delay::LawName;
+use softdock_control::delay::actuator::ActuatorSettings;
+use softdock_control::delay::{DelaySettings, LawName, ModelVelocity};
 use softdock_control::effects::Group;
+use softdock_control::modes::{Fault, FaultCode};
 
 /// Speed of the bounces, m/s: the middle of the paper's range.
 pub const BOUNCE_SPEED_M_S: f64 = 0.01;
+/// Effects that a delay law is told of.
+const LEARNED: [&str; 4] = [
+    "actuation_delay",
+    "zero_cross_pause",
+    "actuation_lag",
+    "second_order_servo",
+];
 
 /// What the rig hides unless somebody asks for something else: with the 12 ms that the model knows,
 /// the robot of the paper, which is 32 ms late and stands still for 16 ms when it reverses.
@@ -227,42 +237,88 @@ pub fn history_table(diagnosis: &Diagnosis) -> Table {
     table
 }
 
+/// What the diagnosis found out about the robot, for the board's settings; None if it named nothing
+/// that a delay law can use.
+pub fn learned(report: &Report) -> Option<ActuatorSettings> {
+    let named = &report.diagnosis.effects;
+    if !named.iter().any(|id| LEARNED.contains(&id.as_str())) {
+        return None;
+    }
+    let mut model = report.after.clone();
+    model.effects.retain(|effect| named.contains(&effect.id));
+    Some(model.robot_for_board())
+}
+
+/// Settings of the board's delay compensation with what was found out.
+pub fn delay_settings(law: LawName, robot: &ActuatorSettings) -> DelaySettings {
+    DelaySettings {
+        law,
+        model_velocity: ModelVelocity::End,
+        actuator: robot.clone(),
+        ..DelaySettings::default()
+    }
+}
+
+/// The settings of the spring-rod test's board with this delay compensation, as a file.
+///
+/// # Errors
+/// None that the demonstration can cause.
+pub fn board_text(delay: &DelaySettings) -> Result<String> {
+    let mut board = Scenario::spring_rod()?.board;
+    board.control.delay = delay.clone();
+    Ok(toml_edit::ser::to_string_pretty(&board)?)
+}
+
 /// One bounce of the paper's spring-rod test on the demonstration's robot.
 #[derive(Clone, Debug)]
 pub struct Bounce {
-    /// Delay law of the run.
-    pub law: LawName,
+    /// The board's delay compensation.
+    pub delay: DelaySettings,
     /// How fast it ran.
     pub statistics: RunStatistics,
-    /// The impact.
-    pub impact: Impact,
+    /// The impact, or why the board stopped before it.
+    pub impact: Result<Impact, String>,
 }
 
-/// Whether the paper's delay law has anything to do on a rig that hides this.
+/// Whether a delay law has anything to do on a rig that hides this.
 pub fn is_late(hidden: &[Hidden]) -> bool {
-    let cured = ["actuation_delay", "zero_cross_pause"];
-    hidden.iter().any(|h| cured.contains(&h.id.as_str()))
+    hidden.iter().any(|h| LEARNED.contains(&h.id.as_str()))
 }
 
 /// Bounces with a delay law.
 ///
 /// # Errors
-/// The craft never reached the stop.
-pub fn bounce(law: LawName, hidden: &[Hidden], seed: u64) -> Result<Bounce> {
+/// The craft never reached the stop though nothing stopped it.
+pub fn bounce(delay: DelaySettings, hidden: &[Hidden], seed: u64) -> Result<Bounce> {
     let known = diagnosis::scenario(Part::Train, &[], seed)?;
-    let mut scenario = Scenario::spring_rod()?
-        .with_law(law)
-        .with_speed(BOUNCE_SPEED_M_S)?;
+    let mut scenario = one_stop(delay.law, BOUNCE_SPEED_M_S, TOUCH)?;
+    scenario.board.control.delay = delay.clone();
     scenario.seed = seed;
     scenario.rig.robot.actuator = known.rig.robot.actuator;
     scenario.rig.hidden = of_actuator(hidden);
     let (recording, statistics) = record(&scenario)?;
     let impact = impacts::find(&scenario, &recording).into_iter().next();
+    let fault = recording.cycles.last().and_then(|cycle| cycle.trace.fault);
     Ok(Bounce {
-        law,
+        delay,
         statistics,
-        impact: impact.context("the craft never touched the stop")?,
+        impact: match (impact, fault) {
+            (Some(impact), _) => Ok(impact),
+            (None, Some(fault)) => Err(stopped(&fault)),
+            (None, None) => bail!("the craft never touched the stop"),
+        },
     })
+}
+
+fn stopped(fault: &Fault) -> String {
+    let numbers = format!("{:.4}, allowed is {:.4}", fault.received, fault.expected);
+    match fault.code {
+        FaultCode::ActuatorUnlike => format!(
+            "refused before the stop was touched: the robot is late in another way than it was told \
+             (a share of {numbers}); what was named is not all that delays it"
+        ),
+        code => format!("stopped before the stop was touched: {code:?} ({numbers})"),
+    }
 }
 
 /// Those that another mechanism and another craft have too.
@@ -276,11 +332,19 @@ pub fn bounce_table(bounces: &[Bounce]) -> Table {
     let law = std::iter::once(Column::text("delay law"));
     let mut table = Table::new(law.chain(impact_table::columns()).collect());
     for bounce in bounces {
-        let law = std::iter::once(Cell::text(match bounce.law {
-            LawName::None => "none",
-            _ => "seed (the paper's)",
-        }));
-        table.push(law.chain(impact_table::cells(&bounce.impact)).collect());
+        let law = std::iter::once(Cell::text(law_words(bounce.delay.law)));
+        table.push(match &bounce.impact {
+            Ok(impact) => law.chain(impact_table::cells(impact)).collect(),
+            Err(_) => law.chain(impact_table::no_impact()).collect(),
+        });
     }
     table
+}
+
+fn law_words(law: LawName) -> String {
+    match law {
+        LawName::None => "none".to_owned(),
+        LawName::Seed => "seed (the paper's)".to_owned(),
+        other => format!("{} (with what was found)", other.name()),
+    }
 }

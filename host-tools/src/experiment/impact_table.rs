@@ -19,6 +19,11 @@ pub fn columns() -> Vec<Column> {
     ]
 }
 
+/// The cells where there was none.
+pub fn no_impact() -> Vec<Cell> {
+    columns().iter().map(|_| Cell::text("-")).collect()
+}
+
 /// The cells of one impact.
 pub fn cells(impact: &Impact) -> Vec<Cell> {
     let good = (impact.restitution - impact.expected_restitution).abs() <= GOOD;

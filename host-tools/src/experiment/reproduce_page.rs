@@ -30,7 +30,7 @@ pub fn table(reproduction: &Reproduction) -> Table {
     columns.push(Column::number("offset left", ""));
     let mut table = Table::new(columns);
     for Flight { row, .. } in &reproduction.flights {
-        let mut cells = vec![Cell::text(law_name(row.law))];
+        let mut cells = vec![Cell::text(row.law.name())];
         cells.extend(impact_table::cells(&row.impact));
         cells.push(Cell::interval(row.restitution_low, row.restitution_high, 3));
         cells.push(Cell::percent(row.offset_after));
@@ -162,13 +162,6 @@ fn plots(reproduction: &Reproduction, laws: &[LawName], draw: fn(&Flight) -> Plo
     flights.into_iter().map(draw).collect()
 }
 
-fn law_name(law: LawName) -> &'static str {
-    match law {
-        LawName::None => "none",
-        LawName::Seed => "seed",
-    }
-}
-
 /// Time shown before the first and after the last contact, s.
 const MARGIN_S: f64 = 0.15;
 
@@ -221,7 +214,7 @@ fn contacts(recording: &Recording) -> Vec<Band> {
 
 fn velocity_plot(flight: &Flight) -> Plot {
     let (row, recording) = (&flight.row, &flight.recording);
-    let title = format!("{} mm/s, law {}", row.speed_mm_s, law_name(row.law));
+    let title = format!("{} mm/s, law {}", row.speed_mm_s, row.law.name());
     let mut plot = Plot::new(&title, "time [s]", "velocity x [mm/s]");
     plot.series = vec![
         Series::line(

@@ -7,6 +7,7 @@ use crate::recording::{Header, Recording, TruthRecord};
 use crate::rig::Rig;
 use anyhow::{Context, Result};
 use softdock_control::io::CycleRecord;
+use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -57,7 +58,12 @@ pub fn run(
             counts_per_torque: sensor.counts_per_newton_metre,
         },
         duration_s: scenario.duration_s,
-        commands: Vec::new(),
+        commands: if scenario.hold {
+            // The first telegram is a new run, which drops commands that wait.
+            vec![(1, Command::Hold)]
+        } else {
+            Vec::new()
+        },
     };
     let start = Instant::now();
     let mut cycles = 0;

@@ -27,6 +27,8 @@ pub struct Scenario {
     pub start_position_m: [f64; 3],
     /// Orientation of M in C at the start: A, B, C, rad.
     pub start_abc_rad: [f64; 3],
+    /// The board stays in hold and moves nothing: a recording of a pose at rest.
+    pub hold: bool,
     /// The board's settings; the same text as in a settings file.
     pub board: BoardSettings,
     /// The simulated rig.

@@ -1,6 +1,7 @@
 //! A program for a board: an ELF file, read and checked.
 
 use super::Region;
+use super::thumb::Holds;
 use anyhow::{Context, Result, bail, ensure};
 use object::{Architecture, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use std::path::Path;
@@ -40,6 +41,38 @@ pub struct Elf {
     pub sections: Vec<Section>,
     /// Statics and functions.
     pub symbols: Vec<Symbol>,
+    /// What of it is in flash: code and constants.
+    pub(super) code: Vec<Code>,
+}
+
+/// A section of code or constants.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Code {
+    pub(super) address: u64,
+    pub(super) bytes: Vec<u8>,
+    /// From where on it holds what, sorted by address; constants before the first mark.
+    pub(super) marks: Vec<(u64, Holds)>,
+}
+
+impl Code {
+    pub(super) fn contains(&self, address: u64) -> bool {
+        (self.address..self.address + self.bytes.len() as u64).contains(&address)
+    }
+
+    /// Address, contents and kind of each stretch between two marks.
+    pub(super) fn stretches(&self) -> impl Iterator<Item = (u64, &[u8], Holds)> {
+        let first = std::iter::once((self.address, Holds::Data));
+        let starts: Vec<_> = first.chain(self.marks.iter().copied()).collect();
+        let end = self.address + self.bytes.len() as u64;
+        let ends: Vec<u64> = starts.iter().skip(1).map(|s| s.0).chain([end]).collect();
+        starts
+            .into_iter()
+            .zip(ends)
+            .filter_map(|((from, holds), to)| {
+                let part = (from - self.address) as usize..(to - self.address) as usize;
+                Some((from, self.bytes.get(part)?, holds))
+            })
+    }
 }
 
 impl Elf {
@@ -58,6 +91,7 @@ impl Elf {
                 entry: file.entry(),
                 sections: file.sections().filter_map(|s| section(&s)).collect(),
                 symbols: file.symbols().filter_map(|s| symbol(&s)).collect(),
+                code: code(&file)?,
             })
         };
         read().with_context(|| path.display().to_string())
@@ -76,6 +110,40 @@ impl Elf {
             flash.origin + flash.length
         )
     }
+}
+
+/// The sections that are in flash and stay there.
+fn code(file: &object::File) -> Result<Vec<Code>> {
+    let mut marks: Vec<(u64, Holds)> = file
+        .symbols()
+        .filter_map(|symbol| {
+            let holds = match symbol.name().ok()?.get(..2)? {
+                "$t" => Holds::Code,
+                "$d" => Holds::Data,
+                _ => return None,
+            };
+            Some((symbol.address(), holds))
+        })
+        .collect();
+    marks.sort_by_key(|mark| mark.0);
+    let sections = file
+        .sections()
+        .filter(|s| section(s).is_some_and(|s| s.loaded && !s.writable));
+    sections
+        .map(|section| {
+            let address = section.address();
+            let inside = address..address + section.size();
+            Ok(Code {
+                address,
+                bytes: section.data()?.to_vec(),
+                marks: marks
+                    .iter()
+                    .filter(|m| inside.contains(&m.0))
+                    .copied()
+                    .collect(),
+            })
+        })
+        .collect()
 }
 
 fn section<'a>(section: &impl ObjectSection<'a>) -> Option<Section> {

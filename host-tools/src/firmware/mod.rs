@@ -3,6 +3,8 @@
 mod build;
 mod image;
 mod memory;
+mod reach;
+mod thumb;
 mod usage;
 
 pub use build::{BoardImage, build, repository};

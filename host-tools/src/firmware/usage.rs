@@ -1,6 +1,7 @@
 //! How much of a chip's memory a program takes: per region, per section, per task.
 
 use super::image::{Section, Symbol};
+use super::reach::reached;
 use super::{Elf, Region};
 use serde::Serialize;
 
@@ -12,8 +13,10 @@ const LISTED_STATICS: usize = 8;
 pub struct Usage {
     /// Each region of the chip.
     pub regions: Vec<RegionUsage>,
-    /// State of each task, with all futures in it, the largest first.
-    pub tasks: Vec<Named>,
+    /// What each task takes, those with most RAM first.
+    pub tasks: Vec<TaskUsage>,
+    /// Code and constants of several tasks, or of the start and the interrupts, bytes.
+    pub shared_flash: u64,
     /// The largest other statics in RAM.
     pub statics: Vec<Named>,
 }
@@ -28,6 +31,17 @@ pub struct RegionUsage {
     pub used: u64,
     /// By what.
     pub sections: Vec<Named>,
+}
+
+/// A task and what it takes, bytes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TaskUsage {
+    /// Its name.
+    pub name: String,
+    /// State, with all futures in it.
+    pub ram: u64,
+    /// Code and constants that nothing else reaches.
+    pub flash: u64,
 }
 
 /// Something that takes memory.
@@ -47,15 +61,21 @@ pub fn usage(elf: &Elf, regions: &[Region]) -> Usage {
         .filter(|symbol| in_ram(elf, symbol))
         .map(named)
         .partition(|named| task(&named.name).is_some());
-    let tasks = tasks.into_iter().map(|named| Named {
-        name: task(&named.name).unwrap_or_default().to_owned(),
-        ..named
+    let mut code = reached(elf);
+    let tasks = largest_first(tasks).into_iter().map(|named| {
+        let name = task(&named.name).unwrap_or_default().to_owned();
+        TaskUsage {
+            flash: code.tasks.remove(&name).unwrap_or_default(),
+            ram: named.bytes,
+            name,
+        }
     });
     let mut statics = largest_first(statics);
     statics.truncate(LISTED_STATICS);
     Usage {
         regions: regions.iter().map(|r| region_usage(elf, r)).collect(),
-        tasks: largest_first(tasks.collect()),
+        tasks: tasks.collect(),
+        shared_flash: code.shared,
         statics,
     }
 }
@@ -150,15 +170,16 @@ mod tests {
                 symbol("board::SHARED", 0x2050, 30),
                 symbol("board::main", 0x800, 40),
             ],
+            code: Vec::new(),
         };
         let usage = usage(&elf, &[region("FLASH", 0x800), region("RAM", 0x2000)]);
         let used: Vec<u64> = usage.regions.iter().map(|region| region.used).collect();
         assert_eq!(used, [320, 120]);
-        let task = |name: &str, bytes| Named {
-            name: name.to_owned(),
-            bytes,
+        let [task] = &usage.tasks[..] else { panic!() };
+        assert_eq!((task.name.as_str(), task.ram), ("board::robot", 60));
+        let [shared] = &usage.statics[..] else {
+            panic!()
         };
-        assert_eq!(usage.tasks, [task("board::robot", 60)]);
-        assert_eq!(usage.statics, [task("board::SHARED", 30)]);
+        assert_eq!((shared.name.as_str(), shared.bytes), ("board::SHARED", 30));
     }
 }

@@ -173,6 +173,14 @@ fn bodies(text: &mut String, model: &Model) {
             let key = "arm_angular_acceleration_rad_s2";
             add(&mut lines, format_args!("{key} = {value:?}\n"));
         }
+        for (key, value) in [
+            ("arm_stiffness_n_per_m", body.arm_stiffness_n_per_m),
+            ("arm_damping_n_s_per_m", body.arm_damping_n_s_per_m),
+        ] {
+            if let Some(value) = value {
+                add(&mut lines, format_args!("{key} = {value:?}\n"));
+            }
+        }
         if !lines.is_empty() {
             add(
                 text,

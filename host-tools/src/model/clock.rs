@@ -6,7 +6,7 @@
 //! each perturbed simulation serving every cycle that is far enough from the next.
 
 use crate::model::Model;
-use crate::model::actuator::{Timing, simulate};
+use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::log::Log;
 use nalgebra::Vector3;
 
@@ -30,10 +30,15 @@ pub(crate) fn recover(model: &Model, log: &Log, jitter_s: f64) -> Vec<f64> {
     let chain = model.chain(0);
     let reach = ((chain.delay_s + 5.0 * chain.lag_s) / log.cycle_s) as usize + 2;
     let smallest = 0.05 * log.cycle_s;
+    // Between two instants that scatter a duration scatters more.
+    let spread_s = match log.reading {
+        Reading::Mean => std::f64::consts::SQRT_2 * jitter_s,
+        Reading::AtEnd => jitter_s,
+    };
     for _ in 0..ITERATIONS {
         let linear = linearise(model, log, &intervals, reach);
         let deviation: Vec<f64> = intervals.iter().map(|i| i - log.cycle_s).collect();
-        let change = solve(&linear, &deviation, jitter_s);
+        let change = solve(&linear, &deviation, spread_s);
         for (interval, change) in intervals.iter_mut().zip(change) {
             *interval = (*interval + change).max(smallest);
         }
@@ -55,7 +60,9 @@ fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linea
                 cycle_s: log.cycle_s,
                 intervals_s: intervals,
             };
-            simulate(&chain, &log.sent[axis], &timing, log.reading)
+            let mut velocity = simulate(&chain, &log.sent[axis], &timing, log.reading);
+            timing.as_recorded(&mut velocity, log.reading);
+            velocity
         };
         let base = simulated(intervals);
         let perturbed: Vec<Vec<f64>> = (0..reach)
@@ -79,7 +86,8 @@ fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linea
                 .residual
                 .push((log.executed[axis][n] - base[n]) / sigma);
             linear.rows.push(row);
-            if axis < 3 {
+            // A difference of poses says all that the poses say.
+            if axis < 3 && log.reading == Reading::AtEnd {
                 let (way, _) = increments(log, n);
                 let velocity = 0.5 * (base[n] + base[n - 1]);
                 let sigma = std::f64::consts::SQRT_2 * model.noise.position_m;

@@ -98,28 +98,37 @@ impl Edited<'_> {
     ///
     /// The file was changed by somebody else in the meantime, or cannot be replaced.
     pub fn save(&self) -> Result<()> {
-        // A link stays a link.
-        let path = std::fs::canonicalize(&self.file.path)
-            .with_context(|| format!("cannot find {}", self.file.path.display()))?;
-        if read(&path)? != self.file.text {
-            bail!(
-                "{} was changed by another program in the meantime and is left as it is; run the \
-                 command again",
-                path.display()
-            );
-        }
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let failed = || format!("cannot replace {}", path.display());
-        let mut new = tempfile::NamedTempFile::new_in(folder).with_context(failed)?;
-        new.write_all(self.text.as_bytes()).with_context(failed)?;
-        let permissions = std::fs::metadata(&path).with_context(failed)?.permissions();
-        new.as_file()
-            .set_permissions(permissions)
-            .with_context(failed)?;
-        new.as_file().sync_all().with_context(failed)?;
-        new.persist(&path).with_context(failed)?;
-        Ok(())
+        replace(&self.file.path, &self.file.text, &self.text)
     }
+}
+
+/// Replaces the text of a file in one step, if it is still the text that was read.
+///
+/// # Errors
+///
+/// The file was changed by somebody else in the meantime, or cannot be replaced.
+pub(crate) fn replace(path: &Path, before: &str, after: &str) -> Result<()> {
+    // A link stays a link.
+    let path =
+        std::fs::canonicalize(path).with_context(|| format!("cannot find {}", path.display()))?;
+    if read(&path)? != before {
+        bail!(
+            "{} was changed by another program in the meantime and is left as it is; run the \
+             command again",
+            path.display()
+        );
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let failed = || format!("cannot replace {}", path.display());
+    let mut new = tempfile::NamedTempFile::new_in(folder).with_context(failed)?;
+    new.write_all(after.as_bytes()).with_context(failed)?;
+    let permissions = std::fs::metadata(&path).with_context(failed)?.permissions();
+    new.as_file()
+        .set_permissions(permissions)
+        .with_context(failed)?;
+    new.as_file().sync_all().with_context(failed)?;
+    new.persist(&path).with_context(failed)?;
+    Ok(())
 }
 
 fn read(path: &Path) -> Result<String> {
@@ -127,7 +136,10 @@ fn read(path: &Path) -> Result<String> {
 }
 
 /// Edits text whose lines end as a TOML writer ends them, and gives it its own line ends back.
-fn with_its_line_ends(text: &str, edit: impl FnOnce(&str) -> Result<String>) -> Result<String> {
+pub(crate) fn with_its_line_ends(
+    text: &str,
+    edit: impl FnOnce(&str) -> Result<String>,
+) -> Result<String> {
     if !text.contains("\r\n") {
         return edit(text);
     }

@@ -1,6 +1,7 @@
 //! A recording as plain series, one per axis: what the search for effects works on.
 
 use crate::model::actuator::Reading;
+use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{Model, NoiseModel};
 use crate::recording::Recording;
@@ -20,10 +21,12 @@ pub(crate) struct Log {
     pub time_s: Vec<f64>,
     /// What the executed velocity is.
     pub reading: Reading,
-    /// Velocity sent in each cycle; m/s, rad/s.
+    /// Rates of the robot's axes sent in each cycle; m/s, rad/s.
     pub sent: Series,
-    /// Executed velocity; m/s, rad/s.
+    /// Executed rates of the robot's axes; m/s, rad/s.
     pub executed: Series,
+    /// How these rates make a velocity in each cycle; None where they are the velocity.
+    pub turned: Vec<Option<Turned>>,
     /// Measured pose of M in C.
     pub pose: Vec<Pose<f64>>,
     /// Raw wrench in S; N, N·m.
@@ -62,7 +65,11 @@ impl Log {
             let rows: Vec<[f64; 6]> = range.clone().map(of).collect();
             std::array::from_fn(|axis| rows.iter().map(|row| row[axis]).collect())
         };
-        let executed = |n: usize| signals.executed(n).map_or([0.0; 6], |v| v.get());
+        let executed = |n: usize| {
+            let velocity = signals.executed(n).map_or([0.0; 6], |v| v.get());
+            let turned = signals.turned(n);
+            turned.map_or(velocity, |turned| turned.rates(&velocity))
+        };
         let identity = Pose::identity();
         Ok(Self {
             cycle_s: signals.cycle_s,
@@ -71,8 +78,9 @@ impl Log {
                 VelocityMeaning::CycleMean => Reading::Mean,
                 VelocityMeaning::Sampled => Reading::AtEnd,
             },
-            sent: series(&|n| finite(trace(n).sent_velocity)),
+            sent: series(&|n| signals.sent_rates(n)),
             executed: series(&executed),
+            turned: range.clone().map(|n| signals.turned(n)).collect(),
             pose: range
                 .clone()
                 .map(|n| signals.pose(n).unwrap_or(identity))
@@ -85,6 +93,11 @@ impl Log {
             velocity_sigma: signals.velocity_sigma(noise),
             first: range.start,
         })
+    }
+
+    /// Linear and angular velocity of rates in cycle n.
+    pub(crate) fn velocity(&self, n: usize, rates: [f64; 6]) -> [f64; 6] {
+        self.turned[n].map_or(rates, |turned| turned.velocity(&rates))
     }
 
     /// Number of cycles.

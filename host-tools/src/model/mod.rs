@@ -4,6 +4,7 @@
 //! [`Model::default`]. [`Model::default_toml`] is a file to start from.
 
 pub mod actuator;
+mod board;
 pub mod channel;
 pub(crate) mod clock;
 pub mod edit;

@@ -188,6 +188,12 @@ pub struct BodyModel {
     /// Angular acceleration by the space manipulator, rad/s² in body axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm_angular_acceleration_rad_s2: Option<[f64; 3]>,
+    /// Stiffness of the space manipulator towards the initial position, N/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_stiffness_n_per_m: Option<f64>,
+    /// Damping of the space manipulator, N·s/m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm_damping_n_s_per_m: Option<f64>,
 }
 
 impl BodyModel {
@@ -202,6 +208,12 @@ impl BodyModel {
         settings.arm_angular_acceleration_rad_s2 = self
             .arm_angular_acceleration_rad_s2
             .unwrap_or(settings.arm_angular_acceleration_rad_s2);
+        settings.arm_stiffness_n_per_m = self
+            .arm_stiffness_n_per_m
+            .unwrap_or(settings.arm_stiffness_n_per_m);
+        settings.arm_damping_n_s_per_m = self
+            .arm_damping_n_s_per_m
+            .unwrap_or(settings.arm_damping_n_s_per_m);
     }
 }
 

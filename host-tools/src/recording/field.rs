@@ -26,6 +26,10 @@ impl Unit {
     pub(super) const RADIAN_PER_SECOND: Self = Self::new("rad_s", "rad/s");
     pub(super) const NEWTON: Self = Self::new("n", "N");
     pub(super) const NEWTON_METRE: Self = Self::new("n_m", "N·m");
+    pub(super) const NEWTON_SECOND: Self = Self::new("n_s", "N·s");
+    pub(super) const NEWTON_METRE_SECOND: Self = Self::new("n_m_s", "N·m·s");
+    pub(super) const NEWTON_PER_METRE: Self = Self::new("n_per_m", "N/m");
+    pub(super) const NEWTON_SECOND_PER_METRE: Self = Self::new("n_s_per_m", "N·s/m");
 
     const fn new(suffix: &'static str, symbol: &'static str) -> Self {
         Self { suffix, symbol }

@@ -102,6 +102,7 @@ uint8 MODE_HOLD=1
 uint8 MODE_ARMED=2
 uint8 MODE_RUNNING=3
 uint8 MODE_FAULT=4
+uint8 MODE_JOGGING=5
 uint8 mode
 ";
         assert!(ros2msg(Topic::Status).starts_with(expected));

@@ -7,6 +7,7 @@ use super::TruthRecord;
 use super::field::{Field, Number, Unit, Visitor};
 use super::words::Word;
 use softdock_control::delay::PARTS;
+use softdock_control::delay::status::{LawFlags, LawStatus};
 use softdock_control::io::{
     BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
 };
@@ -35,6 +36,8 @@ pub(super) enum Topic {
     /// What an observer sees of the docking surfaces.
     Docking,
     Law,
+    /// What the law knows and did.
+    LawStatus,
     Command,
     Status,
     /// Only in recordings of a simulated rig.
@@ -43,7 +46,7 @@ pub(super) enum Topic {
 
 impl Topic {
     /// All topics in the order in which they are written.
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 15] = [
         Self::Robot,
         Self::Sensor,
         Self::Operator,
@@ -55,6 +58,7 @@ impl Topic {
         Self::ModelVelocity,
         Self::Docking,
         Self::Law,
+        Self::LawStatus,
         Self::Command,
         Self::Status,
         Self::Truth,
@@ -80,6 +84,7 @@ impl Topic {
             Self::ModelVelocity => ("/model/velocity", "softdock/msg/ModelVelocity"),
             Self::Docking => ("/model/docking", "softdock/msg/Docking"),
             Self::Law => ("/law", "softdock/msg/Law"),
+            Self::LawStatus => ("/law/status", "softdock/msg/LawStatus"),
             Self::Command => ("/command", "softdock/msg/Command"),
             Self::Status => ("/status", "softdock/msg/Status"),
             Self::Truth => ("/truth", "softdock/msg/Truth"),
@@ -131,6 +136,7 @@ impl Topic {
             Self::ModelVelocity => model_velocity(v, trace),
             Self::Docking => docking(v, &mut trace.docking),
             Self::Law => law(v, trace),
+            Self::LawStatus => law_status(v, trace),
             Self::Command => command(v, trace),
             Self::Status => status(v, trace),
             Self::Truth => rig_truth(v, truth),
@@ -270,6 +276,48 @@ fn law<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
     let names = ["sum_linear", "sum_angular"];
     let about = "velocity that the law asks for: the model's and all parts";
     twist(v, names, about, &mut trace.law_velocity)
+}
+
+fn law_status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
+    let LawStatus {
+        rung,
+        flags: LawFlags(flags),
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        delay_s,
+        latency_cycles,
+        misfit,
+    } = &mut trace.law_status;
+    word(v, ("rung", "step of the law's ladder"), rung)?;
+    let about = "what the law noticed or did, one bit each: 0 contact, 1 ghost force left out, \
+                 2 rebound corrected as identified, 3 rebound bounded, 4 wall remembered, 5 delay at \
+                 the end of its range, 6 largest speed";
+    scalar(v, ("flags", Unit::NONE, about), flags)?;
+    let about = "identified along the direction of contact";
+    scalar(
+        v,
+        ("stiffness", Unit::NEWTON_PER_METRE, about),
+        stiffness_n_per_m,
+    )?;
+    scalar(
+        v,
+        ("damping", Unit::NEWTON_SECOND_PER_METRE, about),
+        damping_n_s_per_m,
+    )?;
+    let about = "mean delay of the robot, followed while running";
+    scalar(v, ("delay", Unit::SECOND, about), delay_s)?;
+    let about = "cycles by which the reported pose is older than the force";
+    scalar(v, ("latency", Unit::CYCLES, about), latency_cycles)?;
+    let about = "misfit of the robot before a contact, of the contact from then on";
+    scalar(v, ("misfit", Unit::NONE, about), misfit)?;
+    let names = ["unaccounted_impulse", "unaccounted_angular_impulse"];
+    let about = "felt by the model beyond the measured wrench, at M, axes of M";
+    let (linear, angular) = trace.unaccounted_impulse.split_at_mut(3);
+    v.numbers(&array(names[0], Unit::NEWTON_SECOND, XYZ, about), linear)?;
+    v.numbers(
+        &array(names[1], Unit::NEWTON_METRE_SECOND, XYZ, about),
+        angular,
+    )
 }
 
 fn command<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {

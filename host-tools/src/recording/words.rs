@@ -1,6 +1,8 @@
 //! Codes and words of the enumerations in a recording. The words stand in CSV files, the codes
 //! in messages; both are part of the format and never change their meaning.
 
+use softdock_control::delay::status::Rung;
+use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 
 /// A value that is recorded as one of several words.
@@ -32,20 +34,20 @@ macro_rules! words {
             }
         }
     };
-    ($type:ty, none { $($code:literal $word:literal $value:path,)+ }) => {
+    ($type:ty, none { $($code:literal $word:literal $value:path $([$of:path])?,)+ }) => {
         impl Word for Option<$type> {
             const WORDS: &'static [&'static str] = &["none", $($word),+];
 
             fn code(self) -> u8 {
                 match self {
                     None => 0,
-                    $(Some($value) => $code,)+
+                    $(Some($value $(($of))?) => $code,)+
                 }
             }
             fn from_code(code: u8) -> Option<Self> {
                 match code {
                     0 => Some(None),
-                    $($code => Some(Some($value)),)+
+                    $($code => Some(Some($value $(($of))?)),)+
                     _ => None,
                 }
             }
@@ -59,6 +61,14 @@ words! { Mode {
     2 "armed" Mode::Armed,
     3 "running" Mode::Running,
     4 "fault" Mode::Fault,
+    5 "jogging" Mode::Jogging,
+} }
+
+words! { Rung {
+    0 "no_ladder" Rung::NoLadder,
+    1 "watching" Rung::Watching,
+    2 "identifying" Rung::Identifying,
+    3 "leading" Rung::Leading,
 } }
 
 words! { Command, none {
@@ -68,6 +78,18 @@ words! { Command, none {
     4 "stop" Command::Stop,
     5 "reset" Command::Reset,
     6 "zero" Command::Zero,
+    7 "jog_x" Command::Jog[Jog::X],
+    8 "jog_y" Command::Jog[Jog::Y],
+    9 "jog_z" Command::Jog[Jog::Z],
+    10 "jog_a" Command::Jog[Jog::A],
+    11 "jog_b" Command::Jog[Jog::B],
+    12 "jog_c" Command::Jog[Jog::C],
+    13 "jog_minus_x" Command::Jog[Jog::MinusX],
+    14 "jog_minus_y" Command::Jog[Jog::MinusY],
+    15 "jog_minus_z" Command::Jog[Jog::MinusZ],
+    16 "jog_minus_a" Command::Jog[Jog::MinusA],
+    17 "jog_minus_b" Command::Jog[Jog::MinusB],
+    18 "jog_minus_c" Command::Jog[Jog::MinusC],
 } }
 
 words! { Refusal, none {
@@ -80,6 +102,7 @@ words! { Refusal, none {
     7 "still_moving" Refusal::StillMoving,
     8 "moved_since_armed" Refusal::MovedSinceArmed,
     9 "too_few_samples" Refusal::TooFewSamples,
+    10 "no_room" Refusal::NoRoom,
 } }
 
 words! { FaultCode, none {
@@ -95,6 +118,7 @@ words! { FaultCode, none {
     10 "late_answers" FaultCode::LateAnswers,
     11 "sustained_clamp" FaultCode::SustainedClamp,
     12 "pose_lost" FaultCode::PoseLost,
+    13 "actuator_unlike" FaultCode::ActuatorUnlike,
 } }
 
 #[cfg(test)]
@@ -114,6 +138,7 @@ mod tests {
     #[test]
     fn a_code_is_the_place_of_its_word() {
         check::<Mode>();
+        check::<Rung>();
         check::<Option<Command>>();
         check::<Option<Refusal>>();
         check::<Option<FaultCode>>();
@@ -123,7 +148,9 @@ mod tests {
     fn commands_are_recorded_with_the_words_that_an_operator_types() {
         for (word, command) in Command::WORDS {
             let code = usize::from(Some(command).code());
-            assert_eq!(<Option<Command>>::WORDS[code], word);
+            // Words of a schema are names.
+            let name = word.replace(' ', "_").replace('-', "minus_");
+            assert_eq!(<Option<Command>>::WORDS[code], name);
         }
     }
 }

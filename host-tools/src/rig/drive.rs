@@ -15,14 +15,14 @@ use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 const COMMANDS_IN_FLIGHT: usize = 64;
 
 /// Six axes X Y Z A B C: m and rad, or m/s and rad/s.
-pub(super) type Axes = [f64; 6];
+pub(crate) type Axes = [f64; 6];
 
 /// Six axes behind one delay line, and where they have got to.
 ///
 /// Times that come in are those of the nominal clock; with a hidden error of the clock's rate, the
 /// arm lives in the real time that passes meanwhile.
 #[derive(Clone, Debug)]
-pub(super) struct Drive {
+pub(crate) struct Drive {
     rounding: Option<CommandQuantisation<f64>>,
     line: TransportDelay<f64, 6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
@@ -38,7 +38,7 @@ pub(super) struct Drive {
 
 impl Drive {
     /// At rest at `start`.
-    pub(super) fn new(settings: &RigSettings, start: Axes) -> Result<Self> {
+    pub(crate) fn new(settings: &RigSettings, start: Axes) -> Result<Self> {
         let value = |id, parameter| {
             hidden::find(&settings.hidden, id).map_or(0.0, |hidden| hidden.value(parameter))
         };
@@ -73,7 +73,7 @@ impl Drive {
     }
 
     /// Begins a cycle with this velocity.
-    pub(super) fn push(&mut self, velocity: Axes) {
+    pub(crate) fn push(&mut self, velocity: Axes) {
         self.line.push(self.rounded(velocity));
     }
 
@@ -91,7 +91,7 @@ impl Drive {
 
     /// One integration step that begins `since_cycle_s` after the cycle did; `extra_delay_s` is
     /// this cycle's deviation from the nominal delay.
-    pub(super) fn advance(&mut self, since_cycle_s: f64, extra_delay_s: f64) {
+    pub(crate) fn advance(&mut self, since_cycle_s: f64, extra_delay_s: f64) {
         let step_s = self.clock.real_time(self.step_s);
         let from = self.clock.real_time(since_cycle_s) - extra_delay_s;
         let delayed = self.line.mean_over(from, from + step_s);
@@ -103,7 +103,7 @@ impl Drive {
     }
 
     /// X Y Z A B C, `ahead_s` after the last step.
-    pub(super) fn position(&self, ahead_s: f64) -> Axes {
+    pub(crate) fn position(&self, ahead_s: f64) -> Axes {
         let ahead_s = self.clock.real_time(ahead_s);
         std::array::from_fn(|i| self.position[i] + ahead_s * self.velocity[i])
     }
@@ -120,7 +120,7 @@ impl Drive {
     }
 
     /// Executed velocity: linear in C, angular in M.
-    pub(super) fn twist(&self) -> Twist<f64> {
+    pub(crate) fn twist(&self) -> Twist<f64> {
         self.twist
     }
 }

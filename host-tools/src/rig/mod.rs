@@ -16,7 +16,7 @@
 
 mod checks;
 mod controller;
-mod drive;
+pub(crate) mod drive;
 mod feedback;
 mod guide;
 pub mod hidden;

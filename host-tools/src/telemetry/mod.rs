@@ -18,5 +18,6 @@ mod stream;
 mod window;
 
 pub use listener::{Listener, Received};
+pub(crate) use names::Names;
 pub use part::{METADATA, PartSummary};
 pub use recorder::{Progress, Recorder, Summary};

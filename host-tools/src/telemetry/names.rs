@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 /// Names of the files: the one that was asked for, then `-2`, `-3`, .. before its ending.
 #[derive(Debug)]
-pub(super) struct Names {
+pub(crate) struct Names {
     first: PathBuf,
     given: u32,
 }
 
 impl Names {
-    pub(super) fn new(first: &Path) -> Self {
+    pub(crate) fn new(first: &Path) -> Self {
         Self {
             first: first.to_path_buf(),
             given: 0,
@@ -19,7 +19,7 @@ impl Names {
 
     /// The next name. The first may exist; those after it do not: files of an earlier recording are
     /// not overwritten by a number.
-    pub(super) fn next(&mut self) -> PathBuf {
+    pub(crate) fn next(&mut self) -> PathBuf {
         loop {
             self.given += 1;
             let path = match self.given {

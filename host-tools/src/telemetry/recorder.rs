@@ -7,6 +7,7 @@ use crate::identity;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
 use softdock_app::telemetry::{DatagramError, Part};
+use softdock_control::io::CycleRecord;
 use std::net::SocketAddr;
 use std::path::Path;
 
@@ -148,6 +149,12 @@ impl Recorder {
             lost_cycles,
             foreign: (self.foreign, self.last_foreign),
         }
+    }
+
+    /// The cycle that came last.
+    pub fn newest(&self) -> Option<&CycleRecord> {
+        let streams = self.streams.iter().rev();
+        streams.filter_map(|stream| stream.newest.as_ref()).next()
     }
 
     /// Ends all files: what became of them, and the first error.

@@ -38,6 +38,8 @@ pub(super) struct Stream {
     lost_counter: Option<u32>,
     lost_on_board: u64,
     held: Vec<CycleRecord>,
+    /// The cycle that came last.
+    pub(super) newest: Option<CycleRecord>,
     part: Option<OpenPart>,
     finished: Vec<PartSummary>,
     /// What a person should know, not told yet.
@@ -56,6 +58,7 @@ impl Stream {
             lost_counter: None,
             lost_on_board: 0,
             held: Vec::new(),
+            newest: None,
             part: None,
             finished: Vec::new(),
             notes: Vec::new(),
@@ -164,6 +167,7 @@ impl Stream {
             self.unreadable += 1;
             return Ok(());
         };
+        self.newest = Some(record);
         if let Some(part) = &mut self.part {
             return part.push(&record);
         }

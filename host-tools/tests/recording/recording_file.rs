@@ -84,7 +84,7 @@ fn other_programs_find_their_way() {
     let summary = mcap::Summary::read(&file).unwrap().unwrap();
     assert_eq!(summary.chunk_indexes.len(), 3);
     let stats = summary.stats.unwrap();
-    assert_eq!(stats.channel_message_counts.len(), 14);
+    assert_eq!(stats.channel_message_counts.len(), 15);
     assert!(stats.channel_message_counts.values().all(|n| *n == 130));
     assert_eq!(stats.message_end_time, 129 * 4_000_000);
     for channel in summary.channels.values() {
@@ -101,6 +101,7 @@ fn other_programs_find_their_way() {
         "/inputs/robot",
         "/inputs/sensor",
         "/law",
+        "/law/status",
         "/model/docking",
         "/model/k",
         "/model/q",

@@ -1,6 +1,7 @@
 //! Recordings for the tests.
 
 use softdock::recording::{Header, Recording, TruthRecord};
+use softdock_control::delay::status::{LawFlags, LawStatus, Rung};
 use softdock_control::io::{
     BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
 };
@@ -15,6 +16,13 @@ const MODES: [Mode; 5] = [
     Mode::Fault,
 ];
 
+const RUNGS: [Rung; 4] = [
+    Rung::NoLadder,
+    Rung::Watching,
+    Rung::Identifying,
+    Rung::Leading,
+];
+
 const REFUSALS: [Refusal; 7] = [
     Refusal::WrongMode,
     Refusal::SensorStale,
@@ -25,7 +33,7 @@ const REFUSALS: [Refusal; 7] = [
     Refusal::StillMoving,
 ];
 
-const FAULTS: [FaultCode; 12] = [
+const FAULTS: [FaultCode; 13] = [
     FaultCode::SensorStale,
     FaultCode::SensorFrozen,
     FaultCode::SensorStatus,
@@ -38,6 +46,7 @@ const FAULTS: [FaultCode; 12] = [
     FaultCode::LateAnswers,
     FaultCode::SustainedClamp,
     FaultCode::PoseLost,
+    FaultCode::ActuatorUnlike,
 ];
 
 const SPECIAL: [f64; 8] = [
@@ -138,6 +147,16 @@ impl Source {
             docking: self.body(),
             model_velocity: self.reals(),
             law_parts: core::array::from_fn(|_| self.reals()),
+            law_status: LawStatus {
+                rung: self.any(&RUNGS),
+                flags: LawFlags(self.bits() as u16),
+                stiffness_n_per_m: self.real(),
+                damping_n_s_per_m: self.real(),
+                delay_s: self.real(),
+                latency_cycles: self.bits() as u16,
+                misfit: self.real(),
+            },
+            unaccounted_impulse: self.reals(),
             law_velocity: self.reals(),
             sent_velocity: self.reals(),
             command_pose: self.reals(),

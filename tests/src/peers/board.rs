@@ -9,8 +9,11 @@ use std::time::Instant;
 use super::{Answer, Robot};
 
 /// Settings that keep a busy computer from being taken for a broken sensor or robot: whatever
-/// counts in cycles or seconds is as patient as it can be.
+/// counts in cycles or seconds is as patient as it can be. No delay law: the peers' robots do not
+/// follow as the predictor would expect.
 pub const BUSY_COMPUTER: &str = "
+[control.delay]
+law = \"none\"
 [control.robot]
 late_answers_fault = 1000000
 lost_telegrams_fault = 1000000
@@ -38,6 +41,8 @@ pub struct Board {
     pub robot: SocketAddr,
     /// The sensor's port (TCP).
     pub can: SocketAddr,
+    /// Where the service is, with `--service`: a TCP address or the path of a pseudo-terminal.
+    pub service: Option<String>,
 }
 
 impl Board {
@@ -63,7 +68,10 @@ impl Board {
         let (Some(robot), Some(can)) = (addresses.next(), addresses.next()) else {
             panic!("expected two addresses in `{line}`");
         };
+        let service = line.split_once(", service on ").map(|(_, place)| place);
+        let service = service.and_then(|place| place.split(' ').nth(1));
         Self {
+            service: service.map(str::to_owned),
             process,
             folder,
             robot,

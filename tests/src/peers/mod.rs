@@ -2,14 +2,20 @@
 //! and those in Python.
 
 mod board;
+mod proxy;
 pub mod python;
 mod qemu;
 mod rig;
 mod robot;
+mod running_robot;
 mod sensor;
+mod served;
 
 pub use board::{BUSY_COMPUTER, Board, counted, text};
+pub use proxy::{Fault, Proxy};
 pub use qemu::QemuBoard;
 pub use rig::{LockStepRig, Motion};
 pub use robot::{Answer, Robot, counts};
+pub use running_robot::RunningRobot;
 pub use sensor::Sensor;
+pub use served::{Served, params, serve};

@@ -81,7 +81,18 @@ impl QemuBoard {
     ///
     /// # Panics
     /// If it does not end well, or the board started over in between.
-    pub fn stop(mut self) -> String {
+    pub fn stop(self) -> String {
+        let log = self.end();
+        let boots = log.lines().filter(|line| line.ends_with(" ready")).count();
+        assert_eq!(boots, 1, "the board started over\n{log}");
+        log
+    }
+
+    /// Likewise if it may have started over.
+    ///
+    /// # Panics
+    /// If it does not end well.
+    pub fn end(mut self) -> String {
         let process = self.process.take().expect("a board is stopped once");
         process.interrupt();
         let (status, log) = process.finish();
@@ -89,8 +100,6 @@ impl QemuBoard {
             status.success(),
             "QEMU's launcher ended with {status}\n{log}"
         );
-        let boots = log.lines().filter(|line| line.ends_with(" ready")).count();
-        assert_eq!(boots, 1, "the board started over\n{log}");
         log
     }
 }

@@ -10,10 +10,11 @@ use softdock::experiment::scenario::Scenario;
 use softdock::rig::{Rig, RobotReport};
 use softdock_app::settings::BoardSettings;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
-use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
+use softdock_link::rsi::{RobTelegram, SenTelegram, Tags, parse_sen, write_rob};
 use softdock_link::slcan::{MAX_LINE_BYTES, encode_frame_line, parse_frame_line};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -22,6 +23,8 @@ use std::time::{Duration, Instant};
 const FIRST_IPOC: u64 = 1_000_000;
 /// Decimals of the telegrams.
 const DECIMALS: u8 = 6;
+/// Time after which a telegram counts as missed by a board that starts over.
+const MISSED: Duration = Duration::from_secs(1);
 /// How often waits look again.
 const GLANCE: Duration = Duration::from_millis(20);
 /// Requests of the sensor's data after which a reading has certainly been taken: the first is
@@ -108,37 +111,80 @@ impl LockStepRig {
         }
     }
 
+    /// Takes the robot to another pose, as a program of its own would, from one cycle to the next.
+    ///
+    /// # Panics
+    /// If the scenario is not valid.
+    pub fn stand_at(&mut self, scenario: &Scenario) {
+        let rig = Rig::new(&scenario.rig, scenario.start_pose(), scenario.seed);
+        self.rig = rig.expect("a valid rig");
+    }
+
+    /// Runs until `stop` is raised or the board lets go of the sensor's line, at most so many cycles;
+    /// whether it could go on. A telegram that the board misses while it starts over is sent again.
+    ///
+    /// # Panics
+    /// As [`Self::run`].
+    pub fn run_until(&mut self, stop: &AtomicBool, most: usize) -> bool {
+        self.socket
+            .set_read_timeout(Some(MISSED))
+            .expect("a timeout can be set");
+        for _ in 0..most {
+            if stop.load(Ordering::Relaxed) || self.cycle().is_none() {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Runs so many cycles: the corrections.
     ///
     /// # Panics
     /// If the board does not answer with the telegram's time stamp, or the robot stops.
     pub fn run(&mut self, cycles: usize) -> Motion {
-        (0..cycles).map(|_| self.cycle()).collect()
+        let cycle = |_| self.cycle().expect("the board has the sensor's line");
+        (0..cycles).map(cycle).collect()
     }
 
-    fn cycle(&mut self) -> [i64; 6] {
+    /// The correction; None if the board has let go of the sensor's line, as when it starts over.
+    fn cycle(&mut self) -> Option<[i64; 6]> {
         let report = self.rig.begin_cycle().expect("the robot goes on");
         let sample = self.rig.gauges();
-        self.show(sample.counts, sample.status);
+        self.show(sample.counts, sample.status).then_some(())?;
         let mut bytes = [0; 1024];
         let telegram = self.telegram(&report);
         let length = write_rob(&telegram, DECIMALS, &self.tags, &mut bytes);
         let length = length.expect("room for a telegram");
-        self.socket
-            .send(&bytes[..length])
-            .expect("a datagram can be sent");
-        let length = self.socket.recv(&mut bytes).expect("the board answers");
-        let answer = parse_sen(&bytes[..length], &self.tags).expect("an answer");
-        assert_eq!(
-            answer.ipoc, self.ipoc,
-            "the time stamp must come back as it was"
-        );
+        let answer = self.exchange(&bytes[..length]);
         let [x, y, z, a, b, c] = answer.correction.map(|decimal| decimal.to_f64());
         let [a, b, c] = [a, b, c].map(f64::to_radians);
         let correction = [x * 1e-3, y * 1e-3, z * 1e-3, a, b, c];
         self.rig.answer(correction, answer.stop);
         self.ipoc += self.cycle_ms;
-        answer.correction.map(|decimal| decimal.counts)
+        Some(answer.correction.map(|decimal| decimal.counts))
+    }
+
+    /// The answer to a telegram.
+    fn exchange(&self, telegram: &[u8]) -> SenTelegram {
+        let give_up = Instant::now() + PATIENCE;
+        let mut bytes = [0; 1024];
+        let mut sent = 0;
+        loop {
+            self.socket.send(telegram).expect("a datagram can be sent");
+            sent += 1;
+            while let Ok(length) = self.socket.recv(&mut bytes) {
+                let answer = parse_sen(&bytes[..length], &self.tags).expect("an answer");
+                if answer.ipoc == self.ipoc {
+                    return answer;
+                }
+                // Answers to what was sent twice come twice.
+                assert!(
+                    sent > 1 || answer.ipoc < self.ipoc,
+                    "the time stamp must come back as it was"
+                );
+            }
+            assert!(Instant::now() < give_up, "{} was never answered", self.ipoc);
+        }
     }
 
     fn telegram(&self, report: &RobotReport) -> RobTelegram {
@@ -155,13 +201,15 @@ impl LockStepRig {
         }
     }
 
-    /// Shows gauges and waits until the board has taken a reading of them.
-    fn show(&self, counts: [i16; 6], status: u16) {
+    /// Shows gauges and waits until the board has taken a reading of them; false if it never will.
+    fn show(&self, counts: [i16; 6], status: u16) -> bool {
         let give_up = Instant::now() + PATIENCE;
         let mut shown = self.shown.lock();
         (shown.counts, shown.status, shown.requests) = (counts, status, 0);
         while shown.requests < REQUESTS {
-            assert!(!shown.ended, "the board closed the sensor's line");
+            if shown.ended {
+                return false;
+            }
             assert!(
                 Instant::now() < give_up,
                 "the board does not ask for readings"
@@ -169,6 +217,7 @@ impl LockStepRig {
             let wait = self.shown.changed.wait_timeout(shown, GLANCE);
             shown = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
+        true
     }
 }
 

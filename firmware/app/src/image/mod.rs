@@ -15,6 +15,7 @@
 
 mod slots;
 
+pub(crate) use slots::newer;
 pub use slots::{Slot, newest};
 
 use crate::checksum::CHECKSUM;
@@ -22,6 +23,9 @@ use crate::settings::{BoardSettings, BoardSettingsError};
 
 /// First bytes of a block.
 pub const MAGIC: [u8; 4] = *b"SDK1";
+
+/// First bytes of a block that does not count by itself: see [`crate::store`].
+pub const MAGIC_ON_TRIAL: [u8; 4] = *b"SDT1";
 
 /// Longest block, bytes: the settings take about 1.4 kB.
 pub const IMAGE_MAX_BYTES: usize = 4096;
@@ -62,6 +66,8 @@ pub enum ImageError {
     },
     /// Its payload does not hold settings.
     Payload,
+    /// The settings were on trial, and nobody confirmed them.
+    NotConfirmed,
     /// The settings in it may not be used.
     Settings(BoardSettingsError),
 }
@@ -79,9 +85,12 @@ impl core::fmt::Display for ImageError {
             ),
             Self::Schema { expected, received } => write!(
                 f,
-                "settings are of another firmware: schema {received:08x} in place of {expected:08x}"
+                "settings are of another firmware: schema {received:08x} in place of {expected:08x}; upload them again from their file"
             ),
             Self::Payload => write!(f, "what should be settings cannot be read"),
+            Self::NotConfirmed => {
+                write!(f, "settings were on trial, and nobody confirmed them")
+            }
             Self::Settings(error) => write!(f, "{error}"),
         }
     }
@@ -102,64 +111,98 @@ impl Image {
     /// Writes the block into `out` (at most [`IMAGE_MAX_BYTES`] are needed) and gives its length.
     /// Settings that may not be used are not written.
     pub fn encode(&self, out: &mut [u8]) -> Result<usize, ImageError> {
-        self.settings.validate().map_err(ImageError::Settings)?;
-        let too_small = ImageError::Length {
-            expected: IMAGE_MAX_BYTES,
-            received: out.len(),
-        };
-        let room = out.get_mut(HEADER_BYTES..).ok_or(too_small)?;
-        let payload = postcard::to_slice(&self.settings, room).map_err(|_| too_small)?;
-        let length = u16::try_from(payload.len()).map_err(|_| too_small)?;
-        let fields: [&[u8]; 4] = [
-            &MAGIC,
-            &schema().to_le_bytes(),
-            &self.sequence.to_le_bytes(),
-            &length.to_le_bytes(),
-        ];
-        let header = fields.into_iter().flatten();
-        for (byte, value) in out.iter_mut().zip(header) {
-            *byte = *value;
-        }
-        let end = HEADER_BYTES + usize::from(length);
-        let (body, rest) = out.split_at_mut_checked(end).ok_or(too_small)?;
-        let checksum = CHECKSUM.checksum(body).to_le_bytes();
-        rest.get_mut(..CHECKSUM_BYTES)
-            .ok_or(too_small)?
-            .copy_from_slice(&checksum);
-        Ok(end + CHECKSUM_BYTES)
+        encode(MAGIC, self.sequence, &self.settings, out)
+    }
+
+    /// Writes a block that does not count by itself.
+    pub(crate) fn encode_on_trial(
+        sequence: u32,
+        settings: &BoardSettings,
+        out: &mut [u8],
+    ) -> Result<usize, ImageError> {
+        encode(MAGIC_ON_TRIAL, sequence, settings, out)
     }
 
     /// Reads a block at the start of `bytes`; what follows it is not looked at.
     pub fn decode(bytes: &[u8]) -> Result<Self, ImageError> {
-        let (magic, rest) = take::<4>(bytes).ok_or(ImageError::Absent)?;
-        if magic != MAGIC {
-            return Err(ImageError::Absent);
-        }
-        let cut = |expected| ImageError::Length {
-            expected,
-            received: bytes.len(),
-        };
-        let header = cut(HEADER_BYTES);
-        let (found, rest) = take::<4>(rest).ok_or(header)?;
-        let (sequence, rest) = take::<4>(rest).ok_or(header)?;
-        let (length, rest) = take::<2>(rest).ok_or(header)?;
-        let length = usize::from(u16::from_le_bytes(length));
-        let whole = HEADER_BYTES + length + CHECKSUM_BYTES;
-        let (payload, rest) = rest.split_at_checked(length).ok_or(cut(whole))?;
-        let (checksum, _) = take::<CHECKSUM_BYTES>(rest).ok_or(cut(whole))?;
-        let body = bytes.get(..HEADER_BYTES + length).unwrap_or_default();
-        compare(CHECKSUM.checksum(body), u32::from_le_bytes(checksum))
-            .map_err(|(expected, received)| ImageError::Checksum { expected, received })?;
-        compare(schema(), u32::from_le_bytes(found))
-            .map_err(|(expected, received)| ImageError::Schema { expected, received })?;
-        let settings: BoardSettings =
-            postcard::from_bytes(payload).map_err(|_| ImageError::Payload)?;
-        settings.validate().map_err(ImageError::Settings)?;
-        Ok(Self {
-            sequence: u32::from_le_bytes(sequence),
-            settings,
-        })
+        decode(MAGIC, bytes)
     }
+
+    /// Reads a block that does not count by itself.
+    pub(crate) fn decode_on_trial(bytes: &[u8]) -> Result<Self, ImageError> {
+        decode(MAGIC_ON_TRIAL, bytes)
+    }
+}
+
+fn encode(
+    magic: [u8; 4],
+    sequence: u32,
+    settings: &BoardSettings,
+    out: &mut [u8],
+) -> Result<usize, ImageError> {
+    settings.validate().map_err(ImageError::Settings)?;
+    let too_small = ImageError::Length {
+        expected: IMAGE_MAX_BYTES,
+        received: out.len(),
+    };
+    let room = out.get_mut(HEADER_BYTES..).ok_or(too_small)?;
+    let payload = postcard::to_slice(settings, room).map_err(|_| too_small)?;
+    let length = u16::try_from(payload.len()).map_err(|_| too_small)?;
+    let fields: [&[u8]; 4] = [
+        &magic,
+        &schema().to_le_bytes(),
+        &sequence.to_le_bytes(),
+        &length.to_le_bytes(),
+    ];
+    let header = fields.into_iter().flatten();
+    for (byte, value) in out.iter_mut().zip(header) {
+        *byte = *value;
+    }
+    let end = HEADER_BYTES + usize::from(length);
+    let (body, rest) = out.split_at_mut_checked(end).ok_or(too_small)?;
+    let checksum = CHECKSUM.checksum(body).to_le_bytes();
+    rest.get_mut(..CHECKSUM_BYTES)
+        .ok_or(too_small)?
+        .copy_from_slice(&checksum);
+    Ok(end + CHECKSUM_BYTES)
+}
+
+fn decode(magic: [u8; 4], bytes: &[u8]) -> Result<Image, ImageError> {
+    let (found_magic, rest) = take::<4>(bytes).ok_or(ImageError::Absent)?;
+    if found_magic != magic {
+        return Err(ImageError::Absent);
+    }
+    let cut = |expected| ImageError::Length {
+        expected,
+        received: bytes.len(),
+    };
+    let header = cut(HEADER_BYTES);
+    let (found, rest) = take::<4>(rest).ok_or(header)?;
+    let (sequence, rest) = take::<4>(rest).ok_or(header)?;
+    let (length, rest) = take::<2>(rest).ok_or(header)?;
+    let length = usize::from(u16::from_le_bytes(length));
+    let whole = HEADER_BYTES + length + CHECKSUM_BYTES;
+    let (payload, rest) = rest.split_at_checked(length).ok_or(cut(whole))?;
+    let (checksum, _) = take::<CHECKSUM_BYTES>(rest).ok_or(cut(whole))?;
+    let body = bytes.get(..HEADER_BYTES + length).unwrap_or_default();
+    compare(CHECKSUM.checksum(body), u32::from_le_bytes(checksum))
+        .map_err(|(expected, received)| ImageError::Checksum { expected, received })?;
+    compare(schema(), u32::from_le_bytes(found))
+        .map_err(|(expected, received)| ImageError::Schema { expected, received })?;
+    let settings: BoardSettings = postcard::from_bytes(payload).map_err(|_| ImageError::Payload)?;
+    settings.validate().map_err(ImageError::Settings)?;
+    Ok(Image {
+        sequence: u32::from_le_bytes(sequence),
+        settings,
+    })
+}
+
+/// The checksum that is written in the block at the start of `bytes`.
+pub(crate) fn checksum(bytes: &[u8]) -> Option<u32> {
+    let length = bytes.get(HEADER_BYTES - 2..)?.first_chunk::<2>()?;
+    let end = HEADER_BYTES + usize::from(u16::from_le_bytes(*length));
+    let checksum = bytes.get(end..)?.first_chunk::<CHECKSUM_BYTES>()?;
+    Some(u32::from_le_bytes(*checksum))
 }
 
 fn take<const N: usize>(bytes: &[u8]) -> Option<([u8; N], &[u8])> {

@@ -11,6 +11,16 @@ pub enum Slot {
     B,
 }
 
+impl Slot {
+    /// The other place.
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+}
+
 /// The newer of the usable blocks in the two places, and where it lies; why neither can be used
 /// otherwise: the damage rather than the absence. Sequences count round: 0 is newer than [`u32::MAX`].
 pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
@@ -24,7 +34,7 @@ pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
 }
 
 /// Whether `this` comes after `other` when counting round.
-fn newer(this: u32, other: u32) -> bool {
+pub(crate) fn newer(this: u32, other: u32) -> bool {
     this != other && this.wrapping_sub(other) <= u32::MAX / 2
 }
 

@@ -1,8 +1,9 @@
 //! The log's first lines: who this is, and with which settings.
 
-use crate::image::ImageError;
+use crate::processor::Processor;
 use crate::settings::BoardSettings;
-use defmt::{Display2Format, info, warn};
+use crate::store::{Boot, Origin};
+use defmt::{Display2Format, error, info, warn};
 
 /// Who the firmware is.
 #[derive(Clone, Copy, Debug)]
@@ -13,10 +14,9 @@ pub struct Identity {
     pub git: &'static str,
     /// Board and chip.
     pub board: &'static str,
+    /// What it can compute.
+    pub processor: Processor,
 }
-
-/// Where settings come from: the sequence of their block, or why there is none that can be used.
-pub type Origin = Result<u32, ImageError>;
 
 /// Logs who this is.
 pub fn report_identity(identity: &Identity) {
@@ -34,11 +34,22 @@ pub fn report_crash(message: Option<&str>) {
     }
 }
 
-/// Logs which settings are used.
-pub fn report_settings(origin: &Origin, settings: &BoardSettings) {
-    match origin {
-        Ok(sequence) => info!("settings {=u32} from flash", sequence),
-        Err(error) => warn!("default settings: {}", Display2Format(error)),
+/// Logs which settings are used, and whether the processor keeps up with them.
+pub fn report_settings(boot: &Boot, processor: Processor) {
+    match boot.origin {
+        Origin::Flash { sequence, .. } => info!("settings {=u32} from flash", sequence),
+        Origin::Trial(trial) => warn!(
+            "settings {=u32} from flash, on trial for {=u16} s",
+            trial.sequence, trial.confirm_within_s
+        ),
+        Origin::Defaults(error) => error!(
+            "DEFAULT SETTINGS, not to be armed: {}",
+            Display2Format(&error)
+        ),
+    }
+    let settings: &BoardSettings = &boot.settings;
+    if let Err(slow) = processor.accepts(settings) {
+        error!("NOT TO BE ARMED: {}", Display2Format(&slow));
     }
     info!(
         "address {=str}/{=u8}, robot on UDP port {=u16}, from {=str}",

@@ -73,6 +73,7 @@ pub fn prepare(
         version,
         git,
         board,
+        ..
     } = identity;
     // A longer one is cut off.
     let _ = write!(text, "softdock {version} ({git}) on {board}");

@@ -25,31 +25,40 @@ pub fn static_address(network: &Network) -> Config {
     })
 }
 
-/// Memory of a [`UdpPort`], about 27 kB.
+const RECEIVED_BYTES: usize = RECEIVE_QUEUE * TELEGRAM_BYTES;
+/// Bytes of the datagrams in both queues of a [`UdpPort`], about 27 kB.
+pub const UDP_BYTES: usize = RECEIVED_BYTES + SEND_QUEUE * SEN_MAX_BYTES;
+
+/// Lengths and senders of the datagrams.
 #[derive(Debug)]
-pub struct UdpBuffers {
+pub struct UdpMetadataQueues {
     received_from: [PacketMetadata; RECEIVE_QUEUE],
-    received: [u8; RECEIVE_QUEUE * TELEGRAM_BYTES],
     sent_to: [PacketMetadata; SEND_QUEUE],
-    sent: [u8; SEND_QUEUE * SEN_MAX_BYTES],
 }
 
-impl UdpBuffers {
+impl UdpMetadataQueues {
     /// Empty queues.
     pub const fn new() -> Self {
         Self {
             received_from: [PacketMetadata::EMPTY; RECEIVE_QUEUE],
-            received: [0; RECEIVE_QUEUE * TELEGRAM_BYTES],
             sent_to: [PacketMetadata::EMPTY; SEND_QUEUE],
-            sent: [0; SEND_QUEUE * SEN_MAX_BYTES],
         }
     }
 }
 
-impl Default for UdpBuffers {
+impl Default for UdpMetadataQueues {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Memory of a [`UdpPort`].
+#[derive(Debug)]
+pub struct UdpQueues {
+    /// Lengths and senders.
+    pub metadata: &'static mut UdpMetadataQueues,
+    /// The datagrams.
+    pub bytes: &'static mut [u8; UDP_BYTES],
 }
 
 /// A socket on a port of the board.
@@ -62,17 +71,14 @@ impl<'a> UdpPort<'a> {
     ///
     /// # Errors
     /// The port is 0.
-    pub fn bind(
-        stack: Stack<'a>,
-        port: u16,
-        buffers: &'a mut UdpBuffers,
-    ) -> Result<Self, BindError> {
+    pub fn bind(stack: Stack<'a>, port: u16, queues: UdpQueues) -> Result<Self, BindError> {
+        let (received, sent) = queues.bytes.split_at_mut(RECEIVED_BYTES);
         let mut socket = UdpSocket::new(
             stack,
-            &mut buffers.received_from,
-            &mut buffers.received,
-            &mut buffers.sent_to,
-            &mut buffers.sent,
+            &mut queues.metadata.received_from,
+            received,
+            &mut queues.metadata.sent_to,
+            sent,
         );
         socket.bind(port)?;
         Ok(Self { socket })

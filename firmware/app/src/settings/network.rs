@@ -3,6 +3,7 @@
 use super::{BoardSettingsError, Text};
 use core::net::{Ipv4Addr, SocketAddrV4};
 
+softdock_control::described! {
 /// The board's place on the network. A board that is a process listens where it is told to instead.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -17,6 +18,7 @@ pub struct NetworkSettings {
     pub rsi_port: u16,
     /// Address and port of the recorder that gets each cycle, as "192.168.1.5:49200"; empty: none.
     pub recorder: Text,
+}
 }
 
 impl Default for NetworkSettings {

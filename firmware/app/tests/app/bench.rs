@@ -37,6 +37,8 @@ pub(crate) fn flying() -> BoardSettings {
     let mut settings = BoardSettings::default();
     settings.control.body_k.velocity_m_s = [0.01, 0.0, 0.0];
     settings.control.body_q.fixed = true;
+    // The robot of these telegrams does not answer the corrections.
+    settings.control.delay.law = softdock_control::delay::LawName::None;
     settings
 }
 

@@ -7,6 +7,8 @@
 //!   memory, so that growing too far leaves it instead of overwriting data, and the processor's
 //!   memory protection guards what lies below. The handler does not use the exhausted stack.
 //!
+//! The same memory hands a few bytes over from one start to the next ([`retain`]).
+//!
 //! The firmware calls [`arm`] first of all, and [`take_message`] when it can log. Needed in the
 //! linker script: `_stack_start` and `_stack_end`, the upper and lower end of the stack (the lower one
 //! aligned to 64 KiB, with as much of unused addresses below), and cortex-m-rt's section `.uninit`
@@ -15,9 +17,11 @@
 
 mod fault;
 mod message;
+mod retained;
 
 pub use fault::arm;
 pub use message::{MESSAGE_BYTES, Message, take_message};
+pub use retained::{RETAINED_BYTES, count_start, retain, take_retained};
 
 use core::panic::PanicInfo;
 

@@ -1,11 +1,20 @@
 //! Everything in which the two chips differ, besides their instruction sets.
 
+use softdock_app::processor::Processor;
+
 /// The number type of the control cycle.
 #[cfg(chip = "an500")]
 pub(crate) type Number = f64;
 /// The number type of the control cycle: without a floating-point unit, fixed point.
 #[cfg(chip = "an385")]
 pub(crate) type Number = softdock_control::scalar::Fixed;
+
+/// What the processor can compute within a cycle.
+pub(crate) const PROCESSOR: Processor = if cfg!(chip = "an500") {
+    Processor::DoublePrecision
+} else {
+    Processor::Integer
+};
 
 /// Board and chip, for the log.
 #[cfg(chip = "an500")]

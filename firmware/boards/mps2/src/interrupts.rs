@@ -13,6 +13,8 @@ const DEVICES: u8 = 0x20;
 const HIGH: u8 = 0x40;
 /// What may wait for the control cycle.
 const LOW: u8 = 0x80;
+/// The service, which formats texts and writes flash.
+const SERVICE: u8 = 0xC0;
 
 macro_rules! interrupts {
     ($($(#[$doc:meta])* $name:ident = $number:literal at $priority:ident;)*) => {
@@ -64,6 +66,8 @@ interrupts! {
     TIMER0 = 8 at DEVICES;
     /// A frame was received.
     ETHERNET = 13 at DEVICES;
+    /// Not wired: the executor of the service.
+    EXECUTOR_SERVICE = 29 at SERVICE;
     /// Not wired: the executor of the control cycle.
     EXECUTOR_HIGH = 30 at HIGH;
     /// Not wired: the executor of everything else.

@@ -3,26 +3,27 @@
 use crate::IDENTITY;
 use crate::chip::Number;
 use crate::executors;
+use crate::flash::Slots;
 use crate::lan9118::Lan9118;
 use crate::uart::{self, UartReader, UartWriter};
-use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
+use cortex_m::peripheral::SCB;
+use embassy_executor::SendSpawner;
 use embassy_net::{Runner, StackResources};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use softdock_app::auto_start::AutoStart;
-use softdock_app::emulated_flash::BootOptions;
 use softdock_app::micro::boot;
 use softdock_app::micro::clock::UptimeClock;
-use softdock_app::micro::telemetry::{self, Encoder, Queue, Transmitter};
-use softdock_app::micro::udp::{UdpBuffers, UdpPort, static_address};
+use softdock_app::micro::service::{self, Prepared};
+use softdock_app::micro::start::{Given, assemble, send, spawn};
+use softdock_app::micro::telemetry::{Encoder, Queue, Transmitter};
+use softdock_app::micro::udp::{UDP_BYTES, UdpMetadataQueues, UdpPort, UdpQueues, static_address};
 use softdock_app::micro::watch;
 use softdock_app::robot::RobotTask;
-use softdock_app::robot_link::RobotLink;
 use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_app::slcan_bus::SlcanBus;
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
-/// State that tasks of both priorities share.
+/// State that tasks of all priorities share.
 type Shared = softdock_app::shared::Shared<CriticalSectionRawMutex>;
 
 static SHARED: Shared = Shared::new();
@@ -38,11 +39,13 @@ type Sockets = StackResources<SOCKETS>;
 type CanLine = SlcanBus<UartReader, UartWriter>;
 type Robot = RobotTask<'static, CriticalSectionRawMutex, Number>;
 
-/// Starts network, sensor and robot on the executor that it runs on.
+/// Starts network, sensor and robot on the executor that it runs on. `boot` differs from start to
+/// start.
 #[embassy_executor::task]
-pub(crate) async fn start(settings: BoardSettings, options: BootOptions, low: SendSpawner) {
+pub(crate) async fn start(settings: BoardSettings, auto_start: bool, boot: u32, low: SendSpawner) {
     static RESOURCES: StaticCell<Sockets> = StaticCell::new();
-    static BUFFERS: StaticCell<UdpBuffers> = StaticCell::new();
+    static METADATA: StaticCell<UdpMetadataQueues> = StaticCell::new();
+    static DATAGRAMS: ConstStaticCell<[u8; UDP_BYTES]> = ConstStaticCell::new([0; UDP_BYTES]);
     let spawner = executors::local().await;
 
     let Ok(network) = settings.network.build() else {
@@ -51,43 +54,41 @@ pub(crate) async fn start(settings: BoardSettings, options: BootOptions, low: Se
     let ethernet = Lan9118::start(HARDWARE_ADDRESS);
     let resources = RESOURCES.init_with(StackResources::new);
     let (stack, runner) = embassy_net::new(ethernet, static_address(&network), resources, SEED);
-    let buffers = BUFFERS.init_with(UdpBuffers::new);
-    let port = UdpPort::bind(stack, network.rsi_port, buffers);
-    let link = RobotLink::new(&settings);
-    let (Ok(port), Ok(link)) = (port, link) else {
-        return boot::report_unusable();
-    };
-    let robot = RobotTask {
+    let given = Given {
         shared: &SHARED,
-        link,
-        auto_start: AutoStart::new(options.start),
-        sample_wait_us: settings.can.sample_wait_us(),
+        queues: UdpQueues {
+            metadata: METADATA.init_with(UdpMetadataQueues::new),
+            bytes: DATAGRAMS.take(),
+        },
+        auto_start,
+        identity: &IDENTITY,
+        boot,
+    };
+    let Some(assembly) = assemble::<Number>(stack, &network, &settings, given) else {
+        return boot::report_unusable();
     };
     let (reader, writer) = uart::CAN.open();
     let bus = SlcanBus::new(reader, writer);
-    let telemetry = network.recorder.and_then(|recorder| {
-        let port = network.rsi_port.wrapping_add(1);
-        telemetry::prepare(stack, port, recorder, &settings, &IDENTITY, options.boot)
-    });
-    let queue = telemetry.map(|(queue, encoder, transmitter)| {
-        if let Ok(task) = encoder_task(encoder) {
-            low.spawn(task);
-        }
+    let queue = assembly.telemetry.map(|(queue, encoder, transmitter)| {
+        send(low, encoder_task(encoder));
         spawn(&spawner, transmitter_task(transmitter));
         queue
     });
     spawn(&spawner, network_task(runner));
     spawn(&spawner, sensor_task(settings, bus));
-    spawn(&spawner, robot_task(robot, port, queue));
+    spawn(&spawner, robot_task(assembly.robot, assembly.port, queue));
     boot::report_ready();
 }
 
-/// Spawns a task. There is one of each, so there is room.
-fn spawn<S>(spawner: &Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(token) => spawner.spawn(token),
-        Err(_) => defmt::error!("a task was started twice"),
+/// Runs the parameter service until the board is to start over.
+#[embassy_executor::task]
+pub(crate) async fn serve(prepared: Prepared<Slots>) {
+    let (reader, writer) = uart::SERVICE.open();
+    let trial = service::serve(prepared, &SHARED, reader, writer).await;
+    if let Some(trial) = trial {
+        softdock_crash::retain(trial.encode());
     }
+    SCB::sys_reset();
 }
 
 #[embassy_executor::task]

@@ -4,26 +4,29 @@ use crate::IDENTITY;
 use crate::can::Bus;
 use crate::ethernet::{self, Driver, Pins};
 use crate::executors;
+use crate::flash::Slots;
 use crate::lamps::{self, Leds};
+use crate::line;
 use crate::watchdog;
-use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
+use cortex_m::peripheral::SCB;
+use embassy_executor::SendSpawner;
 use embassy_net::{Runner, StackResources};
 use embassy_stm32::Peri;
 use embassy_stm32::peripherals::IWDG1;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use softdock_app::auto_start::AutoStart;
 use softdock_app::micro::boot;
 use softdock_app::micro::clock::UptimeClock;
-use softdock_app::micro::telemetry::{self, Encoder, Queue, Transmitter};
-use softdock_app::micro::udp::{UdpBuffers, UdpPort, static_address};
+use softdock_app::micro::service::{self, Prepared};
+use softdock_app::micro::start::{Given, assemble, send, spawn};
+use softdock_app::micro::telemetry::{Encoder, Queue, Transmitter};
+use softdock_app::micro::udp::{UDP_BYTES, UdpMetadataQueues, UdpPort, UdpQueues, static_address};
 use softdock_app::micro::watch;
 use softdock_app::robot::RobotTask;
-use softdock_app::robot_link::RobotLink;
 use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// State that tasks of both priorities share.
+/// State that tasks of all priorities share.
 pub(crate) type Shared = softdock_app::shared::Shared<CriticalSectionRawMutex>;
 
 static SHARED: Shared = Shared::new();
@@ -54,10 +57,16 @@ pub(crate) fn start_low(spawner: SendSpawner, leds: Leds, iwdg: Peri<'static, IW
     send(spawner, watchdog::feed(&SHARED, iwdg));
 }
 
+/// Starts the parameter service.
+pub(crate) fn start_service(spawner: SendSpawner, prepared: Prepared<Slots>, pins: line::Pins) {
+    send(spawner, serve(prepared, pins));
+}
+
 #[embassy_executor::task]
 async fn start(settings: BoardSettings, pins: Pins, bus: Bus, boot: u32, low: SendSpawner) {
     static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
-    static BUFFERS: ConstStaticCell<UdpBuffers> = ConstStaticCell::new(UdpBuffers::new());
+    static METADATA: StaticCell<UdpMetadataQueues> = StaticCell::new();
+    static DATAGRAMS: ConstStaticCell<[u8; UDP_BYTES]> = ConstStaticCell::new([0; UDP_BYTES]);
     let spawner = executors::local().await;
     spawn(&spawner, watchdog::beat());
 
@@ -67,47 +76,43 @@ async fn start(settings: BoardSettings, pins: Pins, bus: Bus, boot: u32, low: Se
     let ethernet = ethernet::start(pins);
     let resources = RESOURCES.init_with(StackResources::new);
     let (stack, runner) = embassy_net::new(ethernet, static_address(&network), resources, SEED);
-    let port = UdpPort::bind(stack, network.rsi_port, BUFFERS.take());
-    let link = RobotLink::new(&settings);
-    let (Ok(port), Ok(link)) = (port, link) else {
+    let given = Given {
+        shared: &SHARED,
+        queues: UdpQueues {
+            metadata: METADATA.init_with(UdpMetadataQueues::new),
+            bytes: DATAGRAMS.take(),
+        },
+        // A real robot is started by a person.
+        auto_start: false,
+        identity: &IDENTITY,
+        boot,
+    };
+    let Some(assembly) = assemble::<f64>(stack, &network, &settings, given) else {
         return boot::report_unusable();
     };
-    let robot = RobotTask {
-        shared: &SHARED,
-        link,
-        // A real robot is started by a person.
-        auto_start: AutoStart::new(false),
-        sample_wait_us: settings.can.sample_wait_us(),
-    };
-    let telemetry = network.recorder.and_then(|recorder| {
-        let port = network.rsi_port.wrapping_add(1);
-        telemetry::prepare(stack, port, recorder, &settings, &IDENTITY, boot)
-    });
-    let queue = telemetry.map(|(queue, encoder, transmitter)| {
+    let queue = assembly.telemetry.map(|(queue, encoder, transmitter)| {
         send(low, encoder_task(encoder));
         spawn(&spawner, transmitter_task(transmitter));
         queue
     });
     spawn(&spawner, network_task(runner));
     spawn(&spawner, sensor_task(settings, bus));
-    spawn(&spawner, robot_task(robot, port, queue));
+    spawn(&spawner, robot_task(assembly.robot, assembly.port, queue));
     boot::report_ready();
 }
 
-/// Spawns a task of this executor. There is one of each, so there is room.
-fn spawn<S>(spawner: &Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(token) => spawner.spawn(token),
-        Err(_) => defmt::error!("a task was started twice"),
+/// Runs the parameter service until the board is to start over.
+#[embassy_executor::task]
+async fn serve(prepared: Prepared<Slots>, pins: line::Pins) {
+    let Ok((reader, writer)) = line::open(pins) else {
+        defmt::error!("the serial line cannot be opened: no parameter service");
+        return;
+    };
+    let trial = service::serve(prepared, &SHARED, reader, writer).await;
+    if let Some(trial) = trial {
+        softdock_crash::retain(trial.encode());
     }
-}
-
-/// Spawns a task of another executor.
-fn send<S: Send>(spawner: SendSpawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(token) => spawner.spawn(token),
-        Err(_) => defmt::error!("a task was started twice"),
-    }
+    SCB::sys_reset();
 }
 
 #[embassy_executor::task]

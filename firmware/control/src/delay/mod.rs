@@ -2,14 +2,44 @@
 //!
 //! A law turns the velocity that the model wants into the velocity that the robot is told. It
 //! sees what it may need and nothing else ([`LawInput`]): the model's velocity, the contact
-//! wrench, the measured pose and the commands that were sent and may not have been executed yet.
+//! wrench, both craft, the measured and the commanded pose, and the commands that were sent and may
+//! not have been executed yet.
+//!
+//! Each cycle asks a law twice: [`Law::condition`] before the two craft are moved, which wrench they
+//! feel, and [`Law::step`] after that, which velocity the robot is told. Most laws leave the wrench
+//! as it is measured. Momentum that a law adds is in the trace of every cycle
+//! (`unaccounted_impulse`).
 
+pub mod actuator;
+pub mod ats;
+mod axes;
+mod contact;
+pub mod guarded;
+mod horizon;
+pub mod lead;
+mod list;
+pub mod passivity;
+pub mod polynomial;
+pub mod predictor;
 pub mod seed;
+pub mod smith;
+pub mod status;
 
+use crate::dynamics::{TwoBody, TwoBodyState};
 use crate::frames::{Pose, Twist, Wrench};
+use crate::modes::Fault;
 use crate::range::SettingsError;
 use crate::scalar::Scalar;
+use actuator::ActuatorSettings;
+use ats::{Ats, AtsSettings};
+use lead::{Lead, LeadSettings};
+use nalgebra::UnitQuaternion;
+use passivity::{Passivity, PassivitySettings};
+use polynomial::{Polynomial, PolynomialSettings};
+use predictor::{Predictor, PredictorSettings};
 use seed::{Seed, SeedSettings};
+use smith::{Smith, SmithSettings};
+use status::LawStatus;
 
 /// Commands kept for laws that look into the pipeline: 64 cycles are 256 ms, several times the
 /// delay of an industrial robot (about 32 ms).
@@ -24,10 +54,22 @@ pub type SentHistory<S> = heapless::HistoryBuf<Twist<S>, SENT_HISTORY>;
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum LawName {
     /// The model's velocity goes to the robot as it is.
-    #[default]
     None,
     /// The paper's law, section 4.2.
     Seed,
+    /// Second-order lead.
+    Lead,
+    /// Polynomial extrapolation.
+    Polynomial,
+    /// Adaptive time series.
+    Ats,
+    /// Model-assisted Smith predictor.
+    Smith,
+    /// Time-domain passivity.
+    Passivity,
+    /// Twin of the robot, contact identified as it happens, impulse balance.
+    #[default]
+    Predictor,
 }
 
 /// Which velocity of the model stands for a cycle.
@@ -42,6 +84,7 @@ pub enum ModelVelocity {
     End,
 }
 
+crate::described! {
 /// Settings of the delay compensation.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -51,28 +94,67 @@ pub struct DelaySettings {
     pub law: LawName,
     /// The model's velocity that the law gets.
     pub model_velocity: ModelVelocity,
+    /// What is believed about the robot.
+    pub actuator: ActuatorSettings,
+    /// Takes energy that the loop makes out of the model, beside any law; needs position feedback.
+    pub passivity_guard: bool,
     /// Settings of the paper's law.
     pub seed: SeedSettings,
+    /// Settings of the second-order lead.
+    pub lead: LeadSettings,
+    /// Settings of the polynomial extrapolation.
+    pub polynomial: PolynomialSettings,
+    /// Settings of the adaptive time series.
+    pub ats: AtsSettings,
+    /// Settings of the Smith predictor.
+    pub smith: SmithSettings,
+    /// Settings of time-domain passivity, as a law and as a guard.
+    pub passivity: PassivitySettings,
+    /// Settings of the predictor.
+    pub predictor: PredictorSettings,
+}
 }
 
 impl DelaySettings {
     /// Checks every field.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.seed.validate()
+        self.actuator.validate()?;
+        self.seed.validate()?;
+        self.predictor.validate()?;
+        self.lead.validate()?;
+        self.polynomial.validate()?;
+        self.ats.validate()?;
+        self.smith.validate()?;
+        self.passivity.validate()
     }
 }
 
-/// What a law gets to see in a cycle.
+/// What a law gets to see in a cycle: before the two craft are moved for [`Law::condition`], after
+/// it for [`Law::step`].
 #[derive(Debug)]
 pub struct LawInput<'a, S: Scalar> {
-    /// Velocity that the model wants: linear in C, angular in M.
+    /// Velocity that the model wants, by [`ModelVelocity`]: linear in C, angular in M.
     pub model: Twist<S>,
-    /// Contact wrench at M, axes of M.
+    /// Velocity of the model at the end of the cycle, in the same axes.
+    pub model_end: Twist<S>,
+    /// Contact wrench at M as it was measured, axes of M.
     pub wrench: &'a Wrench<S>,
     /// Measured pose of M in C.
     pub measured: &'a Pose<S>,
+    /// Commanded pose of M in C: the sum of what was sent.
+    pub commanded: &'a Pose<S>,
     /// Velocities sent in earlier cycles.
     pub sent: &'a SentHistory<S>,
+    /// The two craft.
+    pub bodies: &'a TwoBody<S>,
+    /// Their motion.
+    pub state: &'a TwoBodyState<S>,
+    /// Orientation of Q in the laboratory, where it stands still.
+    pub c_from_q: UnitQuaternion<S>,
+    /// The start ramp is over: the wrench moves the model.
+    pub released: bool,
+    /// The model does not move in this cycle (stale sensor, or the robot clamps).
+    pub frozen: bool,
 }
 
 /// Number of visible parts of a law (Fig. 9 has seven).
@@ -85,34 +167,103 @@ pub struct LawOutput<S: Scalar> {
     pub command: Twist<S>,
     /// The parts that were added to the model's velocity, for the trace.
     pub parts: [Twist<S>; PARTS],
+    /// What the law knows and did.
+    pub status: LawStatus,
+    /// A reason not to go on: the robot does not do what is believed of it.
+    pub fault: Option<Fault>,
+}
+
+impl<S: Scalar> LawOutput<S> {
+    /// A command without parts, status and fault.
+    pub fn of(command: Twist<S>) -> Self {
+        Self {
+            command,
+            parts: [Twist::zero(); PARTS],
+            status: LawStatus::default(),
+            fault: None,
+        }
+    }
 }
 
 /// A law and its state.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one law, nothing is allocated, and the default is the large one"
+)]
 pub enum Law<S: Scalar> {
     /// No compensation.
     None,
     /// The paper's law.
     Seed(Seed<S>),
+    /// Second-order lead.
+    Lead(Lead<S>),
+    /// Polynomial extrapolation.
+    Polynomial(Polynomial<S>),
+    /// Adaptive time series.
+    Ats(Ats<S>),
+    /// Model-assisted Smith predictor.
+    Smith(Smith<S>),
+    /// Time-domain passivity.
+    Passivity(Passivity<S>),
+    /// The predictor.
+    Predictor(Predictor),
 }
 
 impl<S: Scalar> Law<S> {
     /// The chosen law in its initial state; `cycle_s` in s.
+    #[inline(always)] // or each level would hold a copy of the law on the stack
     pub fn new(settings: &DelaySettings, cycle_s: f64) -> Self {
         match settings.law {
             LawName::None => Self::None,
             LawName::Seed => Self::Seed(Seed::new(&settings.seed, cycle_s)),
+            LawName::Lead => Self::Lead(Lead::new(settings, cycle_s)),
+            LawName::Polynomial => Self::Polynomial(Polynomial::new(settings, cycle_s)),
+            LawName::Ats => Self::Ats(Ats::new(settings, cycle_s)),
+            LawName::Smith => Self::Smith(Smith::new(settings, cycle_s)),
+            LawName::Passivity => Self::Passivity(Passivity::new(settings, cycle_s)),
+            LawName::Predictor => Self::Predictor(Predictor::new(settings, cycle_s)),
         }
     }
 
-    /// One cycle.
+    /// The initial state again, in place where it is large.
+    #[inline(never)]
+    pub fn restart(&mut self, settings: &DelaySettings, cycle_s: f64) {
+        match self {
+            Self::Predictor(law) if settings.law == LawName::Predictor => {
+                law.restart(settings, cycle_s);
+            }
+            other => *other = Self::new(settings, cycle_s),
+        }
+    }
+
+    /// The wrench that the two craft feel in this cycle, at M in axes of M: for most laws the
+    /// measured one. Not called while the start ramp runs or the model is frozen.
+    pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
+        match self {
+            Self::None | Self::Seed(_) | Self::Lead(_) | Self::Polynomial(_) | Self::Ats(_) => {
+                *input.wrench
+            }
+            Self::Smith(law) => law.condition(input),
+            Self::Passivity(law) => law.condition(input, *input.wrench),
+            Self::Predictor(law) => law.condition(input),
+        }
+    }
+
+    /// One cycle: the velocity that the robot is told.
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         match self {
-            Self::None => LawOutput {
-                command: input.model,
-                parts: [Twist::zero(); PARTS],
-            },
+            Self::None => LawOutput::of(input.model),
             Self::Seed(law) => law.step(&input.model),
+            Self::Lead(law) => law.step(&input.model),
+            Self::Polynomial(law) => law.step(&input.model),
+            Self::Ats(law) => law.step(input),
+            Self::Smith(law) => law.step(input),
+            Self::Passivity(law) => LawOutput {
+                status: law.status(),
+                ..LawOutput::of(input.model)
+            },
+            Self::Predictor(law) => law.step(input),
         }
     }
 }

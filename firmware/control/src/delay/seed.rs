@@ -39,6 +39,7 @@ use crate::scalar::Scalar;
 /// cannot wrap. It is what the model itself is limited to, 100 m/s.
 const SUM_LIMIT_MM_S: f64 = 1.0e5;
 
+crate::described! {
 /// Settings of the paper's law. All in mm/s and mm/s per cycle (mrad/s for rotation).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -60,7 +61,9 @@ pub struct SeedSettings {
     /// Not in print: the sums restart after this many cycles below the threshold; 0 is never.
     pub reset_after_quiet_cycles: u32,
 }
+}
 
+crate::described! {
 /// Coefficients of the paper's law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -76,6 +79,7 @@ pub struct SeedCoefficients {
     pub k_p: f64,
     /// k_i of the regression.
     pub k_i: f64,
+}
 }
 
 impl Default for SeedCoefficients {
@@ -213,10 +217,7 @@ impl<S: Scalar> Seed<S> {
     pub fn step(&mut self, model: &Twist<S>) -> LawOutput<S> {
         // Products, not quotients: a division in fixed point takes 2,000 instructions.
         let (to_mm, to_m) = (S::of(1e3), S::of(1e-3));
-        let mut output = LawOutput {
-            command: *model,
-            parts: [Twist::zero(); PARTS],
-        };
+        let mut output = LawOutput::of(*model);
         for (i, axis) in self.axes.iter_mut().enumerate() {
             let pick = |t: &mut Twist<S>, v: S| match i {
                 0..=2 => t.linear[i] = v,

@@ -1,10 +1,9 @@
-//! The board's telemetry: the firmware's tasks on an executor in a thread of their own, as on a
-//! microcontroller they have one of a lower priority.
+//! The board's telemetry: the firmware's two tasks in a thread of their own.
 
 use super::clock::RealClock;
+use crate::board::block_on::block_on;
 use crate::identity;
 use anyhow::{Context, Result};
-use embassy_executor::Executor;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::zerocopy_channel::{Channel, Receiver};
@@ -16,8 +15,6 @@ use softdock_app::telemetry::{
 };
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 /// Records that may wait: 4 s of cycles, for a computer that has other things to do.
@@ -68,28 +65,12 @@ impl Telemetry {
         // Like all that a board's tasks share, the slots live as long as the process.
         let slots = vec![Slot::default(); SLOTS].leak();
         let (records, taken) = Box::leak(Box::new(Channel::new(slots))).split();
-        let thread = thread::spawn(move || {
-            let ended = Arc::new(AtomicBool::new(false));
-            let executor: &'static mut Executor = Box::leak(Box::new(Executor::new()));
-            match telemetry_task(self, taken, clock, ended.clone()) {
-                Ok(task) => executor.run_until(
-                    |spawner| spawner.spawn(task),
-                    || ended.load(Ordering::Acquire),
-                ),
-                Err(error) => eprintln!("board: no telemetry: {error:?}"),
-            }
-        });
+        let thread = thread::spawn(move || block_on(run(self, taken, &clock)));
         (RecordQueue::new(records), thread)
     }
 }
 
-#[embassy_executor::task]
-async fn telemetry_task(
-    telemetry: Telemetry,
-    slots: Slots,
-    clock: RealClock,
-    ended: Arc<AtomicBool>,
-) {
+async fn run(telemetry: Telemetry, slots: Slots, clock: &RealClock) {
     let Telemetry {
         mut sink,
         recorder,
@@ -104,11 +85,10 @@ async fn telemetry_task(
     let mut datagrams = Channel::<CriticalSectionRawMutex, _>::new(&mut buffers);
     let (made, waiting) = datagrams.split();
     join(
-        encode(slots, made, &clock, Stream::new(boot()), &announcement),
+        encode(slots, made, clock, Stream::new(boot()), &announcement),
         transmit(waiting, &mut sink, recorder),
     )
     .await;
-    ended.store(true, Ordering::Release);
 }
 
 /// A number that no other boot has: the keys of a hash map are drawn at random.

@@ -1,14 +1,17 @@
 //! The emulated flash: a file of the host that QEMU maps into the board's memory.
 
-use anyhow::{Context, Result};
+use crate::board::block_on::block_on;
+use crate::board::flash::{ERASED, FileFlash};
+use anyhow::{Context, Result, ensure};
 use softdock_app::emulated_flash::{
-    BOOT_OPTIONS_OFFSET, BootOptions, FLASH_BYTES, SETTINGS_OFFSET,
+    BOOT_OPTIONS_OFFSET, BootOptions, Crash, FLASH_BYTES, SETTINGS_OFFSET, SLOT_BYTES,
 };
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::{BoardSettings, Text};
+use softdock_app::store::{Origin, Store};
 use std::fs::File;
 use std::hash::{BuildHasher, Hasher, RandomState};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
 
@@ -18,8 +21,6 @@ pub(super) const BOARD: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 15);
 const HOST: Ipv4Addr = Ipv4Addr::new(10, 0, 2, 2);
 /// Length of the network's prefix, bits.
 const PREFIX_BITS: u8 = 24;
-/// Erased flash.
-const ERASED: u8 = 0xFF;
 
 /// Blocks, and where they lie.
 pub(super) type Content = Vec<(usize, Vec<u8>)>;
@@ -28,7 +29,11 @@ pub(super) type Content = Vec<(usize, Vec<u8>)>;
 ///
 /// # Errors
 /// The settings may not be used.
-pub(super) fn content(settings: &BoardSettings, start: bool) -> Result<Content> {
+pub(super) fn content(
+    settings: &BoardSettings,
+    start: bool,
+    crash: Option<Crash>,
+) -> Result<Content> {
     settings.validate()?;
     let image = Image {
         sequence: 1,
@@ -38,7 +43,7 @@ pub(super) fn content(settings: &BoardSettings, start: bool) -> Result<Content> 
     let length = image.encode(&mut block)?;
     block.truncate(length);
     let boot = RandomState::new().build_hasher().finish() as u32;
-    let options = BootOptions { start, boot }.encode().to_vec();
+    let options = BootOptions { start, crash, boot }.encode().to_vec();
     Ok(vec![
         (SETTINGS_OFFSET, block),
         (BOOT_OPTIONS_OFFSET, options),
@@ -85,12 +90,59 @@ pub(super) fn write(path: &Path, content: &Content) -> Result<()> {
     write().with_context(|| format!("cannot write the emulated flash to {}", path.display()))
 }
 
+/// A flash that lasts from launch to launch: what its slots hold stays, and only the boot options are
+/// new; without anything in them they get the settings of `content`. The settings that the board will
+/// start with, and the file, locked against other boards.
+///
+/// # Errors
+/// The file is no such flash, or cannot be used.
+pub(super) fn keep(path: &Path, content: &Content) -> Result<(Option<BoardSettings>, File)> {
+    let what = || format!("the emulated flash {}", path.display());
+    let open = || File::options().read(true).write(true).open(path);
+    if !path.exists() {
+        write(path, content)?;
+    }
+    let mut file = open().with_context(what)?;
+    ensure!(
+        file.try_lock().is_ok(),
+        "{} is in use by another board",
+        path.display()
+    );
+    let length = file.metadata().with_context(what)?.len();
+    ensure!(
+        length == FLASH_BYTES as u64,
+        "{} has {length} bytes; the emulated flash has {FLASH_BYTES}: choose another file",
+        path.display()
+    );
+    let mut put = |offset: usize, block: &[u8]| -> std::io::Result<()> {
+        file.seek(SeekFrom::Start(offset as u64))?;
+        file.write_all(block)
+    };
+    for (offset, block) in content
+        .iter()
+        .filter(|(offset, _)| *offset == BOOT_OPTIONS_OFFSET)
+    {
+        put(*offset, block).with_context(what)?;
+    }
+    let mut slots = vec![0; 2 * SLOT_BYTES];
+    file.seek(SeekFrom::Start(SETTINGS_OFFSET as u64))
+        .and_then(|_| file.read_exact(&mut slots))
+        .with_context(what)?;
+    let mut store = Store::new(FileFlash::<SLOT_BYTES>::of(slots));
+    let boot = block_on(store.boot(None, &mut [0; IMAGE_MAX_BYTES]));
+    let settings = match boot.origin {
+        Origin::Defaults(_) => None,
+        _ => Some(boot.settings),
+    };
+    Ok((settings, file))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn stored(settings: &BoardSettings) -> BoardSettings {
-        let content = content(settings, true).unwrap();
+        let content = content(settings, true, None).unwrap();
         Image::decode(&content[0].1).unwrap().settings
     }
 
@@ -119,11 +171,31 @@ mod tests {
     }
 
     #[test]
+    fn a_flash_that_lasts_keeps_its_settings() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flash.bin");
+        let mut settings = BoardSettings::default();
+        settings.can.base_id = 9;
+        let first = keep(&path, &content(&settings, false, None).unwrap()).unwrap();
+        assert_eq!(first.0.unwrap().can.base_id, 9);
+        let other = content(&BoardSettings::default(), true, None).unwrap();
+        let taken = keep(&path, &other).unwrap_err().to_string();
+        assert!(taken.contains("in use by another board"), "{taken}");
+        drop(first.1);
+        let (kept, _) = keep(&path, &other).unwrap();
+        assert_eq!(kept.unwrap().can.base_id, 9);
+        let bytes = std::fs::read(&path).unwrap();
+        assert!(BootOptions::decode(&bytes[BOOT_OPTIONS_OFFSET..]).start);
+        std::fs::write(&path, "something else").unwrap();
+        assert!(keep(&path, &other).is_err());
+    }
+
+    #[test]
     fn the_file_is_the_whole_flash_with_each_block_in_its_place() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flash.bin");
         let settings = BoardSettings::default();
-        write(&path, &content(&settings, true).unwrap()).unwrap();
+        write(&path, &content(&settings, true, None).unwrap()).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(bytes.len(), FLASH_BYTES);
         assert_eq!(Image::decode(&bytes).unwrap().sequence, 1);

@@ -4,7 +4,7 @@
 //! | file | |
 //! |---|---|
 //! | `chip` | the machines that are emulated |
-//! | `flash` | the emulated flash: settings, and whether to start |
+//! | `flash` | the emulated flash: settings, and whether to start; it may last |
 //! | `ports` | the addresses, checked before anything is started |
 //! | `emulator` | QEMU as a child process |
 //! | `log` | the firmware's log as text |
@@ -22,8 +22,10 @@ use anyhow::{Context, Result, bail};
 use emulator::Emulator;
 use log::Log;
 use ports::Ports;
+use softdock_app::emulated_flash::Crash;
 use softdock_app::settings::BoardSettings;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -35,8 +37,10 @@ const GLANCE: Duration = Duration::from_millis(20);
 /// Where a board in QEMU listens and what it does by itself.
 #[derive(Clone, Debug)]
 pub struct Qemu {
-    /// Settings of the board.
+    /// Settings of the board, for a flash without any.
     pub settings: BoardSettings,
+    /// File that is the board's flash; without one it is forgotten at the end.
+    pub flash: Option<PathBuf>,
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
     /// TCP address for the sensor's SLCAN client.
@@ -45,6 +49,8 @@ pub struct Qemu {
     pub service: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy.
     pub start: bool,
+    /// Crash at the first start, for a test.
+    pub crash: Option<Crash>,
     /// The machine.
     pub chip: Chip,
 }
@@ -56,7 +62,7 @@ impl Qemu {
     /// QEMU or the target of the firmware is not installed, an address is taken, the settings may
     /// not be used, the firmware does not build, or QEMU ends by itself.
     pub fn run(self, stop: &Arc<AtomicBool>) -> Result<()> {
-        let flash = flash::content(&self.settings, self.start)?;
+        let flash = flash::content(&self.settings, self.start, self.crash)?;
         let ports = Ports::check(self.robot, self.can, self.service)?;
         emulator::find()?;
         let elf = build(&self.chip.image())?;
@@ -64,9 +70,20 @@ impl Qemu {
 
         // Removed with everything in it when this function ends.
         let folder = tempfile::tempdir().context("cannot make a folder for the emulated flash")?;
-        let file = folder.path().join("flash.bin");
-        flash::write(&file, &flash)?;
-        let rsi_port = self.settings.network.rsi_port;
+        let mut rsi_port = self.settings.network.rsi_port;
+        let (file, _locked) = match self.flash {
+            None => {
+                let file = folder.path().join("flash.bin");
+                flash::write(&file, &flash)?;
+                (file, None)
+            }
+            Some(file) => {
+                let (settings, locked) = flash::keep(&file, &flash)?;
+                eprintln!("qemu: settings as they are in {}", file.display());
+                rsi_port = settings.map_or(rsi_port, |settings| settings.network.rsi_port);
+                (file, Some(locked))
+            }
+        };
         let mut emulator = Emulator::start(self.chip, &elf, &file, &ports, rsi_port)?;
         let stream = emulator.log()?;
         let announced = ports.to_string();

@@ -14,6 +14,9 @@ pub(super) struct Files {
     pub(super) model_before: PathBuf,
     /// The model with the effects.
     pub(super) model: PathBuf,
+    /// Settings for the board, with what was found about the robot; only where a delay law can use
+    /// it.
+    pub(super) board: PathBuf,
     /// What was fitted.
     pub(super) train: PathBuf,
     /// What the fit has not seen.
@@ -27,6 +30,7 @@ impl Files {
             compare: folder.join("compare.html"),
             model_before: folder.join("model-before.toml"),
             model: folder.join("model.toml"),
+            board: folder.join("board.toml"),
             train: folder.join("train.mcap"),
             test: folder.join("test.mcap"),
         }
@@ -39,6 +43,7 @@ impl Files {
             &self.compare,
             &self.model_before,
             &self.model,
+            &self.board,
             &self.train,
             &self.test,
         ];
@@ -57,11 +62,16 @@ impl Files {
             &self.test,
         ]
         .map(|path| path.display());
+        let board = if self.board.exists() {
+            format!("Board:       {} (its settings)\n", self.board.display())
+        } else {
+            String::new()
+        };
         format!(
             "Report:      {report}
 Comparison:  {compare} (with the model as it was)
 Model:       {before} -> {model}
-Recordings:  {train}, {test} (they open in Foxglove and PlotJuggler too)
+{board}Recordings:  {train}, {test} (they open in Foxglove and PlotJuggler too)
 
 Try next:
   the same by hand:             softdock compare {before} {test}

@@ -9,12 +9,14 @@ use crate::experiment::demo::{self, Answer, Bounce, Run};
 use crate::experiment::diagnosis::{self, Part};
 use crate::experiment::impacts::Impact;
 use crate::model::Model;
+use crate::report::Page;
 use crate::report::number::significant;
 use crate::rig::Hidden;
 use anyhow::Result;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use softdock_control::delay::LawName;
+use softdock_control::delay::actuator::ActuatorSettings;
+use softdock_control::delay::{DelaySettings, LawName, ModelVelocity};
 use std::path::Path;
 
 /// What is told.
@@ -41,9 +43,10 @@ impl Story<'_> {
         let runs = self.run()?;
         let before = self.compare(&model, &runs)?;
         let report = self.diagnose(&model, &runs)?;
-        let after = self.add(&report, &runs)?;
+        let (after, mut page) = self.add(&report, &runs)?;
         let answers = self.resolve(&report.diagnosis)?;
-        let bounces = self.compensate()?;
+        let bounces = self.compensate(&report, &mut page)?;
+        page.write(&self.files.report)?;
         if self.quiet {
             return print_json(&Document {
                 report: &self.files.report,
@@ -154,7 +157,7 @@ impl Story<'_> {
     }
 
     /// Step 6.
-    fn add(&self, report: &Report, runs: &Recordings) -> Result<Comparison> {
+    fn add(&self, report: &Report, runs: &Recordings) -> Result<(Comparison, Page)> {
         let (train, test) = (name(&self.files.train), name(&self.files.test));
         let text = demo::model_with(report, &train, &test)?;
         write(&self.files.model, &text)?;
@@ -169,7 +172,7 @@ impl Story<'_> {
             settings_toml: runs.test.recording.header.settings_toml.clone(),
         };
         let (before, after) = (&report.before_prediction, &report.after_prediction);
-        page::page(&report.diagnosis, before, after, &identity)?.write(&self.files.report)?;
+        let page = page::page(&report.diagnosis, before, after, &identity)?;
         let what = match report.diagnosis.verdict {
             Verdict::Named => format!(
                 "Add it to {}, compare again, and watch the error fall:",
@@ -184,7 +187,7 @@ impl Story<'_> {
             demo::history_table(&report.diagnosis),
             comparison.sentence
         ))?;
-        Ok(comparison)
+        Ok((comparison, page))
     }
 
     /// What was hidden, beside what was found.
@@ -213,18 +216,53 @@ impl Story<'_> {
         Ok(answers)
     }
 
-    /// Step 7, where the board has a cure: the delay law, on the paper's elastic bounce.
-    fn compensate(&self) -> Result<Vec<Bounce>> {
+    /// Step 7, where the board has a cure: what was found goes into its settings, and the robot
+    /// bounces again.
+    fn compensate(&self, report: &Report, page: &mut Page) -> Result<Vec<Bounce>> {
         if !demo::is_late(&self.hidden) {
             return Ok(Vec::new());
         }
-        self.say(
-            "\n7. Tell the board. A late robot gives an elastic stop back more speed than came in; the \
-             paper's delay\n   law takes most of that away. The same robot at the paper's stop, 10 mm/s:\n\n",
-        )?;
-        let bounce = |law| demo::bounce(law, &self.hidden, self.seed);
-        let bounces = vec![bounce(LawName::None)?, bounce(LawName::Seed)?];
-        self.say(&format!("{}\n", demo::bounce_table(&bounces)))?;
+        let learned = demo::learned(report);
+        self.say(&format!(
+            "\n7. Tell the board. A late robot gives an elastic stop back more speed than came in. {}\n   The \
+             same robot at the paper's stop, 10 mm/s, without a delay law, with the paper's{}:\n\n",
+            learned.as_ref().map_or_else(
+                || "Nothing was found that a delay law could use.".to_owned(),
+                told
+            ),
+            learned.as_ref().map_or("", |_| ", and with the predictor"),
+        ))?;
+        // As the paper has it, and as `reproduce` runs it.
+        let plain = |law| DelaySettings {
+            law,
+            model_velocity: ModelVelocity::Mean,
+            ..DelaySettings::default()
+        };
+        let mut settings = vec![plain(LawName::None), plain(LawName::Seed)];
+        if let Some(robot) = &learned {
+            let delay = demo::delay_settings(LawName::Predictor, robot);
+            write(&self.files.board, &demo::board_text(&delay)?)?;
+            settings.push(delay);
+        }
+        let bounces = settings
+            .into_iter()
+            .map(|delay| demo::bounce(delay, &self.hidden, self.seed))
+            .collect::<Result<Vec<_>>>()?;
+        let table = demo::bounce_table(&bounces);
+        page.section("What the board makes of it");
+        page.paragraph(
+            "The robot's delay and pause, as they were found, in the settings of the board: an elastic bounce \
+             of 500 kg at 10 mm/s, as a perfect rig, this rig, and this rig with a delay law give it back.",
+        );
+        page.table(&table);
+        self.say(&format!("{table}\n"))?;
+        for bounce in &bounces {
+            if let Err(why) = &bounce.impact {
+                let why = format!("With {} the board {why}.", bounce.delay.law.name());
+                page.paragraph(&why);
+                self.say(&format!("   {why}\n"))?;
+            }
+        }
         Ok(bounces)
     }
 
@@ -236,6 +274,27 @@ impl Story<'_> {
         }
         print(text)
     }
+}
+
+/// What the board is told.
+fn told(robot: &ActuatorSettings) -> String {
+    let ms = |seconds: f64| significant(seconds * 1e3, 3);
+    let mut parts = vec![format!("delay {} ms", ms(robot.delay_s))];
+    if robot.lag_s > 0.0 {
+        parts.push(format!("lag {} ms", ms(robot.lag_s)));
+    }
+    if robot.has_servo() {
+        parts.push(format!(
+            "servo {} Hz with damping {}",
+            significant(robot.servo_hz, 3),
+            significant(robot.servo_damping, 3)
+        ));
+    }
+    parts.push(format!("pause {} ms", ms(robot.pause_s)));
+    format!(
+        "The board is told what was found:\n   {}.",
+        parts.join(", ")
+    )
 }
 
 /// The name of a file without its folder.
@@ -279,15 +338,20 @@ struct BeforeAfter<'a> {
 struct StepDocument<'a> {
     law: LawName,
     real_time_factor: f64,
-    impact: &'a Impact,
+    /// None where the board stopped before it.
+    impact: Option<&'a Impact>,
+    /// Why it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stopped: Option<&'a str>,
 }
 
 impl<'a> StepDocument<'a> {
     fn new(bounce: &'a Bounce) -> Self {
         Self {
-            law: bounce.law,
+            law: bounce.delay.law,
             real_time_factor: bounce.statistics.real_time_factor(),
-            impact: &bounce.impact,
+            impact: bounce.impact.as_ref().ok(),
+            stopped: bounce.impact.as_ref().err().map(String::as_str),
         }
     }
 }

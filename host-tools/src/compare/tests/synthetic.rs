@@ -69,6 +69,7 @@ impl Rig {
         let mut settings = Settings::default();
         settings.body_k.velocity_m_s = self.velocity_m_s;
         settings.body_q.fixed = true;
+        settings.delay.law = softdock_control::delay::LawName::None;
         settings.sensor.tool_mass_kg = TOOL_KG;
         settings.sensor.bias = BIAS;
         // A slow start: a late robot is wrong while it gathers speed, too.

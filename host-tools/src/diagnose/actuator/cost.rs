@@ -3,6 +3,7 @@
 use super::tried::Scale;
 use crate::model::actuator::{Chain, Reading, Stage, Timing, simulate};
 use crate::model::log::Log;
+use crate::model::prediction::retimed::clock_value;
 use crate::model::{Model, ToleranceModel};
 use crate::statistics::{Noise, noise_floor};
 use nalgebra::{SMatrix, SVector};
@@ -59,13 +60,18 @@ pub(crate) struct Cost<'a> {
 impl<'a> Cost<'a> {
     /// `intervals_s`: true durations of the cycles, empty where they are nominal.
     pub(crate) fn new(model: &Model, log: &'a Log, intervals_s: Vec<f64>) -> Self {
+        // Poses that are taken late show a velocity late.
+        let late_s = match log.reading {
+            Reading::Mean => clock_value(model, "clock_offset", "offset_s"),
+            Reading::AtEnd => 0.0,
+        };
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
             active[axis.index()] = log.sent[axis.index()].iter().any(|v| *v != 0.0);
         }
         let mut cost = Self {
             log,
-            nominal: std::array::from_fn(|axis| model.chain(axis)),
+            nominal: std::array::from_fn(|axis| later(model.chain(axis), late_s)),
             undisturbed: Default::default(),
             tolerance: model.tolerance.clone(),
             active,
@@ -175,7 +181,9 @@ impl<'a> Cost<'a> {
             cycle_s: self.log.cycle_s,
             intervals_s: &self.intervals_s,
         };
-        simulate(chain, &self.log.sent[axis], &timing, self.log.reading)
+        let mut velocity = simulate(chain, &self.log.sent[axis], &timing, self.log.reading);
+        timing.as_recorded(&mut velocity, self.log.reading);
+        velocity
     }
 
     /// Measured minus predicted.
@@ -325,6 +333,23 @@ impl<'a> Cost<'a> {
         })
     }
 
+    /// χ² of the nominal actuator with all that it does later by a time, s.
+    pub(crate) fn of_later(&self, late_s: f64) -> f64 {
+        let axes =
+            std::array::from_fn(|axis| self.of_axis(&later(self.nominal[axis], late_s), axis));
+        self.total(&axes)
+    }
+
+    /// Whether the velocity was measured, not taken from two poses.
+    pub(crate) fn is_sampled(&self) -> bool {
+        self.log.reading == Reading::AtEnd
+    }
+
+    /// Delay of the nominal actuator, s.
+    pub(crate) fn delay_s(&self) -> f64 {
+        self.nominal[0].delay_s
+    }
+
     /// χ² with these terms and exact nominal values.
     pub(crate) fn exactly(&self, terms: &[Term]) -> f64 {
         (0..6)
@@ -355,26 +380,13 @@ impl<'a> Cost<'a> {
 
     /// How large the motion of some axes is.
     pub(crate) fn scale(&self, axes: &[bool; 6]) -> Scale {
-        let mut scale = Scale {
-            velocity: 0.0,
-            acceleration: 0.0,
-            sent_velocity: 0.0,
-            sent_acceleration: 0.0,
-            nyquist_hz: 0.5 / self.log.cycle_s,
-        };
-        let fastest = |series: &[f64]| series.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let steepest = |series: &[f64]| {
-            let steps = series.windows(2).map(|w| (w[1] - w[0]).abs());
-            steps.fold(0.0, f64::max) / self.log.cycle_s
-        };
-        for axis in (0..6).filter(|a| axes[*a] && self.active[*a]) {
-            let sent = &self.log.sent[axis];
-            let nominal = &self.undisturbed[axis];
-            scale.velocity = scale.velocity.max(fastest(nominal));
-            scale.acceleration = scale.acceleration.max(steepest(nominal));
-            scale.sent_velocity = scale.sent_velocity.max(fastest(sent));
-            scale.sent_acceleration = scale.sent_acceleration.max(steepest(sent));
-        }
-        scale
+        let moving = (0..6).filter(|a| axes[*a] && self.active[*a]);
+        let series = moving.map(|axis| (&self.log.sent[axis][..], &self.undisturbed[axis][..]));
+        Scale::of(series, self.log.cycle_s)
     }
+}
+
+fn later(mut chain: Chain, late_s: f64) -> Chain {
+    chain.delay_s = (chain.delay_s + late_s).max(0.0);
+    chain
 }

@@ -12,6 +12,7 @@ mod intervals;
 mod pairs;
 mod refine;
 mod search;
+mod steps;
 mod tried;
 
 pub(crate) use cost::{Cost, Term};

@@ -1,14 +1,20 @@
 //! Two stages at once, searched together: the best of each alone need not be the best pair.
 
-use super::cost::{Cost, Term};
+use super::cost::{AxisCost, Cost, Term};
 use super::grid::grid;
 use super::refine::refined;
 use super::search::{Candidate, is_a_cause, penalised};
 use super::tried::specs;
+use crate::model::actuator::Stage;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Rivals that are taken into the search for pairs.
 const PAIRED: usize = 7;
+/// Pairs whose grid is searched in both stages at once.
+const GRIDDED: usize = 8;
+/// Pairs that are refined.
+const REFINED: usize = 4;
 
 /// The best pair of different stages, both searched together.
 pub(super) fn best_pair(
@@ -28,14 +34,23 @@ pub(super) fn best_pair(
         .flat_map(|i| (i + 1..blocks.len()).map(move |k| (i, k)))
         .map(|(i, k)| (blocks[i], blocks[k]))
         .collect();
-    let mut coarse: Vec<(f64, Vec<Term>)> = pairs
+    let mut grids: Vec<(f64, PairGrid<'_>)> = pairs
         .par_iter()
-        .filter_map(|(a, b)| coarse_pair(a, b, train))
+        .map(|(a, b)| {
+            let mut grid = PairGrid::new(a, b, train);
+            (grid.best_line().0, grid)
+        })
+        .collect();
+    grids.sort_by(|a, b| a.0.total_cmp(&b.0));
+    grids.truncate(GRIDDED);
+    let mut coarse: Vec<(f64, Vec<Term>)> = grids
+        .into_par_iter()
+        .map(|(_, mut grid)| grid.best())
         .collect();
     coarse.sort_by(|a, b| a.0.total_cmp(&b.0));
     let refined: Vec<Candidate> = coarse
         .into_par_iter()
-        .take(4)
+        .take(REFINED)
         .map(|(_, terms)| {
             let terms = refined(terms, train);
             Candidate {
@@ -68,16 +83,83 @@ fn around(block: &[Term], train: &Cost<'_>) -> Vec<Vec<Term>> {
     all
 }
 
-/// Best point of a coarse grid around the best values of both alone.
-fn coarse_pair(a: &[Term], b: &[Term], train: &Cost<'_>) -> Option<(f64, Vec<Term>)> {
-    let (first, second) = (around(a, train), around(b, train));
-    let all = first.iter().flat_map(|a| {
-        second.iter().map(move |b| {
-            let mut terms = a.clone();
-            terms.extend(b.iter().cloned());
-            terms
-        })
-    });
-    all.map(|terms| (train.of(&terms), terms))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
+/// A coarse grid around the best values of two stages alone.
+///
+/// Simulating is what costs, and most points differ on some axes only: each axis is simulated once
+/// for each pair of values that it can have.
+struct PairGrid<'a> {
+    train: &'a Cost<'a>,
+    variants: [Vec<Vec<Term>>; 2],
+    /// Per axis the first variant that is the same there.
+    same: [Vec<[usize; 6]>; 2],
+    known: [HashMap<(usize, usize), AxisCost>; 6],
+}
+
+impl<'a> PairGrid<'a> {
+    fn new(a: &[Term], b: &[Term], train: &'a Cost<'a>) -> Self {
+        let variants = [around(a, train), around(b, train)];
+        let same = [0, 1].map(|block: usize| {
+            let all: &Vec<Vec<Term>> = &variants[block];
+            let first = |v: &[Term]| -> [usize; 6] {
+                std::array::from_fn(|axis| {
+                    let alike = |other: &Vec<Term>| acting(other, axis).eq(acting(v, axis));
+                    all.iter().position(alike).unwrap_or_default()
+                })
+            };
+            all.iter().map(|v| first(v)).collect()
+        });
+        Self {
+            train,
+            variants,
+            same,
+            known: Default::default(),
+        }
+    }
+
+    /// Both stages with these variants.
+    fn terms(&self, i: usize, k: usize) -> Vec<Term> {
+        [&self.variants[0][i][..], &self.variants[1][k]].concat()
+    }
+
+    fn cost(&mut self, i: usize, k: usize) -> f64 {
+        let terms = self.terms(i, k);
+        let axes = std::array::from_fn(|axis| {
+            let key = (self.same[0][i][axis], self.same[1][k][axis]);
+            *self.known[axis]
+                .entry(key)
+                .or_insert_with(|| self.train.of_axis(&self.train.chain(&terms, axis), axis))
+        });
+        self.train.total(&axes)
+    }
+
+    /// Best cost with one of the two as it is best alone.
+    fn best_line(&mut self) -> (f64, Vec<Term>) {
+        let (rows, columns) = (self.variants[0].len(), self.variants[1].len());
+        let along_first = (0..rows).map(|i| (i, 0));
+        self.best_of(along_first.chain((1..columns).map(|k| (0, k))))
+    }
+
+    /// Best point of the whole grid.
+    fn best(&mut self) -> (f64, Vec<Term>) {
+        let (rows, columns) = (self.variants[0].len(), self.variants[1].len());
+        self.best_of((0..rows).flat_map(|i| (0..columns).map(move |k| (i, k))))
+    }
+
+    fn best_of(&mut self, points: impl Iterator<Item = (usize, usize)>) -> (f64, Vec<Term>) {
+        let mut best = (f64::INFINITY, (0, 0));
+        for (i, k) in points {
+            let cost = self.cost(i, k);
+            if cost < best.0 {
+                best = (cost, (i, k));
+            }
+        }
+        let (cost, (i, k)) = best;
+        (cost, self.terms(i, k))
+    }
+}
+
+/// What of a block acts on an axis.
+fn acting(block: &[Term], axis: usize) -> impl Iterator<Item = (Stage, &[f64])> {
+    let here = block.iter().filter(move |t| t.axes[axis]);
+    here.map(|t| (t.stage, &t.values[..]))
 }

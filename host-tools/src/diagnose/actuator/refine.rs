@@ -68,7 +68,7 @@ pub(super) fn improved(
 }
 
 /// Minimum of a cost with several valleys: a finer grid, then golden sections around its best point.
-fn bottom(low: f64, high: f64, cost: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn bottom(low: f64, high: f64, cost: impl Fn(f64) -> f64) -> f64 {
     /// Cells of the finer grid.
     const CELLS: u32 = 10;
     let cell = (high - low) / f64::from(CELLS);

@@ -5,6 +5,7 @@ use super::forms::other_forms;
 use super::grid::combinations;
 use super::pairs::best_pair;
 use super::refine::{improved, refined};
+use super::steps::best_step;
 use super::tried::specs;
 use crate::model::actuator::Stage;
 use rayon::prelude::*;
@@ -88,6 +89,12 @@ pub(crate) fn search(train: &Cost<'_>, test: &Cost<'_>, ask: &Ask<'_>) -> Search
         || Search::level(nominal.0, train) > AT_NOISE,
         |c| Search::level(c.train, train) > AT_NOISE,
     );
+    if unfinished && let Some(servo) = complete_servo(&singles, train) {
+        let before = accepted.as_ref().map_or(nominal, |c| (c.train, c.test));
+        if is_accepted(servo, nominal, before) {
+            accepted = Some(servo.clone());
+        }
+    }
     if unfinished && !ask.alone {
         let alone = accepted.as_ref().map_or(nominal, |c| (c.train, c.test));
         if let Some(pair) = best_pair(&singles, train, test)
@@ -143,8 +150,16 @@ fn settle(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) {
     }
 }
 
+/// A servo that leaves nothing but noise: where no other stage does so alone, it is simpler than
+/// two of them together.
+fn complete_servo<'c>(singles: &'c [Candidate], train: &Cost<'_>) -> Option<&'c Candidate> {
+    let servo = |c: &&Candidate| c.terms.iter().all(|term| term.stage == Stage::Servo);
+    let found = singles.iter().find(servo)?;
+    (Search::level(found.train, train) < AT_NOISE).then_some(found)
+}
+
 /// A damped second order imitates delay, lag and limits together: it is a rival of theirs, but no
-/// answer as long as they can answer. A structure rings.
+/// cause beside others. A structure rings.
 pub(super) fn is_a_cause(candidate: &Candidate) -> bool {
     /// Damping ratio up to which a mode rings.
     const RINGS: f64 = 0.25;
@@ -237,7 +252,7 @@ fn on_all_axes(terms: Vec<Term>, train: &Cost<'_>) -> Vec<Term> {
 
 /// Whether the best value may lie between two values of the grid that both make things worse.
 fn slips_through(stage: Stage) -> bool {
-    matches!(stage, Stage::Delay | Stage::Lag)
+    matches!(stage, Stage::Delay | Stage::Lag | Stage::Gain)
 }
 
 /// The costs of all axes on the grid of a stage.
@@ -298,7 +313,12 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
             (train.total(&mixed), values)
         };
         let best = table(stage, &axes, train).into_iter().map(of);
-        let values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let mut values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        if stage == Stage::CommandStep
+            && let Some(step) = best_step(&axes, train)
+        {
+            values = vec![step];
+        }
         let mut term = vec![Term {
             stage,
             values,

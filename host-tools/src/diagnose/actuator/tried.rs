@@ -35,6 +35,14 @@ fn acceleration(steepest: f64) -> Vec<Spec> {
     vec![spec("max_acceleration_m_s2", "m/s^2", low, high, 12)]
 }
 
+fn jerk(fastest: f64, largest: f64) -> Vec<Spec> {
+    /// The slowest approach that is tried, s: twice √(v/j) from rest to the largest velocity.
+    const SLOWEST_S: f64 = 0.5;
+    let low = 4.0 * fastest / (SLOWEST_S * SLOWEST_S);
+    let high = (0.99 * largest).max(2.0 * low);
+    vec![spec("max_jerk_m_s3", "m/s^3", low, high, 12)]
+}
+
 fn velocity(fastest: f64) -> Vec<Spec> {
     let (low, high) = (0.1 * fastest, 0.999 * fastest);
     vec![spec("max_velocity_m_s", "m/s", low, high, 12)]
@@ -56,6 +64,8 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
         Stage::DriveAcceleration => acceleration(scale.acceleration),
         Stage::PlannerAcceleration => acceleration(scale.sent_acceleration),
+        Stage::DriveJerk => jerk(scale.velocity, scale.jerk),
+        Stage::PlannerJerk => jerk(scale.sent_velocity, scale.sent_jerk),
         Stage::DriveVelocity => velocity(scale.velocity),
         Stage::PlannerVelocity => velocity(scale.sent_velocity),
         Stage::Gain => vec![Spec {
@@ -85,10 +95,55 @@ pub(crate) struct Scale {
     pub velocity: f64,
     /// Largest change of the nominal velocity per second.
     pub acceleration: f64,
+    /// Largest change of its change per second².
+    pub jerk: f64,
     /// Largest sent velocity, which a planner limits.
     pub sent_velocity: f64,
     /// Largest change of the sent velocity per second.
     pub sent_acceleration: f64,
+    /// Largest change of its change per second².
+    pub sent_jerk: f64,
     /// Half of the cycle rate, Hz.
     pub nyquist_hz: f64,
+}
+
+impl Scale {
+    /// Of sent and nominally executed velocities.
+    pub(crate) fn of<'s>(
+        series: impl Iterator<Item = (&'s [f64], &'s [f64])>,
+        cycle_s: f64,
+    ) -> Self {
+        let mut scale = Self {
+            velocity: 0.0,
+            acceleration: 0.0,
+            jerk: 0.0,
+            sent_velocity: 0.0,
+            sent_acceleration: 0.0,
+            sent_jerk: 0.0,
+            nyquist_hz: 0.5 / cycle_s,
+        };
+        for (sent, nominal) in series {
+            let [velocity, acceleration, jerk] = largest(nominal, cycle_s);
+            scale.velocity = scale.velocity.max(velocity);
+            scale.acceleration = scale.acceleration.max(acceleration);
+            scale.jerk = scale.jerk.max(jerk);
+            let [velocity, acceleration, jerk] = largest(sent, cycle_s);
+            scale.sent_velocity = scale.sent_velocity.max(velocity);
+            scale.sent_acceleration = scale.sent_acceleration.max(acceleration);
+            scale.sent_jerk = scale.sent_jerk.max(jerk);
+        }
+        scale
+    }
+}
+
+/// Largest velocity, acceleration and jerk of a series.
+fn largest(series: &[f64], cycle_s: f64) -> [f64; 3] {
+    let velocity = series.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let steps = series.windows(2).map(|w| (w[1] - w[0]).abs());
+    let bends = series.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs());
+    [
+        velocity,
+        steps.fold(0.0, f64::max) / cycle_s,
+        bends.fold(0.0, f64::max) / (cycle_s * cycle_s),
+    ]
 }

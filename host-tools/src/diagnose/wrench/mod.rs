@@ -9,6 +9,7 @@ mod search;
 mod settle;
 mod side;
 mod stage;
+mod sticking;
 mod tested;
 mod variants;
 

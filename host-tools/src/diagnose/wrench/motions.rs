@@ -57,18 +57,19 @@ fn still() -> Motion<f64> {
 /// are the differences that the prediction takes.
 fn measured(log: &Log) -> Vec<Motion<f64>> {
     let last = log.len() - 1;
+    let executed = |n: usize| log.velocity(n, log.executed.each_ref().map(|series| series[n]));
     let velocity = |n: usize| -> [f64; 6] {
-        std::array::from_fn(|axis| match log.reading {
-            Reading::AtEnd => log.executed[axis][n],
+        match log.reading {
+            Reading::AtEnd => executed(n),
             Reading::Mean => {
-                0.5 * (log.executed[axis][n.max(1)] + log.executed[axis][(n + 1).min(last)])
+                let (before, after) = (executed(n.max(1).min(last)), executed((n + 1).min(last)));
+                std::array::from_fn(|axis| 0.5 * (before[axis] + after[axis]))
             }
-        })
+        }
     };
     (0..log.len())
         .map(|n| {
             let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
-            let executed = |k: usize| log.executed.each_ref().map(|series| series[k]);
             let (a, b, cycles) = match log.reading {
                 Reading::AtEnd => (velocity(from), velocity(to), to - from),
                 Reading::Mean => (executed(n.max(1).min(last)), executed(to), 1),
@@ -108,18 +109,18 @@ fn simulated(
             velocity
         })
     };
-    let (at_end, mean) = (series(Reading::AtEnd), series(Reading::Mean));
-    let last = log.len() - 1;
+    let (at_end, mean) = (
+        turned(log, series(Reading::AtEnd)),
+        turned(log, series(Reading::Mean)),
+    );
     let motion = (0..log.len())
         .map(|n| {
             let velocity = std::array::from_fn(|axis| at_end[axis][n]);
-            let acceleration = std::array::from_fn(|axis| match log.reading {
-                // The inertial load of an imported log is a difference over the last cycle.
-                Reading::AtEnd if n > 0 => {
-                    (at_end[axis][n] - at_end[axis][n - 1]) / timing.interval(n)
-                }
-                Reading::AtEnd => 0.0,
-                Reading::Mean => (mean[axis][(n + 1).min(last)] - mean[axis][n]) / log.cycle_s,
+            // A held command is a staircase whose edges a real drive smooths: the inertial load is that
+            // of the mean acceleration over the last cycle, here, in the rig and in imported logs.
+            let acceleration = std::array::from_fn(|axis| match n {
+                0 => 0.0,
+                _ => (at_end[axis][n] - at_end[axis][n - 1]) / timing.interval(n),
             });
             Motion {
                 velocity: Twist::of(&velocity),
@@ -128,6 +129,18 @@ fn simulated(
         })
         .collect();
     (integrated(log, &mean, timing), motion)
+}
+
+/// Velocities of rates of the robot's axes.
+fn turned(log: &Log, rates: [Vec<f64>; 6]) -> [Vec<f64>; 6] {
+    let mut velocities = rates;
+    for n in 0..log.len() {
+        let velocity = log.velocity(n, velocities.each_ref().map(|series| series[n]));
+        for (series, value) in velocities.iter_mut().zip(velocity) {
+            series[n] = value;
+        }
+    }
+    velocities
 }
 
 /// The integral of a velocity, kept at the measured pose.

@@ -3,7 +3,7 @@
 use super::colour::Colour;
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 /// A column of which tolerances and other columns leave less than this is not determined.
@@ -40,8 +40,6 @@ pub(crate) struct Solution {
     pub sigma: Vec<f64>,
     /// Columns whose coefficient has a sign that physics forbids.
     pub wrong: Vec<usize>,
-    /// Least share of a column that those before it do not imitate.
-    pub own: f64,
 }
 
 impl Problem {
@@ -183,67 +181,107 @@ pub(crate) fn solve(
     chosen: &[usize],
     signs: &[Sign],
 ) -> Option<Solution> {
-    let fixed: Vec<usize> = (0..chosen.len())
-        .filter(|k| signs[*k] == Sign::One)
-        .collect();
-    let open: Vec<usize> = (0..chosen.len())
-        .filter(|k| signs[*k] != Sign::One)
-        .collect();
-    let mut gain = 0.0_f64;
-    for &i in &fixed {
-        gain += 2.0 * right[chosen[i]];
-        gain -= fixed
-            .iter()
-            .map(|&k| gram[(chosen[i], chosen[k])])
-            .sum::<f64>();
-    }
-    let mut coefficients = vec![1.0; chosen.len()];
+    let (best, open) = best(gram, right, chosen, signs)?;
     let mut sigma = vec![0.0; chosen.len()];
-    let mut wrong = Vec::new();
-    let mut own = 1.0_f64;
-    if !open.is_empty() {
-        let scale: Vec<f64> = open
-            .iter()
-            .map(|&i| gram[(chosen[i], chosen[i])].sqrt())
-            .collect();
-        if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
-            return None;
-        }
-        // Columns in units of their own length, so that "undetermined" has one meaning.
-        let normal = DMatrix::from_fn(open.len(), open.len(), |i, k| {
-            gram[(chosen[open[i]], chosen[open[k]])] / (scale[i] * scale[k])
-        });
-        let product = DVector::from_fn(open.len(), |i, _| {
-            let beside: f64 = fixed
-                .iter()
-                .map(|&k| gram[(chosen[open[i]], chosen[k])])
-                .sum();
-            (right[chosen[open[i]]] - beside) / scale[i]
-        });
-        let cholesky = normal.cholesky()?;
-        let shares = cholesky.l_dirty().diagonal().map(|d| d * d);
-        own = shares.iter().copied().fold(own, f64::min);
-        if own < LEFT {
-            return None;
-        }
-        let best = cholesky.solve(&product);
-        gain += best.dot(&product);
-        let covariance = cholesky.inverse();
-        for (i, &place) in open.iter().enumerate() {
-            coefficients[place] = best[i] / scale[i];
-            sigma[place] = covariance[(i, i)].max(0.0).sqrt() / scale[i];
-            if signs[place] == Sign::Positive && best[i] < 0.0 {
-                wrong.push(place);
-            }
+    if let Some(open) = open {
+        let covariance = open.cholesky.inverse();
+        for (i, &place) in open.places.iter().enumerate() {
+            sigma[place] = covariance[(i, i)].max(0.0).sqrt() / open.scale[i];
         }
     }
-    gain.is_finite().then_some(Solution {
-        gain,
-        coefficients,
+    Some(Solution {
+        gain: best.gain,
+        coefficients: best.coefficients,
         sigma,
-        wrong,
-        own,
+        wrong: best.wrong,
     })
+}
+
+/// A [`Solution`] without its deviations, which cost more than all the rest.
+pub(super) struct Best {
+    /// By how much χ² falls.
+    pub gain: f64,
+    coefficients: Vec<f64>,
+    /// Columns whose coefficient has a sign that physics forbids.
+    pub wrong: Vec<usize>,
+    /// Least share of a column that those before it do not imitate.
+    pub own: f64,
+}
+
+/// The columns whose coefficients are open, in units of their own length.
+struct Open {
+    places: Vec<usize>,
+    scale: Vec<f64>,
+    cholesky: Cholesky<f64, Dyn>,
+}
+
+/// What [`solve`] finds, without the deviations.
+pub(super) fn best_gain(
+    gram: &DMatrix<f64>,
+    right: &DVector<f64>,
+    chosen: &[usize],
+    signs: &[Sign],
+) -> Option<Best> {
+    Some(best(gram, right, chosen, signs)?.0)
+}
+
+fn best(
+    gram: &DMatrix<f64>,
+    right: &DVector<f64>,
+    chosen: &[usize],
+    signs: &[Sign],
+) -> Option<(Best, Option<Open>)> {
+    let (fixed, places): (Vec<usize>, Vec<usize>) =
+        (0..chosen.len()).partition(|k| signs[*k] == Sign::One);
+    let beside = |column: usize| -> f64 {
+        let products = fixed.iter().map(|&k| gram[(column, chosen[k])]);
+        products.sum()
+    };
+    let mut best = Best {
+        gain: fixed
+            .iter()
+            .map(|&i| 2.0 * right[chosen[i]] - beside(chosen[i]))
+            .sum(),
+        coefficients: vec![1.0; chosen.len()],
+        wrong: Vec::new(),
+        own: 1.0,
+    };
+    if places.is_empty() {
+        return best.gain.is_finite().then_some((best, None));
+    }
+    let columns: Vec<usize> = places.iter().map(|&place| chosen[place]).collect();
+    let scale: Vec<f64> = columns.iter().map(|&c| gram[(c, c)].sqrt()).collect();
+    if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
+        return None;
+    }
+    // Columns in units of their own length, so that "undetermined" has one meaning.
+    let size = places.len();
+    let normal = DMatrix::from_fn(size, size, |i, k| {
+        gram[(columns[i], columns[k])] / (scale[i] * scale[k])
+    });
+    let product = DVector::from_fn(size, |i, _| {
+        (right[columns[i]] - beside(columns[i])) / scale[i]
+    });
+    let cholesky = normal.cholesky()?;
+    let shares = cholesky.l_dirty().diagonal().map(|d| d * d);
+    best.own = shares.iter().copied().fold(best.own, f64::min);
+    if best.own < LEFT {
+        return None;
+    }
+    let values = cholesky.solve(&product);
+    best.gain += values.dot(&product);
+    for (i, &place) in places.iter().enumerate() {
+        best.coefficients[place] = values[i] / scale[i];
+        if signs[place] == Sign::Positive && values[i] < 0.0 {
+            best.wrong.push(place);
+        }
+    }
+    let open = Open {
+        places,
+        scale,
+        cholesky,
+    };
+    best.gain.is_finite().then_some((best, Some(open)))
 }
 
 /// Products of columns with each other.

@@ -1,6 +1,6 @@
 //! The search for effects on the reading, alone and in pairs.
 
-use super::problem::{Solution, solve};
+use super::problem::{Solution, best_gain, solve};
 use super::variants::{Library, Variant};
 use crate::model::load::effects::Sign;
 use rayon::prelude::*;
@@ -106,7 +106,7 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
             all_signs.push(variant.signs[k]);
         }
         let detail = DETAILS.contains(&variant.effect.id);
-        solve(&library.gram, &library.right, &columns, &all_signs)
+        best_gain(&library.gram, &library.right, &columns, &all_signs)
             // The opposite column gains the same with the sign that physics allows.
             .filter(|s| !detail || (s.own > OWN && s.wrong.iter().all(|k| *k < beside.len())))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
@@ -180,9 +180,15 @@ pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> V
 /// The best pairs of different effects, best first; both are chosen together.
 pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
     let count = library.variants.len();
-    let mut best: Vec<Hypothesis> = (0..count)
+    let alone: Vec<Option<Part>> = (0..count)
         .into_par_iter()
-        .flat_map_iter(|i| {
+        .map(|i| part(library, i, &[]))
+        .collect();
+    let mut best: Vec<Hypothesis> = alone
+        .par_iter()
+        .enumerate()
+        .filter_map(|(i, one)| Some((i, one.as_ref()?)))
+        .flat_map_iter(|(i, one)| {
             let first = &library.variants[i];
             let found = (0..count).filter_map(move |k| {
                 let second = &library.variants[k];
@@ -195,13 +201,12 @@ pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
                 if !ordered || is_redundant(first.effect.id, second.effect.id) {
                     return None;
                 }
-                let one = part(library, i, &[])?;
-                let two = part(library, k, std::slice::from_ref(&one))?;
+                let two = part(library, k, std::slice::from_ref(one))?;
                 let pair = if first.effect.separable {
                     // What the first needs beside the second may differ from what it needs alone.
                     vec![part(library, i, std::slice::from_ref(&two))?, two]
                 } else {
-                    vec![one, two]
+                    vec![one.clone(), two]
                 };
                 evaluate(library, pair, price).filter(|h| h.solution.wrong.is_empty())
             });

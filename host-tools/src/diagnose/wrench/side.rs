@@ -4,6 +4,7 @@ use super::colour::Colour;
 use super::nuisance;
 use super::problem::Problem;
 use super::saturated;
+use super::sticking::without_sticking;
 use super::tested::Tested;
 use crate::diagnose::sampling::Sampling;
 use crate::model::Model;
@@ -50,8 +51,8 @@ impl Side {
             *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
         }
         let tolerances = nuisance::columns(model, &scene);
-        let unexplained =
-            saturated::residual(&scene, &residual, &tolerances, &sheet, &sampling.fresh);
+        let counts = without_sticking(&scene, &sampling.fresh);
+        let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &counts);
         let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
         let colour = std::array::from_fn(|axis| {
             let series = &unexplained.0[axis];
@@ -63,7 +64,7 @@ impl Side {
             colour.level *= sheet[axis];
             colour
         });
-        let mut problem = Problem::new(&residual, &tolerances, colour, sampling.fresh.clone());
+        let mut problem = Problem::new(&residual, &tolerances, colour, counts);
         // A low-pass leaves two values per period of its cutoff.
         let share = cutoff_hz.map_or(1.0, |cutoff_hz| (2.0 * cutoff_hz * log.cycle_s).min(1.0));
         problem.count = (share * problem.count as f64) as usize;

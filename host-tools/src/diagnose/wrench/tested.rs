@@ -1,6 +1,6 @@
 //! A hypothesis with refined shapes, held against unseen data.
 
-use super::problem::Problem;
+use super::problem::{Problem, Solution};
 use super::search::{Hypothesis, Part};
 use super::side::Side;
 use super::variants::Library;
@@ -68,17 +68,20 @@ impl Tested {
     }
 }
 
-/// Columns of a hypothesis with given shapes.
+/// Columns of a hypothesis with given shapes, around the given coefficients of its columns; without
+/// any, for small effects.
 fn columns(
     library: &Library,
     parts: &[Part],
     shapes: &[Vec<f64>],
+    around: &[f64],
     scene: &Scene,
 ) -> Option<Vec<(Column, Sign)>> {
     let mut all = Vec::new();
     for (part, shapes) in parts.iter().zip(shapes) {
         let variant = &library.variants[part.variant];
-        let mut built = variant.effect.columns(scene, shapes)?;
+        let own = around.get(all.len()..).unwrap_or_default();
+        let mut built = variant.effect.columns_at(scene, shapes, own)?;
         for &k in &part.used {
             all.push((std::mem::take(&mut built[k]), variant.signs[k]));
         }
@@ -110,7 +113,7 @@ pub(super) fn fitted_to(
         .map(|p| library.variants[p.variant].shapes.clone())
         .collect();
     let gain = |shapes: &[Vec<f64>]| -> f64 {
-        columns(library, parts, shapes, &train.scene)
+        columns(library, parts, shapes, &[], &train.scene)
             .and_then(|c| problem.solve(&c))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
     };
@@ -125,9 +128,17 @@ pub(super) fn fitted_to(
             }
         }
     }
-    let solution = columns(library, parts, &shapes, &train.scene)
+    let solution = columns(library, parts, &shapes, &[], &train.scene)
         .and_then(|c| problem.solve(&c))
         .unwrap_or_else(|| hypothesis.solution.clone());
+    let linear = |part: &Part| library.variants[part.variant].effect.is_linear();
+    let solution = if parts.iter().all(linear) {
+        solution
+    } else {
+        exact(solution, problem, |around| {
+            columns(library, parts, &shapes, around, &train.scene)
+        })
+    };
     let mut effects = Vec::new();
     let mut wrong = Vec::new();
     let mut at = 0;
@@ -181,6 +192,42 @@ pub(super) fn fitted_to(
         test.gain_beyond_rounding(&on_test),
     );
     tested
+}
+
+/// Times that coefficients are found anew with the columns around the last ones.
+const ROUNDS: usize = 4;
+
+/// The solution with columns that fit its own coefficients, the best of some rounds.
+fn exact(
+    start: Solution,
+    problem: &Problem,
+    columns: impl Fn(&[f64]) -> Option<Vec<(Column, Sign)>>,
+) -> Solution {
+    let gain = |solution: &Solution| {
+        let columns = columns(&solution.coefficients)?;
+        let mut sum = Column::default();
+        for ((column, _), factor) in columns.iter().zip(&solution.coefficients) {
+            let scaled = column
+                .0
+                .each_ref()
+                .map(|s| s.iter().map(|v| factor * v).collect());
+            sum.add(&scaled);
+        }
+        Some(problem.gain_of(&sum))
+    };
+    let mut best = start;
+    best.gain = gain(&best).unwrap_or(best.gain);
+    let mut last = best.clone();
+    for _ in 0..ROUNDS {
+        let next = columns(&last.coefficients).and_then(|c| problem.solve(&c));
+        let Some(mut next) = next else { break };
+        next.gain = gain(&next).unwrap_or(f64::NEG_INFINITY);
+        if next.gain > best.gain {
+            best = next.clone();
+        }
+        last = next;
+    }
+    best
 }
 
 /// Moves one shape to its best value between its neighbours on the grid; returns its deviation.

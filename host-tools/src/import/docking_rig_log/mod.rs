@@ -67,6 +67,7 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
         let context = CheckContext {
             name: file,
             sample_time_s: Some(meta.sample_time_s),
+            fewest_rows: None,
             model: Some(&model),
         };
         warnings.extend(checks::check(&recording, &context)?);

@@ -63,6 +63,19 @@ pub struct MappedLogs {
 /// not exist; a cell that is no number; a log that no comparison could use. The error names file,
 /// line and column.
 pub fn import(path: &Path, mapping_file: &Path) -> anyhow::Result<MappedLogs> {
+    import_at_least(path, mapping_file, None)
+}
+
+/// [`import`], where fewer rows may be enough than a diagnosis needs.
+///
+/// # Errors
+///
+/// Those of [`import`].
+pub fn import_at_least(
+    path: &Path,
+    mapping_file: &Path,
+    fewest_rows: Option<usize>,
+) -> anyhow::Result<MappedLogs> {
     let mapping: Mapping = input::load(mapping_file)?;
     let model = match &mapping.model {
         Some(name) => {
@@ -78,6 +91,7 @@ pub fn import(path: &Path, mapping_file: &Path) -> anyhow::Result<MappedLogs> {
         folder,
         mapping: &mapping,
         model: model.as_ref().map(|(model, _)| model),
+        fewest_rows,
         warnings: Vec::new(),
     };
     let (train_name, cycles) = importer.cycles(&train)?;
@@ -134,6 +148,7 @@ struct Importer<'a> {
     folder: &'a Path,
     mapping: &'a Mapping,
     model: Option<&'a Model>,
+    fewest_rows: Option<usize>,
     warnings: Vec<String>,
 }
 
@@ -225,6 +240,7 @@ impl Importer<'_> {
                 .map(|step| step * kept as f64)
                 .filter(|_| self.mapping.split.is_none()),
             model: self.model,
+            fewest_rows: self.fewest_rows,
         };
         self.warnings.extend(checks::check(&recording, &context)?);
         Ok(recording)

@@ -20,13 +20,15 @@ pub struct Resonance {
     pub damping_ratio: f64,
 }
 
-/// Limits of velocity and acceleration, in units of the axis; infinite: none.
+/// Limits of velocity, acceleration and jerk, in units of the axis; infinite: none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest velocity.
     pub velocity: f64,
     /// Largest acceleration.
     pub acceleration: f64,
+    /// Largest change of the acceleration per second.
+    pub jerk: f64,
 }
 
 impl Limits {
@@ -34,11 +36,12 @@ impl Limits {
     pub const NONE: Self = Self {
         velocity: f64::INFINITY,
         acceleration: f64::INFINITY,
+        jerk: f64::INFINITY,
     };
 
     /// Whether there is one.
     pub fn any(&self) -> bool {
-        self.velocity.is_finite() || self.acceleration.is_finite()
+        self.velocity.is_finite() || self.acceleration.is_finite() || self.jerk.is_finite()
     }
 }
 
@@ -120,6 +123,8 @@ pub(super) struct LinearStages {
     mode: [f64; 2],
     /// Responses by duration: few durations occur, over and over.
     known: Vec<Response>,
+    /// The one that was used last, which is mostly the next one, too.
+    last: usize,
 }
 
 #[derive(Clone, Copy)]
@@ -143,6 +148,7 @@ impl LinearStages {
             state: [0.0; 2],
             mode: [0.0; 2],
             known: Vec::with_capacity(REMEMBERED),
+            last: 0,
         }
     }
 
@@ -184,9 +190,13 @@ impl LinearStages {
     }
 
     fn response(&mut self, duration_s: f64) -> Response {
-        let same = |r: &&Response| (r.duration_s - duration_s).abs() < 1e-12;
-        if let Some(known) = self.known.iter().find(same) {
-            return *known;
+        let same = |r: &Response| (r.duration_s - duration_s).abs() < 1e-12;
+        if let Some(last) = self.known.get(self.last).filter(|r| same(r)) {
+            return *last;
+        }
+        if let Some(place) = self.known.iter().position(same) {
+            self.last = place;
+            return self.known[place];
         }
         let response = Response {
             duration_s,
@@ -198,6 +208,7 @@ impl LinearStages {
         if self.known.len() == REMEMBERED {
             self.known.clear();
         }
+        self.last = self.known.len();
         self.known.push(response);
         response
     }

@@ -1,5 +1,7 @@
 //! A cycle cut into parts in which the command is constant.
 
+use super::Reading;
+
 /// Instants of the cycles.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing<'a> {
@@ -21,6 +23,16 @@ impl Timing<'_> {
     /// Duration of the cycle that ends with cycle n, s.
     pub fn interval(&self, n: usize) -> f64 {
         self.intervals_s.get(n).copied().unwrap_or(self.cycle_s)
+    }
+
+    /// Velocities as they are recorded: the difference of two poses is divided by the nominal
+    /// cycle time, however long the cycle was.
+    pub fn as_recorded(&self, velocities: &mut [f64], reading: Reading) {
+        if reading == Reading::Mean {
+            for (velocity, interval_s) in velocities.iter_mut().zip(self.intervals_s) {
+                *velocity *= interval_s / self.cycle_s;
+            }
+        }
     }
 }
 

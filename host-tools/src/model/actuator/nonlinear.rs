@@ -11,10 +11,12 @@ pub(super) struct Moved {
     pub end: f64,
 }
 
-/// Limits of acceleration, then of velocity.
+/// Limits of acceleration and velocity, then of jerk.
 pub(super) struct Limiter {
     limits: Limits,
     value: f64,
+    /// Velocity and acceleration behind the limit of the jerk.
+    smooth: (f64, f64),
 }
 
 impl Limiter {
@@ -22,6 +24,7 @@ impl Limiter {
         Self {
             limits: *limits,
             value: 0.0,
+            smooth: (0.0, 0.0),
         }
     }
 
@@ -36,12 +39,45 @@ impl Limiter {
         let velocity = self.limits.velocity;
         self.value = (before + change).clamp(-velocity, velocity);
         if self.value == moved.end {
-            return moved;
+            return self.with_jerk(moved, duration_s);
         }
-        Moved {
+        let limited = Moved {
             mean: 0.5 * (before + self.value),
             end: self.value,
+        };
+        self.with_jerk(limited, duration_s)
+    }
+
+    /// Approaches a velocity in the shortest time that the jerk allows, without overshoot: along
+    /// the braking curve `a = √(2 j |missing|)`, on which whole parts of largest change end at rest
+    /// (`n (n + 1)/2 j h² = |missing|`).
+    fn with_jerk(&mut self, moved: Moved, duration_s: f64) -> Moved {
+        let jerk = self.limits.jerk;
+        if jerk.is_infinite() {
+            return moved;
         }
+        let (before, acceleration) = self.smooth;
+        let missing = moved.end - before;
+        let largest = jerk * duration_s;
+        let wanted = if missing.abs() <= largest * duration_s {
+            missing / duration_s
+        } else {
+            let half = 0.5 * largest;
+            ((half * half + 2.0 * jerk * missing.abs()).sqrt() - half).copysign(missing)
+        };
+        let acceleration = acceleration + (wanted - acceleration).clamp(-largest, largest);
+        let end = before + acceleration * duration_s;
+        self.smooth = (end, acceleration);
+        Moved {
+            mean: 0.5 * (before + end),
+            end,
+        }
+    }
+
+    /// Rest: an axis that restarts.
+    fn reset(&mut self) {
+        self.value = 0.0;
+        self.smooth = (0.0, 0.0);
     }
 }
 
@@ -68,7 +104,7 @@ impl Drive {
     /// Starts from rest, and follows a constant command for a time.
     fn restart(&mut self, command: f64, duration_s: f64) -> Moved {
         self.linear.reset();
-        self.limits.value = 0.0;
+        self.limits.reset();
         if duration_s > 0.0 {
             self.follow(command, duration_s)
         } else {
@@ -185,13 +221,12 @@ impl Backlash {
 
 /// Velocities that a planner with limits makes of what was sent, cycle by cycle.
 pub(super) fn planned(limits: &Limits, sent: &[f64], cycle_s: f64) -> Vec<f64> {
-    let step = limits.acceleration * cycle_s;
-    let mut last = 0.0;
+    let mut limiter = Limiter::new(limits);
+    let held = |velocity: f64| Moved {
+        mean: velocity,
+        end: velocity,
+    };
     sent.iter()
-        .map(|wanted| {
-            let wanted = wanted.clamp(-limits.velocity, limits.velocity);
-            last += (wanted - last).clamp(-step, step);
-            last
-        })
+        .map(|wanted| limiter.follow(held(*wanted), cycle_s).end)
         .collect()
 }

@@ -1,6 +1,6 @@
 //! Stages of the actuator that a model file can add, one per effect.
 
-use super::chain::{Chain, Limits, PauseTrigger, Resonance};
+use super::chain::{Chain, PauseTrigger, Resonance};
 use crate::model::{EffectModel, Model};
 use std::collections::BTreeMap;
 
@@ -21,6 +21,10 @@ pub enum Stage {
     DriveAcceleration,
     /// Limit of the planned acceleration, before the lag.
     PlannerAcceleration,
+    /// Limit of the executed jerk.
+    DriveJerk,
+    /// Limit of the planned jerk, before the lag.
+    PlannerJerk,
     /// Limit of the executed velocity.
     DriveVelocity,
     /// Limit of the planned velocity, before the lag.
@@ -38,7 +42,7 @@ type Named = (&'static str, &'static str);
 
 impl Stage {
     /// All stages, the likelier first.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Delay,
         Self::Lag,
         Self::Pause(PauseTrigger::Output, false),
@@ -47,6 +51,8 @@ impl Stage {
         Self::Pause(PauseTrigger::Command, true),
         Self::DriveAcceleration,
         Self::PlannerAcceleration,
+        Self::DriveJerk,
+        Self::PlannerJerk,
         Self::DriveVelocity,
         Self::PlannerVelocity,
         Self::Resonance,
@@ -65,6 +71,7 @@ impl Stage {
             Self::Servo => "second_order_servo",
             Self::Pause(..) => "zero_cross_pause",
             Self::DriveAcceleration | Self::PlannerAcceleration => "rate_limit",
+            Self::DriveJerk | Self::PlannerJerk => "jerk_limit",
             Self::DriveVelocity | Self::PlannerVelocity => "velocity_saturation",
             Self::Gain => "velocity_gain",
             Self::Backlash => "backlash",
@@ -85,6 +92,8 @@ impl Stage {
             Self::DriveAcceleration | Self::PlannerAcceleration => {
                 &[("max_acceleration_m_s2", "m/s^2")]
             }
+            Self::DriveJerk | Self::PlannerJerk if rotation => &[("max_jerk_rad_s3", "rad/s^3")],
+            Self::DriveJerk | Self::PlannerJerk => &[("max_jerk_m_s3", "m/s^3")],
             Self::DriveVelocity | Self::PlannerVelocity if rotation => {
                 &[("max_velocity_rad_s", "rad/s")]
             }
@@ -110,7 +119,9 @@ impl Stage {
             Self::Pause(PauseTrigger::Command, true) => {
                 &["restarts_from_rest", "begins_with_command"]
             }
-            Self::PlannerAcceleration | Self::PlannerVelocity => &["before_lag"],
+            Self::PlannerAcceleration | Self::PlannerJerk | Self::PlannerVelocity => {
+                &["before_lag"]
+            }
             _ => &[],
         }
     }
@@ -133,10 +144,12 @@ impl Stage {
                 chain.pause_trigger = trigger;
                 chain.pause_restarts = restarts;
             }
-            Self::DriveAcceleration => chain.drive = with_acceleration(chain.drive, first),
-            Self::PlannerAcceleration => chain.planner = with_acceleration(chain.planner, first),
-            Self::DriveVelocity => chain.drive = with_velocity(chain.drive, first),
-            Self::PlannerVelocity => chain.planner = with_velocity(chain.planner, first),
+            Self::DriveAcceleration => chain.drive.acceleration = first,
+            Self::PlannerAcceleration => chain.planner.acceleration = first,
+            Self::DriveJerk => chain.drive.jerk = first,
+            Self::PlannerJerk => chain.planner.jerk = first,
+            Self::DriveVelocity => chain.drive.velocity = first,
+            Self::PlannerVelocity => chain.planner.velocity = first,
             Self::Gain => chain.gain *= 1.0 + first,
             Self::Backlash => chain.backlash_m = first,
             Self::CommandStep => chain.command_step = first,
@@ -152,17 +165,6 @@ impl Stage {
             .filter(|stage| stage.id() == id && fits(stage))
             .max_by_key(|stage| stage.form().len())
     }
-}
-
-fn with_acceleration(limits: Limits, acceleration: f64) -> Limits {
-    Limits {
-        acceleration,
-        ..limits
-    }
-}
-
-fn with_velocity(limits: Limits, velocity: f64) -> Limits {
-    Limits { velocity, ..limits }
 }
 
 /// Whether an effect of a model file acts on an axis.

@@ -89,6 +89,25 @@ fn a_rate_limit_has_the_slope_and_reaches_the_command() {
     }
 }
 
+/// From rest to u in 2 √(u/j), half of it at half of the time, without overshoot; in the planner as
+/// well.
+#[test]
+fn a_limit_of_jerk_makes_an_s_of_a_step() {
+    let jerk = 100.0; // 200 ms to a velocity of 1
+    for planner in [false, true] {
+        let mut chain = Chain::nominal(0.0, 0.0);
+        if planner {
+            chain.planner.jerk = jerk;
+        } else {
+            chain.drive.jerk = jerk;
+        }
+        let got = simulate(&chain, &step(80), &Timing::uniform(TS), Reading::AtEnd);
+        assert!((got[2 + 25] - 0.5).abs() < 0.05, "{planner}: {}", got[27]);
+        assert!((got[2 + 50] - 1.0).abs() < 0.01, "{planner}: {}", got[52]);
+        assert!(got.iter().all(|v| *v < 1.0 + 1e-9), "{planner}");
+    }
+}
+
 #[test]
 fn a_mode_overshoots_by_its_damping() {
     let mut chain = Chain::nominal(0.0, 0.0);

@@ -7,7 +7,7 @@ use crate::model::load::effects::{LoadEffect, Sign};
 use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
 
 /// Effects on clock, craft and sampling, which [`crate::model::prediction`] knows by their ids.
-const OTHERS: [&str; 9] = [
+const OTHERS: [&str; 8] = [
     "clock_jitter",
     "clock_rate",
     "clock_offset",
@@ -16,7 +16,6 @@ const OTHERS: [&str; 9] = [
     "manipulator_resistance",
     "ft_quantisation",
     "ft_dropout",
-    "ft_saturation",
 ];
 
 /// An `[[effect]]` of a model file that cannot be.
@@ -138,6 +137,7 @@ pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
     for name in forms.flat_map(|stage| stage.form()) {
         add(&mut all, Allowed::chosen(name, "-", 0.0, 1.0, 0.0));
     }
+    add_rotations(&mut all, effect);
     if effect.id == "ft_quantisation" {
         add(&mut all, Allowed::chosen("rounds_down", "-", 0.0, 1.0, 0.0));
     }
@@ -164,6 +164,20 @@ pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
         of.choice = shape.choice;
     }
     all
+}
+
+/// Adds the parameters of rotations where a stage has others than for translations, with the same
+/// range in their unit.
+fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
+    let stages = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
+    for stage in stages.filter(|s| s.has_units_of_its_axes()) {
+        let pairs = stage.parameters(true).iter().zip(stage.parameters(false));
+        for ((name, unit), (linear, _)) in pairs {
+            if let Some(of) = all.iter().find(|p| p.name == *linear).copied() {
+                add(all, Allowed { name, unit, ..of });
+            }
+        }
+    }
 }
 
 /// Adds a parameter; one of the same name keeps the catalogue's range.
@@ -243,7 +257,10 @@ impl EffectModel {
         for (name, value) in &self.parameters {
             self.validate_parameter(name, *value, &allowed)?;
         }
-        let missing = |p: &&Allowed| !self.parameters.contains_key(p.name) && !p.holds(p.default);
+        let missing = |p: &&Allowed| {
+            let given = self.parameters.contains_key(p.name) || p.holds(p.default);
+            !given && !self.is_of_one_kind_of_axis()
+        };
         if let Some(p) = allowed.iter().find(missing) {
             return Err(EffectError::MissingParameter {
                 id: id(),
@@ -264,6 +281,17 @@ impl EffectModel {
             }
         }
         Ok(())
+    }
+
+    /// An effect with parameters of their own for translations and rotations needs those of one.
+    fn is_of_one_kind_of_axis(&self) -> bool {
+        let has = |stage: Stage, rotation| {
+            let mut names = stage.parameters(rotation).iter();
+            names.all(|(name, _)| self.parameters.contains_key(*name))
+        };
+        Stage::of(&self.id, &self.parameters).is_some_and(|stage| {
+            stage.has_units_of_its_axes() && (has(stage, true) || has(stage, false))
+        })
     }
 
     fn validate_parameter(
@@ -355,7 +383,7 @@ mod tests {
     fn a_value_that_no_rig_has_is_refused() {
         let said = refused("guide_coulomb", &[("force_n", -1.0)]);
         assert!(
-            said.contains("`force_n` is -1; allowed is 0 to 100"),
+            said.contains("`force_n` is -1; allowed is 0 to 10000"),
             "{said}"
         );
         for wrong in [f64::NAN, f64::INFINITY] {
@@ -367,6 +395,20 @@ mod tests {
             "{said}"
         );
         assert_eq!(refused("ft_bias", &[("fx_n", -0.5)]), "nothing");
+    }
+
+    #[test]
+    fn a_limit_may_be_given_for_translations_for_rotations_or_for_both() {
+        let (linear, angular) = ("max_acceleration_m_s2", "max_acceleration_rad_s2");
+        for given in [
+            &[(linear, 1.0)][..],
+            &[(angular, 1.0)],
+            &[(linear, 1.0), (angular, 2.0)],
+        ] {
+            assert_eq!(refused("rate_limit", given), "nothing", "{given:?}");
+        }
+        let said = refused("rate_limit", &[(angular, 1e9)]);
+        assert!(said.contains("allowed is 0.001 to 1000"), "{said}");
     }
 
     #[test]

@@ -222,12 +222,17 @@ impl Scene {
 
     /// Column of a force out of every wall on the tip, given touch and cycle.
     pub fn wall_force(&self, mut force: impl FnMut(&Touch, usize) -> f64) -> Column {
+        self.force_of_walls(|touch, n| touch.normal * force(touch, n))
+    }
+
+    /// Column of any force of every wall on the tip, in C, given touch and cycle.
+    pub fn force_of_walls(&self, mut force: impl FnMut(&Touch, usize) -> Vector3<f64>) -> Column {
         Column::of(self.len(), |n| {
             let mut sum = [0.0; 6];
             for touch in &self.touches {
-                let size = force(touch, n);
-                if size != 0.0 {
-                    let reading = self.reading_of(n, &touch.tip, &(touch.normal * size));
+                let force = force(touch, n);
+                if force != Vector3::zeros() {
+                    let reading = self.reading_of(n, &touch.tip, &force);
                     sum.iter_mut().zip(reading).for_each(|(s, r)| *s += r);
                 }
             }

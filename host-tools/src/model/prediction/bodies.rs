@@ -84,13 +84,17 @@ impl TwoCraft {
         }
         model.bodies.k.apply_to(&mut k);
         model.bodies.q.apply_to(&mut q);
-        add_errors(model, &mut k);
+        add_errors(model, &mut k, recorded);
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
             active[axis.index()] = true;
         }
         Some(Self {
-            resistance: Resistance::of(model, k.mass_kg),
+            // A board knows where its manipulator is relaxed; a foreign rig computer's spring
+            // ends at the origin of C.
+            resistance: (!recorded)
+                .then(|| Resistance::of(model, k.mass_kg))
+                .flatten(),
             bodies: TwoBody::new(&k, &q, signals.cycle_s),
             recorded,
             compensation: Compensation::new(&model.sensor_settings()),
@@ -216,12 +220,17 @@ impl TwoCraft {
     }
 }
 
-/// Effects of the model file on the mass properties of K.
-fn add_errors(model: &Model, k: &mut BodySettings) {
+/// Effects of the model file on what a board knows of K: mass properties, and the manipulator that
+/// holds it.
+fn add_errors(model: &Model, k: &mut BodySettings, recorded: bool) {
     for effect in &model.effects {
         let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
         match effect.id.as_str() {
             "sc_mass_error" => k.mass_kg += value("mass_error_kg"),
+            "manipulator_resistance" if recorded => {
+                k.arm_stiffness_n_per_m += value("stiffness_n_per_m");
+                k.arm_damping_n_s_per_m += value("damping_n_s_per_m");
+            }
             "sc_inertia_error" => {
                 let names = ["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"];
                 for (i, name) in names.into_iter().enumerate() {

@@ -5,6 +5,7 @@
 //! of two poses with its mean. With whole cycles d of delay and the lag T this is
 //! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
 
+use super::retimed::pose_lateness_s;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six};
 use crate::model::actuator::{Reading, Timing, simulate};
@@ -12,6 +13,30 @@ use crate::model::{Channel, Model};
 
 /// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal.
 pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> ChannelPrediction {
+    let reading = match signals.velocity {
+        VelocityMeaning::CycleMean => Reading::Mean,
+        VelocityMeaning::Sampled => Reading::AtEnd,
+    };
+    ChannelPrediction {
+        channel: Channel::ExecutedVelocity,
+        measured: signals
+            .cycles
+            .iter()
+            .map(|c| c.trace.executed_velocity)
+            .collect(),
+        predicted: velocities(model, signals, intervals_s, reading),
+        sigma: signals.velocity_sigma(&model.noise),
+        expected_sigma: Vec::new(),
+    }
+}
+
+/// The velocity of each cycle that follows from what was sent; None where that is not known.
+pub(super) fn velocities(
+    model: &Model,
+    signals: &Signals<'_>,
+    intervals_s: &[f64],
+    reading: Reading,
+) -> Vec<Option<Six>> {
     let mut predicted: Vec<Option<Six>> = vec![None; signals.len()];
     let mut start = 0;
     let sent = |n: usize| signals.cycles[n].trace.sent_velocity;
@@ -20,21 +45,12 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
     for n in 1..=signals.len() {
         let ends = n == signals.len() || matches!(signals.steps[n], Step::NewRun | Step::Hole);
         if ends && commanded {
-            predict_run(model, signals, intervals_s, start..n, &mut predicted);
+            let run = start..n;
+            predict_run(model, signals, intervals_s, reading, run, &mut predicted);
             start = n;
         }
     }
-    ChannelPrediction {
-        channel: Channel::ExecutedVelocity,
-        measured: signals
-            .cycles
-            .iter()
-            .map(|c| c.trace.executed_velocity)
-            .collect(),
-        predicted,
-        sigma: signals.velocity_sigma(&model.noise),
-        expected_sigma: Vec::new(),
-    }
+    predicted
 }
 
 /// A run of the robot without a hole in the recording.
@@ -42,6 +58,7 @@ fn predict_run(
     model: &Model,
     signals: &Signals<'_>,
     intervals_s: &[f64],
+    reading: Reading,
     run: std::ops::Range<usize>,
     predicted: &mut [Option<Six>],
 ) {
@@ -58,16 +75,19 @@ fn predict_run(
         cycle_s: signals.cycle_s,
         intervals_s: &commands.intervals_s,
     };
-    let reading = match signals.velocity {
-        VelocityMeaning::CycleMean => Reading::Mean,
-        VelocityMeaning::Sampled => Reading::AtEnd,
-    };
+    let late_s = pose_lateness_s(model, signals);
     let axes: [Vec<f64>; 6] = std::array::from_fn(|axis| {
-        simulate(&model.chain(axis), &commands.sent[axis], &timing, reading)
+        let mut chain = model.chain(axis);
+        chain.delay_s = (chain.delay_s + late_s).max(0.0);
+        let mut rates = simulate(&chain, &commands.sent[axis], &timing, reading);
+        timing.as_recorded(&mut rates, reading);
+        rates
     });
     for (n, place) in run.clone().zip(&commands.places) {
         if n >= run.start + unknown && signals.executed(n).is_some() {
-            predicted[n] = Some(std::array::from_fn(|axis| axes[axis][*place]));
+            let rates = std::array::from_fn(|axis| axes[axis][*place]);
+            let turned = signals.turned(n);
+            predicted[n] = Some(turned.map_or(rates, |turned| turned.velocity(&rates)));
         }
     }
 }
@@ -122,15 +142,14 @@ impl Commands {
                 }
             }
             commands.places.push(commands.sent[0].len());
-            let sent = signals.cycles[n].trace.sent_velocity;
-            commands.push(sent, intervals_s.get(n).copied());
+            commands.push(signals.sent_rates(n), intervals_s.get(n).copied());
         }
         commands
     }
 
     fn push(&mut self, sent: Six, interval_s: Option<f64>) {
         for (series, value) in self.sent.iter_mut().zip(sent) {
-            series.push(if value.is_finite() { value } else { 0.0 });
+            series.push(value);
         }
         self.intervals_s.extend(interval_s);
     }

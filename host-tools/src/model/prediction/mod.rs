@@ -15,6 +15,8 @@
 pub mod bodies;
 pub mod executed;
 pub mod pose;
+pub(crate) mod retimed;
+pub mod robot_axes;
 pub mod signals;
 #[cfg(test)]
 mod tests;
@@ -130,8 +132,23 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     }
 }
 
-/// True durations of the cycles where the model says that the clock jitters; else empty.
+/// True durations of the cycles where the model says that the clock jitters, or that all cycles last
+/// longer and the recorded velocity does not know it; else empty.
 pub(crate) fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
+    let rate = retimed::clock_value(model, "clock_rate", "rate_error");
+    let longer = match signals.velocity {
+        signals::VelocityMeaning::CycleMean => 1.0 + rate,
+        signals::VelocityMeaning::Sampled => 1.0,
+    };
+    let mut all = jittering(model, signals);
+    if longer != 1.0 {
+        all.resize(signals.len(), signals.cycle_s);
+        all.iter_mut().for_each(|interval| *interval *= longer);
+    }
+    all
+}
+
+fn jittering(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
     let jitter = model.effects.iter().find(|e| e.id == "clock_jitter");
     let jitter_s = jitter.and_then(|e| e.parameters.get("jitter_s")).copied();
     let Some(jitter_s) = jitter_s.filter(|j| *j > 0.0) else {

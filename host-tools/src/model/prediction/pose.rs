@@ -4,6 +4,7 @@
 //! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are
 //! given from the first pose of the recording, axes of M.
 
+use super::retimed::clock_value;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six, six};
 use crate::model::{Channel, Model};
@@ -48,16 +49,9 @@ struct ClockErrors {
 
 impl ClockErrors {
     fn of(model: &Model) -> Self {
-        let value = |id: &str, name: &str| {
-            let effect = model.effects.iter().find(|e| e.id == id);
-            effect
-                .and_then(|e| e.parameters.get(name))
-                .copied()
-                .unwrap_or(0.0)
-        };
         Self {
-            rate: value("clock_rate", "rate_error"),
-            offset_s: value("clock_offset", "offset_s"),
+            rate: clock_value(model, "clock_rate", "rate_error"),
+            offset_s: clock_value(model, "clock_offset", "offset_s"),
         }
     }
 }
@@ -75,7 +69,10 @@ fn increment_error(
     }
     let moved = increment(&signals.pose(last)?, &signals.pose(n)?);
     let mean = match signals.velocity {
-        VelocityMeaning::CycleMean => signals.executed(n)?,
+        // The velocity is the pose's own difference, whatever the clock does.
+        VelocityMeaning::CycleMean => {
+            return Some((moved - signals.executed(n)? * signals.cycle_s).get());
+        }
         VelocityMeaning::Sampled => (signals.executed(n)? + signals.executed(last)?) * 0.5,
     };
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s) * (1.0 + clock.rate);

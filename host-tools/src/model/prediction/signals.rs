@@ -1,5 +1,6 @@
 //! A recording as signals: cycle time, continuity, and what its velocities mean.
 
+use super::robot_axes::{RobotAxes, Turned};
 use crate::model::NoiseModel;
 use crate::model::prediction::{Six, six};
 use crate::recording::Recording;
@@ -33,7 +34,7 @@ pub enum Step {
 }
 
 /// Signals of a recording.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Signals<'a> {
     /// The cycles.
     pub cycles: &'a [CycleRecord],
@@ -45,6 +46,8 @@ pub struct Signals<'a> {
     pub steps: Vec<Step>,
     /// The board's settings; None if the recording holds none.
     pub settings: Option<Settings>,
+    /// The robot's own axes; None where the recording does not hold what was answered.
+    axes: Option<RobotAxes>,
     /// Robot telegrams are recorded. An imported log has none.
     telegrams: bool,
     /// Sensor samples are counted.
@@ -83,7 +86,9 @@ impl<'a> Signals<'a> {
              expected a column with the time in seconds"
         );
         let telegrams = cycles.iter().any(|c| c.inputs.robot.ipoc != 0);
+        let answered = telegrams && cycles.iter().any(|c| c.output.correction != [0; 6]);
         Ok(Self {
+            axes: settings.as_ref().filter(|_| answered).map(RobotAxes::new),
             cycles,
             cycle_s,
             velocity: velocity_meaning(cycles, cycle_s),
@@ -92,6 +97,17 @@ impl<'a> Signals<'a> {
             telegrams,
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
         })
+    }
+
+    /// The same signals with other values in their cycles.
+    pub(crate) fn with<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
+        Signals {
+            cycles,
+            steps: self.steps.clone(),
+            settings: self.settings.clone(),
+            axes: self.axes.clone(),
+            ..*self
+        }
     }
 
     /// Number of cycles.
@@ -126,6 +142,26 @@ impl<'a> Signals<'a> {
             }
         };
         (whole && v.iter().all(|v| v.is_finite())).then(|| Twist::of(&v))
+    }
+
+    /// Rates of the robot's axes that it was told in cycle n, see [`RobotAxes`]; in a log without
+    /// telegrams the velocity that was sent.
+    pub fn sent_rates(&self, n: usize) -> Six {
+        let cycle = &self.cycles[n];
+        let last = n.checked_sub(1).and_then(|last| self.cycles.get(last));
+        let wire = self.axes.as_ref().and_then(|axes| axes.sent(last, cycle));
+        let sent = wire.unwrap_or_else(|| {
+            let meant = cycle.trace.sent_velocity;
+            self.turned(n).map_or(meant, |turned| turned.rates(&meant))
+        });
+        sent.map(|v| if v.is_finite() { v } else { 0.0 })
+    }
+
+    /// How the rates of the robot's axes make a velocity in the cycle that ended with cycle n;
+    /// None where they are the velocity.
+    pub fn turned(&self, n: usize) -> Option<Turned> {
+        self.axes.as_ref()?;
+        Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
     }
 
     /// Velocity at the instant of the pose of cycle n.

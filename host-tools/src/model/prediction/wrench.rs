@@ -7,6 +7,7 @@
 
 mod added;
 
+use super::retimed::retimed;
 use super::signals::Signals;
 use super::{ChannelPrediction, Six, six};
 use crate::model::load::{Guide, LoadModel, Wall, on_tip};
@@ -23,6 +24,9 @@ pub fn predict(
     intervals_s: &[f64],
     executed: &ChannelPrediction,
 ) -> ChannelPrediction {
+    let cycles = retimed(model, signals, intervals_s);
+    let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
+    let signals = placed.as_ref().unwrap_or(signals);
     let load = NoisyLoad::new(model, signals);
     let mut at: Vec<Option<(Six, Six)>> = (0..signals.len())
         .map(|n| load.at(signals, n, intervals_s))

@@ -16,7 +16,12 @@ pub const EFFECT: Effect = Effect {
     signature: "executed velocity has straight flanks of one slope where the command is steeper, and is exact \
                 elsewhere",
     typical: "0.5 to 10 m/s^2 at the flange",
-    parameters: &[Parameter::new("max_acceleration_m_s2", "m/s^2", 0.05, 50.0)],
+    parameters: &[Parameter::new(
+        "max_acceleration_m_s2",
+        "m/s^2",
+        1e-3,
+        1000.0,
+    )],
     confused_with: &[
         "actuation_lag",
         "actuation_delay",

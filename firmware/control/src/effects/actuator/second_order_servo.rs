@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     signature: "executed velocity starts with a rounded foot and overshoots each change of command a little, once",
     typical: "5 to 30 Hz with a damping ratio of 0.5 to 0.9",
     parameters: &[
-        Parameter::new("frequency_hz", "Hz", 1.0, 120.0),
+        Parameter::new("frequency_hz", "Hz", 0.5, 500.0),
         Parameter::new("damping_ratio", "-", 0.3, 0.999),
     ],
     confused_with: &[

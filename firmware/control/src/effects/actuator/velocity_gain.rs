@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "textbook (gain error); override and unit mistakes of a robot program act so",
     signature: "the error is proportional to the velocity at all times, without delay or distortion",
     typical: "below 1 %, except after a mistake in units or in the robot's override",
-    parameters: &[Parameter::new("gain_error", "-", -0.2, 0.2)],
+    parameters: &[Parameter::new("gain_error", "-", -0.5, 0.5)],
     confused_with: &["velocity_saturation", "clock_rate"],
     tell_apart: "a jog over a measured distance: with a wrong gain executed and commanded velocity differ, with a \
                  wrong clock only the distance does",

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "robot data sheets; reduced-velocity mode T1 of robot controllers (250 mm/s)",
     signature: "executed velocity has flat tops at one height where the command is larger",
     typical: "250 mm/s in the reduced-velocity mode; a configured limit of corrections may be some mm/s",
-    parameters: &[Parameter::new("max_velocity_m_s", "m/s", 0.001, 3.0)],
+    parameters: &[Parameter::new("max_velocity_m_s", "m/s", 1e-5, 10.0)],
     confused_with: &["rate_limit", "velocity_gain"],
     tell_apart: "jogs of growing speed: below the limit the velocity is exact, above it the tops are flat; a \
                  wrong gain is wrong at every speed",

@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     source: "textbook (sampling jitter); real-time behaviour of controllers",
     signature: "increments of the pose scatter in proportion to the velocity, and not at standstill",
     typical: "0.01 to 1 ms on a computer without real-time kernel",
-    parameters: &[Parameter::new("jitter_s", "s", 0.0, 0.002)],
+    parameters: &[Parameter::new("jitter_s", "s", 0.0, 0.02)],
     confused_with: &["clock_rate", "clock_offset", "ft_dropout"],
     tell_apart: "jog at two constant speeds: the scatter of the pose increments grows with speed, noise of the \
                  measurement does not",

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "Hooke's law; hose packages of robots",
     signature: "a force proportional to position, everywhere, not only in contact",
     typical: "10 to 200 N/m for sensor and hose bundles",
-    parameters: &[Parameter::new("stiffness_n_per_m", "N/m", 0.0, 2000.0)],
+    parameters: &[Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5)],
     confused_with: &[
         "manipulator_resistance",
         "guide_offset",

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "linear spring and damper (Kelvin-Voigt), clipped because a wall cannot pull",
     signature: "force against penetration opens to a loop whose area grows with speed; the rebound is slower",
     typical: "1 to 10 % of critical damping for metal springs, 10 to 30 % for rubber",
-    parameters: &[Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 1e5)],
+    parameters: &[Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 1e7)],
     confused_with: &[
         "hunt_crossley",
         "guide_viscous",

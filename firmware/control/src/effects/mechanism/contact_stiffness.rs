@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "Hooke's law",
     signature: "force against penetration is a straight line of another slope; contact takes another time",
     typical: "1 to 10 % of the nominal stiffness; more when the rig's own compliance is left out",
-    parameters: &[Parameter::new("stiffness_error_n_per_m", "N/m", -1e5, 1e5)],
+    parameters: &[Parameter::new("stiffness_error_n_per_m", "N/m", -1e8, 1e8)],
     confused_with: &["contact_cubic", "contact_deadzone", "ft_scale"],
     tell_apart: "bounces of two depths: a wrong slope errs in proportion to depth, stiffening with its cube; a \
                  wrong gain of the sensor also shows in the weight of the tool when it is tilted",

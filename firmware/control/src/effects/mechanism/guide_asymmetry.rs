@@ -16,11 +16,11 @@ pub const EFFECT: Effect = Effect {
     signature: "two levels of force, as dry friction, or two slopes over the speed, but of different size",
     typical: "10 to 30 % difference of either part, from a preloaded seal, a sloping guide or a screw",
     parameters: &[
-        Parameter::new("forward_n", "N", 0.0, 100.0),
-        Parameter::new("backward_n", "N", 0.0, 100.0),
+        Parameter::new("forward_n", "N", 0.0, 1e4),
+        Parameter::new("backward_n", "N", 0.0, 1e4),
         // By how much the viscous friction of the guide is larger forward than its mean, and smaller
         // backward; a guide that brakes in both directions has a mean above its size.
-        Parameter::new("viscous_difference_n_s_per_m", "N·s/m", -500.0, 500.0),
+        Parameter::new("viscous_difference_n_s_per_m", "N·s/m", -1e5, 1e5),
     ],
     confused_with: &["guide_coulomb", "guide_offset", "ft_bias"],
     tell_apart: "a pause between the jogs: at standstill an offset or a bias is still there, friction is not",

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "Coulomb's law; measured on the EMPS axis (20.4 N at 95 kg)",
     signature: "force against velocity is a step at zero: two levels, the same at every speed and without contact",
     typical: "0.3 to 20 N, 2 % of the moved weight on ball guides",
-    parameters: &[Parameter::new("force_n", "N", 0.0, 100.0)],
+    parameters: &[Parameter::new("force_n", "N", 0.0, 1e4)],
     confused_with: &[
         "guide_stribeck",
         "guide_asymmetry",

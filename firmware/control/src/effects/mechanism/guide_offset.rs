@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "measured on the EMPS axis (-3.2 N); a sloping guide or a counterweight acts so",
     signature: "the force along the guide is shifted by a constant at all times, also at standstill",
     typical: "some N; 1 N is a slope of 0.6 deg for 10 kg",
-    parameters: &[Parameter::new("force_n", "N", -100.0, 100.0)],
+    parameters: &[Parameter::new("force_n", "N", -1e4, 1e4)],
     confused_with: &["ft_bias", "guide_asymmetry", "base_tilt", "cable_stiffness"],
     tell_apart: "turn the sensor: the bias stays in the sensor's axes, the force stays in the guide's; a cable \
                  pulls differently at each position",

@@ -17,8 +17,8 @@ pub const EFFECT: Effect = Effect {
     signature: "force against velocity is a step at zero whose edges stand up: slow motion is braked more",
     typical: "excess of 20 to 100 % of the dry friction, gone above 1 to 20 mm/s",
     parameters: &[
-        Parameter::new("coulomb_n", "N", 0.0, 100.0),
-        Parameter::new("excess_n", "N", 0.0, 100.0),
+        Parameter::new("coulomb_n", "N", 0.0, 1e4),
+        Parameter::new("excess_n", "N", 0.0, 1e4),
         Parameter::new("stribeck_speed_m_s", "m/s", 1e-4, 0.1),
     ],
     confused_with: &["guide_coulomb", "guide_hysteresis", "zero_cross_pause"],

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     source: "textbook (linear damper); measured on the EMPS axis (203 N s/m at 95 kg)",
     signature: "force against velocity is a straight line through zero, everywhere, not only in contact",
     typical: "10 to 300 N s/m for greased guides and seals",
-    parameters: &[Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 2000.0)],
+    parameters: &[Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 1e5)],
     confused_with: &[
         "guide_coulomb",
         "guide_stribeck",

@@ -16,8 +16,8 @@ pub const EFFECT: Effect = Effect {
     signature: "the rig's model decelerates without a measured force; sensor and executed velocity fit their models",
     typical: "1 to 100 N/m and N s/m for a compliant arm of some metres",
     parameters: &[
-        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 5000.0),
-        Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 5000.0),
+        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5),
+        Parameter::new("damping_n_s_per_m", "N s/m", 0.0, 1e5),
     ],
     confused_with: &["guide_viscous", "cable_stiffness", "sc_mass_error"],
     tell_apart: "look at the sensor in free flight: a guide or a cable on the rig is measured there, a resistance \

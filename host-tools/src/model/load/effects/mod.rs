@@ -92,20 +92,39 @@ impl LoadEffect {
     /// The columns as they stand in the log, through the filter of its import if it had one. The
     /// reading itself has been through the filter already.
     pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
-        let mut columns = (self.build)(scene, shapes)?;
-        if let Some(filter) = scene
-            .model
-            .sensor
-            .filter
-            .filter(|_| !self.acts_on_reading())
-        {
+        Some(self.filtered(scene, (self.build)(scene, shapes)?))
+    }
+
+    /// The columns around given coefficients: times these they are the effect exactly, also where
+    /// it is not linear in them.
+    pub fn columns_at(
+        &self,
+        scene: &Scene,
+        shapes: &[f64],
+        coefficients: &[f64],
+    ) -> Option<Vec<Column>> {
+        let first = coefficients.first().copied().unwrap_or(0.0);
+        match contact::exact(self.id, scene, shapes, first) {
+            Some(column) => Some(self.filtered(scene, vec![column])),
+            None => self.columns(scene, shapes),
+        }
+    }
+
+    /// Whether its columns depend on its coefficients.
+    pub fn is_linear(&self) -> bool {
+        !contact::EFFECTS.iter().any(|effect| effect.id == self.id)
+    }
+
+    fn filtered(&self, scene: &Scene, mut columns: Vec<Column>) -> Vec<Column> {
+        let filter = scene.model.sensor.filter;
+        if let Some(filter) = filter.filter(|_| !self.acts_on_reading()) {
             let filter = LowPass::new(filter.order, filter.cutoff_hz * scene.cycle_s);
             let all = columns.iter_mut().flat_map(|column| &mut column.0);
             for series in all.filter(|series| !series.is_empty()) {
                 *series = filter.zero_phase(series);
             }
         }
-        Some(columns)
+        columns
     }
 
     /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
@@ -115,21 +134,19 @@ impl LoadEffect {
             .iter()
             .map(|shape| parameters.get(shape.name).copied().unwrap_or(shape.default))
             .collect();
-        let mut sum = std::array::from_fn(|_| vec![0.0; scene.len()]);
-        for (k, column) in self
-            .columns(scene, &shapes)
-            .unwrap_or_default()
+        let factors: Vec<f64> = self
+            .coefficients
             .iter()
-            .enumerate()
-        {
-            let factor = self.coefficients.get(k).map_or(1.0, |coefficient| {
-                if coefficient.sign == Sign::One {
-                    1.0
-                } else {
-                    parameters.get(coefficient.name).copied().unwrap_or(0.0)
-                }
-            });
-            column.add_to(factor, &mut sum);
+            .map(|coefficient| match coefficient.sign {
+                Sign::One => 1.0,
+                _ => parameters.get(coefficient.name).copied().unwrap_or(0.0),
+            })
+            .collect();
+        let mut sum = std::array::from_fn(|_| vec![0.0; scene.len()]);
+        let columns = self.columns_at(scene, &shapes, &factors);
+        for (k, column) in columns.unwrap_or_default().iter().enumerate() {
+            // A column without a coefficient is the whole effect.
+            column.add_to(factors.get(k).copied().unwrap_or(1.0), &mut sum);
         }
         sum
     }

@@ -80,6 +80,24 @@ pub(super) const EFFECTS: &[LoadEffect] = &[
         },
     },
     LoadEffect {
+        id: "ft_saturation",
+        coefficients: &[],
+        shapes: &[shape(
+            "limit_n",
+            "N",
+            &[
+                2.0, 3.0, 4.0, 5.5, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0, 36.0, 46.0, 60.0, 80.0,
+                105.0, 140.0, 190.0, 250.0, 330.0, 450.0, 600.0, 1e3, 2e3, 5e3,
+            ],
+            1e4,
+        )],
+        separable: false,
+        build: |scene, shapes| {
+            let column = saturated(scene, shapes[0]);
+            (measured(scene) && !column.is_zero()).then(|| vec![column])
+        },
+    },
+    LoadEffect {
         id: "ft_latency",
         coefficients: &[],
         shapes: &[shape(
@@ -144,6 +162,15 @@ fn drift(scene: &Scene, axis: usize, time_constant_s: f64) -> Column {
         let mut six = [0.0; 6];
         six[axis] = -(-(scene.time_s[n] - start) / time_constant_s).exp_m1();
         six
+    })
+}
+
+/// Change of the reading if no force were read beyond a limit.
+fn saturated(scene: &Scene, limit_n: f64) -> Column {
+    Column::of(scene.len(), |n| {
+        let beyond = |force: f64| force.clamp(-limit_n, limit_n) - force;
+        let [x, y, z] = [0, 1, 2].map(|axis| beyond(scene.reading.at(axis, n)));
+        [x, y, z, 0.0, 0.0, 0.0]
     })
 }
 

@@ -1,8 +1,10 @@
 //! Effects of the model file on the wrench.
 
-use super::super::signals::{Signals, VelocityMeaning};
+use super::super::executed::velocities;
+use super::super::signals::Signals;
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
+use crate::model::actuator::Reading;
 use crate::model::load::Scene;
 use crate::model::load::effects::{LoadEffect, add_known};
 use crate::model::{Axis, Model};
@@ -48,16 +50,20 @@ fn scene(
         velocity: Twist::zero(),
         acceleration: Twist::zero(),
     };
-    let trusted = signals.velocity == VelocityMeaning::Sampled && is_right(executed);
+    let predicted = if is_right(executed) {
+        velocities(model, signals, intervals_s, Reading::AtEnd)
+    } else {
+        vec![None; signals.len()]
+    };
     let mut last = Pose::identity();
     let (pose, motion) = (0..signals.len())
         .map(|n| {
             last = signals.pose(n).unwrap_or(last);
             let mut motion = motion_of(signals, n, intervals_s).unwrap_or(still);
-            if trusted && let Some(velocity) = executed.predicted[n] {
+            if let Some(velocity) = predicted[n] {
                 motion.velocity = Twist::of(&velocity);
                 let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s);
-                if let Some(before) = n.checked_sub(1).and_then(|p| executed.predicted[p]) {
+                if let Some(before) = n.checked_sub(1).and_then(|p| predicted[p]) {
                     let change = |i: usize| (velocity[i] - before[i]) / interval_s;
                     motion.acceleration = Twist::of(&std::array::from_fn(change));
                 }
@@ -99,7 +105,6 @@ pub(super) fn add_sampling(model: &Model, prediction: &mut ChannelPrediction) {
                 round(prediction, half, down);
             }
             "ft_dropout" => leave_out_repeated(prediction),
-            "ft_saturation" => saturate(prediction, value("limit_n")),
             _ => {}
         }
     }
@@ -125,16 +130,5 @@ fn leave_out_repeated(prediction: &mut ChannelPrediction) {
         if prediction.measured[n] == prediction.measured[n - 1] {
             prediction.predicted[n] = None;
         }
-    }
-}
-
-fn saturate(prediction: &mut ChannelPrediction, limit: f64) {
-    for value in prediction
-        .predicted
-        .iter_mut()
-        .flatten()
-        .flat_map(|p| p.iter_mut().take(3))
-    {
-        *value = value.clamp(-limit, limit);
     }
 }

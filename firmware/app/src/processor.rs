@@ -1,0 +1,59 @@
+//! What the processor of a board can compute within a cycle.
+
+use crate::settings::BoardSettings;
+use softdock_control::delay::LawName;
+
+/// The processor of a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Processor {
+    /// With a floating-point unit for f64: every law fits into a cycle.
+    #[default]
+    DoublePrecision,
+    /// Without one. A law that computes in f64 takes several times a cycle of 4 ms at 100 MHz.
+    Integer,
+}
+
+/// A law that does not end within the cycle on the board's processor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooSlow(LawName);
+
+impl core::fmt::Display for TooSlow {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let law = self.0.name();
+        write!(
+            f,
+            "control.delay.law {law} is too slow for this board, which has no f64 unit: choose seed or lead"
+        )
+    }
+}
+
+impl core::error::Error for TooSlow {}
+
+impl Processor {
+    /// Whether the processor keeps up with settings.
+    ///
+    /// # Errors
+    /// [`TooSlow`]: the law must not be armed on this board.
+    pub fn accepts(self, settings: &BoardSettings) -> Result<(), TooSlow> {
+        match (self, settings.control.delay.law) {
+            (Self::Integer, law @ LawName::Predictor) => Err(TooSlow(law)),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_predictor_needs_floating_point() {
+        let mut settings = BoardSettings::default();
+        for law in LawName::ALL {
+            settings.control.delay.law = law;
+            assert!(Processor::DoublePrecision.accepts(&settings).is_ok());
+            let integer = Processor::Integer.accepts(&settings);
+            assert_eq!(integer.is_err(), law == LawName::Predictor, "{law:?}");
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The parameter service: whoever is connected to the board's serial line lists, reads and changes
+//! its settings, sees its state, and gives an operator's commands.
+//!
+//! [`Session`] decides; it is fed frames and gives frames. [`Service::run`] is the task around it, with the
+//! line, the flash and the clock. It runs below everything else on a board, and nothing of the
+//! control cycle ever waits for it: it looks at the shared state under short locks, and puts
+//! commands into the queue from which each cycle takes one.
+//!
+//! Settings take effect when the board starts over, for everything that was built from them is built
+//! anew then. The task ends for that; how a board starts over is its own.
+
+mod log;
+mod session;
+mod state;
+
+pub use log::Log;
+pub use session::{IDENTITY_BYTES, Job, Now, Outcome, Session};
+
+use crate::board::Clock;
+use crate::shared::Shared;
+use crate::store::{Block, Origin, Store, Trial};
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embedded_io_async::{Read, Write};
+use embedded_storage_async::nor_flash::NorFlash;
+use softdock_link::service::{FrameReader, Refusal};
+
+/// How often the task looks after the log and the time of a trial, µs.
+const PERIOD_US: u64 = 50_000;
+/// Longest time for an answer on the line, µs: 1 kB takes 0.1 s at 115,200 bit/s. A host that does
+/// not read must not keep a trial from its end.
+const WRITE_US: u64 = 2_000_000;
+/// Bytes that are taken from the line at once.
+const INPUT_BYTES: usize = 64;
+
+/// Why the service ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The board is to start over, with settings on trial if there are any.
+    Restart(Option<Trial>),
+    /// The line is gone for good.
+    Closed,
+}
+
+/// What the service works on.
+pub struct Service<'a, M: RawMutex, F> {
+    /// State shared with the other tasks.
+    pub shared: &'a Shared<M>,
+    /// What it knows.
+    pub session: &'a mut Session,
+    /// The settings in flash.
+    pub store: &'a mut Store<F>,
+    /// Room for a block of settings.
+    pub block: &'a mut Block,
+}
+
+impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
+    /// Runs until the board is to start over. Reader and writer are the two directions of the line;
+    /// their `read` and `write` lose nothing when they are dropped.
+    pub async fn run(
+        mut self,
+        mut reader: impl Read,
+        mut writer: impl Write,
+        clock: &impl Clock,
+    ) -> End {
+        let mut frames = FrameReader::new();
+        let mut bytes = [0; INPUT_BYTES];
+        loop {
+            let now = self.now(clock);
+            self.session.watch(&now);
+            if self.session.trial_is_over(&now) {
+                self.shared.set_restarting(true);
+                return End::Restart(None);
+            }
+            let pause = clock.wait_until(now.us + PERIOD_US);
+            let length = match select(reader.read(&mut bytes), pause).await {
+                Either::First(Ok(0)) => return End::Closed,
+                Either::First(Ok(length)) => length,
+                // Bytes were lost; the frame that they belong to is damaged.
+                Either::First(Err(_)) | Either::Second(()) => continue,
+            };
+            for byte in bytes.get(..length).unwrap_or_default() {
+                let outcome = match frames.push(*byte) {
+                    None => continue,
+                    Some(Err(_)) => {
+                        self.session.count_damaged();
+                        continue;
+                    }
+                    Some(Ok(frame)) => {
+                        let now = self.now(clock);
+                        self.session.take(&frame, &now, self.block)
+                    }
+                };
+                let restart = match outcome {
+                    Outcome::Ignore => continue,
+                    Outcome::Answer => None,
+                    Outcome::Job(job) => self.carry_out(job, clock).await,
+                };
+                let answer = writer.write_all(self.session.line());
+                select(answer, clock.wait_until(clock.now_us() + WRITE_US)).await;
+                if let Some(trial) = restart {
+                    return End::Restart(trial);
+                }
+            }
+        }
+    }
+
+    fn now(&self, clock: &impl Clock) -> Now {
+        Now {
+            us: clock.now_us(),
+            status: self.shared.status(),
+        }
+    }
+
+    /// Does what takes flash or the other tasks; the session has the answer then. Some: the board is
+    /// to start over. Nothing of it is ever dropped half-way.
+    async fn carry_out(&mut self, job: Job, clock: &impl Clock) -> Option<Option<Trial>> {
+        match job {
+            Job::Operator(command) => {
+                let sent = self.shared.commands.try_send(command);
+                self.session.finish(sent.map_err(|_| Refusal::Busy));
+                None
+            }
+            Job::Confirm(trial) => {
+                let kept = self.store.confirm(&trial, self.block).await;
+                self.session.confirmed(kept);
+                None
+            }
+            Job::Previous => {
+                let origin = *self.session.origin();
+                let previous = self.store.previous(&origin, self.block).await;
+                self.session.previous(previous);
+                None
+            }
+            Job::Slots => {
+                let slots = self.store.slots(self.block).await;
+                self.session.slots(&slots);
+                None
+            }
+            Job::EndTrial => {
+                self.shared.set_restarting(true);
+                self.session.restarting();
+                Some(None)
+            }
+            Job::Commit { confirm_within_s } => self.commit(confirm_within_s, clock).await,
+        }
+    }
+
+    async fn commit(&mut self, confirm_within_s: u16, clock: &impl Clock) -> Option<Option<Trial>> {
+        let origin = *self.session.origin();
+        let draft = self.session.draft()?;
+        // From here on the robot task takes no command that could begin a motion.
+        self.shared.set_restarting(true);
+        let written = self
+            .store
+            .write(draft, &origin, confirm_within_s, self.block)
+            .await;
+        // A motion that began before that shows by now: writing takes longer than a cycle.
+        let now = self.now(clock);
+        match written {
+            Ok(trial) if !self.session.moves(&now) => {
+                self.session.restarting();
+                Some(Some(trial))
+            }
+            Ok(_) => {
+                self.shared.set_restarting(false);
+                self.session.finish(Err(Refusal::Moves));
+                None
+            }
+            Err(error) => {
+                self.shared.set_restarting(false);
+                self.session.failed(&error);
+                None
+            }
+        }
+    }
+}
+
+/// Sequence of settings that count for good or are on trial; 0 for defaults.
+pub fn sequence(origin: &Origin) -> u32 {
+    match origin {
+        Origin::Flash { sequence, .. } => *sequence,
+        Origin::Trial(trial) => trial.sequence,
+        Origin::Defaults(_) => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests;

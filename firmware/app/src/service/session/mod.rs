@@ -1,0 +1,242 @@
+//! The conversation: frame in, frame out.
+
+mod answers;
+mod requests;
+
+use super::log::Log;
+use crate::checksum::CHECKSUM;
+use crate::image::schema;
+use crate::processor::Processor;
+use crate::settings::BoardSettings;
+use crate::shared::Status;
+use crate::store::{Block, Boot, Origin, Trial};
+use heapless::{String, Vec};
+use softdock_control::modes::Command;
+use softdock_link::service::{ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL};
+
+/// Longest identity.
+pub const IDENTITY_BYTES: usize = 120;
+/// Silence of the robot after which it does not move any more, µs: RSI stops by itself after its
+/// own time-out, some 100 ms.
+const SILENT_US: u64 = 2_000_000;
+/// Longest part of an image in an answer: room is left for the message around it.
+const PART_BYTES: usize = PAYLOAD_MAX_BYTES - 32;
+
+/// What the board is like at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Now {
+    /// Time since boot, µs.
+    pub us: u64,
+    /// The state that the tasks share.
+    pub status: Status,
+}
+
+/// What is to be done for a request, beyond answering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Job {
+    /// Write the draft and start over.
+    Commit {
+        /// Time to confirm it, s.
+        confirm_within_s: u16,
+    },
+    /// Keep what is on trial.
+    Confirm(Trial),
+    /// End the trial.
+    EndTrial,
+    /// Make a draft of the settings before those in use.
+    Previous,
+    /// Look into the slots of the flash.
+    Slots,
+    /// Give a command to the robot task.
+    Operator(Command),
+}
+
+/// What came of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// It was not for a board.
+    Ignore,
+    /// [`Session::line`] has the answer.
+    Answer,
+    /// It will have, when this is done.
+    Job(Job),
+}
+
+/// A board's side of the service.
+#[derive(Debug)]
+pub struct Session {
+    identity: String<IDENTITY_BYTES>,
+    boot: u32,
+    processor: Processor,
+    schema: u32,
+    settings: BoardSettings,
+    origin: Origin,
+    draft: Option<BoardSettings>,
+    /// Bytes of a whole image that have come.
+    staged: Option<u16>,
+    log: Log,
+    seen: Status,
+    /// When the robot's last telegram was seen, µs.
+    heard_us: u64,
+    frames: u32,
+    damaged: u32,
+    /// The request that was answered last: its number and checksum.
+    answered: Option<(u16, u32)>,
+    /// Number of the request that is being answered.
+    sequence: u16,
+    line: Vec<u8, ENCODED_MAX_BYTES>,
+}
+
+impl Session {
+    /// A session of a board that has started with these settings. `boot` differs from boot to boot.
+    pub fn new(boot: &Boot, number: u32, identity: &str) -> Self {
+        let mut name = String::new();
+        for character in identity.chars() {
+            // A longer one is cut off.
+            let _ = name.push(character);
+        }
+        let mut session = Self {
+            identity: name,
+            boot: number,
+            processor: Processor::default(),
+            schema: schema(),
+            settings: boot.settings.clone(),
+            origin: boot.origin,
+            draft: None,
+            staged: None,
+            log: Log::new(),
+            seen: Status::default(),
+            heard_us: 0,
+            frames: 0,
+            damaged: 0,
+            answered: None,
+            sequence: 0,
+            line: Vec::new(),
+        };
+        match session.origin {
+            Origin::Flash { sequence, .. } => session.note(0, format_args!("settings {sequence}")),
+            Origin::Trial(trial) => session.note(
+                0,
+                format_args!(
+                    "settings {} on trial for {} s",
+                    trial.sequence, trial.confirm_within_s
+                ),
+            ),
+            Origin::Defaults(error) => {
+                session.note(0, format_args!("DEFAULT SETTINGS, disarmed: {error}"));
+            }
+        }
+        session
+    }
+
+    /// What the board can compute, if not everything.
+    pub fn run_on(&mut self, processor: Processor) {
+        self.processor = processor;
+        if let Err(slow) = processor.accepts(&self.settings) {
+            self.note(0, format_args!("NOT TO BE ARMED: {slow}"));
+        }
+    }
+
+    /// Adds a line to the log.
+    pub fn note(&mut self, at_us: u64, text: core::fmt::Arguments<'_>) {
+        self.log.add(at_us, text);
+    }
+
+    /// Where the settings in use come from.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// The draft, if there is one.
+    pub fn draft(&self) -> Option<&BoardSettings> {
+        self.draft.as_ref()
+    }
+
+    /// The bytes of the last answer.
+    pub fn line(&self) -> &[u8] {
+        &self.line
+    }
+
+    /// A frame was damaged on the line.
+    pub fn count_damaged(&mut self) {
+        self.damaged = self.damaged.wrapping_add(1);
+    }
+
+    /// Whether the robot moves or may begin to. A robot that has been silent for long does not.
+    pub fn moves(&self, now: &Now) -> bool {
+        let silent = !now.status.connected && now.us.saturating_sub(self.heard_us) > SILENT_US;
+        now.status.moves && !silent
+    }
+
+    /// Whether the time of the trial is over; while the robot moves, it goes on.
+    pub fn trial_is_over(&self, now: &Now) -> bool {
+        self.trial_left_s(now) == Some(0) && !self.moves(now)
+    }
+
+    fn trial_left_s(&self, now: &Now) -> Option<u16> {
+        let Origin::Trial(trial) = self.origin else {
+            return None;
+        };
+        let left_us = (u64::from(trial.confirm_within_s) * 1_000_000).saturating_sub(now.us);
+        u16::try_from(left_us.div_ceil(1_000_000)).ok()
+    }
+
+    /// Notes what has changed since the last look. To be called often.
+    pub fn watch(&mut self, now: &Now) {
+        let (last, status) = (self.seen, &now.status);
+        if status.connected {
+            self.heard_us = now.us;
+        }
+        if status.connected != last.connected {
+            let says = match status.connected {
+                true => "robot connected",
+                false => "robot silent",
+            };
+            self.note(now.us, format_args!("{says}"));
+        }
+        if status.mode != last.mode {
+            self.note(now.us, format_args!("mode {:?}", status.mode));
+        }
+        if let Some(fault) = status.fault.filter(|_| status.fault != last.fault) {
+            self.note(
+                now.us,
+                format_args!(
+                    "fault {:?}: expected {}, received {}",
+                    fault.code, fault.expected, fault.received
+                ),
+            );
+        }
+        if let Some((command, refusal)) = status.refusal.filter(|_| status.refusal != last.refusal)
+        {
+            self.note(now.us, format_args!("{command:?} refused: {refusal:?}"));
+        }
+        if let Some(sensor) = status.sensor.filter(|_| status.sensor != last.sensor) {
+            self.note(now.us, format_args!("sensor {sensor:?}"));
+        }
+        self.seen = now.status;
+    }
+
+    /// Takes a frame. `block` is room for a whole image; between the parts of one that comes or goes
+    /// nobody else may use it, but what is put together of wrong parts is refused.
+    pub fn take(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
+        self.frames = self.frames.wrapping_add(1);
+        self.sequence = frame.sequence;
+        match frame.kind {
+            Kind::Hello => {
+                self.answered = None;
+                self.say_hello()
+            }
+            // Who speaks another version is told which one is spoken here.
+            Kind::Request if frame.version != PROTOCOL => self.say_hello(),
+            Kind::Request => {
+                let request = (frame.sequence, CHECKSUM.checksum(frame.payload));
+                if self.answered == Some(request) {
+                    return Outcome::Answer;
+                }
+                self.answered = Some(request);
+                self.request(frame, now, block)
+            }
+            Kind::HelloAnswer | Kind::Answer => Outcome::Ignore,
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! The task with a line, a flash and a clock.
+
+use super::*;
+use crate::store::tests::flash::Flash;
+use core::cell::{Cell, RefCell};
+use embassy_futures::block_on;
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embedded_io_async::{ErrorKind, ErrorType};
+
+/// A line on which a host says all at once; the answers.
+struct Host {
+    says: Vec<u8>,
+    heard: RefCell<Vec<u8>>,
+}
+
+/// What the host says; and whether the line ends then.
+struct Ear<'a>(&'a [u8], bool);
+struct Mouth<'a>(&'a RefCell<Vec<u8>>);
+
+impl ErrorType for Ear<'_> {
+    type Error = ErrorKind;
+}
+
+impl Read for Ear<'_> {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        if self.0.is_empty() && self.1 {
+            return Ok(0);
+        }
+        if self.0.is_empty() {
+            return core::future::pending().await;
+        }
+        let length = self.0.len().min(buffer.len());
+        let (now, later) = self.0.split_at(length);
+        buffer[..length].copy_from_slice(now);
+        self.0 = later;
+        Ok(length)
+    }
+}
+
+impl ErrorType for Mouth<'_> {
+    type Error = ErrorKind;
+}
+
+impl Write for Mouth<'_> {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), ErrorKind> {
+        Ok(())
+    }
+}
+
+/// Time that passes as soon as somebody waits for it.
+struct Quick(Cell<u64>);
+
+impl Clock for Quick {
+    fn now_us(&self) -> u64 {
+        self.0.get()
+    }
+
+    async fn wait_until(&self, at_us: u64) {
+        self.0.set(at_us.max(self.0.get()));
+    }
+}
+
+impl Host {
+    fn says(requests: &[Request<'_>]) -> Self {
+        let schema = crate::image::schema();
+        let frames = requests.iter().zip(1..).flat_map(|(request, sequence)| {
+            let frame = Frame {
+                version: PROTOCOL,
+                kind: Kind::Request,
+                sequence,
+                schema,
+                payload: &payload(request),
+            };
+            frame.encode().unwrap()
+        });
+        Self {
+            says: frames.collect(),
+            heard: RefCell::default(),
+        }
+    }
+
+    /// The answers, as text.
+    fn heard(&self) -> Vec<String> {
+        let mut frames = FrameReader::new();
+        let mut answers = Vec::new();
+        for byte in self.heard.borrow().iter() {
+            if let Some(frame) = frames.push(*byte) {
+                let payload = frame.unwrap().payload;
+                let answer: Answer<'_> = postcard::from_bytes(payload).unwrap();
+                answers.push(format!("{answer:?}"));
+            }
+        }
+        answers
+    }
+}
+
+/// Runs the service of a board that starts now until it is to start over.
+fn run(flash: &mut Flash, trial: Option<Trial>, status: Status, host: &Host) -> (End, u64, f64) {
+    let shared = Shared::<NoopRawMutex>::new();
+    shared.update_status(|now| *now = status);
+    let mut block = [0; IMAGE_MAX_BYTES];
+    let mut store = Store::new(flash);
+    let boot = block_on(store.boot(trial, &mut block));
+    let mass = boot.settings.control.body_k.mass_kg;
+    let mut session = Session::new(&boot, BOOT, "a board");
+    let service = Service {
+        shared: &shared,
+        session: &mut session,
+        store: &mut store,
+        block: &mut block,
+    };
+    let clock = Quick(Cell::new(0));
+    let end = block_on(service.run(
+        Ear(&host.says, !host.says.is_empty()),
+        Mouth(&host.heard),
+        &clock,
+    ));
+    assert_eq!(shared.status().restarting, end != End::Closed);
+    (end, clock.now_us(), mass)
+}
+
+/// Commit, start over, confirm, and the settings are there for good; without a confirmation the
+/// board goes back by itself.
+#[test]
+fn settings_are_tried_and_kept_or_given_up() {
+    let mut flash = Flash::erased();
+    let path = "control.body_k.mass_kg";
+    let value = Value::Real(22.0);
+    let host = Host::says(&[
+        Request::Begin,
+        Request::Set { path, value },
+        Request::Validate,
+        COMMIT,
+    ]);
+    let (end, _, _) = run(&mut flash, None, Status::default(), &host);
+    assert_eq!(host.heard(), ["Done", "Done", "Done", "Restarting"]);
+    let End::Restart(Some(trial)) = end else {
+        panic!("{end:?}");
+    };
+    // Nobody says anything.
+    let silent = Host::says(&[]);
+    let (end, at_us, mass) = run(&mut flash, Some(trial), Status::default(), &silent);
+    assert_eq!((end, mass), (End::Restart(None), 22.0));
+    assert!((30_000_000..30_200_000).contains(&at_us), "{at_us}");
+    let after = boot(&mut flash, None);
+    assert!(matches!(after.origin, Origin::Defaults(_)), "{after:?}");
+    // Tried anew it is confirmed, and cannot be given up any more.
+    let host = Host::says(&[
+        Request::Confirm,
+        Request::Get(path),
+        Request::Confirm,
+        COMMIT,
+    ]);
+    let (_, _, mass) = run(&mut flash, Some(trial), Status::default(), &host);
+    assert_eq!(mass, 22.0);
+    let answers = [
+        "Done",
+        "Value(Real(22.0))",
+        "Refused(NotOnTrial)",
+        "Refused(NoDraft)",
+    ];
+    assert_eq!(host.heard(), answers);
+    let after = boot(&mut flash, None);
+    assert_eq!(after.settings, with_mass(22.0));
+}
+
+fn boot(flash: &mut Flash, trial: Option<Trial>) -> Boot {
+    let mut block = [0; IMAGE_MAX_BYTES];
+    block_on(Store::new(flash).boot(trial, &mut block))
+}
+
+/// A motion that begins while flash is written keeps the board from starting over.
+#[test]
+fn a_motion_that_begins_in_time_wins() {
+    let mut flash = Flash::erased();
+    let moving = Status {
+        connected: true,
+        moves: true,
+        ..Status::default()
+    };
+    let shared = Shared::<NoopRawMutex>::new();
+    shared.update_status(|now| *now = moving);
+    let mut desk = Desk::new(kept());
+    desk.is_done(&Request::Begin);
+    let mut store = Store::new(&mut flash);
+    let service = &mut Service {
+        shared: &shared,
+        session: &mut desk.session,
+        store: &mut store,
+        block: &mut desk.block,
+    };
+    let job = Job::Commit {
+        confirm_within_s: 9,
+    };
+    let clock = Quick(Cell::new(0));
+    assert_eq!(block_on(service.carry_out(job, &clock)), None);
+    assert!(!shared.status().restarting);
+    desk.said(|_, payload| {
+        let answer = postcard::from_bytes(payload);
+        assert_eq!(answer, Ok(Answer::Refused(Refusal::Moves)));
+    });
+}

@@ -1,0 +1,45 @@
+//! The word behind a block that was on trial: it is to be kept.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 4 | "SDOK" |
+//! | 4 | sequence of the block |
+//! | 4 | checksum of the block |
+//! | 4 | CRC-32 (ISO-HDLC) of everything before |
+//!
+//! Numbers are little-endian; the rest of the word is erased flash.
+
+use crate::checksum::CHECKSUM;
+
+/// The least that the STM32H7's flash writes at once, and only once between two erasures (RM0433,
+/// 4.3.9); other flash writes less, and can write this as well.
+pub const WORD_BYTES: usize = 32;
+
+const MAGIC: [u8; 4] = *b"SDOK";
+/// Erased flash.
+pub(super) const ERASED: u8 = 0xff;
+
+/// The word for a block.
+pub(super) fn word(sequence: u32, checksum: u32) -> [u8; WORD_BYTES] {
+    let (sequence, checksum) = (sequence.to_le_bytes(), checksum.to_le_bytes());
+    let body: [u8; 12] = [
+        MAGIC[0],
+        MAGIC[1],
+        MAGIC[2],
+        MAGIC[3],
+        sequence[0],
+        sequence[1],
+        sequence[2],
+        sequence[3],
+        checksum[0],
+        checksum[1],
+        checksum[2],
+        checksum[3],
+    ];
+    let mut word = [ERASED; WORD_BYTES];
+    let check = CHECKSUM.checksum(&body).to_le_bytes();
+    for (byte, value) in word.iter_mut().zip(body.into_iter().chain(check)) {
+        *byte = value;
+    }
+    word
+}

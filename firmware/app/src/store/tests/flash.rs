@@ -1,0 +1,125 @@
+//! Flash as the STM32H7 has it: words of 32 bytes, each written once between two erasures; and a
+//! loss of power at any word, which leaves some of it behind, or something that cannot be read.
+
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+
+pub(crate) const WORD: usize = 32;
+pub(crate) const SLOT: usize = 8192;
+
+/// What a loss of power leaves of the word that was being written or erased.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Torn {
+    /// What was there before.
+    Old,
+    /// What should have become of it.
+    New,
+    /// Some bytes of each.
+    Half,
+    /// Something that cannot be read: its checksum does not fit.
+    Unreadable,
+}
+
+pub(crate) const TORN: [Torn; 4] = [Torn::Old, Torn::New, Torn::Half, Torn::Unreadable];
+
+#[derive(Clone, Debug)]
+pub(crate) struct Flash {
+    /// None: it cannot be read.
+    words: Vec<Option<[u8; WORD]>>,
+    /// Words that are still written or erased before the power is lost, and what of the next.
+    pub(crate) power: Option<(usize, Torn)>,
+    /// Words that were written or erased.
+    pub(crate) done: usize,
+}
+
+impl Flash {
+    pub(crate) fn erased() -> Self {
+        Self {
+            words: vec![Some([0xff; WORD]); 2 * SLOT / WORD],
+            power: None,
+            done: 0,
+        }
+    }
+
+    /// What a launcher or a probe writes.
+    pub(crate) fn put(&mut self, offset: usize, bytes: &[u8]) {
+        for (word, bytes) in self.words[offset / WORD..]
+            .iter_mut()
+            .zip(bytes.chunks(WORD))
+        {
+            word.get_or_insert([0xff; WORD])[..bytes.len()].copy_from_slice(bytes);
+        }
+    }
+
+    pub(crate) fn flip(&mut self, byte: usize) {
+        self.words[byte / WORD].as_mut().unwrap()[byte % WORD] ^= 4;
+    }
+
+    fn change(&mut self, word: usize, new: [u8; WORD]) -> Result<(), NorFlashErrorKind> {
+        let old = self.words[word];
+        if let Some((left, torn)) = &mut self.power {
+            if *left == 0 {
+                self.words[word] = match torn {
+                    Torn::Old => old,
+                    Torn::New => Some(new),
+                    Torn::Half => old.map(|old| {
+                        core::array::from_fn(|i| if i % 3 == 0 { new[i] } else { old[i] })
+                    }),
+                    Torn::Unreadable => None,
+                };
+                // Nothing more happens without power.
+                *torn = Torn::Old;
+                return Err(NorFlashErrorKind::Other);
+            }
+            *left -= 1;
+        }
+        self.words[word] = Some(new);
+        self.done += 1;
+        Ok(())
+    }
+}
+
+impl ErrorType for &mut Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for &mut Flash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        for (i, byte) in bytes.iter_mut().enumerate() {
+            let at = offset as usize + i;
+            *byte = self.words[at / WORD].ok_or(NorFlashErrorKind::Other)?[at % WORD];
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.words.len() * WORD
+    }
+}
+
+impl NorFlash for &mut Flash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SLOT;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        assert!((from as usize).is_multiple_of(SLOT) && (to as usize).is_multiple_of(SLOT));
+        for word in from as usize / WORD..to as usize / WORD {
+            self.change(word, [0xff; WORD])?;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
+        for (i, new) in bytes.chunks_exact(WORD).enumerate() {
+            let word = offset as usize / WORD + i;
+            // What was written or torn has to be erased first.
+            if self.words[word] != Some([0xff; WORD]) {
+                return Err(NorFlashErrorKind::Other);
+            }
+            self.change(word, new.try_into().unwrap())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,29 @@
+//! Crashes on demand: what the next start tells of them is tested in QEMU.
+
+use core::hint::black_box;
+use softdock_app::emulated_flash::Crash;
+
+/// Crashes.
+#[allow(clippy::panic, reason = "it is what was asked for")]
+pub(crate) fn crash(kind: Crash) -> ! {
+    match kind {
+        Crash::Panic => panic!("a panic was asked for"),
+        Crash::StackOverflow => {
+            deeper(0);
+            panic!("the stack has no end")
+        }
+        Crash::Fault => cortex_m::asm::udf(),
+    }
+}
+
+/// Takes stack until there is none.
+#[inline(never)]
+fn deeper(depth: u32) -> u32 {
+    let frame = black_box([depth; 64]);
+    let below = match black_box(true) {
+        true => deeper(depth.wrapping_add(1)),
+        false => 0,
+    };
+    // Needed behind the call, so that it is not a jump.
+    frame.iter().fold(below, |sum, n| sum.wrapping_add(*n))
+}

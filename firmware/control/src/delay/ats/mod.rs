@@ -1,0 +1,297 @@
+//! Adaptive time series: the lead finds its own coefficients from what the robot did.
+//!
+//! ```text
+//! x_cmd = a₀ x + a₁ x' + a₂ x''       a by least squares from  u = a₀ x_m + a₁ x_m' + a₂ x_m''
+//! ```
+//!
+//! Chae, Kazemibidokhti and Ricles, "Adaptive time series compensator for delay compensation of
+//! servo-hydraulic actuator systems for real-time hybrid simulation", Earthquake Engng Struct. Dyn.
+//! 42 (2013) 1697. u is the commanded, x_m the measured position: the coefficients invert the robot
+//! as it is, and the model's motion goes through the inverse. For a pure delay τ they are 1, τ, τ²/2.
+//! The law needs position feedback.
+//!
+//! Choices that the equation leaves open:
+//! - Command and measurement pass the same low-pass (`filter`), which gives the derivatives of
+//!   the measurement and leaves the relation between the two as it is.
+//! - The window is one that forgets (`window_s`). A ridge draws the coefficients to the believed
+//!   1, τ, τ²/2: an approach at constant speed tells nothing of a₂.
+//! - Coefficients stay within `bounds` around the belief, which are parts of 1, τ and τ²/2.
+//! - The command is sent as a velocity with the present coefficients, so that neither the start nor
+//!   a changed coefficient is a jump. The derivatives of the model are those of
+//!   [`super::lead`].
+//! - One component learns per cycle, in turns: a solution takes a dozen divisions.
+//!
+//! Position that is lost in a pause at reversal is no delay, but is taken for one until it is
+//! forgotten.
+
+mod filter;
+mod regression;
+
+use super::axes::{components, saturated, twist};
+use super::status::LawStatus;
+use super::{DelaySettings, LawInput, LawOutput};
+use crate::frames::Pose;
+use crate::range::{FieldName, SettingsError, in_range};
+use crate::scalar::Scalar;
+use filter::LowPass;
+use regression::Regression;
+
+crate::described! {
+/// Settings of the adaptive time series.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct AtsSettings {
+    /// Time in which a sample's weight falls to 1/e, s.
+    pub window_s: f64,
+    /// Corner of the low-pass on command and measurement, Hz.
+    pub filter_hz: f64,
+    /// Strength of the belief: motion, m, at which data and belief weigh the same. In rad for the
+    /// rotations.
+    pub ridge_m: f64,
+    /// Largest deviation of the three coefficients from 1, τ and τ²/2, as a part of these.
+    pub bounds: [f64; 3],
+}
+}
+
+impl Default for AtsSettings {
+    fn default() -> Self {
+        Self {
+            window_s: 1.0,
+            filter_hz: 10.0,
+            ridge_m: 2e-5,
+            bounds: [0.05, 0.5, 1.0],
+        }
+    }
+}
+
+impl AtsSettings {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        in_range("delay.ats.window_s", self.window_s, 0.1, 10.0)?;
+        in_range("delay.ats.filter_hz", self.filter_hz, 1.0, 50.0)?;
+        in_range("delay.ats.ridge_m", self.ridge_m, 1e-6, 1e-2)?;
+        const BOUNDS: FieldName = "delay.ats.bounds";
+        self.bounds
+            .iter()
+            .try_for_each(|bound| in_range(BOUNDS, *bound, 0.0, 1.0))
+    }
+}
+
+/// Motion, mm or mrad from the start, beyond which a component does not learn: there the sums would
+/// leave fixed point.
+const FARTHEST_MM: f64 = 1e3;
+
+/// The law on six components.
+#[derive(Clone, Debug)]
+pub struct Ats<S: Scalar> {
+    shared: Shared<S>,
+    axes: [Axis<S>; 6],
+    /// Commanded pose when the law began; none before.
+    start: Option<Pose<S>>,
+    /// Component that learns next.
+    turn: usize,
+    latency_cycles: usize,
+}
+
+/// What all components use. Coefficients are parts of `scale`, in which the derivatives are counted.
+#[derive(Clone, Copy, Debug)]
+struct Shared<S> {
+    ts: S,
+    per_s: S,
+    filter: filter::Gains<S>,
+    /// Part of the sums that is kept in a cycle.
+    kept: S,
+    ridge: S,
+    /// Units of the derivatives, s and s²: powers of the believed delay, or of a cycle if longer.
+    scale: [S; 3],
+    /// Believed coefficients in these units, and how far they may move.
+    belief: [S; 3],
+    bounds: [S; 3],
+    /// Half a cycle by which the model's velocity is late, s.
+    model_late: S,
+}
+
+/// One component, in mm or mrad.
+#[derive(Clone, Copy, Debug)]
+struct Axis<S: Scalar> {
+    commanded: LowPass<S>,
+    measured: LowPass<S>,
+    regression: Regression<S>,
+    /// Coefficients less the belief.
+    learned: [S; 3],
+    /// Model velocity of the last cycle and the change before that; none before the first.
+    last: Option<S>,
+    slope: S,
+}
+
+impl<S: Scalar> Ats<S> {
+    /// The initial state; `cycle_s` in s.
+    pub fn new(settings: &DelaySettings, cycle_s: f64) -> Self {
+        let own = &settings.ats;
+        let tau = settings.actuator.mean_delay_s();
+        let scale = tau.max(cycle_s);
+        let ratio = tau / scale;
+        let belief = [1.0, ratio, ratio * ratio];
+        let kept = nalgebra::ComplexField::exp(-cycle_s / own.window_s);
+        // The belief weighs as much as a window full of samples of `ridge_m`.
+        let ridge_mm = own.ridge_m * 1e3;
+        Self {
+            shared: Shared {
+                ts: S::of(cycle_s),
+                per_s: S::of(1.0 / cycle_s),
+                filter: filter::Gains::new(own.filter_hz, cycle_s),
+                kept: S::of(kept),
+                ridge: S::of(ridge_mm * ridge_mm / (1.0 - kept)),
+                scale: [1.0, scale, 0.5 * scale * scale].map(S::of),
+                belief: belief.map(S::of),
+                bounds: core::array::from_fn(|i| S::of(own.bounds[i] * belief[i])),
+                model_late: S::of(settings.half_cycle_s(cycle_s)),
+            },
+            axes: [Axis::new(); 6],
+            start: None,
+            turn: 0,
+            latency_cycles: settings.actuator.feedback_latency_cycles.into(),
+        }
+    }
+
+    /// One cycle. Parts: (a₀ − 1) v, the part of v', the part of v''. The status tells the delay
+    /// that was learned along the axis that moves fastest.
+    pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
+        self.learn(input);
+        let mut command = components(&input.model);
+        let fastest = fastest(&command);
+        let mut parts = [[S::zero(); 6]; 3];
+        for (i, (axis, v)) in self.axes.iter_mut().zip(&mut command).enumerate() {
+            let added = axis.lead(*v, &self.shared);
+            for (part, added) in parts.iter_mut().zip(added) {
+                part[i] = added;
+                *v += added;
+            }
+            *v = saturated(*v);
+        }
+        let mut output = LawOutput::of(twist(command));
+        for (part, components) in output.parts.iter_mut().zip(parts) {
+            *part = twist(components);
+        }
+        output.status = LawStatus {
+            delay_s: self.delay_s(fastest),
+            latency_cycles: self.latency_cycles as u16,
+            ..LawStatus::default()
+        };
+        output
+    }
+
+    /// Delay that a component has learned, a₁ / a₀, s.
+    fn delay_s(&self, axis: usize) -> f64 {
+        let [a0, a1, _] = self.axes[axis].coefficients(&self.shared);
+        (a1 / a0 * self.shared.scale[1]).get()
+    }
+
+    fn learn(&mut self, input: &LawInput<'_, S>) {
+        let start = *self.start.get_or_insert(*input.commanded);
+        // What was commanded when the reported pose was true.
+        let mut commanded = moved(&start, input.commanded);
+        let recent = input.sent.oldest_ordered().rev().take(self.latency_cycles);
+        for sent in recent.map(components) {
+            commanded = core::array::from_fn(|i| commanded[i] - sent[i] * self.shared.ts);
+        }
+        let measured = moved(&start, input.measured);
+        for (i, axis) in self.axes.iter_mut().enumerate() {
+            let to_mm = S::of(1e3);
+            axis.observe(commanded[i] * to_mm, measured[i] * to_mm, &self.shared);
+        }
+        self.turn = (self.turn + 1) % self.axes.len();
+        self.axes[self.turn].solve(&self.shared);
+    }
+}
+
+impl<S: Scalar> Axis<S> {
+    fn new() -> Self {
+        Self {
+            commanded: LowPass::new(),
+            measured: LowPass::new(),
+            regression: Regression::new(),
+            learned: [S::zero(); 3],
+            last: None,
+            slope: S::zero(),
+        }
+    }
+
+    /// a₀, a₁, a₂ in units of the scale.
+    fn coefficients(&self, shared: &Shared<S>) -> [S; 3] {
+        core::array::from_fn(|i| shared.belief[i] + self.learned[i])
+    }
+
+    /// Takes commanded and measured motion, mm, into the sums.
+    fn observe(&mut self, commanded: S, measured: S, shared: &Shared<S>) {
+        let limit = S::of(FARTHEST_MM);
+        let clamp = |v: S| v.clamp(-limit, limit);
+        self.commanded
+            .step(clamp(commanded), &shared.filter, shared.ts);
+        self.measured
+            .step(clamp(measured), &shared.filter, shared.ts);
+        if commanded.abs().max(measured.abs()) >= limit {
+            return;
+        }
+        let [x, dx, ddx] = self.measured.derivatives();
+        // The first difference is half a cycle late.
+        let dx = dx + ddx * shared.ts * S::of(0.5);
+        let [_, one, two] = shared.scale;
+        let row = [x, clamp(dx * one), clamp(ddx * two)];
+        let believed = row
+            .iter()
+            .zip(shared.belief)
+            .fold(S::zero(), |sum, (z, b)| sum + *z * b);
+        let [u, ..] = self.commanded.derivatives();
+        self.regression.push(&row, clamp(u - believed), shared.kept);
+    }
+
+    fn solve(&mut self, shared: &Shared<S>) {
+        let found = self.regression.solve(shared.ridge);
+        self.learned =
+            core::array::from_fn(|i| found[i].clamp(-shared.bounds[i], shared.bounds[i]));
+    }
+
+    /// What is added to the model's velocity: by a₀ − 1, by v', by v''.
+    fn lead(&mut self, v: S, shared: &Shared<S>) -> [S; 3] {
+        let slope = v - self.last.unwrap_or(v);
+        let curvature = slope - self.slope;
+        (self.last, self.slope) = (Some(v), slope);
+        let [a0, a1, a2] = self.coefficients(shared);
+        let [_, one, two] = shared.scale;
+        // In cycles: the robot's coefficients, then the model's own delay on top of them.
+        let late = shared.model_late * shared.per_s;
+        let first = a1 * one * shared.per_s;
+        let half = S::of(0.5);
+        let second = a2 * two * shared.per_s * shared.per_s + first * late + late * late * half;
+        let first = first + late;
+        [
+            (a0 - S::one()) * v,
+            first * slope,
+            (second + first * half) * curvature,
+        ]
+        .map(saturated)
+    }
+}
+
+/// Motion from one pose to another: m in C, rad in the axes of the first.
+fn moved<S: Scalar>(start: &Pose<S>, now: &Pose<S>) -> [S; 6] {
+    let d = now.translation.vector - start.translation.vector;
+    let turn = start.rotation.inverse() * now.rotation;
+    let two = S::of(if turn.w < S::zero() { -2.0 } else { 2.0 });
+    [d.x, d.y, d.z, turn.i * two, turn.j * two, turn.k * two]
+}
+
+fn fastest<S: Scalar>(velocity: &[S; 6]) -> usize {
+    (1..6).fold(0, |best, i| {
+        if velocity[i].abs() > velocity[best].abs() {
+            i
+        } else {
+            best
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;

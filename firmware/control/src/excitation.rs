@@ -1,0 +1,220 @@
+//! A motion from which the robot's delay can be told: the jog of the commissioning.
+//!
+//! One axis stands still, goes forward with a velocity that jumps between two levels at pseudo-random
+//! times, comes back the same way, then goes to and fro, and stands still at its start. No sign
+//! changes inside of the first two parts, so that a pause at a zero crossing acts between them only;
+//! the last part has many. Both ways begin and end slowly, so that no jump of the velocity is larger
+//! than [`LARGEST_JUMP`]. The whole is known before it begins.
+
+/// Cycles of rest before and after.
+const REST: u32 = 50;
+/// Shortest and longest hold of a level, cycles.
+const HOLDS: [u32; 2] = [3, 9];
+/// The same in the part to and fro.
+const REVERSALS: [u32; 2] = [12, 24];
+/// Cycles of the part to and fro.
+const TO_AND_FRO: u32 = 216;
+/// Levels over the mean speed: those of the two ways, and that of the part to and fro.
+const LEVELS: [f64; 2] = [0.4, 1.6];
+const REVERSED: f64 = 0.9;
+
+/// Fewest and most cycles of the way forward: fewer show too few jumps of the velocity, and the part
+/// to and fro would go farther.
+pub const FORWARD: [u32; 2] = [125, 2500];
+/// Fastest level over the mean speed.
+pub const FASTEST: f64 = LEVELS[1];
+/// Largest change of the velocity from one cycle to the next over the mean speed: a reversal.
+pub const LARGEST_JUMP: f64 = 2.0 * REVERSED;
+
+/// The velocities of a jog, one per cycle.
+#[derive(Clone, Debug)]
+pub struct Excitation {
+    mean_speed: f64,
+    /// Cycles of the way forward.
+    forward: u32,
+    part: Part,
+    /// Cycles that are left of the part, and of the present level.
+    left: u32,
+    hold: u32,
+    level: f64,
+    /// Length of the last hold forward in the part to and fro.
+    forward_hold: u32,
+    /// State of the pseudo-random numbers at the start, and now.
+    seed: u32,
+    random: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    RestBefore,
+    Forward,
+    Back,
+    ToAndFro,
+    RestAfter,
+    Over,
+}
+
+impl Excitation {
+    /// With this mean speed, m/s or rad/s, whose sign is the direction, and so many cycles of the way
+    /// forward, taken within [`FORWARD`]. The same `seed` gives the same jog.
+    pub fn new(mean_speed: f64, forward: u32, seed: u32) -> Self {
+        // Zero is the one state that a shift register never leaves.
+        let seed = seed.wrapping_mul(0x9e37_79b9).max(1);
+        Self {
+            mean_speed,
+            forward: forward.clamp(FORWARD[0], FORWARD[1]),
+            part: Part::RestBefore,
+            left: REST,
+            hold: 0,
+            level: 0.0,
+            forward_hold: 0,
+            seed,
+            random: seed,
+        }
+    }
+
+    /// Cycles of the whole jog.
+    pub fn cycles(&self) -> u32 {
+        2 * REST + 2 * self.forward + TO_AND_FRO
+    }
+
+    /// Farthest from the start that a way of so many cycles with this mean speed leads, m or rad: no
+    /// level is held for ever, but no more than the faster one could be.
+    pub fn reach(mean_speed: f64, forward: u32, cycle_s: f64) -> f64 {
+        mean_speed * FASTEST * f64::from(forward) * cycle_s
+    }
+
+    /// Velocity of the next cycle; None when the jog is over.
+    pub fn next_velocity(&mut self) -> Option<f64> {
+        while self.left == 0 {
+            self.begin_next();
+        }
+        if self.part == Part::Over {
+            return None;
+        }
+        if self.hold == 0 {
+            self.choose();
+        }
+        self.left -= 1;
+        self.hold = self.hold.saturating_sub(1);
+        Some(self.level * self.mean_speed)
+    }
+
+    fn begin_next(&mut self) {
+        (self.part, self.left) = match self.part {
+            Part::RestBefore => (Part::Forward, self.forward),
+            Part::Forward => {
+                // The way back is the way forward, turned round: it ends where it began.
+                self.random = self.seed;
+                (Part::Back, self.forward)
+            }
+            Part::Back => (Part::ToAndFro, TO_AND_FRO),
+            Part::ToAndFro => (Part::RestAfter, REST),
+            Part::RestAfter | Part::Over => (Part::Over, u32::MAX),
+        };
+        self.hold = 0;
+    }
+
+    /// The next level and how long it is held.
+    fn choose(&mut self) {
+        let (level, holds) = match self.part {
+            Part::RestBefore | Part::RestAfter | Part::Over => (0.0, [u32::MAX; 2]),
+            Part::Forward => (self.way_level(), HOLDS),
+            Part::Back => (-self.way_level(), HOLDS),
+            // Every second hold is as long as the one before it, in the other direction.
+            Part::ToAndFro if self.level > 0.0 => {
+                self.level = -REVERSED;
+                self.hold = self.forward_hold;
+                return;
+            }
+            Part::ToAndFro => (REVERSED, REVERSALS),
+        };
+        self.level = level;
+        let span = holds[1] - holds[0] + 1;
+        self.hold = match span {
+            0 | 1 => holds[0],
+            _ => holds[0] + self.draw() % span,
+        };
+        if self.part == Part::ToAndFro {
+            // Both directions have to fit.
+            self.hold = self.hold.min(self.left / 2).max(1);
+            self.forward_hold = self.hold;
+        }
+    }
+
+    /// A level of the way forward or back: slow at both ends, where the last hold may be cut short.
+    fn way_level(&mut self) -> f64 {
+        let inside = self.left < self.forward && self.left > HOLDS[1];
+        LEVELS[usize::from(inside && self.draw() & 1 == 1)]
+    }
+
+    /// A shift register (Marsaglia's xorshift, 13 17 5).
+    fn draw(&mut self) -> u32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 17;
+        self.random ^= self.random << 5;
+        // The high bits are the better ones.
+        self.random >> 8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    const SPEED: f64 = 0.02;
+
+    fn jog(forward: u32, seed: u32) -> Vec<f64> {
+        let mut excitation = Excitation::new(SPEED, forward, seed);
+        let cycles = excitation.cycles();
+        let jog: Vec<f64> = core::iter::from_fn(|| excitation.next_velocity()).collect();
+        assert_eq!(jog.len() as u32, cycles);
+        jog
+    }
+
+    #[test]
+    fn a_jog_ends_where_it_began_and_keeps_within_its_reach() {
+        for seed in 0..200 {
+            for forward in [FORWARD[0], 390, FORWARD[1]] {
+                let jog = jog(forward, seed);
+                let (mut place, mut least, mut most) = (0.0_f64, 0.0_f64, 0.0_f64);
+                for velocity in &jog {
+                    place += velocity * 0.004;
+                    (least, most) = (least.min(place), most.max(place));
+                }
+                assert!(place.abs() < 1e-12, "seed {seed}: {place}");
+                assert!(least > -1e-12, "seed {seed}: {least} on the other side");
+                let reach = Excitation::reach(SPEED, forward, 0.004);
+                // Farther than at the slower level alone.
+                let slowest = reach * LEVELS[0] / LEVELS[1];
+                assert!(most <= reach && most > slowest, "{most} of {reach}");
+                let ends = jog[..50].iter().chain(&jog[jog.len() - 50..]);
+                assert!(ends.into_iter().all(|v| *v == 0.0));
+            }
+        }
+    }
+
+    #[test]
+    fn no_jump_and_no_speed_is_larger_than_said() {
+        for seed in 0..200 {
+            let jog = jog(390, seed);
+            for pair in jog.windows(2) {
+                let jump = (pair[1] - pair[0]).abs();
+                assert!(jump <= LARGEST_JUMP * SPEED * (1.0 + 1e-12), "{jump}");
+            }
+            let fastest = jog.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            assert_eq!(fastest, FASTEST * SPEED, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn the_first_two_parts_have_one_direction_each_and_the_last_has_many() {
+        let jog = jog(390, 3);
+        assert!(jog[50..440].iter().all(|v| *v > 0.0));
+        assert!(jog[440..830].iter().all(|v| *v < 0.0));
+        let signs = jog[830..].windows(2).filter(|w| w[0] * w[1] < 0.0);
+        assert!(signs.count() >= 5);
+    }
+}

@@ -1,0 +1,45 @@
+//! Damped contacts: no outliers over fifty places of the touch within a cycle.
+
+use crate::case::{Case, LAG, MIXED, SERVO, SLOW_SERVO, pausing, places, worst};
+
+#[test]
+fn fifty_places_in_scenario_s() {
+    // At ζ = 0.5 the bound of the dead time is reached where the touch lies just after a sample.
+    for (zeta, bound) in [
+        (0.1, 0.02),
+        (0.2, 0.02),
+        (0.3, 0.02),
+        (0.4, 0.02),
+        (0.5, 0.035),
+    ] {
+        let cases = places(50).map(|place| Case {
+            zeta,
+            place,
+            ..Case::default()
+        });
+        assert!(worst(&format!("S, damping {zeta}"), cases) <= bound);
+    }
+}
+
+#[test]
+fn other_robots() {
+    for (name, robot) in [
+        ("mixed", MIXED),
+        ("lag", LAG),
+        ("servo", SERVO),
+        ("slow servo", SLOW_SERVO),
+    ] {
+        for zeta in [0.1, 0.3, 0.5] {
+            let robot = pausing(robot);
+            let cases = places(6).map(|place| Case {
+                robot,
+                believed: robot,
+                zeta,
+                place,
+                ..Case::default()
+            });
+            let bound = if zeta < 0.5 { 0.02 } else { 0.035 };
+            assert!(worst(&format!("{name}, damping {zeta}"), cases) <= bound);
+        }
+    }
+}

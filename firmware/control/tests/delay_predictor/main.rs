@@ -1,0 +1,18 @@
+//! The predictor in the real control cycle, in closed loop with plants that share no code with it.
+//!
+//! The bounds are those that the law is built for, not what it happens to reach; the measured
+//! numbers stand in `docs/delay/predictor.md`, and `-- --nocapture` prints them.
+
+#![expect(clippy::unwrap_used, reason = "that is how a test fails")]
+
+mod actuators;
+mod case;
+mod damping;
+mod drift;
+mod feedback;
+mod ladder;
+mod repeated;
+mod rig;
+mod rules;
+mod scenario_s;
+mod space;

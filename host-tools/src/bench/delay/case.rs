@@ -1,0 +1,139 @@
+//! A case: a plant, and what the board believes of it.
+
+use super::scene::Scene;
+use softdock_control::delay::actuator::ActuatorSettings;
+use softdock_delay_plants::{Actuator, Dynamics, Formulation, Measurement};
+
+/// Speeds of the headline, mm/s.
+pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];
+/// Standstill at a reversal unless a case says otherwise, s.
+pub const PAUSE_S: f64 = 0.016;
+
+/// A robot with a name for tables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Robot {
+    /// Its structure.
+    pub name: &'static str,
+    /// What it does.
+    pub actuator: Actuator,
+}
+
+/// A plant, and what the board believes of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Its name, in tables and for `--case`.
+    pub name: String,
+    /// The sweep that it belongs to.
+    pub sweep: &'static str,
+    /// The true robot.
+    pub robot: Robot,
+    /// How its motion is computed.
+    pub formulation: Formulation,
+    /// The robot that the board believes in.
+    pub believed: ActuatorSettings,
+    /// A law that finds the robot to be another one than believed may refuse to go on.
+    pub interlock: bool,
+    /// What is docked.
+    pub scene: Scene,
+    /// Errors of the feedback.
+    pub measurement: Measurement,
+    /// Speeds, mm/s.
+    pub speeds_mm_s: Vec<f64>,
+    /// Places of the touch within a cycle, each with noise of its own.
+    pub touches: usize,
+    /// Part of the quick benchmark.
+    pub quick: bool,
+}
+
+impl Case {
+    /// The canonical scenario at 5 mm/s with a robot that is known: entries change what they are
+    /// about.
+    pub fn new(sweep: &'static str, name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            sweep,
+            robot: Robot::PURE,
+            formulation: Formulation::Exact,
+            believed: belief(&Robot::PURE.actuator),
+            interlock: true,
+            scene: Scene::head_on(),
+            measurement: Measurement::default(),
+            speeds_mm_s: vec![5.0],
+            touches: 8,
+            quick: false,
+        }
+    }
+
+    /// With a robot that the board knows.
+    pub fn with_robot(mut self, robot: Robot) -> Self {
+        self.robot = robot;
+        self.believed = belief(&robot.actuator);
+        self
+    }
+
+    /// The same, as a part of the quick benchmark.
+    pub fn quick(mut self) -> Self {
+        self.quick = true;
+        self
+    }
+
+    /// Whether `--case NAME` means this one: its name, or that of its sweep.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.sweep == name
+    }
+}
+
+impl Robot {
+    /// 32 ms of transport delay.
+    pub const PURE: Self = Self::of("pure 32 ms", 0.032, Dynamics::None);
+    /// 16 ms of transport delay and a lag of 16 ms.
+    pub const MIXED: Self = Self::of("16 ms + lag 16 ms", 0.016, lag(0.016));
+    /// A lag of 32 ms.
+    pub const LAG: Self = Self::of("lag 32 ms", 0.0, lag(0.032));
+    /// 16 ms of transport delay and a servo of 10 Hz.
+    pub const SERVO_10: Self = Self::of("16 ms + servo 10 Hz", 0.016, servo(10.0));
+    /// A servo of 5 Hz.
+    pub const SERVO_5: Self = Self::of("servo 5 Hz", 0.0, servo(5.0));
+    /// The structures of the headline.
+    pub const ALL: [Self; 5] = [
+        Self::PURE,
+        Self::MIXED,
+        Self::LAG,
+        Self::SERVO_10,
+        Self::SERVO_5,
+    ];
+
+    const fn of(name: &'static str, delay_s: f64, dynamics: Dynamics) -> Self {
+        let mut actuator = Actuator::ideal();
+        actuator.delay_s = delay_s;
+        actuator.dynamics = dynamics;
+        actuator.pause_s = PAUSE_S;
+        Self { name, actuator }
+    }
+}
+
+const fn lag(time_constant_s: f64) -> Dynamics {
+    Dynamics::Lag { time_constant_s }
+}
+
+const fn servo(hz: f64) -> Dynamics {
+    Dynamics::Servo { hz, damping: 0.7 }
+}
+
+/// What the board would know of a robot after a perfect identification.
+pub fn belief(actuator: &Actuator) -> ActuatorSettings {
+    let mut believed = ActuatorSettings {
+        delay_s: actuator.delay_s,
+        pause_s: actuator.pause_s,
+        feedback_latency_known: true,
+        ..ActuatorSettings::default()
+    };
+    match actuator.dynamics {
+        Dynamics::None => {}
+        Dynamics::Lag { time_constant_s } => believed.lag_s = time_constant_s,
+        Dynamics::Servo { hz, damping } => {
+            (believed.servo_hz, believed.servo_damping) = (hz, damping);
+        }
+    }
+    believed
+}

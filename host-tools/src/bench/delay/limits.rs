@@ -1,0 +1,63 @@
+//! What no law can do better on a first contact, when the wall is not known beforehand.
+//!
+//! For a pure delay τ: nothing can be done for τ after the touch and up to a cycle more until it is
+//! seen, and not while the robot stands still at its reversal.
+
+use super::case::Case;
+use super::scene::End;
+use serde::Serialize;
+use softdock_delay_plants::Dynamics;
+
+/// Physical limits of a first contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limits {
+    /// φ = ω τ.
+    pub phi: f64,
+    /// Least restitution that can be reached at all: the impulse that is spent before the robot can
+    /// turn, over m v0, less 1: φe²/2 + 2 ζ φe + φe ω Tp − 1 with φe = ω (τ + half a cycle).
+    pub least_restitution: f64,
+    /// Least error of the peak force: the robot goes on for τ, so the peak is at least φ + ω Ts of
+    /// the ideal one where that is more than 1.
+    pub least_peak_force_error: f64,
+    /// Restitution of a law that follows the predicted model without making up for the impulse that
+    /// was spent before: √(1 − φ⁴/12 + φ⁶/36).
+    pub without_balance: f64,
+}
+
+impl Limits {
+    /// Where the theory holds: a pure delay, one straight impact.
+    pub fn new(case: &Case, cycle_s: f64) -> Option<Self> {
+        let (robot, scene) = (&case.robot.actuator, &case.scene);
+        let pure = robot.dynamics == Dynamics::None;
+        if !(pure && scene.is_straight() && scene.end == End::Impacts(1)) {
+            return None;
+        }
+        let (omega, zeta) = (scene.omega(), scene.zeta());
+        let phi = omega * robot.delay_s;
+        let seen = omega * (robot.delay_s + 0.5 * cycle_s);
+        let spent = 0.5 * seen * seen + 2.0 * zeta * seen + seen * omega * robot.pause_s;
+        Some(Self {
+            phi,
+            least_restitution: (spent - 1.0).max(0.0),
+            least_peak_force_error: (phi + omega * cycle_s - 1.0).max(0.0),
+            without_balance: (1.0 - phi.powi(4) / 12.0 + phi.powi(6) / 36.0).sqrt(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The canonical scenario, and one that is not feasible.
+    #[test]
+    fn known_limits() {
+        let mut case = Case::new("x", "x");
+        let limits = Limits::new(&case, 0.004).unwrap();
+        assert!((limits.without_balance - 0.9929).abs() < 1e-3, "{limits:?}");
+        assert_eq!(limits.least_restitution, 0.0);
+        case.scene = case.scene.damped(0.6);
+        let limits = Limits::new(&case, 0.004).unwrap();
+        assert!((limits.least_restitution - 0.35).abs() < 0.01, "{limits:?}");
+    }
+}

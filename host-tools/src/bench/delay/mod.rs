@@ -1,0 +1,18 @@
+//! Every delay law on the same plants, through the board's own control cycle.
+//!
+//! The plants are those of `softdock-delay-plants`, which shares no code with the board. A case is
+//! data: a plant, and what the board believes of it ([`cases`]). A row is a result: one law on one
+//! case at one speed, the worst over many places of the touch within a cycle. Adding a case is one
+//! entry in a list.
+
+pub mod case;
+pub mod cases;
+pub mod ideal;
+pub mod limits;
+pub mod measure;
+pub mod page;
+pub mod row;
+pub mod run;
+pub mod scene;
+pub mod tables;
+pub mod trial;

@@ -1,0 +1,120 @@
+//! A row of the benchmark: one law on one case at one speed, over all places of the touch.
+
+use super::case::Case;
+use super::limits::Limits;
+use super::measure::{Ending, Numbers};
+use serde::Serialize;
+use softdock_control::delay::LawName;
+
+/// One law on one case at one speed. Each number is the worst over the touches: the one farthest
+/// from what it should be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The case.
+    pub case: String,
+    /// The sweep that it belongs to.
+    pub sweep: &'static str,
+    /// The law.
+    pub law: LawName,
+    /// Structure of the robot.
+    pub actuator: &'static str,
+    /// Speed of the approach, mm/s.
+    pub speed_mm_s: f64,
+    /// Speed after over speed before, along the normal; of an even number of impacts, along the
+    /// first approach; where the normal changes, the root of the energy's ratio.
+    pub restitution: f64,
+    /// What the ideal test gives.
+    pub expected_restitution: f64,
+    /// Kinetic energy after over before, less the ideal ratio.
+    pub energy_error: f64,
+    /// Largest true force over the ideal one, less 1.
+    pub peak_force_error: f64,
+    /// Time in contact over the ideal one, less 1.
+    pub contact_time_error: f64,
+    /// (∫ measured force dt − m Δv of the model) / (2 m v0): what moved the model without being
+    /// measured.
+    pub impulse_unaccounted: f64,
+    /// Error of a craft's velocity over the speed of approach, rotations at 0.3 m.
+    pub velocity_error: f64,
+    /// Mean restitution.
+    pub restitution_mean: f64,
+    /// Its standard deviation.
+    pub restitution_sd: f64,
+    /// Executed less ideal way: RMS over the ideal RMS.
+    pub tracking_nrms: Option<f64>,
+    /// Its largest value over v0/ω.
+    pub tracking_peak: Option<f64>,
+    /// Largest command over the speed of approach.
+    pub command_peak: f64,
+    /// How many places of the touch within a cycle.
+    pub touches: usize,
+    /// Runs that ran away, stuck, or missed an impact.
+    pub failed: usize,
+    /// The worst ending.
+    pub ending: Ending,
+    /// What no law can do better.
+    pub limits: Option<Limits>,
+}
+
+impl Row {
+    /// From the runs of all touches.
+    pub fn new(
+        case: &Case,
+        law: LawName,
+        speed_mm_s: f64,
+        expected: f64,
+        limits: Option<Limits>,
+        runs: &[Numbers],
+    ) -> Self {
+        let worst = |pick: fn(&Numbers) -> f64, from: f64| {
+            let values = runs.iter().map(pick);
+            let farther = |a: f64, b: f64| {
+                if (b - from).abs() > (a - from).abs() {
+                    b
+                } else {
+                    a
+                }
+            };
+            values.reduce(farther).unwrap_or(from)
+        };
+        let count = runs.len().max(1) as f64;
+        let mean = runs.iter().map(|r| r.restitution).sum::<f64>() / count;
+        let squares: f64 = runs.iter().map(|r| (r.restitution - mean).powi(2)).sum();
+        let tracking = |pick: fn((f64, f64)) -> f64| {
+            let values = runs.iter().filter_map(|r| r.tracking.map(pick));
+            values.reduce(f64::max)
+        };
+        Self {
+            case: case.name.clone(),
+            sweep: case.sweep,
+            law,
+            actuator: case.robot.name,
+            speed_mm_s,
+            restitution: worst(|r| r.restitution, expected),
+            expected_restitution: expected,
+            energy_error: worst(|r| r.energy_error, 0.0),
+            peak_force_error: worst(|r| r.peak_force_error, 0.0),
+            contact_time_error: worst(|r| r.contact_time_error, 0.0),
+            impulse_unaccounted: worst(|r| r.impulse_unaccounted, 0.0),
+            velocity_error: worst(|r| r.velocity_error, 0.0),
+            restitution_mean: mean,
+            restitution_sd: (squares / count).sqrt(),
+            tracking_nrms: tracking(|t| t.0),
+            tracking_peak: tracking(|t| t.1),
+            command_peak: worst(|r| r.command_peak, 0.0),
+            touches: runs.len(),
+            failed: runs.iter().filter(|r| r.ending != Ending::Ended).count(),
+            ending: runs
+                .iter()
+                .map(|r| r.ending)
+                .max()
+                .unwrap_or(Ending::NoContact),
+            limits,
+        }
+    }
+
+    /// How far the worst restitution is from the ideal one.
+    pub fn restitution_error(&self) -> f64 {
+        self.restitution - self.expected_restitution
+    }
+}

@@ -1,0 +1,234 @@
+//! One run: the board's own cycle in a closed loop with a plant.
+
+use super::case::Case;
+use super::scene::End;
+use anyhow::{Result, anyhow};
+use nalgebra::Vector3;
+use softdock_control::cycle::Cycle;
+use softdock_control::delay::{LawName, ModelVelocity};
+use softdock_control::io::{Inputs, Sequence};
+use softdock_control::modes::{Command, Fault, Mode};
+use softdock_control::settings::Settings;
+use softdock_delay_plants::{Axes, Log, Measurement, Plant, PlantSettings, RobotPose, Sample};
+
+/// The robot stands still before the start, in cycles: as an operator would let it, and long enough
+/// for laws that look at the resting robot.
+const REST_CYCLES: usize = 40;
+/// Flight at full speed before the touch, in cycles.
+const FLIGHT_CYCLES: f64 = 150.0;
+/// Time after the first contact of a single impact, s.
+const AFTER_S: f64 = 0.5;
+/// Time for repeated impacts over that of ideal ones.
+const SLOWER: f64 = 1.4;
+/// Standard deviations of the sensor's noise from which an engineer lets a contact count.
+const BEYOND_NOISE: f64 = 5.0;
+
+/// One run of a case.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The case.
+    pub case: &'a Case,
+    /// The law.
+    pub law: LawName,
+    /// Speed of the approach, m/s.
+    pub speed_m_s: f64,
+    /// Place of the touch within a cycle, 0 to 1.
+    pub place: f64,
+    /// Seed of all noise.
+    pub seed: u64,
+}
+
+/// The board in one cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// When pose and wrench were measured, s.
+    pub time_s: f64,
+    /// Velocity of K: linear in C, m/s; angular in body axes, rad/s.
+    pub k: [Vector3<f64>; 2],
+    /// Velocity of Q.
+    pub q: [Vector3<f64>; 2],
+    /// Measured force, N, in C.
+    pub force: Vector3<f64>,
+    /// Velocity that was sent, m/s.
+    pub sent: Vector3<f64>,
+}
+
+/// What happened in a run.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Every cycle since the start.
+    pub moments: Vec<Moment>,
+    /// What the plant really did.
+    pub log: Log,
+    /// From the start to the touch, along the approach, m.
+    pub distance_m: f64,
+    /// The fault that ended it.
+    pub fault: Option<Fault>,
+}
+
+/// Settings of the board for a case.
+pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
+    let mut settings = Settings::default();
+    [settings.body_k, settings.body_q] = case.scene.craft(speed_m_s);
+    settings.delay.law = law;
+    // As the paper has it, and as `reproduce` runs it; the other laws take what is never late.
+    let printed = matches!(law, LawName::None | LawName::Seed);
+    settings.delay.model_velocity = if printed {
+        ModelVelocity::Mean
+    } else {
+        ModelVelocity::End
+    };
+    settings.delay.actuator = case.believed.clone();
+    settings.delay.predictor.interlock = case.interlock;
+    let quiet_n = BEYOND_NOISE * case.measurement.force_noise_n;
+    for threshold_n in [
+        &mut settings.delay.smith.threshold_n,
+        &mut settings.delay.passivity.threshold_n,
+    ] {
+        *threshold_n = threshold_n.max(quiet_n);
+    }
+    if case.measurement == Measurement::default() {
+        // This sensor has no noise: equal readings are no fault.
+        settings.sensor.frozen_after_cycles = 0;
+    }
+    settings
+}
+
+/// Time from the start of the motion to the touch for a robot that is not late, and for the ideal
+/// test, s.
+pub fn flight_s(place: f64, cycle_s: f64) -> f64 {
+    (FLIGHT_CYCLES + place) * cycle_s
+}
+
+/// Runs it.
+///
+/// # Errors
+/// The board refuses its settings or the start.
+pub fn run(setup: &Setup<'_>) -> Result<Trial> {
+    let Setup { case, .. } = *setup;
+    let settings = settings(case, setup.law, setup.speed_m_s);
+    let cycle_s = settings.robot.cycle_s;
+    let mut board = Board::new(&settings)?;
+    let flight_s = flight_s(setup.place, cycle_s);
+    let mut plant = Plant::new(&PlantSettings {
+        cycle_s,
+        actuator: case.robot.actuator,
+        formulation: case.formulation,
+        contact: case.scene.contact(setup.speed_m_s, flight_s),
+        measurement: case.measurement,
+        seed: setup.seed,
+        ..PlantSettings::default()
+    });
+    let mut sample = plant.first_sample();
+    let mut moments = Vec::new();
+    for n in 0..cycles(case, &settings, flight_s) {
+        let (velocity, moment) = board.cycle(n, &sample)?;
+        if n > REST_CYCLES {
+            moments.push(moment);
+        }
+        if board.fault().is_some() {
+            break;
+        }
+        sample = plant.step(velocity);
+    }
+    Ok(Trial {
+        moments,
+        distance_m: setup.speed_m_s * flight_s,
+        fault: board.fault(),
+        log: plant.log().clone(),
+    })
+}
+
+/// Length of a run in cycles.
+fn cycles(case: &Case, settings: &Settings, flight_s: f64) -> usize {
+    let contact_s = case.scene.contact_s();
+    let test_s = match case.scene.end {
+        End::After(s) => s,
+        // From wall to wall is twice the flight of the first approach, and slower with a law that
+        // takes energy away.
+        End::Impacts(n) => {
+            let to_and_fro_s = (n - 1) as f64 * (2.0 * flight_s + contact_s);
+            contact_s + SLOWER * to_and_fro_s + AFTER_S
+        }
+    };
+    let start = settings.start.zero_cycles + settings.start.ramp_cycles;
+    let flown = ((flight_s + test_s) / settings.robot.cycle_s).ceil() as usize;
+    REST_CYCLES + start as usize + flown
+}
+
+/// The board with the healthy inputs that it gets.
+struct Board {
+    cycle: Cycle<f64>,
+    inputs: Inputs,
+    cycle_s: f64,
+    /// Metres and radians of the last digit of a correction.
+    digit: [f64; 2],
+}
+
+impl Board {
+    fn new(settings: &Settings) -> Result<Self> {
+        let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
+        let cycle = Cycle::new(settings).map_err(|error| anyhow!("{error:?}"))?;
+        Ok(Self {
+            cycle,
+            inputs: Inputs::default(),
+            cycle_s: settings.robot.cycle_s,
+            digit: [digit * 1e-3, digit.to_radians()],
+        })
+    }
+
+    fn fault(&self) -> Option<Fault> {
+        self.cycle.fault()
+    }
+
+    /// One cycle: the velocity of X Y Z A B C that goes to the robot.
+    fn cycle(&mut self, n: usize, sample: &Sample) -> Result<(Axes, Moment)> {
+        let inputs = &mut self.inputs;
+        inputs.robot.ipoc += (self.cycle_s * 1e3).round() as u64;
+        inputs.robot.sequence = if n == 0 {
+            Sequence::NewRun
+        } else {
+            Sequence::Next
+        };
+        inputs.robot.pose = Some(sample.position);
+        inputs.sensor.counter += 1;
+        inputs.sensor.wrench = sample.wrench;
+        // A real gauge flickers.
+        inputs.sensor.words[5] ^= 1;
+        inputs.command = match n {
+            0 => Some(Command::Hold),
+            1 => Some(Command::Arm),
+            REST_CYCLES => Some(Command::Start),
+            _ => None,
+        };
+        let record = self.cycle.step(inputs);
+        if let Some(refusal) = record.trace.refusal {
+            return Err(anyhow!(
+                "the board refuses {:?}: {refusal:?}",
+                inputs.command
+            ));
+        }
+        if n == REST_CYCLES && record.trace.mode != Mode::Running {
+            return Err(anyhow!(
+                "the board does not start: {:?}",
+                record.trace.fault
+            ));
+        }
+        let counts = record.output.correction;
+        let velocity = std::array::from_fn(|i| counts[i] as f64 * self.digit[i / 3] / self.cycle_s);
+        let halves = |v: [f64; 6]| {
+            [
+                Vector3::from_column_slice(&v[..3]),
+                Vector3::from_column_slice(&v[3..]),
+            ]
+        };
+        let moment = Moment {
+            time_s: n as f64 * self.cycle_s,
+            k: halves(record.trace.body_k.velocity),
+            q: halves(record.trace.body_q.velocity),
+            force: RobotPose::new(&sample.position, &[0.0; 6]).rotation * halves(sample.wrench)[0],
+            sent: halves(velocity)[0],
+        };
+        Ok((velocity, moment))
+    }
+}

@@ -1,0 +1,134 @@
+//! One run of the board's firmware: from its start until it starts over or ends.
+
+use super::clock::RealClock;
+use super::line::Line;
+use super::operator::start_watch;
+use super::recorders::{Record, Recorders, start_recorder};
+use super::slcan_server::SlcanBus;
+use super::telemetry::Telemetry;
+use super::udp::UdpPort;
+use super::{Shared, service};
+use crate::board::block_on::block_on;
+use crate::board::flash::FileFlash;
+use crate::board::tasks;
+use anyhow::{Result, anyhow};
+use softdock_app::robot_link::RobotLink;
+use softdock_app::service::End;
+use softdock_app::settings::BoardSettings;
+use softdock_app::shared::LinkCounters;
+use softdock_app::store::{Block, Boot, Origin, Store};
+use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+/// The ports of a board.
+pub(super) struct Io {
+    pub(super) udp: UdpSocket,
+    pub(super) tcp: TcpListener,
+    pub(super) line: Option<Line>,
+    /// The recorder, in place of that of the settings.
+    pub(super) telemetry: Option<SocketAddr>,
+}
+
+/// A board that is ready to run.
+pub(super) struct Lap {
+    boot: Boot,
+    io: Io,
+    link: RobotLink<f64>,
+    telemetry: Option<Telemetry>,
+    start: bool,
+}
+
+impl Lap {
+    /// Builds what the settings ask for. A board without settings does not start by itself.
+    pub(super) fn prepare(boot: Boot, io: Io, start: bool) -> Result<Self> {
+        let settings = &boot.settings;
+        let recorder = match io.telemetry {
+            Some(recorder) => Some(recorder),
+            None => settings.network.recorder()?.map(SocketAddr::V4),
+        };
+        let telemetry = recorder
+            .map(|recorder| Telemetry::new(settings, recorder))
+            .transpose()?;
+        Ok(Self {
+            link: RobotLink::new(settings)?,
+            telemetry,
+            start: start && !matches!(boot.origin, Origin::Defaults(_)),
+            boot,
+            io,
+        })
+    }
+
+    pub(super) fn settings(&self) -> &BoardSettings {
+        &self.boot.settings
+    }
+
+    /// Runs until `stop` is raised or the service has the board start over.
+    pub(super) fn run(
+        self,
+        stop: &Arc<AtomicBool>,
+        current: &Mutex<Arc<Shared>>,
+        store: &mut Store<FileFlash>,
+        block: &mut Block,
+        record: Record,
+    ) -> Result<End> {
+        let Self { boot, io, .. } = self;
+        let lap = Arc::new(AtomicBool::new(false));
+        let shared = Arc::new(Shared::new());
+        *current.lock().unwrap_or_else(PoisonError::into_inner) = shared.clone();
+        let clock = RealClock::start();
+        let port = UdpPort::start(io.udp, lap.clone())?;
+        let bus = SlcanBus::start(io.tcp, lap.clone())?;
+        let (file, writer) = start_recorder(record);
+        let (telemetry, sender) = self
+            .telemetry
+            .map(|telemetry| telemetry.start(clock.clone()))
+            .unzip();
+        let recorders = Recorders { file, telemetry };
+        let watch = start_watch(shared.clone(), stop.clone(), lap.clone());
+        let settings = boot.settings.clone();
+        let wait_us = settings.can.sample_wait_us();
+        let (link, start) = (self.link, self.start);
+        let end = thread::scope(|scope| {
+            let (shared, lap, clock, boot) = (&*shared, &lap, &clock, &boot);
+            let service = io.line.map(|line| {
+                scope.spawn(move || {
+                    let end = service::run(shared, boot, line, clock, store, block);
+                    lap.store(true, Ordering::Relaxed);
+                    end
+                })
+            });
+            scope.spawn(|| block_on(tasks::sensor(shared, settings, bus, clock.clone())));
+            let io = (port, clock.clone());
+            let mut recorders = recorders;
+            block_on(async {
+                tasks::robot(shared, link, start, wait_us, io, &mut recorders).await;
+                if let Some(telemetry) = recorders.telemetry {
+                    telemetry.close().await;
+                }
+            });
+            // Without a service nothing but `stop` ends the tasks.
+            service.map_or(Ok(End::Closed), thread::ScopedJoinHandle::join)
+        });
+        let end = end.map_err(|_| anyhow!("the service's thread ended unexpectedly"))?;
+        let _ = watch.join();
+        print_counters(&shared.status().link);
+        if let Some(sender) = sender {
+            sender
+                .join()
+                .map_err(|_| anyhow!("the telemetry's thread ended unexpectedly"))?;
+        }
+        writer
+            .join()
+            .map_err(|_| anyhow!("the recorder's thread ended unexpectedly"))??;
+        Ok(end)
+    }
+}
+
+fn print_counters(link: &LinkCounters) {
+    eprintln!(
+        "board: {} cycles, {} lost, {} twice, {} overtaken, {} malformed, {} foreign",
+        link.cycles, link.lost, link.duplicates, link.overtaken, link.malformed, link.foreign
+    );
+}

@@ -1,0 +1,176 @@
+//! What to change, in words.
+
+use super::limits::LARGEST_PHI;
+use super::rig_file::Rig;
+use super::{Check, LawRow, SLACK};
+use softdock_control::delay::LawName;
+use softdock_control::settings::Settings;
+
+/// Difference between believed and true delay that matters, s: a quarter of a cycle of 4 ms.
+const DELAY_MATTERS_S: f64 = 0.001;
+/// Difference of the restitution from the contact's own that is called right.
+const RIGHT: f64 = 0.02;
+/// Error of force or time in contact, and impulse that nobody measured, beyond which a right rebound
+/// is right for the wrong reason.
+const FORCE_MATTERS: f64 = 0.25;
+const IMPULSE_MATTERS: f64 = 0.25;
+
+/// All advice, the weightiest first.
+pub(super) fn of(check: &Check, settings: &Settings, rig: &Rig) -> Vec<String> {
+    let mut advice = physics(check);
+    advice.extend(beliefs(settings, rig));
+    advice.extend(law(check));
+    advice.extend(speed(settings, rig));
+    advice
+}
+
+/// What no setting cures.
+fn physics(check: &Check) -> Vec<String> {
+    let (limits, mut advice) = (&check.limits, Vec::new());
+    let softer = check.effective_mass_kg * (LARGEST_PHI / check.delay_s.max(1e-9)).powi(2);
+    if !limits.feasible {
+        advice.push(format!(
+            "No law can give the restitution of {:.3} on a first contact: at least {:.3} is left when the \
+             robot has answered. Soften the contact, raise the mass, or make the robot faster.",
+            check.ideal_restitution, limits.least_restitution
+        ));
+    } else if !limits.feasible_at_approach_speed {
+        advice.push(format!(
+            "The delay is {:.2} of the contact's phase, beyond √2: the robot must retreat faster than it \
+             came. Soften the contact below {softer:.0} N/m, or raise the mass.",
+            limits.phi
+        ));
+    }
+    if limits.peak_force_ratio > 1.05 {
+        advice.push(format!(
+            "Expect a first contact to push at least {:.0} % harder than the ideal one.",
+            1e2 * (limits.peak_force_ratio - 1.0)
+        ));
+    }
+    advice
+}
+
+/// What the settings believe of the robot and the rig says otherwise.
+fn beliefs(settings: &Settings, rig: &Rig) -> Vec<String> {
+    let (believed, mut advice) = (&settings.delay.actuator, Vec::new());
+    let (is_s, true_s) = (believed.mean_delay_s(), rig.mean_delay_s());
+    if (is_s - true_s).abs() > DELAY_MATTERS_S {
+        advice.push(format!(
+            "The settings believe in a robot that is {:.1} ms late; this one is {:.1} ms late. Set \
+             `delay.actuator`: delay_s = {}, lag_s = {}.",
+            1e3 * is_s,
+            1e3 * true_s,
+            rig.actuator.delay_s,
+            rig.actuator.lag_s
+        ));
+    }
+    let (is, wanted) = (
+        believed.feedback_latency_cycles,
+        rig.feedback_latency_cycles,
+    );
+    if is != wanted {
+        advice.push(format!(
+            "The reported pose is {wanted} cycles older than the force; the settings say {is}. Set \
+             `delay.actuator.feedback_latency_cycles` = {wanted}: this error looks like damping or energy."
+        ));
+    }
+    advice
+}
+
+/// The chosen law and better ones.
+fn law(check: &Check) -> Vec<String> {
+    let Some(chosen) = check.chosen() else {
+        return Vec::new();
+    };
+    let mut advice = Vec::new();
+    if let Some(fault) = &chosen.fault {
+        advice.push(format!(
+            "With law `{}` the test ends in a fault: {fault}.",
+            chosen.law
+        ));
+    } else if chosen.flies_on {
+        advice.push(format!(
+            "With law `{}` the robot leaves the wall before the craft has turned: the restitution is \
+             negative, and it touches again and again. The law leads too much for this contact, or the \
+             delay is believed too long.",
+            chosen.law
+        ));
+    } else if !chosen.stable {
+        advice.push(format!(
+            "Law `{}` adds energy: do not close the loop with it on this contact.",
+            chosen.law
+        ));
+    }
+    if chosen.law == LawName::Seed.name() && chosen.stable {
+        advice.push(
+            "Law `seed` keeps its sums: over repeated bounces it runs away, whatever one bounce says."
+                .into(),
+        );
+    }
+    advice.extend(hollow(chosen));
+    let off = |row: &LawRow| {
+        let e = row.expected_restitution.unwrap_or(f64::INFINITY);
+        (e - check.ideal_restitution).abs()
+    };
+    let better = check
+        .laws
+        .iter()
+        .filter(|row| row.stable && hollow(row).is_none())
+        .min_by(|a, b| off(a).total_cmp(&off(b)));
+    match better {
+        Some(row) if off(chosen) > RIGHT && off(row) < 0.5 * off(chosen) => {
+            let position = if row.needs_position {
+                "; it needs position feedback"
+            } else {
+                ""
+            };
+            advice.push(format!(
+                "Law `{}` would give {:.3} of {:.3}{position}.",
+                row.law,
+                row.expected_restitution.unwrap_or_default(),
+                check.ideal_restitution
+            ));
+        }
+        None => advice.push(without_a_law(check)),
+        Some(_) => {}
+    }
+    advice
+}
+
+/// A rebound that is right for the wrong reason.
+fn hollow(row: &LawRow) -> Option<String> {
+    let long = row
+        .contact_time_error
+        .is_none_or(|error| error.abs() > FORCE_MATTERS);
+    if !row.stable || !(long || row.impulse_unaccounted.abs() > IMPULSE_MATTERS) {
+        return None;
+    }
+    Some(format!(
+        "Law `{}` reaches its rebound by an impulse that is not measured ({:.2} of the bounce): force and \
+         duration of the contact are not those of the test.",
+        row.law, row.impulse_unaccounted
+    ))
+}
+
+fn without_a_law(check: &Check) -> String {
+    let mut text = format!(
+        "No law is right here (within {SLACK} of a passive rebound, and by measured force). Soften the \
+         contact, raise the mass, or make the robot faster."
+    );
+    if let Some(b) = check.critical_damping_n_s_per_m {
+        text += &format!(" Without compensation {b:.0} N·s/m of damping make the loop stable.");
+    }
+    text
+}
+
+/// Limits that the test itself meets.
+fn speed(settings: &Settings, rig: &Rig) -> Option<String> {
+    let peak_n = rig.contact.peak_force_n(rig.approach_speed_m_s);
+    (peak_n > 0.8 * settings.limits.force_n).then(|| {
+        format!(
+            "The contact itself reaches {peak_n:.0} N and `limits.force_n` is {}: approach more slowly, or \
+             allow more.",
+            settings.limits.force_n
+        )
+    })
+}

@@ -1,0 +1,42 @@
+//! `softdock check`: what a delay will do to a contact, before the contact.
+
+use super::{print, print_json};
+use crate::check::{Rig, check, load_board};
+use anyhow::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Say before the contact whether it will be stable, which rebound each delay law will give, what
+/// is beyond physics, and what to change.
+///
+/// The contact is taken as one mass on one wall. Linear theory gives the critical delay, stiffness,
+/// mass and damping without compensation; each law is computed with the board's own cycle.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock check host-tools/scenarios/board.toml host-tools/scenarios/rig.toml
+
+SETTINGS and RIG may also be one scenario:
+         softdock check host-tools/scenarios/spring-rod.toml host-tools/scenarios/spring-rod.toml"
+)]
+pub(super) struct CheckCommand {
+    /// Settings of the board (TOML), or a scenario, whose board is taken
+    settings: PathBuf,
+    /// The rig, true or assumed (TOML), or a scenario, whose robot and first wall are taken
+    rig: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl CheckCommand {
+    pub(super) fn execute(self) -> Result<()> {
+        let board = load_board(&self.settings)?;
+        let rig = Rig::load(&self.rig, &board)?;
+        let answer = check(&board, &rig)?;
+        if self.json {
+            print_json(&answer)
+        } else {
+            print(&answer.to_string())
+        }
+    }
+}

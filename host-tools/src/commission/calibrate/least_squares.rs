@@ -1,0 +1,351 @@
+//! Least squares with one noise of the forces and one of the torques, both taken from what is left.
+
+use super::equations::{AT_REST, BIAS, Group, MASS, MOMENT, Observation, Unknowns};
+use super::gravity::Gravity;
+use nalgebra::{DMatrix, DVector};
+use std::borrow::Borrow;
+
+/// Steps in which noise and direction of gravity settle; each step is a linear problem, and a tilt
+/// of 10° is found to 1e-12 rad in four.
+const STEPS: usize = 8;
+/// Noise to begin with, N and N·m.
+const START_SIGMA: [f64; 2] = [0.3, 0.01];
+/// No noise is smaller: readings without any are possible, N and N·m.
+const LEAST_SIGMA: [f64; 2] = [1e-9, 1e-10];
+/// Singular values below this share of the largest are zero.
+const ZERO: f64 = 1e-10;
+
+/// The unknowns with all that is known about them.
+#[derive(Clone, Debug)]
+pub(super) struct Solution {
+    /// The unknowns in the order of `equations`.
+    pub values: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// Noise of a force (N) and a torque (N·m).
+    pub sigma: [f64; 2],
+    /// Degrees of freedom of both.
+    pub freedom: [f64; 2],
+    /// Ratio of the largest and smallest singular value; infinite if there is no solution.
+    pub condition: f64,
+    /// The combination of unknowns that is known worst.
+    pub weakest: Weakest,
+    /// Gravity in C.
+    pub gravity: Gravity,
+}
+
+/// A combination of unknowns, each in units of what it adds to the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Weakest {
+    /// Shares of the unknowns.
+    shares: DVector<f64>,
+    unknowns: Unknowns,
+}
+
+impl Weakest {
+    /// What cannot be told.
+    pub(super) fn sentence(&self) -> String {
+        let part = |from: usize, count: usize| self.shares.rows(from, count).norm();
+        let (mass, moment) = (part(MASS, 1), part(MOMENT, 3));
+        let inertia = part(AT_REST, self.unknowns.tilt_at() - AT_REST);
+        let tilt = part(
+            self.unknowns.tilt_at(),
+            self.unknowns.count() - self.unknowns.tilt_at(),
+        );
+        let largest = [mass, moment, inertia, tilt]
+            .into_iter()
+            .fold(0.0, f64::max);
+        if largest == inertia {
+            "a moment of inertia cannot be told from the zero of the torques".to_owned()
+        } else if largest == tilt {
+            "the direction of gravity cannot be told from the sensor's zero".to_owned()
+        } else if largest == mass {
+            "the mass cannot be told from the zero of the forces".to_owned()
+        } else {
+            format!(
+                "the centre of mass along {} of the sensor cannot be told from the zero of the torques",
+                self.axis_words()
+            )
+        }
+    }
+
+    /// The axis of the sensor along which the moment is weak.
+    fn axis_words(&self) -> String {
+        /// Share of a direction that makes it an axis.
+        const ALONG: f64 = 0.95;
+        let moment = self.shares.rows(MOMENT, 3).normalize();
+        let axes = ["x", "y", "z"];
+        match (0..3).find(|k| moment[*k].abs() > ALONG) {
+            Some(k) => axes[k].to_owned(),
+            None => format!("({:.2}, {:.2}, {:.2})", moment[0], moment[1], moment[2]),
+        }
+    }
+}
+
+/// Solves for the unknowns from the groups.
+pub(super) fn solve<G: Borrow<Group>>(
+    groups: &[G],
+    unknowns: &Unknowns,
+    start: &Gravity,
+) -> Solution {
+    solve_weighted(groups, &vec![1.0; groups.len()], unknowns, start)
+}
+
+/// The same with a weight for each group: the inverse of how much larger its noise is.
+pub(super) fn solve_weighted<G: Borrow<Group>>(
+    groups: &[G],
+    weights: &[f64],
+    unknowns: &Unknowns,
+    start: &Gravity,
+) -> Solution {
+    let mut gravity = *start;
+    let mut sigma = START_SIGMA;
+    let mut values = DVector::zeros(unknowns.count());
+    values[MASS] = 1.0;
+    let mut last = None;
+    for step in 0..STEPS {
+        let problem = Problem::new(groups, weights, unknowns, &gravity, &values, sigma);
+        let solved = problem.solve();
+        values = solved.values.clone();
+        let left = problem.left(&values);
+        sigma = left.sigma;
+        // The covariance belongs to the noise with which the rows were scaled.
+        let rescaled = problem.covariance(&solved, sigma);
+        last = Some((solved, rescaled, left));
+        if unknowns.tilt && step + 1 < STEPS {
+            let at = unknowns.tilt_at();
+            gravity = gravity.turned([values[at], values[at + 1]]);
+            values[at] = 0.0;
+            values[at + 1] = 0.0;
+        }
+    }
+    finished(last, unknowns, values, gravity)
+}
+
+fn finished(
+    last: Option<(Solved, DMatrix<f64>, Left)>,
+    unknowns: &Unknowns,
+    values: DVector<f64>,
+    gravity: Gravity,
+) -> Solution {
+    let count = unknowns.count();
+    let (condition, shares, covariance, left) = match last {
+        Some((solved, covariance, left)) => (solved.condition, solved.weakest, covariance, left),
+        None => (
+            f64::INFINITY,
+            DVector::zeros(count),
+            DMatrix::zeros(count, count),
+            Left::default(),
+        ),
+    };
+    Solution {
+        values,
+        covariance,
+        sigma: left.sigma,
+        freedom: left.freedom,
+        condition,
+        weakest: Weakest {
+            shares,
+            unknowns: *unknowns,
+        },
+        gravity,
+    }
+}
+
+/// What a problem determines, before any reading is looked at.
+pub(super) struct Determined {
+    /// See [`Solution::condition`].
+    pub condition: f64,
+    /// Combinations of unknowns that nothing is known about.
+    pub open: usize,
+    /// See [`Solution::weakest`].
+    pub weakest: Weakest,
+}
+
+/// Judges a problem by its poses alone.
+pub(super) fn determined<G: Borrow<Group>>(
+    groups: &[G],
+    unknowns: &Unknowns,
+    gravity: &Gravity,
+) -> Determined {
+    let mut values = DVector::zeros(unknowns.count());
+    values[MASS] = 1.0;
+    let weights = vec![1.0; groups.len()];
+    let solved = Problem::new(groups, &weights, unknowns, gravity, &values, START_SIGMA).solve();
+    Determined {
+        condition: solved.condition,
+        open: solved.open,
+        weakest: Weakest {
+            shares: solved.weakest,
+            unknowns: *unknowns,
+        },
+    }
+}
+
+impl Solution {
+    /// Prediction error of an observation: six numbers.
+    pub(super) fn error(&self, observation: &Observation, unknowns: &Unknowns) -> DVector<f64> {
+        let rows = observation.rows(unknowns, &self.gravity, &self.values);
+        observation.read() - rows * &self.values
+    }
+
+    /// Zero-load reading.
+    pub(super) fn bias(&self) -> [f64; 6] {
+        std::array::from_fn(|k| self.values[BIAS + k])
+    }
+}
+
+/// Rows in units of the noise.
+struct Problem {
+    rows: DMatrix<f64>,
+    read: DVector<f64>,
+    sigma: [f64; 2],
+    unknowns: Unknowns,
+}
+
+struct Solved {
+    values: DVector<f64>,
+    condition: f64,
+    open: usize,
+    weakest: DVector<f64>,
+    /// Inverse of the rows' normal matrix.
+    inverse: DMatrix<f64>,
+}
+
+/// What the rows leave.
+#[derive(Clone, Copy, Default)]
+struct Left {
+    sigma: [f64; 2],
+    freedom: [f64; 2],
+}
+
+impl Problem {
+    fn new<G: Borrow<Group>>(
+        groups: &[G],
+        weights: &[f64],
+        unknowns: &Unknowns,
+        gravity: &Gravity,
+        values: &DVector<f64>,
+        sigma: [f64; 2],
+    ) -> Self {
+        let of_group = |(group, weight): (&'_ G, &f64)| -> Vec<(Observation, f64)> {
+            let observations = Borrow::<Group>::borrow(group).observations.iter();
+            observations.map(|o| (o.clone(), *weight)).collect()
+        };
+        let observations: Vec<(Observation, f64)> =
+            groups.iter().zip(weights).flat_map(of_group).collect();
+        // At least as many rows as unknowns, so that what is not seen at all shows as a zero.
+        let height = (6 * observations.len()).max(unknowns.count());
+        let mut rows = DMatrix::zeros(height, unknowns.count());
+        let mut read = DVector::zeros(height);
+        for (n, (observation, weight)) in observations.iter().enumerate() {
+            let mut own = observation.rows(unknowns, gravity, values);
+            let mut wrench = observation.read();
+            for i in 0..6 {
+                own.row_mut(i).scale_mut(weight / sigma[i / 3]);
+                wrench[i] *= weight / sigma[i / 3];
+            }
+            rows.rows_mut(6 * n, 6).copy_from(&own);
+            read.rows_mut(6 * n, 6).copy_from(&wrench);
+        }
+        Self {
+            rows,
+            read,
+            sigma,
+            unknowns: *unknowns,
+        }
+    }
+
+    fn solve(&self) -> Solved {
+        let count = self.rows.ncols();
+        // Columns of one length: the condition must not depend on units.
+        let length: Vec<f64> = self.rows.column_iter().map(|c| c.norm()).collect();
+        let scale: Vec<f64> = length
+            .iter()
+            .map(|l| if *l > 0.0 { 1.0 / l } else { 0.0 })
+            .collect();
+        let mut scaled = self.rows.clone();
+        for (mut column, scale) in scaled.column_iter_mut().zip(&scale) {
+            column.scale_mut(*scale);
+        }
+        // The triangle of a QR decomposition has the singular values of the rows and is small.
+        let (q, r) = scaled.qr().unpack();
+        let svd = r.svd(true, true);
+        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
+            return Solved {
+                values: DVector::zeros(count),
+                condition: f64::INFINITY,
+                open: count,
+                weakest: DVector::zeros(count),
+                inverse: DMatrix::zeros(count, count),
+            };
+        };
+        let singular = &svd.singular_values;
+        let largest = singular.max();
+        let projected = u.transpose() * (q.transpose() * &self.read);
+        let mut values = DVector::zeros(count);
+        let mut inverse = DMatrix::zeros(count, count);
+        for (k, s) in singular
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| **s > ZERO * largest)
+        {
+            let direction = v_t.row(k).transpose();
+            values += &direction * (projected[k] / s);
+            inverse += &direction * direction.transpose() / (s * s);
+        }
+        for i in 0..count {
+            values[i] *= scale[i];
+            for k in 0..count {
+                inverse[(i, k)] *= scale[i] * scale[k];
+            }
+        }
+        let smallest = singular.imin();
+        let open = singular.iter().filter(|s| **s <= ZERO * largest).count();
+        Solved {
+            values,
+            condition: if open > 0 {
+                f64::INFINITY
+            } else {
+                largest / singular[smallest]
+            },
+            open,
+            weakest: v_t.row(smallest).transpose(),
+            inverse,
+        }
+    }
+
+    /// Noise of forces and torques that these values leave, with the unknowns counted.
+    fn left(&self, values: &DVector<f64>) -> Left {
+        let residual = &self.read - &self.rows * values;
+        let of = |part: usize, unknowns: usize| {
+            let numbers = residual
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| i % 6 / 3 == part);
+            let squares: f64 = numbers.map(|(_, r)| r * r).sum();
+            let freedom = (residual.len() as f64 / 2.0 - unknowns as f64).max(1.0);
+            let sigma = self.sigma[part] * (squares / freedom).sqrt();
+            (sigma.max(LEAST_SIGMA[part]), freedom)
+        };
+        let (force, torque) = (
+            of(0, self.unknowns.of_forces()),
+            of(1, self.unknowns.of_torques()),
+        );
+        Left {
+            sigma: [force.0, torque.0],
+            freedom: [force.1, torque.1],
+        }
+    }
+
+    /// Covariance of the values when the noise is `sigma`: rows were scaled with another one.
+    fn covariance(&self, solved: &Solved, sigma: [f64; 2]) -> DMatrix<f64> {
+        let mut noise = self.rows.clone();
+        for (i, mut row) in noise.row_iter_mut().enumerate() {
+            let part = i % 6 / 3;
+            row.scale_mut(sigma[part] / self.sigma[part]);
+        }
+        let spread = &noise * &solved.inverse;
+        spread.transpose() * spread
+    }
+}

@@ -1,0 +1,73 @@
+//! What a board is told.
+
+use super::Check;
+use softdock_app::settings::BoardSettings;
+use softdock_control::delay::LawName;
+use softdock_control::delay::actuator::ActuatorSettings;
+
+pub(super) fn checks(board: &BoardSettings) -> Vec<Check> {
+    let valid = match board.validate() {
+        Ok(()) => Check::good("settings", "complete and in their ranges"),
+        Err(error) => Check::bad("settings", error.to_string()),
+    };
+    vec![valid, tool(board), robot(board), law(board), address(board)]
+}
+
+fn tool(board: &BoardSettings) -> Check {
+    let (name, sensor) = ("tool", &board.control.sensor);
+    if sensor.tool_mass_kg == 0.0 {
+        return Check::warning(
+            name,
+            "it has no mass: its weight would count as contact; `softdock calibrate sensor`",
+        );
+    }
+    Check::good(name, format!("{} kg", sensor.tool_mass_kg))
+}
+
+fn robot(board: &BoardSettings) -> Check {
+    let (name, actuator) = ("robot's delay", &board.control.delay.actuator);
+    if *actuator == ActuatorSettings::default() {
+        return Check::warning(
+            name,
+            "the default of 32 ms, not a measurement; `softdock identify actuator`",
+        );
+    }
+    Check::good(
+        name,
+        format!("{:.1} ms on average", actuator.mean_delay_s() * 1e3),
+    )
+}
+
+fn law(board: &BoardSettings) -> Check {
+    let name = "delay law";
+    match board.control.delay.law {
+        LawName::None => Check::warning(
+            name,
+            "none: a late robot gives every bounce energy; choose `control.delay.law`",
+        ),
+        law => Check::good(name, format!("{law:?}")),
+    }
+}
+
+fn address(board: &BoardSettings) -> Check {
+    let name = "robot's address";
+    if board.rsi.robot_ip.is_empty() {
+        return Check::warning(
+            name,
+            "the first sender of a valid telegram is the robot; set `rsi.robot_ip`",
+        );
+    }
+    Check::good(name, board.rsi.robot_ip.as_str())
+}
+
+/// `network.recorder`, as it is written.
+pub(super) fn recorder(recorder: &str) -> Check {
+    let name = "recorder";
+    if recorder.is_empty() {
+        return Check::warning(
+            name,
+            "nobody gets the cycles of a board; set `network.recorder`",
+        );
+    }
+    Check::good(name, recorder)
+}

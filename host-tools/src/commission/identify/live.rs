@@ -1,0 +1,146 @@
+//! Jogs of a robot that is there.
+
+use crate::commission::live::{Ear, LiveBoard};
+use anyhow::{Context, Result, bail, ensure};
+use softdock_control::jog::{Jog, JogSettings};
+use softdock_control::modes::Command;
+use softdock_link::service::Status;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Cycles of rest that are recorded before the first jog and after each: the robot is late, and what
+/// it was told at the end is seen then.
+const REST: u64 = 100;
+
+/// What a board will do for a jog.
+#[derive(Clone, Debug)]
+pub struct Jogs {
+    /// The axes, in their order.
+    pub axes: Vec<Jog>,
+    settings: JogSettings,
+    cycle_s: f64,
+}
+
+impl Jogs {
+    /// The axes by the letters that follow `jog`: x, -y, c.
+    ///
+    /// # Errors
+    /// An axis that there is not, or the board does not tell its settings.
+    pub fn new(board: &mut LiveBoard, axes: &[String]) -> Result<Self> {
+        let axes: Result<Vec<Jog>> = axes.iter().map(|axis| named(axis)).collect();
+        Ok(Self {
+            axes: axes?,
+            settings: JogSettings {
+                speed_m_s: board.number("control.jog.speed_m_s")?,
+                reach_m: board.number("control.jog.reach_m")?,
+                speed_rad_s: board.number("control.jog.speed_rad_s")?,
+                reach_rad: board.number("control.jog.reach_rad")?,
+            },
+            cycle_s: board.number("control.robot.cycle_s")?,
+        })
+    }
+
+    /// Cycles of a jog.
+    fn cycles(&self, jog: Jog) -> u64 {
+        self.settings.excitation(jog, self.cycle_s).cycles().into()
+    }
+
+    /// What the robot will do, a line for each axis.
+    pub fn announcement(&self) -> String {
+        let mut text = String::new();
+        for jog in &self.axes {
+            let (speed, reach) = self.settings.motion(*jog);
+            let fastest = speed * softdock_control::excitation::FASTEST;
+            let (reach, unit, fastest, rate) = match jog.is_rotation() {
+                false => (reach * 1e3, "mm", fastest * 1e3, "mm/s"),
+                true => (reach.to_degrees(), "°", fastest.to_degrees(), "°/s"),
+            };
+            let seconds = self.cycles(*jog) as f64 * self.cycle_s;
+            text += &format!(
+                "  {}: up to {reach:.3} {unit} to one side and back, at most {fastest:.3} {rate}, {seconds:.1} s\n",
+                word(*jog)
+            );
+        }
+        text
+    }
+
+    /// Jogs one axis after the other while `ear` records; `progress` is told the share that is done
+    /// and the axis. When `stop` is raised, the robot is stopped.
+    ///
+    /// # Errors
+    /// The board refuses a jog, faults, or falls silent; or `stop` was raised.
+    pub fn run(
+        &self,
+        board: &mut LiveBoard,
+        ear: &mut Ear,
+        stop: &AtomicBool,
+        mut progress: impl FnMut(f64, &str),
+    ) -> Result<()> {
+        let all: u64 = self.axes.iter().map(|jog| self.cycles(*jog) + REST).sum();
+        ear.wait_for(REST)?;
+        let began = ear.cycles();
+        for jog in &self.axes {
+            let word = word(*jog);
+            let port = board.port.clone();
+            let mut status = board.client.operate(word).with_context(|| port.clone())?;
+            while over(&status, word)?.is_none() {
+                if stop.load(Ordering::Relaxed) {
+                    board.client.operate("stop").with_context(|| port.clone())?;
+                    bail!("stopped: the robot stands still, and nothing was identified");
+                }
+                if let Err(error) = ear.listen(|_| {}) {
+                    // Nobody watches the motion any more.
+                    board
+                        .client
+                        .operate("stop")
+                        .with_context(|| format!("{port}: {error:#}"))?;
+                    return Err(error);
+                }
+                progress((ear.cycles() - began) as f64 / all as f64, word);
+                status = board.client.status().with_context(|| port.clone())?;
+            }
+            ear.wait_for(REST)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether the jog is over; an error if it did not come to its end.
+fn over(status: &Status, word: &str) -> Result<Option<()>> {
+    if let Some((name, expected, received)) = &status.fault {
+        bail!(
+            "{word}: {name} (expected {expected}, received {received}): the robot stands still; mend the \
+             cause, then `softdock params mode reset`"
+        );
+    }
+    ensure!(
+        status.robot,
+        "{word}: the robot sends no telegrams any more; start RSI again"
+    );
+    match status.mode.as_str() {
+        "Jogging" => Ok(None),
+        "Hold" => Ok(Some(())),
+        mode => bail!(
+            "{word}: the board is in mode {mode} all at once; is somebody else working with it?"
+        ),
+    }
+}
+
+/// The jog of a letter: x, -x ..
+fn named(axis: &str) -> Result<Jog> {
+    let command = Command::from_word(&format!("jog {}", axis.trim()));
+    match command {
+        Some(Command::Jog(jog)) => Ok(jog),
+        _ => bail!(
+            "--axis {axis}: expected x, y, z, a, b or c, with a - before it for the other direction"
+        ),
+    }
+}
+
+/// The command of a jog.
+fn word(jog: Jog) -> &'static str {
+    let of = |(_, command): &&(&str, Command)| *command == Command::Jog(jog);
+    Command::WORDS
+        .iter()
+        .find(of)
+        .map_or("jog", |(word, _)| word)
+}

@@ -1,0 +1,230 @@
+//! Which structure an axis has: the simplest that suffices.
+//!
+//! Every response (none, lag, servo) is fitted, with a pause if the axis reverses; where that leaves
+//! more than noise, with limits of the acceleration as well. A parameter more has to earn its price
+//! in 2 Δ log L, the likelihood being that of as many values as are independent
+//! of each other.
+
+use super::answer::{Answer, mean_of_servo};
+use super::judge::{Judge, leaves_more_than_noise};
+use super::misfit::{DELAY, Fit, Limit, Pause, Response, Structure, fit, residual};
+use super::outcome::AxisActuator;
+use super::track::Track;
+use crate::model::actuator::{Chain, PauseTrigger};
+
+/// Longest delay that is looked for, s, and step of the first search, cycles.
+const LONGEST_S: f64 = 0.24;
+/// See [`LONGEST_S`].
+const SCAN: f64 = 1.5;
+/// Pauses of the first search, s.
+const PAUSES_S: [f64; 4] = [0.0, 0.012, 0.03, 0.06];
+/// Parts of the delay that a lag takes to begin with.
+const SHARES: [f64; 2] = [0.3, 0.85];
+/// Frequencies of a servo to begin with, Hz.
+const SERVOS_HZ: [f64; 3] = [5.0, 10.0, 20.0];
+/// Damping of a servo to begin with.
+const DAMPING: f64 = 0.7;
+
+/// The usual pause: the executed velocity changes sign, and time goes on in the meantime.
+const USUAL: Pause = Pause {
+    trigger: PauseTrigger::Output,
+    restarts: false,
+};
+/// The same of an axis that executes jumps: it reverses when the command does, and that instant is
+/// exact, while a crossing would be looked for between two instants of the simulation.
+const OF_JUMPS: Pause = Pause {
+    trigger: PauseTrigger::Command,
+    restarts: false,
+};
+/// Pauses from which a fit begins besides, s: a short one is felt by its square only, so that a
+/// search that has come to zero stays there.
+const OTHER_PAUSES_S: [f64; 3] = [0.003, 0.009, 0.022];
+/// The other forms.
+const UNUSUAL: [Pause; 3] = [
+    Pause {
+        trigger: PauseTrigger::Output,
+        restarts: true,
+    },
+    Pause {
+        trigger: PauseTrigger::Command,
+        restarts: false,
+    },
+    Pause {
+        trigger: PauseTrigger::Command,
+        restarts: true,
+    },
+];
+
+/// The actuator of an axis.
+pub(super) fn found(track: &Track) -> AxisActuator {
+    let start = scanned(track);
+    let mut fits: Vec<Fit> = Vec::new();
+    let try_all = |limit: Limit, fits: &mut Vec<Fit>| {
+        for response in [Response::Direct, Response::Lag, Response::Servo] {
+            let usual = match (response, limit) {
+                (Response::Direct, Limit::None) => OF_JUMPS,
+                _ => USUAL,
+            };
+            let structure = Structure {
+                response,
+                pause: track.reverses().then_some(usual),
+                limit,
+            };
+            let fitted = best(track, structure, &start, fits);
+            fits.push(fitted);
+        }
+    };
+    try_all(Limit::None, &mut fits);
+    let mut judge = Judge::new(&fits);
+    let mut chosen = judge.choose(&fits);
+    if leaves_more_than_noise(&chosen) {
+        try_all(Limit::Planned, &mut fits);
+        try_all(Limit::Executed, &mut fits);
+        try_all(Limit::Velocity, &mut fits);
+        judge = Judge::new(&fits);
+        chosen = judge.choose(&fits);
+    }
+    let pause = chosen
+        .structure
+        .pause
+        .map(|_| paused(track, &mut chosen, &judge));
+    Answer {
+        track,
+        judge: &judge,
+        fits: &fits,
+        chosen: &chosen,
+    }
+    .written(pause)
+}
+
+/// Delay and pause that leave least of the positions.
+struct Start {
+    delay_s: f64,
+    pause_s: f64,
+}
+
+fn scanned(track: &Track) -> Start {
+    let pauses: &[f64] = if track.reverses() { &PAUSES_S } else { &[0.0] };
+    let steps = (LONGEST_S / (SCAN * track.cycle_s)) as u32;
+    let mut best = (f64::INFINITY, 0.0, 0.0);
+    for pause_s in pauses {
+        for step in 0..=steps {
+            let delay_s = f64::from(step) * SCAN * track.cycle_s;
+            let mut chain = Chain::nominal(delay_s, 0.0);
+            chain.pause_s = *pause_s;
+            chain.pause_trigger = OF_JUMPS.trigger;
+            let squares: f64 = residual(track, &chain).iter().map(|r| r * r).sum();
+            if squares < best.0 {
+                best = (squares, delay_s, *pause_s);
+            }
+        }
+    }
+    Start {
+        delay_s: best.1,
+        pause_s: best.2,
+    }
+}
+
+/// The best fit of a structure from several starts.
+fn best(track: &Track, structure: Structure, start: &Start, before: &[Fit]) -> Fit {
+    let delay_s = start.delay_s;
+    let mut starts: Vec<Vec<f64>> = match structure.response {
+        Response::Direct => vec![vec![delay_s]],
+        Response::Lag => SHARES
+            .iter()
+            .map(|share| vec![(1.0 - share) * delay_s, share * delay_s])
+            .collect(),
+        Response::Servo => SERVOS_HZ
+            .iter()
+            .map(|hz| {
+                let mean_s = mean_of_servo(*hz, DAMPING);
+                vec![(delay_s - mean_s).max(0.0), *hz, DAMPING]
+            })
+            .collect(),
+    };
+    for start_values in &mut starts {
+        if structure.pause.is_some() {
+            start_values.push(start.pause_s.max(0.004));
+        }
+    }
+    if structure.limit != Limit::None {
+        // From the same structure without a limit, and a limit that just acts.
+        let same = before.iter().find(|f| {
+            f.structure.response == structure.response && f.structure.limit == Limit::None
+        });
+        let from = same.map_or_else(|| starts[0].clone(), |f| f.values.clone());
+        let most = structure.limit.never_acts(track);
+        starts = [0.8, 0.3, 0.1, 0.03]
+            .iter()
+            .map(|share| {
+                let mut values = from.clone();
+                values.push(share * most);
+                // What was taken for delay may be the ramp of the limit.
+                values[DELAY] *= 0.8;
+                values
+            })
+            .collect();
+    }
+    let fits = starts.iter().map(|s| fit(track, structure, s)).collect();
+    let best = least(fits).unwrap_or_else(|| fit(track, structure, &vec![0.0; structure.count()]));
+    if structure.pause.is_none() || structure.limit != Limit::None {
+        return best;
+    }
+    let with_pause = |pause_s: &f64| {
+        let mut values = best.values.clone();
+        values[structure.pause_at()] = *pause_s;
+        fit(track, structure, &values)
+    };
+    let others: Vec<Fit> = OTHER_PAUSES_S.iter().map(with_pause).collect();
+    least(others.into_iter().chain([best.clone()]).collect()).unwrap_or(best)
+}
+
+/// The fit that leaves least.
+fn least(fits: Vec<Fit>) -> Option<Fit> {
+    fits.into_iter()
+        .min_by(|a, b| a.squares().total_cmp(&b.squares()))
+}
+
+/// The form of the pause in words; another form takes the place of the usual one only if it is
+/// clearly better.
+fn paused(track: &Track, chosen: &mut Fit, judge: &Judge) -> String {
+    let pause_s = chosen.values[chosen.structure.pause_at()];
+    // Shorter than this, forms do not differ.
+    if pause_s < 0.5 * track.cycle_s {
+        return "none".to_owned();
+    }
+    // Without lag or servo the forms are one.
+    let direct =
+        chosen.structure.response == Response::Direct && chosen.structure.limit == Limit::None;
+    for form in UNUSUAL.into_iter().filter(|_| !direct) {
+        let structure = Structure {
+            pause: Some(form),
+            ..chosen.structure
+        };
+        let other = fit(track, structure, &chosen.values);
+        if judge.is_better(&other, chosen) {
+            *chosen = other;
+        }
+    }
+    match chosen.structure.pause {
+        Some(_) if direct => "begins when the axis reverses",
+        Some(Pause {
+            trigger: PauseTrigger::Output,
+            restarts: false,
+        }) => "begins when the axis reverses, the command goes on meanwhile",
+        Some(Pause {
+            trigger: PauseTrigger::Output,
+            restarts: true,
+        }) => "begins when the axis reverses, which then starts from rest",
+        Some(Pause {
+            trigger: PauseTrigger::Command,
+            restarts: false,
+        }) => "begins when the command reverses, and goes on meanwhile",
+        Some(Pause {
+            trigger: PauseTrigger::Command,
+            restarts: true,
+        }) => "begins when the command reverses; the axis then starts from rest",
+        None => "none",
+    }
+    .to_owned()
+}

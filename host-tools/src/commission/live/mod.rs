@@ -1,0 +1,10 @@
+//! A board that is there, commanded over its service and recorded by its telemetry.
+//!
+//! - [`LiveBoard`] asks the board for its settings and gives it commands,
+//! - [`Ear`] records what it sends.
+
+mod board;
+mod ear;
+
+pub use board::LiveBoard;
+pub use ear::Ear;

@@ -1,0 +1,189 @@
+//! New settings for a board: all of them or none.
+
+use super::{Client, LinkError, OwnedValue, Setting, missing};
+use anyhow::{Context, Result, bail, ensure};
+use serde::Serialize;
+use softdock_link::service::{Answer, Origin, Refusal, Request};
+use std::time::{Duration, Instant};
+
+/// Longest time for a board to start over.
+const RESTART: Duration = Duration::from_secs(30);
+
+/// A setting that is to change.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Its path.
+    pub name: String,
+    /// The value in use.
+    pub board: OwnedValue,
+    /// The value that it is to have.
+    pub wanted: OwnedValue,
+    /// Unit; empty: none.
+    pub unit: String,
+}
+
+/// The settings of a board that are not as wanted.
+///
+/// # Errors
+/// The board does not have one that is wanted.
+pub fn differences(
+    settings: &[Setting],
+    wanted: &[(String, OwnedValue)],
+) -> Result<Vec<Difference>> {
+    let mut differences = Vec::new();
+    for (name, value) in wanted {
+        let Some(setting) = settings.iter().find(|setting| setting.name == *name) else {
+            return Err(missing(name, settings));
+        };
+        if setting.value != *value {
+            differences.push(Difference {
+                name: name.clone(),
+                board: setting.value.clone(),
+                wanted: value.clone(),
+                unit: setting.unit.clone(),
+            });
+        }
+    }
+    Ok(differences)
+}
+
+impl Client {
+    /// Gives the board new settings: stages and checks them, commits them, waits until the board has
+    /// started over with them, confirms, and reads them back. `tell` is told each step.
+    ///
+    /// # Errors
+    /// Something was refused, or the line broke. Says which settings the board has then.
+    pub fn change(
+        &mut self,
+        differences: &[Difference],
+        confirm_within_s: u16,
+        tell: &mut impl FnMut(&str),
+    ) -> Result<()> {
+        tell("checking");
+        self.still()?;
+        self.begin()?;
+        for Difference { name, wanted, .. } in differences {
+            let value = wanted.for_board();
+            self.done(&Request::Set { path: name, value })
+                .with_context(|| format!("`{name}` = {wanted}"))
+                .context(UNCHANGED)?;
+        }
+        self.try_draft(confirm_within_s, tell)?;
+        tell("reading back");
+        for Difference { name, wanted, .. } in differences {
+            let value = self.value(name)?;
+            let expected = wanted.for_board();
+            ensure!(
+                value.for_board() == expected,
+                "`{name}` is {value} after all, in place of {wanted}; nothing else was found wrong: try again"
+            );
+        }
+        Ok(())
+    }
+
+    /// Goes back: ends a trial, or returns to the settings before those in use.
+    ///
+    /// # Errors
+    /// As [`Self::change`]; or there are no settings before.
+    pub fn roll_back(&mut self, confirm_within_s: u16, tell: &mut impl FnMut(&str)) -> Result<()> {
+        self.still()?;
+        if matches!(self.status()?.origin, Origin::Trial { .. }) {
+            let boot = self.identity().boot;
+            let ended = self.call(&Request::Abort, |answer| {
+                (answer == Answer::Restarting).then_some(())
+            });
+            if !matches!(ended, Err(LinkError::Silent | LinkError::Garbled(_))) {
+                ended?;
+            }
+            tell("the trial ends; the board starts over");
+            return self.wait_for_restart(boot);
+        }
+        self.done(&Request::Previous)?;
+        self.try_draft(confirm_within_s, tell)
+    }
+
+    /// The value of a setting.
+    ///
+    /// # Errors
+    /// As [`Self::call`].
+    pub fn value(&mut self, name: &str) -> Result<OwnedValue, LinkError> {
+        self.call(&Request::Get(name), |answer| match answer {
+            // Rows do not matter to whoever compares.
+            Answer::Value(value) => {
+                Some(OwnedValue::new(&value, softdock_link::service::Form::Real))
+            }
+            _ => None,
+        })
+    }
+
+    /// Refuses early what the board would refuse late.
+    fn still(&mut self) -> Result<()> {
+        match self.status()?.moves {
+            true => Err(LinkError::Refused(Refusal::Moves)).context(UNCHANGED),
+            false => Ok(()),
+        }
+    }
+
+    /// A fresh draft. Settings that another program left on trial are in the way.
+    fn begin(&mut self) -> Result<()> {
+        self.done(&Request::Begin).context(UNCHANGED)
+    }
+
+    /// Validates, commits, waits and confirms.
+    fn try_draft(&mut self, confirm_within_s: u16, tell: &mut impl FnMut(&str)) -> Result<()> {
+        self.done(&Request::Validate).context(UNCHANGED)?;
+        let boot = self.identity().boot;
+        tell("writing");
+        let request = Request::Commit { confirm_within_s };
+        let committed = self.call(&request, |answer| {
+            (answer == Answer::Restarting).then_some(())
+        });
+        match committed {
+            // The answer may be what was lost: whether the board starts over will tell.
+            Ok(()) | Err(LinkError::Silent | LinkError::Garbled(_)) => {}
+            // So it is when the same request came again behind the restart.
+            Err(LinkError::Refused(Refusal::NoDraft)) => {}
+            Err(error @ LinkError::Refused(_)) => return Err(error).context(UNCHANGED),
+            Err(error) => return Err(error).context(on_trial(confirm_within_s)),
+        }
+        tell("the board starts over with the new settings");
+        self.wait_for_restart(boot)
+            .with_context(|| on_trial(confirm_within_s))?;
+        let status = self.status().with_context(|| on_trial(confirm_within_s))?;
+        if !matches!(status.origin, Origin::Trial { .. }) {
+            bail!("the board started over without the new settings: it has its old ones");
+        }
+        tell("confirming");
+        match self.done(&Request::Confirm) {
+            // Confirmed already, and the first answer was lost.
+            Err(LinkError::Refused(Refusal::NotOnTrial)) => {}
+            other => other.with_context(|| on_trial(confirm_within_s))?,
+        }
+        Ok(())
+    }
+
+    /// Waits until the board has another number of its boot.
+    fn wait_for_restart(&mut self, boot: u32) -> Result<()> {
+        let give_up = Instant::now() + RESTART;
+        while Instant::now() < give_up {
+            match self.hello(1) {
+                Ok(()) if self.identity().boot != boot => return Ok(()),
+                Ok(()) => std::thread::sleep(Duration::from_millis(50)),
+                Err(LinkError::Silent | LinkError::Garbled(_)) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        bail!(
+            "the board did not start over within {} s",
+            RESTART.as_secs()
+        )
+    }
+}
+
+const UNCHANGED: &str = "the board's settings are as they were";
+
+fn on_trial(seconds: u16) -> String {
+    format!(
+        "the new settings were not confirmed: the board has its old ones, or goes back to them by itself within {seconds} s (`softdock params status` tells)"
+    )
+}

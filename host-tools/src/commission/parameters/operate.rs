@@ -1,0 +1,68 @@
+//! An operator's command, and whether the board has carried it out.
+
+use super::Client;
+use anyhow::{Result, bail};
+use softdock_link::service::{Answer, Request, Status};
+use std::time::{Duration, Instant};
+
+/// Longest time for a command to be carried out: cycles come every 4 ms.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How often it is looked whether it was.
+const GLANCE: Duration = Duration::from_millis(20);
+
+impl Client {
+    /// Gives a command and waits until a cycle has taken it: the state behind it.
+    ///
+    /// # Errors
+    /// The board refuses it, with what to do; or no cycle takes it.
+    pub fn operate(&mut self, command: &str) -> Result<Status> {
+        let before = self.status()?.commands;
+        self.call(&Request::Mode(command), |answer| {
+            (answer == Answer::Done).then_some(())
+        })?;
+        let give_up = Instant::now() + PATIENCE;
+        let status = loop {
+            let status = self.status()?;
+            if status.commands != before {
+                break status;
+            }
+            if Instant::now() > give_up {
+                bail!(
+                    "`{command}` waits: the robot sends no telegrams any more (a new RSI run drops it)"
+                );
+            }
+            std::thread::sleep(GLANCE);
+        };
+        if let Some((refused, why)) = &status.refusal
+            && refused.as_str() == command
+        {
+            let mend = mend(why).map(|mend| format!("; {mend}"));
+            let mend = mend.unwrap_or_default();
+            bail!("{refused} refused in mode {}: {why}{mend}", status.mode);
+        }
+        Ok(status)
+    }
+}
+
+/// What a person can do about a refusal.
+fn mend(refusal: &str) -> Option<&'static str> {
+    Some(match refusal {
+        "SensorStale" => "the sensor is silent: look at its line (`softdock doctor`)",
+        "SensorUnhealthy" => "the sensor reports an error or is saturated (`softdock doctor`)",
+        "NoPose" => "the robot sends no RIst: load the configuration of `softdock robot-config`",
+        "ForceTooLarge" => {
+            "the force at rest is beyond `control.start.max_force_n` or `max_torque_n_m`: is the tool \
+             free, is the sensor calibrated (`softdock calibrate sensor`)?"
+        }
+        "StillMoving" => "wait until the last motion has faded out",
+        "MovedSinceArmed" => "arm again",
+        "TooFewSamples" => "wait until the sensor has rested for a second",
+        "OrientationSingular" => "turn the robot away from B = ±90°",
+        "NoRoom" => {
+            "the jog could leave the box (`control.limits`) around the pose in which RSI began, or come \
+             near B = ±90°: move the robot and start RSI anew, jog the other way, or lower \
+             `control.jog.reach_m` or `reach_rad`"
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,199 @@
+//! The host's end of a board's line.
+
+use anyhow::{Context, Result, bail, ensure};
+use serde::Serialize;
+use serialport::{SerialPortInfo, SerialPortType};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+/// Speed of the NUCLEO's serial line, bit/s.
+pub const BAUD_RATE: u32 = 115_200;
+/// Longest wait of a single read.
+const GLANCE: Duration = Duration::from_millis(20);
+/// Longest time for a TCP connection, and for a host that is slow to take bytes.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Makers of debug probes with a serial line: STMicroelectronics.
+const ST: u16 = 0x0483;
+
+trait Stream: Read + Write + Send {}
+impl<T: Read + Write + Send> Stream for T {}
+
+/// An open line. No other softdock has it.
+pub struct Port {
+    stream: Box<dyn Stream>,
+    /// Held while the line is open.
+    _lock: Option<File>,
+}
+
+impl Port {
+    /// Opens `tcp:HOST:PORT`, or the serial device or pseudo-terminal of that path.
+    ///
+    /// # Errors
+    /// It is not there, or another program has it.
+    pub fn open(name: &str, baud_rate: u32) -> Result<Self> {
+        match name.strip_prefix("tcp:") {
+            Some(address) => Self::open_tcp(address),
+            None => Self::open_serial(name, baud_rate),
+        }
+    }
+
+    fn open_tcp(text: &str) -> Result<Self> {
+        let address = text
+            .to_socket_addrs()
+            .ok()
+            .and_then(|mut addresses| addresses.next());
+        let Some(address) = address else {
+            bail!("`tcp:{text}` is no address; write it like tcp:127.0.0.1:29537");
+        };
+        let lock = lock_of(&format!("tcp-{address}"))?;
+        let stream = TcpStream::connect_timeout(&address, PATIENCE).with_context(|| {
+            format!("cannot connect to {address}; does the board run with --service {address}?")
+        })?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(GLANCE))?;
+        stream.set_write_timeout(Some(PATIENCE))?;
+        Ok(Self {
+            stream: Box::new(stream),
+            _lock: Some(lock),
+        })
+    }
+
+    fn open_serial(path: &str, baud_rate: u32) -> Result<Self> {
+        // The device is locked by `serialport`, also against programs that are not softdock.
+        let port = serialport::new(path, baud_rate).timeout(GLANCE).open();
+        let stream = port.map_err(|error| serial_error(path, &error))?;
+        Ok(Self {
+            stream: Box::new(stream),
+            _lock: None,
+        })
+    }
+}
+
+fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
+    let text = error.to_string();
+    let taken = ["lock", "busy", "temporarily unavailable"];
+    let absent = matches!(
+        error.kind(),
+        serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(io::ErrorKind::NotFound)
+    );
+    let what = if taken.iter().any(|word| text.to_lowercase().contains(word)) {
+        "another program has it open; close that first"
+    } else if absent {
+        "there is no such port; `softdock params ports` lists those that are there"
+    } else if text.to_lowercase().contains("permission") {
+        "you may not use it; on Debian and Ubuntu: sudo usermod -aG dialout $USER, then log in anew"
+    } else {
+        "it cannot be opened"
+    };
+    anyhow::anyhow!("{path}: {what} ({text})")
+}
+
+/// A lock among the softdocks of this computer, for what the system does not lock itself.
+fn lock_of(name: &str) -> Result<File> {
+    let plain = |c: char| match c.is_ascii_alphanumeric() || c == '.' {
+        true => c,
+        false => '-',
+    };
+    let name: String = name.chars().map(plain).collect();
+    let path = std::env::temp_dir().join(format!("softdock-{name}.lock"));
+    let file = File::options()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .with_context(|| format!("cannot lock the port with {}", path.display()))?;
+    ensure!(
+        file.try_lock().is_ok(),
+        "another softdock is talking to this board; wait for it, or end it"
+    );
+    Ok(file)
+}
+
+impl Read for Port {
+    /// 0 bytes: nothing came for a while. The end of the line is an error.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.stream.read(buffer) {
+            Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::WouldBlock
+                        | io::ErrorKind::TimedOut
+                        | io::ErrorKind::Interrupted
+                ) =>
+            {
+                Ok(0)
+            }
+            other => other,
+        }
+    }
+}
+
+impl Write for Port {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+/// A serial port of this computer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Found {
+    /// Its path.
+    pub port: String,
+    /// What is behind it.
+    pub device: String,
+    /// It is a debug probe like that of a NUCLEO.
+    pub probe: bool,
+}
+
+/// The serial ports of this computer.
+///
+/// # Errors
+/// The system does not tell.
+pub fn found() -> Result<Vec<Found>> {
+    let ports = serialport::available_ports().context("the system does not tell its ports")?;
+    let mut found: Vec<Found> = ports.into_iter().map(describe).collect();
+    found.sort_by(|a, b| (!a.probe, &a.port).cmp(&(!b.probe, &b.port)));
+    Ok(found)
+}
+
+fn describe(info: SerialPortInfo) -> Found {
+    let (device, probe) = match info.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let name = usb.product.unwrap_or_else(|| "USB device".into());
+            let number = usb.serial_number.map(|number| format!(", {number}"));
+            let text = format!("{name}{}", number.unwrap_or_default());
+            (text, usb.vid == ST)
+        }
+        SerialPortType::PciPort => ("serial port".into(), false),
+        SerialPortType::BluetoothPort => ("Bluetooth".into(), false),
+        SerialPortType::Unknown => ("unknown".into(), false),
+    };
+    Found {
+        port: info.port_name,
+        device,
+        probe,
+    }
+}
+
+/// The port of the only board that is plugged in.
+///
+/// # Errors
+/// There is none, or more than one.
+pub fn only_board() -> Result<String> {
+    let mut boards = found()?.into_iter().filter(|found| found.probe);
+    match (boards.next(), boards.next()) {
+        (Some(board), None) => Ok(board.port),
+        (None, _) => bail!(
+            "no board is plugged in by USB; say where it is: --port DEVICE or --port tcp:HOST:PORT (`softdock params ports` lists devices)"
+        ),
+        _ => bail!(
+            "several boards are plugged in; choose one: --port (`softdock params ports` lists them)"
+        ),
+    }
+}

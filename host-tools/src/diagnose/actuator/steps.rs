@@ -1,0 +1,95 @@
+//! The step to which commands are rounded.
+//!
+//! Rounding to another step than the true one leaves an error that has nothing to do with the true
+//! one. χ² therefore falls only where both agree in the whole range of velocities: where the number
+//! of steps in the largest velocity is right to a small fraction of one. The grid is uniform in that
+//! number, and axes without any error do not count.
+
+use super::cost::{AxisCost, Cost, Term};
+use super::refine::bottom;
+use crate::model::actuator::Stage;
+
+/// Steps in the largest velocity that are tried, at most; finer rounding is a detail of any error.
+const MOST: f64 = 40.0;
+/// Fewest: with half a step nothing moves.
+const FEWEST: f64 = 0.5;
+/// Distance of two values of the grid. Half of an error of the number of steps is the share of
+/// commands that are rounded to the wrong side, by a whole step each, where no rounding at all costs
+/// a twelfth of that: only within a sixth of a step χ² falls.
+const APART: f64 = 0.1;
+/// The same as a share: a command that stands still close to where two steps meet is rounded to
+/// the wrong side for long.
+const APART_BY_RATIO: f64 = 0.008;
+/// Valleys that are looked into.
+const VALLEYS: usize = 4;
+/// Error over the data sheet's noise above which there is something to explain.
+const VISIBLE: f64 = 1.03;
+
+/// The step of the axes of one kind that explains them best; None where nothing is wrong.
+pub(super) fn best_step(axes: &[bool; 6], train: &Cost<'_>) -> Option<f64> {
+    let wrong: Vec<usize> = (0..6)
+        .filter(|axis| axes[*axis] && level(train, *axis) > VISIBLE)
+        .collect();
+    let fastest = train.scale(axes).sent_velocity;
+    if fastest <= 0.0 || wrong.is_empty() {
+        return None;
+    }
+    let mut unrounded = [AxisCost::default(); 6];
+    for axis in &wrong {
+        unrounded[*axis] = train.of_axis(&train.chain(&[], *axis), *axis);
+    }
+    let unrounded = train.total(&unrounded);
+    let cost = |steps: f64| {
+        let term = [Term {
+            stage: Stage::CommandStep,
+            values: vec![fastest / steps],
+            axes: *axes,
+        }];
+        let mut costs = [AxisCost::default(); 6];
+        let mut sum = 0.0;
+        for axis in &wrong {
+            costs[*axis] = train.of_axis(&train.chain(&term, *axis), *axis);
+            sum = train.total(&costs);
+            // What is worse than no rounding need not be known exactly.
+            if sum > unrounded {
+                break;
+            }
+        }
+        sum
+    };
+    let mut grid: Vec<(f64, f64)> = places().map(|steps| (cost(steps), steps)).collect();
+    grid.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut valleys: Vec<f64> = Vec::new();
+    for (_, steps) in grid {
+        let is_new = valleys
+            .iter()
+            .all(|v| (v - steps).abs() > 2.5 * apart(steps));
+        if is_new && valleys.len() < VALLEYS {
+            valleys.push(steps);
+        }
+    }
+    let refined = valleys.into_iter().map(|steps| {
+        let steps = bottom(steps - apart(steps), steps + apart(steps), cost);
+        (cost(steps), steps)
+    });
+    let best = refined.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(fastest / best.1)
+}
+
+fn apart(steps: f64) -> f64 {
+    APART.min(APART_BY_RATIO * steps)
+}
+
+/// Numbers of steps on the grid.
+fn places() -> impl Iterator<Item = f64> {
+    std::iter::successors(Some(FEWEST), |steps| Some(steps + apart(*steps)))
+        .take_while(|steps| *steps < MOST)
+}
+
+/// Error of an axis with the nominal actuator, over the data sheet's noise.
+fn level(train: &Cost<'_>, axis: usize) -> f64 {
+    let predicted = train.simulate(&train.chain(&[], axis), axis);
+    let residual = train.residual(&predicted, axis);
+    let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
+    power.sqrt() / train.sheet_sigma[axis]
+}

@@ -1,0 +1,99 @@
+//! What a model tells the board about its robot.
+
+use super::Model;
+use softdock_control::delay::actuator::ActuatorSettings;
+
+impl Model {
+    /// The robot as the board's delay laws are told of it: the nominal delay and lag and what the
+    /// effects add to them, a servo, and the pause at a reversal. The laws take all axes as alike;
+    /// what an effect says of some axes is taken for all.
+    pub fn robot_for_board(&self) -> ActuatorSettings {
+        let value = |id: &str, parameter: &str| {
+            let effect = self.effects.iter().find(|effect| effect.id == id);
+            effect.and_then(|effect| effect.parameters.get(parameter).copied())
+        };
+        let added = |id, parameter| value(id, parameter).unwrap_or(0.0);
+        let default = ActuatorSettings::default();
+        let robot = ActuatorSettings {
+            delay_s: self.actuator.transport_delay_s + added("actuation_delay", "extra_delay_s"),
+            lag_s: self.actuator.lag_s,
+            servo_hz: added("second_order_servo", "frequency_hz"),
+            servo_damping: value("second_order_servo", "damping_ratio")
+                .unwrap_or(default.servo_damping),
+            pause_s: added("zero_cross_pause", "pause_s"),
+            ..default
+        };
+        with_lag(robot, added("actuation_lag", "extra_lag_s"))
+    }
+}
+
+/// A second lag behind that of the robot: both together are a servo with real poles, as long as its
+/// damping is one that the board knows; else the smaller lag is next to a delay.
+fn with_lag(robot: ActuatorSettings, extra_s: f64) -> ActuatorSettings {
+    let (longer_s, shorter_s) = (robot.lag_s.max(extra_s), robot.lag_s.min(extra_s));
+    if shorter_s <= 0.0 {
+        let lag_s = longer_s;
+        return ActuatorSettings { lag_s, ..robot };
+    }
+    let mean_s = (longer_s * shorter_s).sqrt();
+    let as_servo = ActuatorSettings {
+        lag_s: 0.0,
+        servo_hz: 1.0 / (std::f64::consts::TAU * mean_s),
+        servo_damping: 0.5 * (longer_s + shorter_s) / mean_s,
+        ..robot.clone()
+    };
+    if !robot.has_servo() && as_servo.validate().is_ok() {
+        return as_servo;
+    }
+    ActuatorSettings {
+        lag_s: longer_s,
+        delay_s: robot.delay_s + shorter_s,
+        ..robot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nominal_values_and_effects_add_up() {
+        let text = "[actuator]\ntransport_delay_s = 0.012\nlag_s = 0.006\n\
+                    [[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.02 }\n\
+                    [[effect]]\nid = \"zero_cross_pause\"\nparameters = { pause_s = 0.016 }\n";
+        let robot = Model::from_toml(text, "test").unwrap().robot_for_board();
+        assert_eq!(robot.delay_s, 0.032);
+        assert_eq!((robot.lag_s, robot.pause_s), (0.006, 0.016));
+        assert_eq!(robot.servo_hz, 0.0);
+        assert_eq!(robot.validate(), Ok(()));
+    }
+
+    #[test]
+    fn two_lags_are_a_servo_with_two_real_poles() {
+        let with = |extra_lag_s: f64| {
+            let text = format!(
+                "[actuator]\ntransport_delay_s = 0.012\nlag_s = 0.006\n\
+                 [[effect]]\nid = \"actuation_lag\"\nparameters = {{ extra_lag_s = {extra_lag_s} }}\n"
+            );
+            Model::from_toml(&text, "test").unwrap().robot_for_board()
+        };
+        let robot = with(0.014);
+        assert_eq!((robot.delay_s, robot.lag_s), (0.012, 0.0));
+        let poles_s = |r: &ActuatorSettings| {
+            let mean = 1.0 / (std::f64::consts::TAU * r.servo_hz);
+            let root = (r.servo_damping.powi(2) - 1.0).sqrt();
+            [
+                mean * (r.servo_damping - root),
+                mean * (r.servo_damping + root),
+            ]
+        };
+        for (pole, lag) in poles_s(&robot).iter().zip([0.006, 0.014]) {
+            assert!((pole - lag).abs() < 1e-9, "{robot:?}");
+        }
+        // A hundred times as fast: no servo of the board has such a damping.
+        let robot = with(0.000_06);
+        assert_eq!((robot.lag_s, robot.servo_hz), (0.006, 0.0));
+        assert!((robot.delay_s - 0.012_06).abs() < 1e-12);
+        assert_eq!(robot.validate(), Ok(()));
+    }
+}

@@ -1,0 +1,81 @@
+//! `softdock board` with a service, and `softdock params` on it.
+
+use super::Board;
+use crate::process::{Finished, softdock};
+use std::net::SocketAddr;
+use std::path::Path;
+
+/// Where the service of a board is, from what it said at its start.
+#[derive(Debug)]
+pub struct Served {
+    /// The board.
+    pub board: Board,
+    /// What `--port` takes.
+    pub port: String,
+}
+
+/// Starts a board with `settings` (TOML) and a service on a free TCP port.
+///
+/// # Panics
+/// If it does not come up.
+pub fn serve(test: &str, settings: &str, arguments: &[&str]) -> Served {
+    let arguments = [&["--service", "127.0.0.1:0"], arguments].concat();
+    let board = Board::start(test, settings, &arguments);
+    let port = format!("tcp:{}", board.service.as_deref().expect("a service"));
+    Served { board, port }
+}
+
+impl Served {
+    /// The TCP address of its service.
+    ///
+    /// # Panics
+    /// If it is none.
+    pub fn address(&self) -> SocketAddr {
+        self.port
+            .trim_start_matches("tcp:")
+            .parse()
+            .expect("an address")
+    }
+
+    /// Runs `softdock params`.
+    pub fn params(&self, arguments: &[&str]) -> Finished {
+        params(&self.board.folder, &self.port, arguments)
+    }
+
+    /// What it prints.
+    ///
+    /// # Panics
+    /// If it fails.
+    pub fn done(&self, arguments: &[&str]) -> String {
+        let run = self.params(arguments);
+        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+        run.stdout
+    }
+
+    /// Why it fails.
+    ///
+    /// # Panics
+    /// If it does not.
+    pub fn refused(&self, arguments: &[&str]) -> String {
+        let run = self.params(arguments);
+        assert_eq!(run.code, Some(1), "{arguments:?}: {}", run.stdout);
+        run.stderr
+    }
+
+    /// What it prints with `--json`.
+    ///
+    /// # Panics
+    /// If it fails, or that is no JSON.
+    pub fn json(&self, arguments: &[&str]) -> serde_json::Value {
+        let text = self.done(&[arguments, &["--json"]].concat());
+        serde_json::from_str(&text).expect("one JSON document")
+    }
+}
+
+/// Runs `softdock params` on a port.
+pub fn params(folder: &Path, port: &str, arguments: &[&str]) -> Finished {
+    softdock(
+        folder,
+        &[&["params"], arguments, &["--port", port]].concat(),
+    )
+}

@@ -1,0 +1,91 @@
+//! `softdock params` with the firmware in QEMU, over its serial line.
+
+use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, RunningRobot, Sensor, params};
+use std::path::Path;
+
+const MASS: &str = "control.sensor.tool_mass_kg";
+
+struct Served {
+    board: QemuBoard,
+    port: String,
+}
+
+impl Served {
+    fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
+        let board = QemuBoard::start(test, settings, arguments);
+        let port = format!("tcp:{}", board.service);
+        Self { board, port }
+    }
+
+    fn folder(&self) -> &Path {
+        &self.board.folder
+    }
+
+    fn json(&self, arguments: &[&str]) -> serde_json::Value {
+        let run = params(
+            self.folder(),
+            &self.port,
+            &[arguments, &["--json"]].concat(),
+        );
+        assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+        serde_json::from_str(&run.stdout).unwrap()
+    }
+}
+
+/// Settings are listed, changed, tried behind a reset, confirmed, and are there in the next launch
+/// with the same flash.
+#[test]
+fn settings_survive_resets_and_launches() {
+    let flash = std::env::temp_dir().join(format!("softdock-test-{}.bin", std::process::id()));
+    let arguments = ["--flash", flash.to_str().unwrap()];
+    let mut served = Served::start(
+        "qemu_params",
+        "[control.sensor]\ntool_mass_kg = 0.5\n",
+        &arguments,
+    );
+    let list = served.json(&["list"]);
+    let list = list["settings"].as_array().unwrap();
+    assert!(list.len() > 90, "{}", list.len());
+    assert_eq!(served.json(&["get", MASS])["value"], 0.5);
+    let changed = served.json(&["set", MASS, "1.25"]);
+    assert_eq!(changed["sequence"], 2);
+    assert_eq!(served.json(&["get", MASS])["value"], 1.25);
+    served.board.process().wait_for("on trial for 60 s");
+    // A loss of contact: nobody confirms, and the board goes back by itself.
+    let dumped = served.json(&["dump"]);
+    assert_eq!(dumped["settings"].as_array().unwrap().len(), list.len());
+    served.board.end();
+
+    let again = Served::start("qemu_params_again", "", &arguments);
+    assert_eq!(again.json(&["get", MASS])["value"], 1.25);
+    let back = again.json(&["rollback"]);
+    assert_eq!(back["changed"][0]["wanted"], 0.5);
+    again.board.end();
+    std::fs::remove_file(&flash).unwrap();
+}
+
+/// From idle to a running loop by the service alone, on both chips.
+#[test]
+fn an_operator_arms_and_starts_over_serial() {
+    for (test, chip) in [("qemu_mode_an500", "an500"), ("qemu_mode_an385", "an385")] {
+        let mut served = Served::start(test, BUSY_COMPUTER, &["--chip", chip]);
+        let sensor = Sensor::connect(served.board.can);
+        served.board.process().wait_for("sensor Running");
+        let robot = RunningRobot::start(served.board.robot);
+        served.board.process().wait_for("robot connected");
+        for (command, mode) in [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")] {
+            assert_eq!(served.json(&["mode", command])["mode"], mode);
+        }
+        let refused = params(served.folder(), &served.port, &["set", MASS, "3.0"]);
+        assert_eq!(refused.code, Some(1));
+        assert!(
+            refused.stderr.contains("robot moves or is armed"),
+            "{}",
+            refused.stderr
+        );
+        assert_eq!(served.json(&["mode", "stop"])["mode"], "Hold");
+        robot.stop();
+        drop(sensor);
+        served.board.stop();
+    }
+}
