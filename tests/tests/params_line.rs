@@ -102,6 +102,42 @@ fn noise_on_the_line_is_survived_and_another_speed_is_guessed() {
     served.board.stop();
 }
 
+/// Whichever answer is lost, the change is made and confirmed, and rolled back again.
+#[test]
+fn any_answer_may_be_lost() {
+    let served = serve("params_lost_answer", "", &[]);
+    let proxy = Proxy::start(served.address(), Fault::None);
+    let port = format!("tcp:{}", proxy.address);
+    let folder = &served.board.folder;
+    let change = |value: &str| params(folder, &port, &["set", MASS, value]);
+    let back = || params(folder, &port, &["rollback"]);
+    // Behind the restart a program asks a varying number of times whether the board is there; the
+    // last answers are counted from the end of an undisturbed run.
+    let answers = |run: &dyn Fn() -> softdock_tests::process::Run| {
+        proxy.set(Fault::None);
+        let run = run();
+        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        proxy.answers()
+    };
+    let last = answers(&|| change("0.125"));
+    for lost in last - 10..last {
+        let value = format!("{}", lost as f64 / 1024.0);
+        proxy.set(Fault::LosesAnswer(lost));
+        let run = change(&value);
+        assert_eq!(run.code, Some(0), "answer {lost} of {last}: {}", run.stderr);
+        assert_eq!(mass(&served), lost as f64 / 1024.0, "answer {lost}");
+    }
+    let before = mass(&served);
+    for lost in 0..answers(&back) {
+        proxy.set(Fault::LosesAnswer(lost));
+        let run = back();
+        assert_eq!(run.code, Some(0), "rollback, answer {lost}: {}", run.stderr);
+        assert_ne!(mass(&served), before);
+        served.done(&["set", MASS, &before.to_string()]);
+    }
+    served.board.stop();
+}
+
 /// The cable is pulled after any number of bytes of a change: the board has the old settings or the
 /// new ones, whole, after the time for the confirmation.
 #[test]

@@ -16,6 +16,8 @@ pub enum Fault {
     Noise(usize),
     /// Ends after so many bytes to the board.
     CutAfter(usize),
+    /// Loses one answer of the board, by its number from 0.
+    LosesAnswer(usize),
     /// Makes other bytes of all that the board says, as another baud rate does.
     Garbled,
 }
@@ -27,6 +29,8 @@ pub struct Proxy {
     pub address: SocketAddr,
     fault: Arc<Mutex<Fault>>,
     to_board: Arc<AtomicUsize>,
+    /// Zeros that came from the board: there are two for each answer.
+    zeros: Arc<AtomicUsize>,
 }
 
 impl Proxy {
@@ -39,20 +43,22 @@ impl Proxy {
         let address = listener.local_addr().expect("its address");
         let fault = Arc::new(Mutex::new(fault));
         let to_board = Arc::new(AtomicUsize::new(0));
-        let (shared, count) = (fault.clone(), to_board.clone());
+        let zeros = Arc::new(AtomicUsize::new(0));
+        let (shared, counts) = (fault.clone(), (to_board.clone(), zeros.clone()));
         thread::spawn(move || {
             for host in listener.incoming().flatten() {
                 let Ok(board) = TcpStream::connect(board) else {
                     continue;
                 };
                 let fault = *shared.lock().unwrap_or_else(PoisonError::into_inner);
-                connect(&host, &board, fault, &count);
+                connect(&host, &board, fault, &counts);
             }
         });
         Self {
             address,
             fault,
             to_board,
+            zeros,
         }
     }
 
@@ -60,42 +66,64 @@ impl Proxy {
     pub fn set(&self, fault: Fault) {
         *self.fault.lock().unwrap_or_else(PoisonError::into_inner) = fault;
         self.to_board.store(0, Ordering::Relaxed);
+        self.zeros.store(0, Ordering::Relaxed);
     }
 
     /// Bytes that went to the board since the last [`Self::set`].
     pub fn to_board(&self) -> usize {
         self.to_board.load(Ordering::Relaxed)
     }
+
+    /// Answers that came from the board since the last [`Self::set`].
+    pub fn answers(&self) -> usize {
+        self.zeros.load(Ordering::Relaxed) / 2
+    }
 }
 
-fn connect(host: &TcpStream, board: &TcpStream, fault: Fault, to_board: &Arc<AtomicUsize>) {
+/// Bytes to the board and zeros from it.
+type Counts = (Arc<AtomicUsize>, Arc<AtomicUsize>);
+
+fn connect(host: &TcpStream, board: &TcpStream, fault: Fault, (to_board, zeros): &Counts) {
     let clone = |stream: &TcpStream| stream.try_clone().expect("a stream can be cloned");
     let (from, to, count) = (clone(host), clone(board), to_board.clone());
-    thread::spawn(move || pass(from, to, fault, &count));
-    let (from, to) = (clone(board), clone(host));
-    let fault = match fault {
-        Fault::CutAfter(_) => Fault::None,
-        other => other,
-    };
-    thread::spawn(move || pass(from, to, fault, &AtomicUsize::new(1)));
+    thread::spawn(move || {
+        pass(from, to, |byte| {
+            damaged(byte, count.fetch_add(1, Ordering::Relaxed), fault)
+        });
+    });
+    let (from, to, zeros) = (clone(board), clone(host), zeros.clone());
+    let mut numbers = 1..;
+    thread::spawn(move || {
+        pass(from, to, |byte| match fault {
+            Fault::CutAfter(_) => Some(Some(byte)),
+            Fault::None | Fault::LosesAnswer(_) => {
+                let before = zeros.fetch_add(usize::from(byte == 0), Ordering::Relaxed);
+                let is_lost = fault == Fault::LosesAnswer(before / 2);
+                Some((!is_lost).then_some(byte))
+            }
+            other => damaged(byte, numbers.next()?, other),
+        });
+    });
 }
 
-/// Passes bytes on until one end or the fault ends it.
-fn pass(mut from: TcpStream, mut to: TcpStream, fault: Fault, count: &AtomicUsize) {
+/// What becomes of a byte by its number: itself, another one, or nothing; none: the line has ended.
+fn damaged(byte: u8, number: usize, fault: Fault) -> Option<Option<u8>> {
+    match fault {
+        Fault::Noise(every) if number % every == every / 2 => Some(Some(byte ^ 0x10)),
+        Fault::Noise(every) if number % (7 * every) == 3 * every => Some(None),
+        Fault::CutAfter(last) if number >= last => None,
+        Fault::Garbled => Some(Some(byte.rotate_left(3) ^ 0x5a)),
+        _ => Some(Some(byte)),
+    }
+}
+
+/// Passes bytes on until one end or the line itself ends.
+fn pass(mut from: TcpStream, mut to: TcpStream, mut line: impl FnMut(u8) -> Option<Option<u8>>) {
     let mut bytes = [0; 256];
     while let Ok(length @ 1..) = from.read(&mut bytes) {
-        let mut out = Vec::new();
-        let mut over = false;
-        for byte in &bytes[..length] {
-            let number = count.fetch_add(1, Ordering::Relaxed);
-            match fault {
-                Fault::Noise(every) if number % every == every / 2 => out.push(byte ^ 0x10),
-                Fault::Noise(every) if number % (7 * every) == 3 * every => {}
-                Fault::CutAfter(last) if number >= last => over = true,
-                Fault::Garbled => out.push(byte.rotate_left(3) ^ 0x5a),
-                _ => out.push(*byte),
-            }
-        }
+        let out: Vec<_> = bytes[..length].iter().map_while(|byte| line(*byte)).collect();
+        let over = out.len() < length;
+        let out: Vec<u8> = out.into_iter().flatten().collect();
         if to.write_all(&out).is_err() || over {
             break;
         }

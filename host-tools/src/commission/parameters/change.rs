@@ -1,5 +1,6 @@
 //! New settings for a board: all of them or none.
 
+use super::client::ATTEMPTS;
 use super::{Client, LinkError, OwnedValue, Setting, missing};
 use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
@@ -90,7 +91,8 @@ impl Client {
         if matches!(self.status()?.origin, Origin::Trial { .. }) {
             let boot = self.identity().boot;
             let ended = self.call(&Request::Abort, |answer| {
-                (answer == Answer::Restarting).then_some(())
+                // Done: the first answer was lost, and behind the restart there is nothing to end.
+                matches!(answer, Answer::Restarting | Answer::Done).then_some(())
             });
             if !matches!(ended, Err(LinkError::Silent | LinkError::Garbled(_))) {
                 ended?;
@@ -141,8 +143,9 @@ impl Client {
         match committed {
             // The answer may be what was lost: whether the board starts over will tell.
             Ok(()) | Err(LinkError::Silent | LinkError::Garbled(_)) => {}
-            // So it is when the same request came again behind the restart.
-            Err(LinkError::Refused(Refusal::NoDraft)) => {}
+            // So it is when the same request came again behind the restart: on trial after a good
+            // start, without a draft after one that the board gave up.
+            Err(LinkError::Refused(Refusal::OnTrial | Refusal::NoDraft)) => {}
             Err(error @ LinkError::Refused(_)) => return Err(error).context(UNCHANGED),
             Err(error) => return Err(error).context(on_trial(confirm_within_s)),
         }
@@ -154,12 +157,21 @@ impl Client {
             bail!("the board started over without the new settings: it has its old ones");
         }
         tell("confirming");
+        self.confirm().with_context(|| on_trial(confirm_within_s))
+    }
+
+    /// Keeps what is on trial.
+    fn confirm(&mut self) -> Result<(), LinkError> {
+        let boot = self.identity().boot;
         match self.done(&Request::Confirm) {
-            // Confirmed already, and the first answer was lost.
-            Err(LinkError::Refused(Refusal::NotOnTrial)) => {}
-            other => other.with_context(|| on_trial(confirm_within_s))?,
+            Err(error @ LinkError::Refused(Refusal::NotOnTrial)) => {
+                self.hello(ATTEMPTS)?;
+                // In the same boot it was confirmed already, and the first answer was lost; in
+                // another one the time was over.
+                (self.identity().boot == boot).then_some(()).ok_or(error)
+            }
+            other => other,
         }
-        Ok(())
     }
 
     /// Waits until the board has another number of its boot.

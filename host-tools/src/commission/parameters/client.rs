@@ -15,7 +15,7 @@ const ANSWER: Duration = Duration::from_millis(400);
 /// Likewise when the board writes its flash: two erasures of 2 s (STM32H743 data sheet) and more.
 const FLASH_ANSWER: Duration = Duration::from_secs(8);
 /// Times that a request is sent.
-const ATTEMPTS: u32 = 6;
+pub(super) const ATTEMPTS: u32 = 6;
 
 /// Why there is no answer, or not the one that was wanted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
