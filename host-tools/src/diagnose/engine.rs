@@ -116,10 +116,7 @@ pub(crate) fn run(
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Stages> {
     progress(0.02, "reading the logs");
-    let before = Pair {
-        train: predict(model, recordings.train)?,
-        test: predict(model, recordings.test)?,
-    };
+    let before = predict_both(model, recordings)?;
     progress(0.1, "looking at the clock");
     let (examined, rivals) = rivals::examine(model, recordings, question, progress)?;
     progress(0.9, "comparing the model of the craft");
@@ -135,6 +132,21 @@ pub(crate) fn run(
         body,
         noise: examined.noise,
         phases: crate::compare::phases_of(model, recordings.test)?,
+    })
+}
+
+/// Predicts both logs.
+pub(super) fn predict_both(
+    model: &Model,
+    recordings: &Pair<&Recording>,
+) -> anyhow::Result<Pair<Prediction>> {
+    let (train, test) = rayon::join(
+        || predict(model, recordings.train),
+        || predict(model, recordings.test),
+    );
+    Ok(Pair {
+        train: train?,
+        test: test?,
     })
 }
 
@@ -155,8 +167,10 @@ fn body_stage(
     before: &Pair<Prediction>,
     question: &Question<'_>,
 ) -> Vec<BodyFit> {
-    let train = BodySide::new(model, recordings.train, &before.train);
-    let test = BodySide::new(model, recordings.test, &before.test);
+    let (train, test) = rayon::join(
+        || BodySide::new(model, recordings.train, &before.train),
+        || BodySide::new(model, recordings.test, &before.test),
+    );
     match (train, test) {
         (Some(train), Some(test)) => {
             body::search(model, &train, &test, &|id| !question.tries(model, id))

@@ -1,17 +1,18 @@
 //! From what the stages found to a verdict.
 
 use super::actuator::{Candidate, Search};
-use super::engine::{ActuatorFinding, Pair, Question, Stages};
+use super::engine::{ActuatorFinding, Pair, Question, Stages, predict_both};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
 use super::named::{self, Named};
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::{ranking, regions, sentence};
 use crate::model::actuator::{Reading, Stage};
-use crate::model::prediction::{ChannelPrediction, Prediction, predict};
+use crate::model::prediction::{ChannelPrediction, Prediction};
 use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
+use std::collections::HashMap;
 
 /// Fall of the squared error, on the log of the fit and on unseen data, that makes an effect worth
 /// naming.
@@ -37,13 +38,8 @@ pub(crate) fn conclude(
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let levels = |p: &Prediction| levels(p);
-    let fall = Fall::of(model, recordings, stages, question.forced)?;
+    let (fall, predictions) = Fall::of(model, recordings, stages, question.forced)?;
     let after = with_effects(model, fall.named.iter().map(|n| &n.0));
-    let predictions = Pair {
-        train: predict(&after, recordings.train)?,
-        test: predict(&after, recordings.test)?,
-    };
     let left = left_over(stages, &predictions);
     // Who asks for one effect gets it, whatever else there is.
     // That something is left has to show on two logs.
@@ -165,65 +161,107 @@ struct Fall {
 }
 
 impl Fall {
+    /// The fall, and what the model with all that is named predicts.
     fn of(
         model: &Model,
         recordings: &Pair<&Recording>,
         stages: &Stages,
         forced: bool,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<(Self, Pair<Prediction>)> {
         let all = named::all(model, stages);
-        let error = |model: &Model, recording: &Recording| -> anyhow::Result<f64> {
-            Ok(levels(&predict(model, recording)?).total())
+        let mut known = Known {
+            model,
+            recordings,
+            all: &all,
+            predictions: HashMap::new(),
         };
-        let start = levels(&stages.before.train).total();
-        let everything = with_effects(model, all.iter());
-        let end = error(&everything, recordings.train)?;
-        let end_unseen = error(&everything, recordings.test)?;
-        let mut named = Vec::new();
-        for (k, one) in all.iter().enumerate() {
+        let everything: Vec<usize> = (0..all.len()).collect();
+        let start = known.levels(&[])?;
+        let end = known.levels(&everything)?;
+        let mut named: Vec<(usize, f64)> = Vec::new();
+        for k in 0..all.len() {
             // What is lost without it, which is its share beside the others.
-            let others = all
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| *i != k)
-                .map(|(_, n)| n);
-            let others = with_effects(model, others);
-            let without = error(&others, recordings.train)?;
-            let share = (without * without - end * end) / (start * start - end * end).max(1e-12);
-            let falls = |without: f64, end: f64| without * without > (1.0 + WORTH) * end * end;
-            let helps = falls(without, end) && falls(error(&others, recordings.test)?, end_unseen);
-            if forced || helps {
-                named.push((one.clone(), share));
+            let others: Vec<usize> = (0..all.len()).filter(|i| *i != k).collect();
+            let without = known.levels(&others)?;
+            let square = |level: f64| level * level;
+            let lost = square(without.train) - square(end.train);
+            let share = lost / (square(start.train) - square(end.train)).max(1e-12);
+            let falls = |without: f64, end: f64| square(without) > (1.0 + WORTH) * square(end);
+            if forced || (falls(without.train, end.train) && falls(without.test, end.test)) {
+                named.push((k, share));
             }
         }
         named.sort_by(|a, b| b.1.total_cmp(&a.1));
-        in_signal_order(&mut named);
-        let mut steps = vec![Step {
-            effect: "nominal".to_owned(),
-            train_error: start,
-            test_error: Some(levels(&stages.before.test).total()),
-        }];
-        for k in 0..named.len() {
-            let so_far = with_effects(model, named.iter().take(k + 1).map(|n| &n.0));
+        in_signal_order(&mut named, &all);
+        let order: Vec<usize> = named.iter().map(|n| n.0).collect();
+        let mut steps = Vec::new();
+        for count in 0..=order.len() {
+            let so_far = known.levels(&order[..count])?;
+            let effect = count.checked_sub(1).map(|k| &all[order[k]].effect.id[..]);
             steps.push(Step {
-                effect: named[k].0.effect.id.clone(),
-                train_error: error(&so_far, recordings.train)?,
-                test_error: Some(error(&so_far, recordings.test)?),
+                effect: effect.unwrap_or("nominal").to_owned(),
+                train_error: so_far.train,
+                test_error: Some(so_far.test),
             });
         }
-        Ok(Self { named, steps })
+        let predictions = known.taken(&order)?;
+        let named = named.into_iter().map(|(k, share)| (all[k].clone(), share));
+        let named = named.collect();
+        Ok((Self { named, steps }, predictions))
     }
 }
 
+/// What the model predicts with some of the named effects, each once.
+struct Known<'a> {
+    model: &'a Model,
+    recordings: &'a Pair<&'a Recording>,
+    all: &'a [Named],
+    predictions: HashMap<Vec<usize>, Pair<Prediction>>,
+}
+
+impl Known<'_> {
+    /// Error on both logs with these effects.
+    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Pair<f64>> {
+        let key = sorted(effects);
+        let both = match self.predictions.remove(&key) {
+            Some(both) => both,
+            None => self.predicted(&key)?,
+        };
+        let totals = both.map(|prediction| levels(prediction).total());
+        self.predictions.insert(key, both);
+        Ok(totals)
+    }
+
+    /// The predictions themselves.
+    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+        let key = sorted(effects);
+        match self.predictions.remove(&key) {
+            Some(both) => Ok(both),
+            None => self.predicted(&key),
+        }
+    }
+
+    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+        predict_both(&model, self.recordings)
+    }
+}
+
+fn sorted(effects: &[usize]) -> Vec<usize> {
+    let mut key = effects.to_vec();
+    key.sort_unstable();
+    key
+}
+
 /// Stages of the actuator with shares of the same size stand in the order of the signal.
-fn in_signal_order(named: &mut [(Named, f64)]) {
+fn in_signal_order(named: &mut [(usize, f64)], all: &[Named]) {
     /// Shares within this factor are of the same size.
     const SAME_SIZE: f64 = 3.0;
-    let place = |one: &Named| Stage::ALL.iter().position(|s| s.id() == one.effect.id);
+    let place = |k: usize| Stage::ALL.iter().position(|s| s.id() == all[k].effect.id);
     for k in 1..named.len() {
         let (first, second) = (&named[k - 1], &named[k]);
         let alike = first.1 < SAME_SIZE * second.1;
-        if let (Some(a), Some(b)) = (place(&first.0), place(&second.0))
+        if let (Some(a), Some(b)) = (place(first.0), place(second.0))
             && alike
             && b < a
         {

@@ -121,7 +121,10 @@ fn damaged(byte: u8, number: usize, fault: Fault) -> Option<Option<u8>> {
 fn pass(mut from: TcpStream, mut to: TcpStream, mut line: impl FnMut(u8) -> Option<Option<u8>>) {
     let mut bytes = [0; 256];
     while let Ok(length @ 1..) = from.read(&mut bytes) {
-        let out: Vec<_> = bytes[..length].iter().map_while(|byte| line(*byte)).collect();
+        let out: Vec<_> = bytes[..length]
+            .iter()
+            .map_while(|byte| line(*byte))
+            .collect();
         let over = out.len() < length;
         let out: Vec<u8> = out.into_iter().flatten().collect();
         if to.write_all(&out).is_err() || over {

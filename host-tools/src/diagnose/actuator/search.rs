@@ -258,7 +258,7 @@ fn slips_through(stage: Stage) -> bool {
 /// The costs of all axes on the grid of a stage.
 fn table(stage: Stage, axes: &[bool; 6], train: &Cost<'_>) -> Vec<(Vec<f64>, [AxisCost; 6])> {
     combinations(&specs(stage, &train.scale(axes)))
-        .into_iter()
+        .into_par_iter()
         .map(|values| {
             let term = [Term {
                 stage,

@@ -5,6 +5,7 @@ use crate::model::load::Column;
 use crate::model::load::effects::Sign;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
+use std::borrow::Borrow;
 
 /// A column of which tolerances and other columns leave less than this is not determined.
 const LEFT: f64 = 1e-6;
@@ -113,16 +114,19 @@ impl Problem {
 
     /// Products of whitened columns with each other and with the residual, after the tolerances
     /// have taken what they can.
-    pub(crate) fn products(&self, columns: &[Column]) -> (DMatrix<f64>, DVector<f64>) {
+    pub(crate) fn products(
+        &self,
+        columns: &[impl Borrow<Column> + Sync],
+    ) -> (DMatrix<f64>, DVector<f64>) {
         let size = columns.len();
         let against = DMatrix::from_fn(self.tolerances.len(), size, |i, k| {
-            dot(&self.tolerances[i], &columns[k])
+            dot(&self.tolerances[i], columns[k].borrow())
         });
         let taken = self
             .factor
             .solve_lower_triangular(&against)
             .unwrap_or(against);
-        let right = DVector::from_fn(size, |i, _| dot(&columns[i], &self.residual));
+        let right = DVector::from_fn(size, |i, _| dot(columns[i].borrow(), &self.residual));
         (
             gram(columns) - taken.transpose() * &taken,
             right - taken.transpose() * &self.spent,
@@ -132,10 +136,19 @@ impl Problem {
     /// Best coefficients of columns, which are whitened here.
     pub(crate) fn solve(&self, columns: &[(Column, Sign)]) -> Option<Solution> {
         let white: Vec<Column> = columns.iter().map(|(c, _)| self.whitened(c)).collect();
-        let (gram, right) = self.products(&white);
-        let all: Vec<usize> = (0..columns.len()).collect();
         let signs: Vec<Sign> = columns.iter().map(|(_, s)| *s).collect();
-        solve(&gram, &right, &all, &signs)
+        self.solve_whitened(&white, &signs)
+    }
+
+    /// Best coefficients of columns in units of the noise.
+    pub(crate) fn solve_whitened(
+        &self,
+        white: &[impl Borrow<Column> + Sync],
+        signs: &[Sign],
+    ) -> Option<Solution> {
+        let (gram, right) = self.products(white);
+        let all: Vec<usize> = (0..white.len()).collect();
+        solve(&gram, &right, &all, signs)
     }
 
     /// By how much χ² falls with a given contribution to the reading.
@@ -285,14 +298,14 @@ fn best(
 }
 
 /// Products of columns with each other.
-fn gram(columns: &[Column]) -> DMatrix<f64> {
+fn gram(columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
     let rows: Vec<Vec<f64>> = columns
         .par_iter()
         .enumerate()
         .map(|(i, column)| {
             columns[..=i]
                 .iter()
-                .map(|other| dot(column, other))
+                .map(|other| dot(column.borrow(), other.borrow()))
                 .collect()
         })
         .collect();

@@ -60,7 +60,9 @@ fn some_shapes(shapes: &[Shape]) -> Vec<Vec<f64>> {
         {
             let mut other = middle.clone();
             other[k] = *value;
-            all.push(other);
+            if !all.contains(&other) {
+                all.push(other);
+            }
         }
     }
     all

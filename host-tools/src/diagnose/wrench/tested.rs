@@ -68,8 +68,7 @@ impl Tested {
     }
 }
 
-/// Columns of a hypothesis with given shapes, around the given coefficients of its columns; without
-/// any, for small effects.
+/// Columns of a hypothesis with given shapes, around the given coefficients of its columns.
 fn columns(
     library: &Library,
     parts: &[Part],
@@ -87,6 +86,84 @@ fn columns(
         }
     }
     Some(all)
+}
+
+/// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
+/// own part.
+struct Shaped<'a> {
+    problem: &'a Problem,
+    library: &'a Library,
+    parts: &'a [Part],
+    scene: &'a Scene,
+    /// Per part; none where it has nothing to act on.
+    white: Vec<Option<Vec<Column>>>,
+    signs: Vec<Sign>,
+}
+
+impl<'a> Shaped<'a> {
+    fn new(
+        problem: &'a Problem,
+        library: &'a Library,
+        parts: &'a [Part],
+        scene: &'a Scene,
+    ) -> Self {
+        let sign = |part: &'a Part| {
+            let signs = &library.variants[part.variant].signs;
+            part.used.iter().map(|k| signs[*k])
+        };
+        let mut shaped = Self {
+            problem,
+            library,
+            parts,
+            scene,
+            white: vec![None; parts.len()],
+            signs: parts.iter().flat_map(sign).collect(),
+        };
+        for (i, part) in parts.iter().enumerate() {
+            shaped.set(i, &library.variants[part.variant].shapes);
+        }
+        shaped
+    }
+
+    /// Takes other shapes for a part.
+    fn set(&mut self, i: usize, shapes: &[f64]) {
+        self.white[i] = self.built(i, shapes);
+    }
+
+    fn built(&self, i: usize, shapes: &[f64]) -> Option<Vec<Column>> {
+        let part = &self.parts[i];
+        let effect = self.library.variants[part.variant].effect;
+        // For small effects, where they are not linear.
+        let columns = effect.columns_at(self.scene, shapes, &[])?;
+        let used = part
+            .used
+            .iter()
+            .map(|k| self.problem.whitened(&columns[*k]));
+        Some(used.collect())
+    }
+
+    fn solution(&self) -> Option<Solution> {
+        self.solution_with(usize::MAX, &[])
+    }
+
+    /// The best solution with other columns for part `i`.
+    fn solution_with(&self, i: usize, own: &[Column]) -> Option<Solution> {
+        let mut all: Vec<&Column> = Vec::with_capacity(self.signs.len());
+        for (k, white) in self.white.iter().enumerate() {
+            match k == i {
+                true => all.extend(own),
+                false => all.extend(white.as_ref()?),
+            }
+        }
+        self.problem.solve_whitened(&all, &self.signs)
+    }
+
+    /// By how much χ² falls with other shapes for part `i`.
+    fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
+        let own = self.built(i, shapes);
+        let solution = own.and_then(|own| self.solution_with(i, &own));
+        solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+    }
 }
 
 /// Refines the shapes of a hypothesis and holds it against unseen data.
@@ -112,24 +189,22 @@ pub(super) fn fitted_to(
         .iter()
         .map(|p| library.variants[p.variant].shapes.clone())
         .collect();
-    let gain = |shapes: &[Vec<f64>]| -> f64 {
-        columns(library, parts, shapes, &[], &train.scene)
-            .and_then(|c| problem.solve(&c))
-            .map_or(f64::NEG_INFINITY, |s| s.gain)
-    };
+    let mut shaped = Shaped::new(problem, library, parts, &train.scene);
     let mut sigmas: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     // Shapes of a hopeless hypothesis are not worth refining.
     if hypothesis.solution.gain > WORTH_REFINING {
         for (i, part) in parts.iter().enumerate() {
             let effect = library.variants[part.variant].effect;
             for (k, shape) in effect.shapes.iter().enumerate().filter(|(_, s)| !s.choice) {
-                let sigma = refine(&mut shapes, (i, k), shape.tried, &gain);
+                let gain = |own: &[f64]| shaped.gain_with(i, own);
+                let sigma = refine(&mut shapes[i], k, shape.tried, &gain);
                 sigmas.insert((i, k), sigma);
+                shaped.set(i, &shapes[i]);
             }
         }
     }
-    let solution = columns(library, parts, &shapes, &[], &train.scene)
-        .and_then(|c| problem.solve(&c))
+    let solution = shaped
+        .solution()
         .unwrap_or_else(|| hypothesis.solution.clone());
     let linear = |part: &Part| library.variants[part.variant].effect.is_linear();
     let solution = if parts.iter().all(linear) {
@@ -231,13 +306,8 @@ fn exact(
 }
 
 /// Moves one shape to its best value between its neighbours on the grid; returns its deviation.
-fn refine(
-    shapes: &mut [Vec<f64>],
-    (i, k): (usize, usize),
-    tried: &[f64],
-    gain: &dyn Fn(&[Vec<f64>]) -> f64,
-) -> f64 {
-    let at = shapes[i][k];
+fn refine(shapes: &mut [f64], k: usize, tried: &[f64], gain: &dyn Fn(&[f64]) -> f64) -> f64 {
+    let at = shapes[k];
     let lower = tried
         .iter()
         .copied()
@@ -252,14 +322,14 @@ fn refine(
     let high = if upper.is_nan() { at * 2.0 } else { upper };
     let mut trial = shapes.to_vec();
     let mut cost = |log_value: f64| {
-        trial[i][k] = log_value.exp();
+        trial[k] = log_value.exp();
         -gain(&trial)
     };
     let best = crate::diagnose::optimise::golden(low.ln(), high.ln(), 14, &mut cost);
     if cost(best) <= cost(at.ln()) {
-        shapes[i][k] = best.exp();
+        shapes[k] = best.exp();
     }
-    let centre = shapes[i][k];
+    let centre = shapes[k];
     // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.
     let step = 0.05;
     let bend = cost(centre.ln() + step) + cost(centre.ln() - step) - 2.0 * cost(centre.ln());

@@ -1,4 +1,4 @@
-//! A cycle cut into parts in which the command is constant.
+//! A cycle cut into segments in which the command is constant, and these into parts.
 
 use super::Reading;
 
@@ -36,26 +36,52 @@ impl Timing<'_> {
     }
 }
 
-/// A part of a cycle.
+/// A segment of a cycle: the command is the same all the time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Part {
-    pub duration_s: f64,
+pub(super) struct Segment {
     /// Cycle whose command acts; None before the first.
     pub command: Option<usize>,
+    /// Its begin after that of the cycle, s.
+    from_s: f64,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Equal parts of the cycle, at which the segment is cut as well.
+    equal: usize,
+    /// Duration of the cycle, s.
+    cycle_s: f64,
 }
 
-/// Cuts cycles at the arrivals of commands, and into equal parts.
+impl Segment {
+    /// Durations of its parts, s.
+    pub(super) fn parts_s(&self) -> impl Iterator<Item = f64> + use<> {
+        let Self {
+            from_s,
+            duration_s,
+            equal,
+            cycle_s,
+            ..
+        } = *self;
+        let (to_s, shortest) = (from_s + duration_s, SHORTEST * cycle_s);
+        let ends = (1..=equal).map(move |i| cycle_s * i as f64 / equal as f64);
+        let inside = ends.filter(move |end| *end > from_s + shortest && *end < to_s - shortest);
+        let mut last = from_s;
+        let all = inside.chain(std::iter::once(to_s));
+        all.map(move |end| end - std::mem::replace(&mut last, end))
+    }
+}
+
+/// Cuts cycles at the arrivals of commands, and these segments into equal parts.
 pub(super) struct Cut<'a> {
     delay_s: f64,
     equal: usize,
     timing: Timing<'a>,
-    /// Parts of a cycle and how many cycles ago their command was sent, if all cycles are alike.
-    pattern: Vec<(f64, usize)>,
+    segments: Vec<Segment>,
+    /// How many cycles ago the commands of the segments were sent, if all cycles are alike.
+    ago: Vec<usize>,
     /// Start of the cycle, and arrival of the next command, after the first cycle, s.
     now_s: f64,
     next: usize,
     next_arrival_s: f64,
-    buffer: Vec<Part>,
 }
 
 /// Parts shorter than this share of a cycle are none.
@@ -63,64 +89,67 @@ const SHORTEST: f64 = 1e-9;
 
 impl<'a> Cut<'a> {
     pub(super) fn new(delay_s: f64, equal: usize, timing: &Timing<'a>) -> Self {
-        let cycles = (delay_s / timing.cycle_s).max(0.0);
-        let (whole, fraction) = (cycles.floor(), cycles.fract());
-        let mut ends: Vec<f64> = (1..=equal).map(|i| i as f64 / equal as f64).collect();
-        ends.push(fraction);
-        ends.sort_by(f64::total_cmp);
-        let mut pattern = Vec::new();
-        let mut from = 0.0;
-        for end in ends {
-            if end - from > SHORTEST {
-                // The older command acts until `fraction`, then the newer one.
-                let ago = 1 + whole as usize + usize::from(end <= fraction);
-                pattern.push(((end - from) * timing.cycle_s, ago));
-                from = end;
-            }
-        }
-        Self {
-            delay_s: delay_s.max(0.0),
+        let delay_s = delay_s.max(0.0);
+        let mut cut = Self {
+            delay_s,
             equal,
             timing: *timing,
-            pattern,
+            segments: Vec::new(),
+            ago: Vec::new(),
             now_s: 0.0,
             next: 0,
-            next_arrival_s: delay_s.max(0.0),
-            buffer: Vec::new(),
+            next_arrival_s: delay_s,
+        };
+        if cut.cycles_are_alike() {
+            cut.cut_once();
         }
+        cut
     }
 
-    /// Parts of the cycle that ends with cycle n; called for n = 1, 2, ... in turn.
-    pub(super) fn parts(&mut self, n: usize) -> &[Part] {
-        self.buffer.clear();
-        if self.timing.intervals_s.is_empty() {
-            let parts = self.pattern.iter().map(|(duration_s, ago)| Part {
-                duration_s: *duration_s,
-                command: n.checked_sub(*ago),
-            });
-            self.buffer.extend(parts);
+    /// Whether each cycle has the same segments, but for the commands.
+    pub(super) fn cycles_are_alike(&self) -> bool {
+        self.timing.intervals_s.is_empty()
+    }
+
+    /// Segments of the cycle that ends with cycle n; called for n = 1, 2, ... in turn.
+    pub(super) fn segments(&mut self, n: usize) -> &[Segment] {
+        if self.cycles_are_alike() {
+            for (segment, ago) in self.segments.iter_mut().zip(&self.ago) {
+                segment.command = n.checked_sub(*ago);
+            }
         } else {
             self.cut_exactly(n);
         }
-        &self.buffer
+        &self.segments
+    }
+
+    /// All cycles are cut in the same way: the older command acts until the newer one arrives.
+    fn cut_once(&mut self) {
+        let cycle_s = self.timing.cycle_s;
+        let cycles = self.delay_s / cycle_s;
+        let (whole, arrival_s) = (cycles.floor() as usize, cycles.fract() * cycle_s);
+        for (from_s, to_s, ago) in [(0.0, arrival_s, whole + 2), (arrival_s, cycle_s, whole + 1)] {
+            if self.push(None, from_s, to_s, cycle_s) {
+                self.ago.push(ago);
+            }
+        }
     }
 
     fn cut_exactly(&mut self, n: usize) {
+        self.segments.clear();
         let interval = self.timing.interval(n);
         let end_of_cycle = self.now_s + interval;
         let shortest = SHORTEST * self.timing.cycle_s;
-        for i in 1..=self.equal {
-            let end = self.now_s + interval * i as f64 / self.equal as f64;
-            let mut from = self.now_s + interval * (i - 1) as f64 / self.equal as f64;
-            while self.next_arrival_s < end - shortest {
-                self.push(self.next_arrival_s - from);
-                from = from.max(self.next_arrival_s);
-                self.next += 1;
-                // A command is sent at the instant of its cycle.
-                self.next_arrival_s = self.sent_at(self.next, n, end_of_cycle) + self.delay_s;
-            }
-            self.push(end - from);
+        let mut from_s = 0.0;
+        while self.next_arrival_s < end_of_cycle - shortest {
+            let to_s = self.next_arrival_s - self.now_s;
+            self.push(self.next.checked_sub(1), from_s, to_s, interval);
+            from_s = from_s.max(to_s);
+            self.next += 1;
+            // A command is sent at the instant of its cycle.
+            self.next_arrival_s = self.sent_at(self.next, n, end_of_cycle) + self.delay_s;
         }
+        self.push(self.next.checked_sub(1), from_s, interval, interval);
         self.now_s = end_of_cycle;
     }
 
@@ -136,12 +165,18 @@ impl<'a> Cut<'a> {
         instant
     }
 
-    fn push(&mut self, duration_s: f64) {
-        if duration_s > SHORTEST * self.timing.cycle_s {
-            self.buffer.push(Part {
-                duration_s,
-                command: self.next.checked_sub(1),
+    /// Adds a segment, unless it is none.
+    fn push(&mut self, command: Option<usize>, from_s: f64, to_s: f64, cycle_s: f64) -> bool {
+        let is_one = to_s - from_s > SHORTEST * self.timing.cycle_s;
+        if is_one {
+            self.segments.push(Segment {
+                command,
+                from_s,
+                duration_s: to_s - from_s,
+                equal: self.equal,
+                cycle_s,
             });
         }
+        is_one
     }
 }

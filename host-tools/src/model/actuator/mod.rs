@@ -6,10 +6,13 @@
 //!
 //! The linear stages are solved exactly for an input that is constant between two instants; a
 //! cycle is cut at the instant at which a command arrives and, where a stage is not linear, into
-//! eight equal parts besides.
+//! eight equal parts besides. Where none of the stages that are not linear acts, the segment up to
+//! the next command is taken at once.
 
 mod chain;
 mod cut;
+mod linear;
+mod moving;
 mod nonlinear;
 mod stage;
 #[cfg(test)]
@@ -20,7 +23,8 @@ pub use cut::Timing;
 pub use stage::Stage;
 
 use cut::Cut;
-use nonlinear::{Backlash, Drive, PauseGate, planned};
+use moving::Moving;
+use nonlinear::planned;
 
 /// What a recorded velocity is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,34 +40,49 @@ pub enum Reading {
 /// Entry n belongs to the instant of cycle n; a command that was sent in cycle n moves the robot
 /// after it. Units are those of `sent`. The robot rests before the first cycle.
 pub fn simulate(chain: &Chain, sent: &[f64], timing: &Timing<'_>, reading: Reading) -> Vec<f64> {
+    simulated(chain, sent, timing, reading, true)
+}
+
+/// The same; `leaps`: segments in which only the linear stages act are taken at once.
+fn simulated(
+    chain: &Chain,
+    sent: &[f64],
+    timing: &Timing<'_>,
+    reading: Reading,
+    leaps: bool,
+) -> Vec<f64> {
     let planned = chain
         .planner
         .any()
         .then(|| planned(&chain.planner, sent, timing.cycle_s));
     let sent = planned.as_deref().unwrap_or(sent);
     let mut cut = Cut::new(chain.delay_s, chain.parts(), timing);
-    let mut drive = Drive::new(chain);
-    let mut gate = PauseGate::new(chain);
-    let mut backlash = Backlash::new(chain.backlash_m);
+    let alike = cut.cycles_are_alike();
+    let mut axis = Moving::new(chain);
     let mut out = Vec::with_capacity(sent.len());
     if !sent.is_empty() {
         out.push(0.0);
     }
     for n in 1..sent.len() {
         let (mut mean, mut end) = (0.0, 0.0);
-        let duration_s = timing.interval(n);
-        for part in cut.parts(n) {
-            let command = part.command.and_then(|k| sent.get(k)).copied();
+        for (number, segment) in cut.segments(n).iter().enumerate() {
+            let command = segment.command.and_then(|k| sent.get(k)).copied();
             let command = chain.shaped(command.unwrap_or(0.0));
-            let moved = drive.follow(command, part.duration_s);
-            let moved = gate.pass(moved, command, part.duration_s, &mut drive);
-            let moved = backlash.pass(moved, part.duration_s);
-            mean += moved.mean * part.duration_s;
-            end = moved.end;
+            if leaps && axis.can_leap(command) {
+                let moved = axis.leap(command, segment, alike.then_some(number));
+                mean += moved.mean * segment.duration_s;
+                end = moved.end;
+                continue;
+            }
+            for duration_s in segment.parts_s() {
+                let moved = axis.step(command, duration_s);
+                mean += moved.mean * duration_s;
+                end = moved.end;
+            }
         }
         out.push(match reading {
             Reading::AtEnd => end,
-            Reading::Mean => mean / duration_s,
+            Reading::Mean => mean / timing.interval(n),
         });
     }
     out

@@ -1,6 +1,8 @@
 //! Stages that are not linear: limits, the pause at a zero crossing, lost motion.
 
-use super::chain::{Chain, Limits, LinearStages, PauseTrigger};
+use super::chain::{Chain, Limits, PauseTrigger};
+use super::cut::Segment;
+use super::linear::LinearStages;
 
 /// Velocity over a part of a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +76,23 @@ impl Limiter {
         }
     }
 
+    /// Whether a velocity that goes from `from` to `to` along a lag of `lag_s` passes unchanged.
+    fn passes(&self, from: f64, to: f64, lag_s: f64) -> bool {
+        /// Share of the velocity by which sums of parts differ from their end.
+        const ROUNDING: f64 = 1e-12;
+        let Limits {
+            velocity,
+            acceleration,
+            jerk,
+        } = self.limits;
+        let follows = (self.value - from).abs() <= ROUNDING * (from.abs() + to.abs());
+        let steepest = (to - from).abs();
+        jerk.is_infinite()
+            && follows
+            && steepest <= acceleration * lag_s
+            && from.abs().max(to.abs()) <= velocity
+    }
+
     /// Rest: an axis that restarts.
     fn reset(&mut self) {
         self.value = 0.0;
@@ -99,6 +118,22 @@ impl Drive {
     pub(super) fn follow(&mut self, command: f64, duration_s: f64) -> Moved {
         let moved = self.linear.advance(command, duration_s);
         self.limits.follow(moved, duration_s)
+    }
+
+    /// Whether no limit acts while a command is constant.
+    pub(super) fn is_free(&self, command: f64) -> bool {
+        !self.limits.limits.any()
+            || self
+                .linear
+                .single_lag()
+                .is_some_and(|(from, lag_s)| self.limits.passes(from, command, lag_s))
+    }
+
+    /// Several parts with a constant command at once, where [`Self::is_free`].
+    pub(super) fn leap(&mut self, command: f64, segment: &Segment, number: Option<usize>) -> Moved {
+        let moved = self.linear.leap(command, segment, number);
+        self.limits.value = moved.end;
+        moved
     }
 
     /// Starts from rest, and follows a constant command for a time.
@@ -181,6 +216,24 @@ impl PauseGate {
         }
     }
 
+    /// Whether no pause begins or goes on while a command is constant: neither the command nor
+    /// any of the lags behind it has another sign than the motion.
+    pub(super) fn stays_open(&self, command: f64, drive: &Drive) -> bool {
+        let goes_on = |velocity: f64| velocity == 0.0 || self.direction * velocity > 0.0;
+        self.pause_s <= 0.0
+            || (self.remaining_s <= 0.0
+                && goes_on(command)
+                && drive.linear.lags().is_some_and(|mut l| l.all(goes_on)))
+    }
+
+    /// Takes note of a motion that no pause has interrupted.
+    pub(super) fn opened(&mut self, moved: Moved, command: f64) {
+        self.last = match self.trigger {
+            PauseTrigger::Output => moved.end,
+            PauseTrigger::Command => command,
+        };
+    }
+
     /// Share of the part at which the sign changes; a command changes at the part's start.
     fn crossing(&self, last: f64, watched: f64) -> f64 {
         match self.trigger {
@@ -204,8 +257,13 @@ impl Backlash {
         Self { width, place: 0.0 }
     }
 
+    /// Whether there is any.
+    pub(super) fn acts(&self) -> bool {
+        self.width > 0.0
+    }
+
     pub(super) fn pass(&mut self, moved: Moved, duration_s: f64) -> Moved {
-        if self.width <= 0.0 {
+        if !self.acts() {
             return moved;
         }
         let wanted = self.place + moved.mean * duration_s;

@@ -150,3 +150,65 @@ fn an_axis_that_restarts_does_so_when_its_pause_ends() {
         assert!((got - expected).abs() < 1e-9, "{n}: {got} {expected}");
     }
 }
+
+/// Each kind of actuator, with a motion that rests, reverses, and meets the limits.
+#[test]
+fn segments_at_once_are_their_parts_one_after_the_other() {
+    let sent: Vec<f64> = (0..600)
+        .map(f64::from)
+        .map(|k| {
+            if k < 40.0 {
+                0.0
+            } else {
+                (0.05 * k).sin() * (0.013 * k).cos()
+            }
+        })
+        .collect();
+    let jittered: Vec<f64> = (0..600)
+        .map(|k| TS * (1.0 + 0.2 * (1.7 * f64::from(k)).sin()))
+        .collect();
+    type Change = fn(&mut Chain);
+    let changes: [(&str, Change); 8] = [
+        ("nominal", |_| {}),
+        ("extra lag", |c| c.extra_lag_s = 0.011),
+        ("mode", |c| {
+            c.resonance = Some(Resonance {
+                frequency_hz: 11.0,
+                damping_ratio: 0.05,
+            });
+        }),
+        ("acceleration", |c| c.drive.acceleration = 5.0),
+        ("velocity", |c| c.drive.velocity = 0.6),
+        ("jerk", |c| c.drive.jerk = 300.0),
+        ("pause of the output", |c| c.pause_s = 0.013),
+        ("pause of the command", |c| {
+            c.pause_s = 0.013;
+            c.pause_trigger = PauseTrigger::Command;
+            c.pause_restarts = true;
+        }),
+    ];
+    for intervals_s in [&[][..], &jittered] {
+        let timing = Timing {
+            cycle_s: TS,
+            intervals_s,
+        };
+        for (first, a) in &changes {
+            for (second, b) in &changes {
+                for (delay, lag) in [(0.0, 0.0), (2.3 * TS, 0.0), (1.5 * TS, 0.007)] {
+                    let mut chain = Chain::nominal(delay, lag);
+                    a(&mut chain);
+                    b(&mut chain);
+                    for reading in [Reading::AtEnd, Reading::Mean] {
+                        let of = |leaps| simulated(&chain, &sent, &timing, reading, leaps);
+                        for (n, (at_once, parts)) in of(true).iter().zip(of(false)).enumerate() {
+                            assert!(
+                                (at_once - parts).abs() < 1e-9,
+                                "{first}, {second}, {delay} s, {lag} s, cycle {n}: {at_once} {parts}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -27,6 +27,16 @@ impl Column {
         column
     }
 
+    /// On one axis.
+    pub fn on_axis(axis: usize, series: impl Iterator<Item = f64>) -> Self {
+        let mut column = Self::default();
+        let series: Vec<f64> = series.collect();
+        if series.iter().any(|v| *v != 0.0) {
+            column.0[axis] = series;
+        }
+        column
+    }
+
     /// Value of an axis in a cycle.
     pub fn at(&self, axis: usize, n: usize) -> f64 {
         self.0[axis].get(n).copied().unwrap_or(0.0)
@@ -107,8 +117,19 @@ pub struct Scene {
     pub axis: Vector3<f64>,
     /// The guided point, or the one that touches the first wall, in M, m.
     pub tip: Vector3<f64>,
+    /// What each point of action has of the guide: M, tip, origin of the sensor.
+    guided: [Guided; 3],
     /// The nominal model.
     pub model: Model,
+}
+
+/// A point of M on which a guide may act.
+#[derive(Clone, Debug, Default)]
+struct Guided {
+    /// Its velocity along the guide, m/s.
+    velocity: Vec<f64>,
+    /// Reading of a force of 1 N along the guide.
+    unit: Column,
 }
 
 impl Scene {
@@ -147,7 +168,7 @@ impl Scene {
             .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
             .collect();
         let nominal = Column::of(pose.len(), |n| load.wrench(&pose[n], &motion[n]).get());
-        Self {
+        let mut scene = Self {
             cycle_s,
             touches,
             m_from_c,
@@ -168,10 +189,31 @@ impl Scene {
                 .or(load.walls.first().map(|w| w.tip))
                 .unwrap_or_default(),
             axis: load.guide.as_ref().map_or_else(Vector3::x, |g| g.axis),
+            guided: Default::default(),
             model: model.clone(),
             time_s,
             pose,
             motion,
+        };
+        scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
+        scene
+    }
+
+    fn guided_at(&self, acts_at: f64) -> Guided {
+        let at = self.point_of_action(acts_at);
+        let along = |n| self.axis.dot(&self.point(n, &at).1);
+        Guided {
+            velocity: (0..self.len()).map(along).collect(),
+            unit: Column::of(self.len(), |n| self.reading_of(n, &at, &self.axis)),
+        }
+    }
+
+    fn guided(&self, acts_at: f64) -> &Guided {
+        let [centre, tip, sensor] = &self.guided;
+        match acts_at as i64 {
+            1 => tip,
+            2 => sensor,
+            _ => centre,
         }
     }
 
@@ -204,20 +246,18 @@ impl Scene {
 
     /// Velocity along the guide of the point where its force acts, m/s.
     pub fn along(&self, n: usize, acts_at: f64) -> f64 {
-        let (_, velocity) = self.point(n, &self.point_of_action(acts_at));
-        self.axis.dot(&velocity)
+        self.guided(acts_at).velocity[n]
     }
 
     /// Column of a force along the guide, N in its positive direction.
-    pub fn guide_force(&self, acts_at: f64, mut force: impl FnMut(usize) -> f64) -> Column {
-        let at = self.point_of_action(acts_at);
-        Column::of(self.len(), |n| {
-            let size = force(n);
-            if size == 0.0 {
-                return [0.0; 6];
-            }
-            self.reading_of(n, &at, &(self.axis * size))
-        })
+    pub fn guide_force(&self, acts_at: f64, force: impl FnMut(usize) -> f64) -> Column {
+        let sizes: Vec<f64> = (0..self.len()).map(force).collect();
+        if sizes.iter().all(|size| *size == 0.0) {
+            return Column::default();
+        }
+        let unit = &self.guided(acts_at).unit;
+        let times = |series: &Vec<f64>| series.iter().zip(&sizes).map(|(u, s)| u * s).collect();
+        Column(unit.0.each_ref().map(times))
     }
 
     /// Column of a force out of every wall on the tip, given touch and cycle.

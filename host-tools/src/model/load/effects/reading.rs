@@ -158,11 +158,8 @@ fn commanded(scene: &Scene) -> bool {
 /// 1 − exp(−t/T) on one axis, from the start of the log; a ramp of 1/T for a large T.
 fn drift(scene: &Scene, axis: usize, time_constant_s: f64) -> Column {
     let start = scene.time_s.first().copied().unwrap_or(0.0);
-    Column::of(scene.len(), |n| {
-        let mut six = [0.0; 6];
-        six[axis] = -(-(scene.time_s[n] - start) / time_constant_s).exp_m1();
-        six
-    })
+    let since = scene.time_s.iter().map(|time_s| time_s - start);
+    Column::on_axis(axis, since.map(|t| -(-t / time_constant_s).exp_m1()))
 }
 
 /// Change of the reading if no force were read beyond a limit.
@@ -181,11 +178,8 @@ fn leaked(scene: &Scene, to: usize, from: usize, with_zero: f64) -> Column {
     } else {
         scene.bias[from]
     };
-    Column::of(scene.len(), |n| {
-        let mut six = [0.0; 6];
-        six[to] = scene.reading.at(from, n) - zero;
-        six
-    })
+    let read = (0..scene.len()).map(|n| scene.reading.at(from, n));
+    Column::on_axis(to, read.map(|value| value - zero))
 }
 
 /// The nominal load of all axes.

@@ -1,0 +1,45 @@
+//! A moving axis: drive, pause and lost motion, part by part or a segment at once.
+
+use super::chain::Chain;
+use super::cut::Segment;
+use super::nonlinear::{Backlash, Drive, Moved, PauseGate};
+
+/// The axis between two cycles.
+pub(super) struct Moving {
+    drive: Drive,
+    gate: PauseGate,
+    backlash: Backlash,
+}
+
+impl Moving {
+    /// At rest.
+    pub(super) fn new(chain: &Chain) -> Self {
+        Self {
+            drive: Drive::new(chain),
+            gate: PauseGate::new(chain),
+            backlash: Backlash::new(chain.backlash_m),
+        }
+    }
+
+    /// One part with a constant command.
+    pub(super) fn step(&mut self, command: f64, duration_s: f64) -> Moved {
+        let moved = self.drive.follow(command, duration_s);
+        let moved = self.gate.pass(moved, command, duration_s, &mut self.drive);
+        self.backlash.pass(moved, duration_s)
+    }
+
+    /// Whether nothing but the linear stages acts while a command is constant.
+    pub(super) fn can_leap(&self, command: f64) -> bool {
+        !self.backlash.acts()
+            && self.drive.is_free(command)
+            && self.gate.stays_open(command, &self.drive)
+    }
+
+    /// A segment of several parts at once, where [`Self::can_leap`]. `number`: that of the segment,
+    /// if each cycle has the same ones.
+    pub(super) fn leap(&mut self, command: f64, segment: &Segment, number: Option<usize>) -> Moved {
+        let moved = self.drive.leap(command, segment, number);
+        self.gate.opened(moved, command);
+        moved
+    }
+}
