@@ -25,6 +25,7 @@ mod body;
 mod clock;
 mod engine;
 mod examined;
+mod fall;
 mod finding;
 mod named;
 pub(crate) mod optimise;

@@ -1,9 +1,11 @@
 //! Effects that a user has added to the model, and the history of the error.
 
+mod allowed;
 mod check;
+mod error;
 
-pub use check::EffectError;
-pub(crate) use check::{Allowed, known};
+pub(crate) use allowed::{Allowed, known};
+pub use error::EffectError;
 
 use super::Axis;
 use serde::{Deserialize, Serialize};

@@ -12,10 +12,13 @@ use std::time::{Duration, Instant};
 
 /// Time after which an answer counts as lost: the longest one takes 0.1 s on the line.
 const ANSWER: Duration = Duration::from_millis(400);
-/// Likewise when the board writes its flash: two erasures of 2 s (STM32H743 data sheet) and more.
-const FLASH_ANSWER: Duration = Duration::from_secs(8);
 /// Times that a request is sent.
 pub(super) const ATTEMPTS: u32 = 6;
+/// Likewise when the board writes its flash. It takes two erasures of 2 s (STM32H743 data sheet) and
+/// more: a request that comes again in between waits, and is answered without being done twice.
+const FLASH_ANSWER: Duration = Duration::from_secs(3);
+/// Times that such a request is sent.
+const FLASH_ATTEMPTS: u32 = 4;
 
 /// Why there is no answer, or not the one that was wanted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -122,7 +125,9 @@ impl Client {
         take: impl FnOnce(Answer<'_>) -> Option<R>,
     ) -> Result<R, LinkError> {
         let (patience, attempts) = match request {
-            Request::Commit { .. } | Request::Confirm | Request::Previous => (FLASH_ANSWER, 2),
+            Request::Commit { .. } | Request::Confirm | Request::Previous => {
+                (FLASH_ANSWER, FLASH_ATTEMPTS)
+            }
             _ => (ANSWER, ATTEMPTS),
         };
         let payload = postcard::to_slice(request, &mut [0; 1024])

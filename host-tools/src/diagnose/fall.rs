@@ -1,0 +1,140 @@
+//! The fall of the error as one effect after the other is added, and which of them help.
+
+use super::engine::{Pair, Stages, predict_both};
+use super::finding::Step;
+use super::named::{self, Named};
+use super::outcome::levels;
+use crate::model::Model;
+use crate::model::actuator::Stage;
+use crate::model::prediction::Prediction;
+use crate::recording::Recording;
+use std::collections::HashMap;
+
+/// Fall of the squared error, on the log of the fit and on unseen data, that makes an effect worth
+/// naming.
+const WORTH: f64 = 0.002;
+
+/// The model with effects added.
+pub(super) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
+    let mut after = model.clone();
+    after.effects.extend(named.map(|n| n.effect.clone()));
+    after
+}
+
+/// The error's fall, the effect with the largest share first.
+pub(super) struct Fall {
+    /// Effects with their share of the squared error of the log of the fit.
+    pub named: Vec<(Named, f64)>,
+    /// The error with none, one, two ... of them.
+    pub steps: Vec<Step>,
+}
+
+impl Fall {
+    /// The fall, and what the model with all that is named predicts.
+    pub(super) fn of(
+        model: &Model,
+        recordings: &Pair<&Recording>,
+        stages: &Stages,
+        forced: bool,
+    ) -> anyhow::Result<(Self, Pair<Prediction>)> {
+        let all = named::all(model, stages);
+        let mut known = Known {
+            model,
+            recordings,
+            all: &all,
+            predictions: HashMap::new(),
+        };
+        let everything: Vec<usize> = (0..all.len()).collect();
+        let start = known.levels(&[])?;
+        let end = known.levels(&everything)?;
+        let mut named: Vec<(usize, f64)> = Vec::new();
+        for k in 0..all.len() {
+            // What is lost without it, which is its share beside the others.
+            let others: Vec<usize> = (0..all.len()).filter(|i| *i != k).collect();
+            let without = known.levels(&others)?;
+            let square = |level: f64| level * level;
+            let lost = square(without.train) - square(end.train);
+            let share = lost / (square(start.train) - square(end.train)).max(1e-12);
+            let falls = |without: f64, end: f64| square(without) > (1.0 + WORTH) * square(end);
+            if forced || (falls(without.train, end.train) && falls(without.test, end.test)) {
+                named.push((k, share));
+            }
+        }
+        named.sort_by(|a, b| b.1.total_cmp(&a.1));
+        in_signal_order(&mut named, &all);
+        let order: Vec<usize> = named.iter().map(|n| n.0).collect();
+        let mut steps = Vec::new();
+        for count in 0..=order.len() {
+            let so_far = known.levels(&order[..count])?;
+            let effect = count.checked_sub(1).map(|k| &all[order[k]].effect.id[..]);
+            steps.push(Step {
+                effect: effect.unwrap_or("nominal").to_owned(),
+                train_error: so_far.train,
+                test_error: Some(so_far.test),
+            });
+        }
+        let predictions = known.taken(&order)?;
+        let named = named.into_iter().map(|(k, share)| (all[k].clone(), share));
+        let named = named.collect();
+        Ok((Self { named, steps }, predictions))
+    }
+}
+
+/// What the model predicts with some of the named effects, each once.
+struct Known<'a> {
+    model: &'a Model,
+    recordings: &'a Pair<&'a Recording>,
+    all: &'a [Named],
+    predictions: HashMap<Vec<usize>, Pair<Prediction>>,
+}
+
+impl Known<'_> {
+    /// Error on both logs with these effects.
+    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Pair<f64>> {
+        let key = sorted(effects);
+        let both = match self.predictions.remove(&key) {
+            Some(both) => both,
+            None => self.predicted(&key)?,
+        };
+        let totals = both.map(|prediction| levels(prediction).total());
+        self.predictions.insert(key, both);
+        Ok(totals)
+    }
+
+    /// The predictions themselves.
+    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+        let key = sorted(effects);
+        match self.predictions.remove(&key) {
+            Some(both) => Ok(both),
+            None => self.predicted(&key),
+        }
+    }
+
+    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+        let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
+        predict_both(&model, self.recordings)
+    }
+}
+
+fn sorted(effects: &[usize]) -> Vec<usize> {
+    let mut key = effects.to_vec();
+    key.sort_unstable();
+    key
+}
+
+/// Stages of the actuator with shares of the same size stand in the order of the signal.
+fn in_signal_order(named: &mut [(usize, f64)], all: &[Named]) {
+    /// Shares within this factor are of the same size.
+    const SAME_SIZE: f64 = 3.0;
+    let place = |k: usize| Stage::ALL.iter().position(|s| s.id() == all[k].effect.id);
+    for k in 1..named.len() {
+        let (first, second) = (&named[k - 1], &named[k]);
+        let alike = first.1 < SAME_SIZE * second.1;
+        if let (Some(a), Some(b)) = (place(first.0), place(second.0))
+            && alike
+            && b < a
+        {
+            named.swap(k - 1, k);
+        }
+    }
+}
