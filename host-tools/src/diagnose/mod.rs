@@ -24,6 +24,7 @@ mod actuator;
 mod body;
 mod clock;
 mod engine;
+mod equivalent;
 mod examined;
 mod fall;
 mod finding;

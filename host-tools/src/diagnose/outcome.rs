@@ -2,6 +2,7 @@
 
 use super::actuator::{Candidate, Search};
 use super::engine::{ActuatorFinding, Pair, Question, Stages};
+use super::equivalent;
 use super::fall::{Fall, with_effects};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Step, Verdict};
 use super::named::{self, Named};
@@ -62,6 +63,8 @@ pub(crate) fn conclude(
         regions::explained(&stages.before.test, &predictions.test, stages)
     };
     let named_effects = if unexplained { Vec::new() } else { found };
+    let mut notes = notes(stages, &left, unexplained, in_sample);
+    notes.extend(equivalent::note(fall.named.iter().map(|n| &n.0)).filter(|_| !unexplained));
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
         verdict,
@@ -84,7 +87,7 @@ pub(crate) fn conclude(
         looks_like,
         ranked,
         noise: stages.noise.clone(),
-        notes: notes(stages, &left, unexplained, in_sample),
+        notes,
         unseen,
         seconds: 0.0,
     };
