@@ -71,6 +71,7 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         verdict,
         effects: Vec::new(),
         parameters: Parameters::new(),
+        equivalent: None,
         residual_rms_sigma: BeforeAfter::default(),
         steps: Vec::new(),
         runner_up: None,

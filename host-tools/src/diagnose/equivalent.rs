@@ -1,59 +1,82 @@
 //! Effects that are others in other words: no log can tell them apart.
 
-use super::named::Named;
+use super::finding::{Equivalent, Estimate, Parameters};
+use super::named::{INTERVAL_95, Named};
 
-/// Says which other effect of the catalogue is the same as some of the named ones together.
-pub(super) fn note<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<String> {
+/// The effect of the catalogue that is the same as some of the named ones together.
+pub(super) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
     let find = |id: &str| named.clone().find(|n| n.effect.id == id);
     let (coulomb, offset) = (find("guide_coulomb")?, find("guide_offset")?);
-    let of = |named: &Named, name: &str| named.effect.parameters.get(name).copied();
-    let acts_at = |named: &Named| of(named, "acts_at").unwrap_or(0.0);
+    let acts_at = |named: &Named| named.effect.parameters.get("acts_at").copied();
     if acts_at(coulomb) != acts_at(offset) {
         return None;
     }
+    let (dry, constant) = (
+        coulomb.estimates.get("force_n")?,
+        offset.estimates.get("force_n")?,
+    );
     // −F sgn v + F0: F − F0 against a motion forwards, F + F0 against one backwards.
-    let (dry, constant) = (of(coulomb, "force_n")?, of(offset, "force_n")?);
-    let (forward, backward) = (dry - constant, dry + constant);
-    (forward >= 0.0 && backward >= 0.0).then(|| {
-        format!(
-            "guide_coulomb and guide_offset together are the same as a friction that differs by \
-             direction (guide_asymmetry): {forward:.3} N forwards and {backward:.3} N backwards. No \
-             log can tell one from the other; who knows the guide can."
-        )
+    let forward = sum(dry, constant, -1.0);
+    let backward = sum(dry, constant, 1.0);
+    if forward.value < 0.0 || backward.value < 0.0 {
+        return None;
+    }
+    let sentence = format!(
+        "guide_coulomb and guide_offset together are the same as a friction that differs by \
+         direction (guide_asymmetry): {:.3} N forwards and {:.3} N backwards. No log can tell one \
+         from the other; who knows the guide can.",
+        forward.value, backward.value
+    );
+    let parameters = [("forward_n", forward), ("backward_n", backward)];
+    let parameters = parameters.map(|(name, estimate)| (name.to_owned(), estimate));
+    Some(Equivalent {
+        of: [coulomb, offset].map(|n| n.effect.id.clone()).to_vec(),
+        parameters: Parameters::from([("guide_asymmetry".to_owned(), parameters.into())]),
+        sentence,
     })
+}
+
+/// One estimate plus another, or minus it.
+fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
+    let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / INTERVAL_95;
+    let value = one.value + sign * other.value;
+    let reach = INTERVAL_95 * deviation(one).hypot(deviation(other));
+    Estimate {
+        value,
+        unit: one.unit.clone(),
+        low: value - reach,
+        high: value + reach,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::EffectModel;
 
-    fn named(id: &str, parameters: &[(&str, f64)]) -> Named {
-        let parameters = parameters.iter().map(|(name, v)| ((*name).to_owned(), *v));
-        Named {
-            effect: EffectModel {
-                id: id.to_owned(),
-                parameters: parameters.collect(),
-                ..EffectModel::default()
-            },
-            estimates: Default::default(),
-        }
+    fn named(id: &str, force_n: f64, acts_at: f64) -> Named {
+        Named::new(id, Vec::new())
+            .with("force_n", (force_n, 0.1), "N")
+            .choosing("acts_at", acts_at)
     }
 
     #[test]
     fn friction_by_direction_is_friction_with_an_offset() {
-        let dry = named("guide_coulomb", &[("force_n", 1.5)]);
-        let constant = named("guide_offset", &[("force_n", -0.5)]);
-        let said = note([&dry, &constant].into_iter()).unwrap_or_default();
+        let dry = named("guide_coulomb", 1.5, 0.0);
+        let said = of([&dry, &named("guide_offset", -0.5, 0.0)].into_iter());
+        let said = said.expect("the same as guide_asymmetry");
         assert!(
-            said.contains("2.000 N forwards and 1.000 N backwards"),
-            "{said}"
+            said.sentence
+                .contains("2.000 N forwards and 1.000 N backwards"),
+            "{}",
+            said.sentence
         );
+        let forward = &said.parameters["guide_asymmetry"]["forward_n"];
+        assert!((forward.high - 2.0 - 1.96 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
         // Against the motion in one direction only: no friction does so.
-        let strong = named("guide_offset", &[("force_n", 2.0)]);
-        assert_eq!(note([&dry, &strong].into_iter()), None);
-        let elsewhere = named("guide_offset", &[("force_n", 0.5), ("acts_at", 1.0)]);
-        assert_eq!(note([&dry, &elsewhere].into_iter()), None);
-        assert_eq!(note([&dry].into_iter()), None);
+        let strong = named("guide_offset", 2.0, 0.0);
+        let elsewhere = named("guide_offset", 0.5, 1.0);
+        for other in [&strong, &elsewhere, &dry] {
+            assert_eq!(of([&dry, other].into_iter()), None);
+        }
     }
 }

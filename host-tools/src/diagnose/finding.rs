@@ -161,6 +161,17 @@ pub struct NoiseFloor {
     pub data_sheet: f64,
 }
 
+/// Another effect that is the same as some of the named ones together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Equivalent {
+    /// Ids of the named ones.
+    pub of: Vec<String>,
+    /// The other effect with its parameters.
+    pub parameters: Parameters,
+    /// For a person.
+    pub sentence: String,
+}
+
 /// Result of a diagnosis.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
@@ -172,6 +183,9 @@ pub struct Diagnosis {
     pub effects: Vec<String>,
     /// Their parameters.
     pub parameters: Parameters,
+    /// The same in other words, which no log can tell apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equivalent: Option<Equivalent>,
     /// Error before and after.
     pub residual_rms_sigma: BeforeAfter,
     /// The error's fall, effect by effect.

@@ -21,7 +21,7 @@ pub(crate) struct Named {
 }
 
 impl Named {
-    fn new(id: &str, axes: Vec<Axis>) -> Self {
+    pub(super) fn new(id: &str, axes: Vec<Axis>) -> Self {
         Self {
             effect: EffectModel {
                 id: id.to_owned(),
@@ -33,7 +33,7 @@ impl Named {
     }
 
     /// Adds a fitted parameter.
-    fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
+    pub(super) fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
         let reach = INTERVAL_95 * sigma;
         self.within(name, value, [value - reach, value + reach], unit)
     }
@@ -55,7 +55,7 @@ impl Named {
     }
 
     /// Adds a parameter that is a choice: it has no interval. The usual choice is left out.
-    fn choosing(mut self, name: &str, value: f64) -> Self {
+    pub(super) fn choosing(mut self, name: &str, value: f64) -> Self {
         if value != 0.0 {
             self.effect.parameters.insert(name.to_owned(), value);
         }

@@ -63,8 +63,9 @@ pub(crate) fn conclude(
         regions::explained(&stages.before.test, &predictions.test, stages)
     };
     let named_effects = if unexplained { Vec::new() } else { found };
+    let same = equivalent::of(fall.named.iter().map(|n| &n.0)).filter(|_| !unexplained);
     let mut notes = notes(stages, &left, unexplained, in_sample);
-    notes.extend(equivalent::note(fall.named.iter().map(|n| &n.0)).filter(|_| !unexplained));
+    notes.extend(same.iter().map(|same| same.sentence.clone()));
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
         verdict,
@@ -76,6 +77,7 @@ pub(crate) fn conclude(
             .iter()
             .map(|(n, _)| (n.effect.id.clone(), n.estimates.clone()))
             .collect(),
+        equivalent: same,
         effects: named_effects,
         residual_rms_sigma: BeforeAfter {
             before: levels(&stages.before.test),

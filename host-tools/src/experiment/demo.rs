@@ -157,11 +157,14 @@ pub struct Answer {
     pub found: Option<Estimate>,
 }
 
-/// Every hidden parameter beside what was found.
+/// Every hidden parameter beside what was found, if need be in other words.
 pub fn answers(hidden: &[Hidden], diagnosis: &Diagnosis) -> Vec<Answer> {
     let of_effect = |effect: &Hidden| {
-        let named = diagnosis.effects.contains(&effect.id);
-        let fitted = diagnosis.parameters.get(&effect.id).filter(|_| named);
+        let own = diagnosis.parameters.get(&effect.id);
+        let own = own.filter(|_| diagnosis.effects.contains(&effect.id));
+        let same = diagnosis.equivalent.iter();
+        let fitted = own.or_else(|| same.filter_map(|s| s.parameters.get(&effect.id)).next());
+        let named = fitted.is_some();
         let answer = |(name, value): (&String, &f64)| Answer {
             effect: effect.id.clone(),
             named,

@@ -139,6 +139,9 @@ impl Story<'_> {
                 ))?;
             }
         }
+        if let Some(same) = &diagnosis.equivalent {
+            self.say(&format!("   {}\n", same.sentence))?;
+        }
         if let Some(rival) = &diagnosis.runner_up {
             let verb = if rival.told_apart {
                 "is told apart"
@@ -193,10 +196,17 @@ impl Story<'_> {
     /// What was hidden, beside what was found.
     fn resolve(&self, diagnosis: &Diagnosis) -> Result<Vec<Answer>> {
         let answers = demo::answers(&self.hidden, diagnosis);
+        let in_other_words = |id: &String| {
+            let same = diagnosis.equivalent.as_ref();
+            same.is_some_and(|s| {
+                s.of.contains(id) && self.hidden.iter().any(|h| s.parameters.contains_key(&h.id))
+            })
+        };
         let extra: Vec<&str> = diagnosis
             .effects
             .iter()
             .filter(|id| !answers.iter().any(|answer| answer.effect == **id))
+            .filter(|id| !in_other_words(id))
             .map(String::as_str)
             .collect();
         let wrong = if extra.is_empty() {
