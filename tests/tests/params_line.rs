@@ -128,7 +128,9 @@ fn any_answer_may_be_lost() {
         assert_eq!(mass(&served), lost as f64 / 1024.0, "answer {lost}");
     }
     let before = mass(&served);
-    for lost in 0..answers(&back) {
+    let count = answers(&back);
+    served.done(&["set", MASS, &before.to_string()]);
+    for lost in 0..count {
         proxy.set(Fault::LosesAnswer(lost));
         let run = back();
         assert_eq!(run.code, Some(0), "rollback, answer {lost}: {}", run.stderr);
