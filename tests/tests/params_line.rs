@@ -1,7 +1,7 @@
 //! `softdock params` on lines that are taken, noisy, cut off, or not there.
 
 use softdock_tests::peers::{Board, Fault, Proxy, Served, params, serve};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{Finished, scratch, softdock};
 
 const MASS: &str = "control.sensor.tool_mass_kg";
 
@@ -113,7 +113,7 @@ fn any_answer_may_be_lost() {
     let back = || params(folder, &port, &["rollback"]);
     // Behind the restart a program asks a varying number of times whether the board is there; the
     // last answers are counted from the end of an undisturbed run.
-    let answers = |run: &dyn Fn() -> softdock_tests::process::Run| {
+    let answers = |run: &dyn Fn() -> Finished| {
         proxy.set(Fault::None);
         let run = run();
         assert_eq!(run.code, Some(0), "{}", run.stderr);
