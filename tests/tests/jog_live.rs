@@ -55,9 +55,11 @@ impl RunningRig {
         let thread = thread::spawn(move || {
             let mut rig = LockStepRig::connect(&scenario, &settings, robot, can);
             let mut motion = Motion::new();
-            while !raised.load(Ordering::Relaxed) {
-                motion.extend(rig.run(1));
-                moves.fetch_or(motion.last() != Some(&[0; 6]), Ordering::Relaxed);
+            while !raised.load(Ordering::Relaxed)
+                && let Some(correction) = rig.step()
+            {
+                moves.fetch_or(correction != [0; 6], Ordering::Relaxed);
+                motion.push(correction);
             }
             motion
         });
@@ -72,7 +74,7 @@ impl RunningRig {
     /// Waits until the robot is told to move.
     fn wait_for_motion(&self) {
         while !self.moved.load(Ordering::Relaxed) {
-            assert!(!self.thread.is_finished(), "a rig that was answered");
+            assert!(!self.thread.is_finished(), "the rig has ended");
             thread::sleep(Duration::from_millis(1));
         }
     }

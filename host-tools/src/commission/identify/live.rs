@@ -84,22 +84,39 @@ impl Jogs {
         let began = ear.cycles();
         for jog in &self.axes {
             let word = word(*jog);
-            let port = board.port.clone();
-            let mut status = board.client.operate(word).with_context(|| port.clone())?;
-            while over(&status, word)?.is_none() {
-                // A motion that nobody watches any more is stopped, too.
-                let heard = ear.listen(|_| {});
-                if let Err(error) = heard.and_then(|()| unless(stop)) {
-                    stand_still(board).with_context(|| format!("{error:#}"))?;
-                    return Err(error);
-                }
-                progress((ear.cycles() - began) as f64 / all as f64, word);
-                status = board.client.status().with_context(|| port.clone())?;
+            let tell = |cycles| progress((cycles - began) as f64 / all as f64, word);
+            if let Err(error) = watched(board, ear, word, stop, tell) {
+                // A motion that nobody watches any more is stopped, whatever the reason.
+                stand_still(board).with_context(|| format!("{error:#}"))?;
+                return Err(error);
             }
             rest(ear, stop)?;
         }
         Ok(())
     }
+}
+
+/// Begins a jog and watches it until it is over; `tell` is told the cycles that were recorded.
+///
+/// # Errors
+/// As [`Jogs::run`]; the robot may still move.
+fn watched(
+    board: &mut LiveBoard,
+    ear: &mut Ear,
+    word: &str,
+    stop: &AtomicBool,
+    mut tell: impl FnMut(u64),
+) -> Result<()> {
+    let begun = board.client.operate(word);
+    let mut status = begun.with_context(|| board.port.clone())?;
+    while !is_over(&status, word)? {
+        ear.listen(|_| {})?;
+        unless(stop)?;
+        tell(ear.cycles());
+        let now = board.client.status();
+        status = now.with_context(|| board.port.clone())?;
+    }
+    Ok(())
 }
 
 /// An error once `stop` is raised.
@@ -132,7 +149,11 @@ fn stand_still(board: &mut LiveBoard) -> Result<()> {
             board.port
         )
     };
-    let mut status = board.client.operate("stop").with_context(unsure)?;
+    let mut status = board.client.status().with_context(unsure)?;
+    // A board that has latched a fault has ended the jog itself.
+    if status.mode == "Jogging" {
+        status = board.client.operate("stop").with_context(unsure)?;
+    }
     let give_up = Instant::now() + COMES_TO_REST;
     while status.moves && Instant::now() < give_up {
         status = board.client.status().with_context(unsure)?;
@@ -146,21 +167,18 @@ fn stand_still(board: &mut LiveBoard) -> Result<()> {
     Ok(())
 }
 
-/// Whether the jog is over; an error if it did not come to its end.
-fn over(status: &Status, word: &str) -> Result<Option<()>> {
+/// Whether the jog is over; an error if it did not come to its end. A robot that is silent for a
+/// moment goes on; one that is for longer is missed by who listens to the cycles.
+fn is_over(status: &Status, word: &str) -> Result<bool> {
     if let Some((name, expected, received)) = &status.fault {
         bail!(
             "{word}: {name} (expected {expected}, received {received}): the robot stands still; mend the \
              cause, then `softdock params mode reset`"
         );
     }
-    ensure!(
-        status.robot,
-        "{word}: the robot sends no telegrams any more; start RSI again"
-    );
     match status.mode.as_str() {
-        "Jogging" => Ok(None),
-        "Hold" => Ok(Some(())),
+        "Jogging" => Ok(false),
+        "Hold" => Ok(true),
         mode => bail!(
             "{word}: the board is in mode {mode} all at once; is somebody else working with it?"
         ),
