@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
-use softdock_tests::peers::{LockStepRig, serve};
+use softdock_tests::peers::{LockStepRig, patient, serve};
 use softdock_tests::process::softdock;
 use std::net::UdpSocket;
 use std::sync::Arc;
@@ -23,12 +23,7 @@ fn heavy_tool() -> Scenario {
     scenario.rig.mechanism.walls.clear();
     let sensor = &mut scenario.rig.sensor;
     (sensor.tool_mass_kg, sensor.tool_com_m, sensor.bias_n) = (MASS_KG, COM_M, BIAS_N);
-    let settings = &mut scenario.board;
-    settings.can.poll_period_s = 0.0005;
-    settings.can.answer_timeout_s = 1.0;
-    settings.rsi.silence_s = 60.0;
-    settings.control.sensor.stale_after_cycles = 100;
-    settings.control.sensor.fault_after_cycles = 1000;
+    scenario.board = patient(&scenario.board);
     scenario
 }
 

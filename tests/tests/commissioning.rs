@@ -5,7 +5,7 @@
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
 use softdock::recording::Recording;
-use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, params, serve};
+use softdock_tests::peers::{LockStepRig, Motion, PATIENCE, QemuBoard, params, serve};
 use softdock_tests::process::{scratch, softdock};
 use std::path::{Path, PathBuf};
 
@@ -55,25 +55,6 @@ fixed = true
 
 [control.delay]
 law = "predictor"
-"#;
-
-/// For a board in QEMU: it polls its sensor as often as it may, and has patience with a busy
-/// computer.
-const PATIENCE: &str = r#"
-[can]
-poll_period_s = 0.0005
-answer_timeout_s = 1.0
-
-[rsi]
-silence_s = 60.0
-
-[control.robot]
-late_answers_fault = 1_000_000
-lost_telegrams_fault = 1_000_000
-
-[control.sensor]
-stale_after_cycles = 100
-fault_after_cycles = 1000
 "#;
 
 /// Poses in which nothing was calibrated, A, B, C in degrees.

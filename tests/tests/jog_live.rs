@@ -5,12 +5,16 @@ use softdock::experiment::scenario::Scenario;
 use softdock::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_control::modes::Mode;
-use softdock_tests::peers::{BUSY_COMPUTER, LockStepRig, RunningRobot, Sensor, Served, serve};
-use softdock_tests::process::{Finished, softdock};
+use softdock_tests::peers::{
+    BUSY_COMPUTER, LockStepRig, Motion, RunningRobot, Sensor, Served, patient, serve,
+};
+use softdock_tests::process::{Finished, Running, softdock, softdock_binary};
 use std::net::{SocketAddr, UdpSocket};
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 use toml_edit::ser::to_string_pretty;
 
 /// What is to be found out.
@@ -23,14 +27,7 @@ fn late_rig() -> (Scenario, BoardSettings) {
     scenario.rig.mechanism.walls.clear();
     let actuator = &mut scenario.rig.robot.actuator;
     (actuator.delay_s, actuator.lag_s, actuator.pause_s) = (DELAY_S, 0.0, PAUSE_S);
-    let settings = &mut scenario.board;
-    settings.can.poll_period_s = 0.0005;
-    settings.can.answer_timeout_s = 1.0;
-    settings.rsi.silence_s = 60.0;
-    settings.control.robot.late_answers_fault = 1_000_000;
-    settings.control.robot.lost_telegrams_fault = 1_000_000;
-    settings.control.sensor.stale_after_cycles = 100;
-    settings.control.sensor.fault_after_cycles = 1000;
+    scenario.board = patient(&scenario.board);
     let settings = scenario.actual_board().unwrap();
     (scenario, settings)
 }
@@ -44,25 +41,48 @@ fn free_address() -> SocketAddr {
 /// The rig, running in a thread of its own.
 struct RunningRig {
     stop: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
+    /// The robot was told to move.
+    moved: Arc<AtomicBool>,
+    thread: JoinHandle<Motion>,
 }
 
 impl RunningRig {
     fn start(scenario: Scenario, settings: BoardSettings, served: &mut Served) -> Self {
         let (robot, can) = (served.board.robot, served.board.can);
         let stop = Arc::new(AtomicBool::new(false));
-        let raised = stop.clone();
+        let moved = Arc::new(AtomicBool::new(false));
+        let (raised, moves) = (stop.clone(), moved.clone());
         let thread = thread::spawn(move || {
             let mut rig = LockStepRig::connect(&scenario, &settings, robot, can);
-            rig.run_until(&raised, usize::MAX);
+            let mut motion = Motion::new();
+            while !raised.load(Ordering::Relaxed)
+                && let Some(correction) = rig.step()
+            {
+                moves.fetch_or(correction != [0; 6], Ordering::Relaxed);
+                motion.push(correction);
+            }
+            motion
         });
         served.board.process.wait_for("sensor Running");
-        Self { stop, thread }
+        Self {
+            stop,
+            moved,
+            thread,
+        }
     }
 
-    fn stop(self) {
+    /// Waits until the robot is told to move.
+    fn wait_for_motion(&self) {
+        while !self.moved.load(Ordering::Relaxed) {
+            assert!(!self.thread.is_finished(), "the rig has ended");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// What the robot was told.
+    fn stop(self) -> Motion {
         self.stop.store(true, Ordering::Relaxed);
-        self.thread.join().expect("a rig that was answered");
+        self.thread.join().expect("a rig that was answered")
     }
 }
 
@@ -141,6 +161,61 @@ fn the_delay_of_a_live_rig_is_found_and_uploaded() {
     assert!((delay - DELAY_S).abs() < 2e-3, "{delay}");
     assert_eq!(served.done(&["diff", "new.toml"]), "");
     rig.stop();
+    served.board.stop();
+}
+
+/// Ctrl-C while the robot jogs: it stands still, the board holds, and what was recorded is whole.
+#[test]
+fn ctrl_c_ends_a_jog() {
+    let (scenario, mut settings) = late_rig();
+    let address = free_address();
+    settings.network.recorder = address.to_string().as_str().try_into().unwrap();
+    let toml = to_string_pretty(&settings).unwrap();
+    let mut served = serve("jog_interrupted", &toml, &[]);
+    let rig = RunningRig::start(scenario, settings, &mut served);
+    let mut command = Command::new(softdock_binary());
+    command
+        .current_dir(&served.board.folder)
+        .args(["identify", "actuator", "--port", &served.port])
+        .args(["--axis", "y,z", "--yes", "--json", "--upload"])
+        .args(["--keep", "jog.mcap", "--into", "board.toml"]);
+    let mut jog = Running::start("jog", &mut command);
+    jog.wait_for("The robot will move");
+    served.board.process.wait_for("mode Jogging");
+    rig.wait_for_motion();
+    jog.interrupt();
+    let (status, log) = jog.finish();
+    assert_eq!(status.code(), Some(1), "{log}");
+    for says in [
+        "stopped: the robot stands still, and nothing was identified",
+        "kept so far: jog.mcap: ",
+    ] {
+        assert!(log.contains(says), "`{says}`: {log}");
+    }
+    served.board.process.wait_for("mode Hold");
+    let status = served.json(&["status"]);
+    assert_eq!(status["status"]["mode"], "Hold");
+    assert_eq!(status["status"]["moves"], false);
+    let motion = rig.stop();
+    assert_eq!(motion.last(), Some(&[0; 6]));
+    assert!(motion.iter().all(|c| c[2] == 0), "the next jog began");
+
+    // The file is whole, and shows the motion and its end.
+    let folder = &served.board.folder;
+    let recording = Recording::open(&folder.join("jog.mcap")).unwrap();
+    assert_eq!(recording.cut, None);
+    let moved = recording
+        .cycles
+        .iter()
+        .filter(|c| c.trace.sent_velocity[1] != 0.0);
+    assert!(moved.count() > 0);
+    let last = recording.cycles.last().unwrap();
+    assert_eq!(
+        (last.trace.mode, last.trace.sent_velocity),
+        (Mode::Hold, [0.0; 6])
+    );
+    // Nothing else was written.
+    assert_eq!(served.done(&["diff", "board.toml"]), "");
     served.board.stop();
 }
 

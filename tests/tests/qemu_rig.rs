@@ -6,7 +6,7 @@ use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
-use softdock_tests::peers::{LockStepRig, Motion, QemuBoard};
+use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, patient};
 use toml_edit::ser::to_string_pretty;
 
 /// The craft flies with 5 mm/s, touches after 1 s, is turned around and flies back: 2 s.
@@ -14,18 +14,10 @@ const CYCLES: usize = 500;
 /// One unit of a correction, m (10⁻⁴ mm).
 const COUNT_M: f64 = 1e-7;
 
-/// The paper's spring-rod test with its law, and a board that polls its sensor as often as it may
-/// and has patience with a busy computer.
+/// The paper's spring-rod test with its law, and a board that has patience with a busy computer.
 fn spring_rod() -> (Scenario, BoardSettings) {
     let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Seed);
-    let settings = &mut scenario.board;
-    settings.can.poll_period_s = 0.0005;
-    settings.can.answer_timeout_s = 1.0;
-    settings.rsi.silence_s = 60.0;
-    settings.control.robot.late_answers_fault = 1_000_000;
-    settings.control.robot.lost_telegrams_fault = 1_000_000;
-    settings.control.sensor.stale_after_cycles = 100;
-    settings.control.sensor.fault_after_cycles = 1000;
+    scenario.board = patient(&scenario.board);
     let settings = scenario.actual_board().unwrap();
     (scenario, settings)
 }

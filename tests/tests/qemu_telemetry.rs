@@ -3,7 +3,7 @@
 
 use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
-use softdock_tests::peers::{LockStepRig, QemuBoard};
+use softdock_tests::peers::{LockStepRig, QemuBoard, patient};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
 use std::net::SocketAddrV4;
 use std::process::Command;
@@ -23,13 +23,8 @@ fn a_recording_from_qemu_replays_bit_for_bit() {
     let address: SocketAddrV4 = address.expect("the recorder's address");
 
     let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Seed);
+    scenario.board = patient(&scenario.board);
     let settings = &mut scenario.board;
-    settings.can.answer_timeout_s = 1.0;
-    settings.rsi.silence_s = 60.0;
-    settings.control.robot.late_answers_fault = 1_000_000;
-    settings.control.robot.lost_telegrams_fault = 1_000_000;
-    settings.control.sensor.stale_after_cycles = 100;
-    settings.control.sensor.fault_after_cycles = 1000;
     settings.network.recorder = address.to_string().as_str().try_into().unwrap();
     let settings = scenario.actual_board().unwrap();
     let toml = to_string_pretty(&settings).unwrap();

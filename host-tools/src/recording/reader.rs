@@ -8,6 +8,7 @@ use super::schema::ros2msg;
 use super::topics::{Row, Topic};
 use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{FORMAT, Header, PROFILE, Recording};
+use crate::identity;
 use anyhow::{Context, bail, ensure};
 use mcap::records::{Metadata, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -236,12 +237,26 @@ impl Loader {
         ensure!(
             channel.message_encoding == MESSAGE_ENCODING
                 && self.schemas.get(&channel.schema_id) == Some(&expected),
-            "topic `{}` has other fields than those of format `{FORMAT}`",
-            topic.name()
+            "topic `{}` has other fields than those of format `{FORMAT}`{}",
+            topic.name(),
+            self.other_version()
         );
         self.truth |= topic == Topic::Truth;
         self.channels.insert(channel.id, topic);
         Ok(())
+    }
+
+    /// Whose fields they are, and the way from there to here.
+    fn other_version(&self) -> String {
+        let writer = self.header.as_ref().map(|header| header.identity.as_str());
+        let writer = writer.filter(|identity| !identity.is_empty());
+        format!(
+            ": it was recorded by `{}`, and this is `{}`. Read it with that version, or write it there \
+             as a table (`softdock export RUN.mcap -o run.csv`) and read that here with a mapping of \
+             its columns (`softdock import run.csv --mapping MAPPING.toml -o FOLDER`)",
+            writer.unwrap_or("a version without a name"),
+            identity::text()
+        )
     }
 
     fn message(&mut self, channel_id: u16, data: &[u8]) -> anyhow::Result<()> {

@@ -164,7 +164,11 @@ fn files_of_other_programs_are_refused() {
 }
 
 fn our_metadata() -> mcap::records::Metadata {
-    let entries = [("format", FORMAT), ("identity", ""), ("settings", "")];
+    let entries = [
+        ("format", FORMAT),
+        ("identity", "softdock 0.0.7 (0123abc)"),
+        ("settings", ""),
+    ];
     mcap::records::Metadata {
         name: "softdock".into(),
         metadata: entries.map(|(k, v)| (k.into(), v.into())).into(),
@@ -179,7 +183,14 @@ fn a_topic_with_other_fields_is_refused() {
         let id = writer.add_channel(schema.unwrap(), "/law", "cdr", &BTreeMap::new());
         id.map(drop).unwrap();
     });
-    assert!(error.contains("topic `/law` has other fields"), "{error}");
+    for says in [
+        "topic `/law` has other fields",
+        "recorded by `softdock 0.0.7 (0123abc)`",
+        "`softdock export RUN.mcap -o run.csv`",
+        "`softdock import run.csv --mapping MAPPING.toml -o FOLDER`",
+    ] {
+        assert!(error.contains(says), "`{says}`: {error}");
+    }
 }
 
 /// A cycle that lacks a topic is not a cycle.

@@ -2,6 +2,7 @@
 //! and those in Python.
 
 mod board;
+mod patience;
 mod proxy;
 pub mod python;
 mod qemu;
@@ -12,6 +13,7 @@ mod sensor;
 mod served;
 
 pub use board::{BUSY_COMPUTER, Board, counted, text};
+pub use patience::{PATIENCE, patient};
 pub use proxy::{Fault, Proxy};
 pub use qemu::QemuBoard;
 pub use rig::{LockStepRig, Motion};

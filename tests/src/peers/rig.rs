@@ -126,15 +126,19 @@ impl LockStepRig {
     /// # Panics
     /// As [`Self::run`].
     pub fn run_until(&mut self, stop: &AtomicBool, most: usize) -> bool {
+        (0..most).all(|_| !stop.load(Ordering::Relaxed) && self.step().is_some())
+    }
+
+    /// Runs one cycle: the correction; None if the board has let go of the sensor's line. A telegram
+    /// that the board misses while it starts over is sent again.
+    ///
+    /// # Panics
+    /// As [`Self::run`].
+    pub fn step(&mut self) -> Option<[i64; 6]> {
         self.socket
             .set_read_timeout(Some(MISSED))
             .expect("a timeout can be set");
-        for _ in 0..most {
-            if stop.load(Ordering::Relaxed) || self.cycle().is_none() {
-                return false;
-            }
-        }
-        true
+        self.cycle()
     }
 
     /// Runs so many cycles: the corrections.

@@ -52,7 +52,10 @@ impl Sensor {
             "The board holds. Move the robot by hand or by its own program, slowly, RSI running; rest for \
              a second in each pose, hands off the tool. Ctrl-C takes what there is."
         );
-        self.watch(&sensor, &mut ear, &stop)?;
+        if let Err(error) = self.watch(&sensor, &mut ear, &stop) {
+            eprintln!("{}", ear.interrupted());
+            return Err(error);
+        }
         let (recording, notes) = ear.finish()?;
         for note in &notes {
             eprintln!("warning: {note}");

@@ -11,6 +11,7 @@ use crate::commission::parameters::BAUD_RATE;
 use anyhow::{Result, ensure};
 use clap::Args;
 use std::net::SocketAddr;
+use std::sync::atomic::Ordering;
 
 /// Where the board is.
 #[derive(Debug, Args)]
@@ -55,12 +56,20 @@ impl Actuator {
             bar.show(share, word);
         });
         drop(bar);
-        done?;
+        if let Err(error) = done {
+            eprintln!("{}", ear.interrupted());
+            return Err(error);
+        }
         let (recording, notes) = ear.finish()?;
         for note in notes {
             eprintln!("warning: {note}");
         }
         let found = identify(&recording)?;
+        // From here on every step is whole or not done: nothing is to be stopped.
+        ensure!(
+            !stop.load(Ordering::Relaxed),
+            "stopped after the jog: nothing was written"
+        );
         let origin = format!("a jog of the robot along {}", self.axis.join(", "));
         self.give(&found, &origin)?;
         match self.live.upload {

@@ -43,7 +43,7 @@ impl Answer<'_> {
             max_velocity: limited(&[Limit::Velocity]),
             tried_acceleration: self.track.largest_step() / self.track.cycle_s,
             tried_velocity: self.track.fastest(),
-            residual_rms: chosen.rms(),
+            residual_rms: rms(&chosen.left),
             noise_rms: noise_of(chosen),
             rivals: self.rivals(),
             feedback_latency: None,
@@ -51,7 +51,7 @@ impl Answer<'_> {
                 time_s: (self.track.first..self.track.place.len())
                     .map(|n| n as f64 * self.track.cycle_s)
                     .collect(),
-                residual: chosen.residual.clone(),
+                residual: chosen.left.clone(),
                 chain: structure.chain(&chosen.values),
             },
         }
@@ -130,6 +130,12 @@ impl Answer<'_> {
             .map(|f| words(&f.structure))
             .collect()
     }
+}
+
+/// Root mean square.
+fn rms(values: &[f64]) -> f64 {
+    let squares: f64 = values.iter().map(|v| v * v).sum();
+    (squares / values.len().max(1) as f64).sqrt()
 }
 
 fn words(structure: &Structure) -> String {

@@ -26,7 +26,7 @@ impl Judge {
             .iter()
             .min_by(|a, b| a.squares().total_cmp(&b.squares()));
         let (count, correlated) = best.map_or((1, 1.0), |fit| {
-            (fit.residual.len(), correlated_cycles(&fit.residual))
+            (fit.residual.len(), correlated_cycles(fit.of_positions()))
         });
         Self {
             independent: count as f64 / correlated,
@@ -77,6 +77,6 @@ pub(super) fn leaves_more_than_noise(fit: &Fit) -> bool {
 
 /// Noise of the positions by what is left of them.
 pub(super) fn noise_of(fit: &Fit) -> f64 {
-    let noise = noise_floor(&fit.residual, Noise::White).unwrap_or(0.0);
+    let noise = noise_floor(&fit.left, Noise::White).unwrap_or(0.0);
     noise.hypot(LEAST_ERROR)
 }

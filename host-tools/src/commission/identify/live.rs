@@ -6,10 +6,14 @@ use softdock_control::jog::{Jog, JogSettings};
 use softdock_control::modes::Command;
 use softdock_link::service::Status;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Cycles of rest that are recorded before the first jog and after each: the robot is late, and what
 /// it was told at the end is seen then.
 const REST: u64 = 100;
+
+/// Longest time in which a robot does what it was told before a stop.
+const COMES_TO_REST: Duration = Duration::from_secs(5);
 
 /// What a board will do for a jog.
 #[derive(Clone, Debug)]
@@ -64,7 +68,7 @@ impl Jogs {
     }
 
     /// Jogs one axis after the other while `ear` records; `progress` is told the share that is done
-    /// and the axis. When `stop` is raised, the robot is stopped.
+    /// and the axis. When `stop` is raised, the jog is stopped and no other one begins.
     ///
     /// # Errors
     /// The board refuses a jog, faults, or falls silent; or `stop` was raised.
@@ -76,49 +80,105 @@ impl Jogs {
         mut progress: impl FnMut(f64, &str),
     ) -> Result<()> {
         let all: u64 = self.axes.iter().map(|jog| self.cycles(*jog) + REST).sum();
-        ear.wait_for(REST)?;
+        rest(ear, stop)?;
         let began = ear.cycles();
         for jog in &self.axes {
             let word = word(*jog);
-            let port = board.port.clone();
-            let mut status = board.client.operate(word).with_context(|| port.clone())?;
-            while over(&status, word)?.is_none() {
-                if stop.load(Ordering::Relaxed) {
-                    board.client.operate("stop").with_context(|| port.clone())?;
-                    bail!("stopped: the robot stands still, and nothing was identified");
-                }
-                if let Err(error) = ear.listen(|_| {}) {
-                    // Nobody watches the motion any more.
-                    board
-                        .client
-                        .operate("stop")
-                        .with_context(|| format!("{port}: {error:#}"))?;
-                    return Err(error);
-                }
-                progress((ear.cycles() - began) as f64 / all as f64, word);
-                status = board.client.status().with_context(|| port.clone())?;
+            let tell = |cycles| progress((cycles - began) as f64 / all as f64, word);
+            if let Err(error) = watched(board, ear, word, stop, tell) {
+                // A motion that nobody watches any more is stopped, whatever the reason.
+                stand_still(board).with_context(|| format!("{error:#}"))?;
+                return Err(error);
             }
-            ear.wait_for(REST)?;
+            rest(ear, stop)?;
         }
         Ok(())
     }
 }
 
-/// Whether the jog is over; an error if it did not come to its end.
-fn over(status: &Status, word: &str) -> Result<Option<()>> {
+/// Begins a jog and watches it until it is over; `tell` is told the cycles that were recorded.
+///
+/// # Errors
+/// As [`Jogs::run`]; the robot may still move.
+fn watched(
+    board: &mut LiveBoard,
+    ear: &mut Ear,
+    word: &str,
+    stop: &AtomicBool,
+    mut tell: impl FnMut(u64),
+) -> Result<()> {
+    let begun = board.client.operate(word);
+    let mut status = begun.with_context(|| board.port.clone())?;
+    while !is_over(&status, word)? {
+        ear.listen(|_| {})?;
+        unless(stop)?;
+        tell(ear.cycles());
+        let now = board.client.status();
+        status = now.with_context(|| board.port.clone())?;
+    }
+    Ok(())
+}
+
+/// An error once `stop` is raised.
+///
+/// # Errors
+/// It is.
+fn unless(stop: &AtomicBool) -> Result<()> {
+    ensure!(
+        !stop.load(Ordering::Relaxed),
+        "stopped: the robot stands still, and nothing was identified"
+    );
+    Ok(())
+}
+
+/// Records so many cycles while the robot rests.
+fn rest(ear: &mut Ear, stop: &AtomicBool) -> Result<()> {
+    let enough = ear.cycles() + REST;
+    while ear.cycles() < enough {
+        ear.listen(|_| {})?;
+        unless(stop)?;
+    }
+    Ok(())
+}
+
+/// Ends a jog, and waits until nothing of it is left in the robot.
+fn stand_still(board: &mut LiveBoard) -> Result<()> {
+    let unsure = || {
+        format!(
+            "{}: the board did not confirm that the jog has ended; stop the robot itself",
+            board.port
+        )
+    };
+    let mut status = board.client.status().with_context(unsure)?;
+    // A board that has latched a fault has ended the jog itself.
+    if status.mode == "Jogging" {
+        status = board.client.operate("stop").with_context(unsure)?;
+    }
+    let give_up = Instant::now() + COMES_TO_REST;
+    while status.moves && Instant::now() < give_up {
+        status = board.client.status().with_context(unsure)?;
+    }
+    ensure!(
+        !status.moves,
+        "{}: the board was stopped and is in mode {}, and the robot still moves; stop it itself",
+        board.port,
+        status.mode
+    );
+    Ok(())
+}
+
+/// Whether the jog is over; an error if it did not come to its end. A robot that is silent for a
+/// moment goes on; one that is for longer is missed by who listens to the cycles.
+fn is_over(status: &Status, word: &str) -> Result<bool> {
     if let Some((name, expected, received)) = &status.fault {
         bail!(
             "{word}: {name} (expected {expected}, received {received}): the robot stands still; mend the \
              cause, then `softdock params mode reset`"
         );
     }
-    ensure!(
-        status.robot,
-        "{word}: the robot sends no telegrams any more; start RSI again"
-    );
     match status.mode.as_str() {
-        "Jogging" => Ok(None),
-        "Hold" => Ok(Some(())),
+        "Jogging" => Ok(false),
+        "Hold" => Ok(true),
         mode => bail!(
             "{word}: the board is in mode {mode} all at once; is somebody else working with it?"
         ),

@@ -174,21 +174,28 @@ pub(super) struct Fit {
     pub structure: Structure,
     /// Its parameters.
     pub values: Vec<f64>,
-    /// What is left of each judged position, m or rad.
+    /// What is left of each judged position, m or rad; its mean is 0.
+    pub left: Vec<f64>,
+    /// The same without steps at reversals, and what these cost: what the fit makes small.
     pub residual: Vec<f64>,
     /// Derivative of the residual by each parameter.
     slopes: DMatrix<f64>,
 }
 
 impl Fit {
-    /// Sum of the squares that are left.
+    /// Sum of the squares of the residual.
     pub(super) fn squares(&self) -> f64 {
         self.residual.iter().map(|r| r * r).sum()
     }
 
-    /// Root mean square of what is left, m or rad.
+    /// Root mean square of the residual, m or rad.
     pub(super) fn rms(&self) -> f64 {
         (self.squares() / self.residual.len().max(1) as f64).sqrt()
+    }
+
+    /// The part of the residual that belongs to positions.
+    pub(super) fn of_positions(&self) -> &[f64] {
+        &self.residual[..self.left.len()]
     }
 
     /// Covariance of the parameters for a noise of the positions whose variance is `variance`.
@@ -211,12 +218,18 @@ impl Fit {
     }
 }
 
-/// What is left of the judged positions by an actuator; the place of the origin is free.
+/// What is left of the judged positions by an actuator, with the place of the origin and steps at
+/// reversals as they suit it best.
 pub(super) fn residual(track: &Track, chain: &Chain) -> Vec<f64> {
+    track.steps.removed(left(track, chain))
+}
+
+/// What is left of the judged positions by an actuator; its mean is 0.
+fn left(track: &Track, chain: &Chain) -> Vec<f64> {
     let timing = Timing::uniform(track.cycle_s);
     let velocity = simulate(chain, &track.sent, &timing, Reading::Mean);
     let mut place = 0.0;
-    let mut left: Vec<f64> = Vec::with_capacity(velocity.len() - track.first);
+    let mut left: Vec<f64> = Vec::with_capacity(track.judged());
     for (n, (velocity, measured)) in velocity.iter().zip(&track.place).enumerate() {
         place += velocity * track.cycle_s;
         if n >= track.first {
@@ -224,7 +237,7 @@ pub(super) fn residual(track: &Track, chain: &Chain) -> Vec<f64> {
         }
     }
     let mean = left.iter().sum::<f64>() / left.len().max(1) as f64;
-    left.iter_mut().for_each(|r| *r -= mean);
+    left.iter_mut().for_each(|l| *l -= mean);
     left
 }
 
@@ -244,9 +257,11 @@ pub(super) fn fit(track: &Track, structure: Structure, start: &[f64]) -> Fit {
         .with_xtol(1e-9)
         .minimize(problem);
     let values = found.values();
+    let left = left(track, &structure.chain(&values));
     Fit {
         structure,
-        residual: residual(track, &structure.chain(&values)),
+        residual: track.steps.removed(left.clone()),
+        left,
         slopes: found.slopes(&values),
         values,
     }
@@ -272,8 +287,7 @@ impl Problem<'_> {
 
     /// Central differences; one-sided where a range ends.
     fn slopes(&self, values: &[f64]) -> DMatrix<f64> {
-        let rows = self.track.place.len() - self.track.first;
-        let mut slopes = DMatrix::zeros(rows, values.len());
+        let mut columns = Vec::with_capacity(values.len());
         for (k, range) in self.ranges.iter().enumerate() {
             let at = |value: f64| {
                 let mut moved = values.to_vec();
@@ -283,11 +297,9 @@ impl Problem<'_> {
             let low = (values[k] - range.step).max(range.low);
             let high = (values[k] + range.step).min(range.high);
             let (below, above) = (at(low), at(high));
-            for (row, (b, a)) in below.iter().zip(&above).enumerate() {
-                slopes[(row, k)] = (a - b) / (high - low);
-            }
+            columns.push((DVector::from(above) - DVector::from(below)) / (high - low));
         }
-        slopes
+        DMatrix::from_columns(&columns)
     }
 }
 

@@ -2,7 +2,8 @@
 //! age of the pose that it reports.
 //!
 //! - `track` takes from a recording what one axis was told and where it went,
-//! - `misfit` simulates an actuator and compares positions,
+//! - `misfit` simulates an actuator and compares positions, `reversals` has room for what is not known
+//!   of a reversal,
 //! - `structure` fits every structure that could be there, `judge` chooses the simplest that
 //!   suffices, `answer` gives its parameters with intervals,
 //! - `latency` tells the age of the reported pose from the robot's delay, where a tool is heavy
@@ -21,6 +22,7 @@ mod misfit;
 mod outcome;
 mod page;
 pub mod rehearsal;
+mod reversals;
 mod settings;
 mod structure;
 #[cfg(test)]

@@ -1,12 +1,13 @@
 //! Which structure an axis has: the simplest that suffices.
 //!
 //! Every response (none, lag, servo) is fitted, with a pause if the axis reverses; where that leaves
-//! more than noise, with limits of the acceleration as well. A parameter more has to earn its price
-//! in 2 Δ log L, the likelihood being that of as many values as are independent
-//! of each other.
+//! more than noise, with limits of the acceleration as well. What is left then says how noisy the
+//! positions are, and all are fitted again with room for what is not known of the reversals. A
+//! parameter more has to earn its price in 2 Δ log L, the likelihood being that of as many values as
+//! are independent of each other.
 
 use super::answer::{Answer, mean_of_servo};
-use super::judge::{Judge, leaves_more_than_noise};
+use super::judge::{Judge, leaves_more_than_noise, noise_of};
 use super::misfit::{DELAY, Fit, Limit, Pause, Response, Structure, fit, residual};
 use super::outcome::AxisActuator;
 use super::track::Track;
@@ -58,29 +59,18 @@ const UNUSUAL: [Pause; 3] = [
 /// The actuator of an axis.
 pub(super) fn found(track: &Track) -> AxisActuator {
     let start = scanned(track);
-    let mut fits: Vec<Fit> = Vec::new();
-    let try_all = |limit: Limit, fits: &mut Vec<Fit>| {
-        for response in [Response::Direct, Response::Lag, Response::Servo] {
-            let usual = match (response, limit) {
-                (Response::Direct, Limit::None) => OF_JUMPS,
-                _ => USUAL,
-            };
-            let structure = Structure {
-                response,
-                pause: track.reverses().then_some(usual),
-                limit,
-            };
-            let fitted = best(track, structure, &start, fits);
-            fits.push(fitted);
-        }
-    };
-    try_all(Limit::None, &mut fits);
+    let certain = responses(track, Limit::None, &start, &[]);
+    let noise = least(&certain).map_or(0.0, noise_of);
+    let track = &track.with_uncertain_reversals(start.delay_s, noise);
+    let again = |f: &Fit| fit(track, f.structure, &f.values);
+    let mut fits: Vec<Fit> = certain.iter().map(again).collect();
     let mut judge = Judge::new(&fits);
     let mut chosen = judge.choose(&fits);
     if leaves_more_than_noise(&chosen) {
-        try_all(Limit::Planned, &mut fits);
-        try_all(Limit::Executed, &mut fits);
-        try_all(Limit::Velocity, &mut fits);
+        for limit in [Limit::Planned, Limit::Executed, Limit::Velocity] {
+            let limited = responses(track, limit, &start, &fits);
+            fits.extend(limited);
+        }
         judge = Judge::new(&fits);
         chosen = judge.choose(&fits);
     }
@@ -95,6 +85,25 @@ pub(super) fn found(track: &Track) -> AxisActuator {
         chosen: &chosen,
     }
     .written(pause)
+}
+
+/// Every response with a limit, or without; `before` holds those without.
+fn responses(track: &Track, limit: Limit, start: &Start, before: &[Fit]) -> Vec<Fit> {
+    let fitted = |response| {
+        let usual = match (response, limit) {
+            (Response::Direct, Limit::None) => OF_JUMPS,
+            _ => USUAL,
+        };
+        let structure = Structure {
+            response,
+            pause: track.reverses().then_some(usual),
+            limit,
+        };
+        best(track, structure, start, before)
+    };
+    [Response::Direct, Response::Lag, Response::Servo]
+        .map(fitted)
+        .into()
 }
 
 /// Delay and pause that leave least of the positions.
@@ -165,8 +174,10 @@ fn best(track: &Track, structure: Structure, start: &Start, before: &[Fit]) -> F
             })
             .collect();
     }
-    let fits = starts.iter().map(|s| fit(track, structure, s)).collect();
-    let best = least(fits).unwrap_or_else(|| fit(track, structure, &vec![0.0; structure.count()]));
+    let fits: Vec<Fit> = starts.iter().map(|s| fit(track, structure, s)).collect();
+    let best = least(&fits)
+        .cloned()
+        .unwrap_or_else(|| fit(track, structure, &vec![0.0; structure.count()]));
     if structure.pause.is_none() || structure.limit != Limit::None {
         return best;
     }
@@ -175,13 +186,15 @@ fn best(track: &Track, structure: Structure, start: &Start, before: &[Fit]) -> F
         values[structure.pause_at()] = *pause_s;
         fit(track, structure, &values)
     };
-    let others: Vec<Fit> = OTHER_PAUSES_S.iter().map(with_pause).collect();
-    least(others.into_iter().chain([best.clone()]).collect()).unwrap_or(best)
+    let mut all: Vec<Fit> = OTHER_PAUSES_S.iter().map(with_pause).collect();
+    all.push(best);
+    // There is one at least.
+    least(&all).unwrap_or(&all[0]).clone()
 }
 
 /// The fit that leaves least.
-fn least(fits: Vec<Fit>) -> Option<Fit> {
-    fits.into_iter()
+fn least(fits: &[Fit]) -> Option<&Fit> {
+    fits.iter()
         .min_by(|a, b| a.squares().total_cmp(&b.squares()))
 }
 

@@ -72,8 +72,8 @@ fn identified(drawn: &Drawn, seed: u64) -> Identification {
     identify(&jog(&drawn.scenario, Axis::Y, seed).unwrap()).unwrap()
 }
 
-/// Of 100 robots, with up to 20 µm of noise, the mean delay of all is right within 1 ms; the delay
-/// within 1 ms and the pause within 2 ms of at least 97. The others are taken for another structure.
+/// Of 100 robots, with up to 20 µm of noise, delay and mean delay are right within 1 ms and the pause
+/// within 2 ms; also where the structure is taken for another one that follows alike.
 #[test]
 fn a_hundred_robots_are_identified() {
     let all: Vec<(u64, Drawn, Identification)> = (0..100_u64)
@@ -93,7 +93,6 @@ fn a_hundred_robots_are_identified() {
             pause_s - drawn.pause_s,
         ]
         .map(|e| e * 1e3);
-        assert!(errors[1].abs() < 1.0, "{seed}: {errors:?}");
         structures += u32::from(found.structure == drawn.words);
         covered += u32::from(
             found.mean_delay_s.low - 2.5e-4 <= drawn.mean_s
@@ -119,7 +118,7 @@ fn a_hundred_robots_are_identified() {
         "{} of 100 outside, {structures} structures right, {covered} means covered",
         wrong.len()
     );
-    assert!(wrong.len() <= 3, "{wrong:?}");
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// The tool's inertia tells the age of the pose from the delay.

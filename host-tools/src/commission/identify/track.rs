@@ -1,5 +1,6 @@
 //! What one axis was told, and where it went.
 
+use super::reversals::Steps;
 use crate::model::Axis;
 use crate::model::log::Log;
 use crate::report::number;
@@ -8,6 +9,8 @@ use crate::report::number;
 const PAST_S: f64 = 0.3;
 /// Cycles that are judged at least.
 const FEWEST_CYCLES: usize = 50;
+/// Share of the fastest sent velocity that is a motion.
+const MOVES: f64 = 0.02;
 /// Sent velocity over its noise floor below which an axis rests: a fraction of the fastest axis of
 /// its kind.
 const RESTS: f64 = 1e-3;
@@ -25,6 +28,8 @@ pub(super) struct Track {
     pub place: Vec<f64>,
     /// First cycle of which everything that acts in it is known.
     pub first: usize,
+    /// Steps of the place that no actuator has to explain.
+    pub steps: Steps,
 }
 
 impl Track {
@@ -41,14 +46,28 @@ impl Track {
 
     /// Whether the sign of the sent velocity changes.
     pub(super) fn reverses(&self) -> bool {
-        /// Share of the fastest velocity that is a motion.
-        const MOVES: f64 = 0.02;
         let moving = self
             .sent
             .iter()
             .filter(|v| v.abs() > MOVES * self.fastest());
         let signs: Vec<f64> = moving.map(|v| v.signum()).collect();
         signs.windows(2).any(|pair| pair[0] != pair[1])
+    }
+
+    /// Number of positions that are judged.
+    pub(super) fn judged(&self) -> usize {
+        self.place.len() - self.first
+    }
+
+    /// The same with room for what is not known of the reversals: the axis is `late_s` late, and its
+    /// positions have this `noise`, m or rad.
+    pub(super) fn with_uncertain_reversals(&self, late_s: f64, noise: f64) -> Self {
+        let late = (late_s / self.cycle_s).round() as usize;
+        let sent = &self.sent[self.first..];
+        Self {
+            steps: Steps::at_reversals(sent, late, MOVES * self.fastest(), noise),
+            ..self.clone()
+        }
     }
 
     /// The unit of its velocity.
@@ -72,6 +91,7 @@ pub(super) fn tracks(log: &Log) -> (Vec<Track>, Vec<String>) {
             sent: log.sent[axis.index()].clone(),
             place: places[axis.index()].clone(),
             first: 0,
+            steps: Steps::origin(log.len()),
         };
         match checked(track, log) {
             Ok(track) => tracks.push(track),
@@ -112,6 +132,7 @@ fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
             track.first + FEWEST_CYCLES
         ));
     }
+    track.steps = Steps::origin(track.judged());
     let judged = &track.sent[track.first.saturating_sub(1)..];
     let (low, high) = judged
         .iter()

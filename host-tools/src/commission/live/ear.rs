@@ -1,7 +1,7 @@
 //! Records what a board sends, while something else is done with it.
 
 use crate::recording::Recording;
-use crate::telemetry::{Listener, Recorder};
+use crate::telemetry::{Listener, Recorder, Summary};
 use anyhow::{Context, Result, bail, ensure};
 use softdock_control::io::CycleRecord;
 use std::net::SocketAddr;
@@ -21,7 +21,7 @@ pub struct Ear {
     /// When the last cycle came.
     heard: Instant,
     /// The recording goes away with this, where nobody wants it.
-    _folder: Option<tempfile::TempDir>,
+    folder: Option<tempfile::TempDir>,
 }
 
 impl Ear {
@@ -42,7 +42,7 @@ impl Ear {
             recorder: Recorder::new(&path),
             cycles: 0,
             heard: Instant::now(),
-            _folder: folder,
+            folder,
         })
     }
 
@@ -77,18 +77,6 @@ impl Ear {
         Ok(())
     }
 
-    /// Listens until so many more cycles have come.
-    ///
-    /// # Errors
-    /// As [`Self::listen`].
-    pub fn wait_for(&mut self, cycles: u64) -> Result<()> {
-        let enough = self.cycles + cycles;
-        while self.cycles < enough {
-            self.listen(|_| {})?;
-        }
-        Ok(())
-    }
-
     /// Cycles that were recorded.
     pub fn cycles(&self) -> u64 {
         self.cycles
@@ -98,12 +86,9 @@ impl Ear {
     ///
     /// # Errors
     /// It cannot be written or read, the board's settings never came, or it started over.
-    pub fn finish(mut self) -> Result<(Recording, Vec<String>)> {
-        let mut rest = self.listener.close();
-        rest.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from))?;
-        self.recorder.rest()?;
-        let (summary, finished) = self.recorder.finish();
-        finished?;
+    pub fn finish(self) -> Result<(Recording, Vec<String>)> {
+        // The file is read before its folder goes.
+        let (summary, _folder) = self.ended()?;
         let [part] = summary.recordings.as_slice() else {
             bail!(
                 "the board started over, or a second one sends to this address: {} recordings came of it",
@@ -123,5 +108,33 @@ impl Ear {
             ));
         }
         Ok((Recording::open(&part.path)?, notes))
+    }
+
+    /// Ends the recording of a measurement that did not come to its end: what is kept of it, for a
+    /// person.
+    pub fn interrupted(self) -> String {
+        if self.folder.is_some() {
+            return "no recording is kept (--keep names a file for one)".to_owned();
+        }
+        match self.ended() {
+            Ok((summary, _)) if summary.recordings.is_empty() => {
+                "no cycle was recorded: no file is kept".to_owned()
+            }
+            Ok((summary, _)) => {
+                let files = summary.recordings.iter().map(ToString::to_string);
+                format!("kept so far: {}", files.collect::<Vec<_>>().join("; "))
+            }
+            Err(error) => format!("the recording may lack its end: {error:#}"),
+        }
+    }
+
+    /// Writes what has come, and ends every file. They go away with the folder, if there is one.
+    fn ended(mut self) -> Result<(Summary, Option<tempfile::TempDir>)> {
+        let mut rest = self.listener.close();
+        let came = rest.try_for_each(|(datagram, from)| self.recorder.accept(&datagram, from));
+        let came = came.and_then(|()| self.recorder.rest());
+        let (summary, finished) = self.recorder.finish();
+        came.and(finished)?;
+        Ok((summary, self.folder))
     }
 }

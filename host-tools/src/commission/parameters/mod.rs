@@ -3,6 +3,7 @@
 //! | file | |
 //! |---|---|
 //! | `port` | a serial device, a pseudo-terminal or a TCP port, locked for this program |
+//! | `lock` | one program at a time, where the system does not see to it |
 //! | `client` | requests and answers on a line that may lose and change bytes |
 //! | `setting` | settings as a board lists them |
 //! | `file` | settings as TOML, with their descriptions, and back |
@@ -15,6 +16,7 @@
 mod change;
 mod client;
 mod file;
+mod lock;
 mod operate;
 mod port;
 mod setting;

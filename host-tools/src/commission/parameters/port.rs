@@ -1,9 +1,9 @@
 //! The host's end of a board's line.
 
-use anyhow::{Context, Result, bail, ensure};
+use super::lock::Lock;
+use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serialport::{SerialPortInfo, SerialPortType};
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -24,7 +24,7 @@ impl<T: Read + Write + Send> Stream for T {}
 pub struct Port {
     stream: Box<dyn Stream>,
     /// Held while the line is open.
-    _lock: Option<File>,
+    _lock: Option<Lock>,
 }
 
 impl Port {
@@ -47,7 +47,7 @@ impl Port {
         let Some(address) = address else {
             bail!("`tcp:{text}` is no address; write it like tcp:127.0.0.1:29537");
         };
-        let lock = lock_of(&format!("tcp-{address}"))?;
+        let lock = Lock::take(&format!("tcp-{address}"))?;
         let stream = TcpStream::connect_timeout(&address, PATIENCE).with_context(|| {
             format!("cannot connect to {address}; does the board run with --service {address}?")
         })?;
@@ -88,26 +88,6 @@ fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
         "it cannot be opened"
     };
     anyhow::anyhow!("{path}: {what} ({text})")
-}
-
-/// A lock among the softdocks of this computer, for what the system does not lock itself.
-fn lock_of(name: &str) -> Result<File> {
-    let plain = |c: char| match c.is_ascii_alphanumeric() || c == '.' {
-        true => c,
-        false => '-',
-    };
-    let name: String = name.chars().map(plain).collect();
-    let path = std::env::temp_dir().join(format!("softdock-{name}.lock"));
-    let file = File::options()
-        .create(true)
-        .append(true)
-        .open(&path)
-        .with_context(|| format!("cannot lock the port with {}", path.display()))?;
-    ensure!(
-        file.try_lock().is_ok(),
-        "another softdock is talking to this board; wait for it, or end it"
-    );
-    Ok(file)
 }
 
 impl Read for Port {

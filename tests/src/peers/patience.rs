@@ -1,0 +1,47 @@
+//! Settings that keep a busy computer from being taken for a broken robot or sensor.
+
+use softdock_app::settings::BoardSettings;
+use toml_edit::{DocumentMut, Table, de, ser};
+
+/// For a board whose robot and sensor stand still until it has answered: it polls its sensor as often
+/// as it may, and waits as long as it may.
+pub const PATIENCE: &str = "
+[can]
+poll_period_s = 0.0005
+answer_timeout_s = 1.0
+
+[rsi]
+silence_s = 60.0
+
+[control.robot]
+late_answers_fault = 1_000_000
+lost_telegrams_fault = 1_000_000
+
+[control.sensor]
+stale_after_cycles = 100
+fault_after_cycles = 1000
+";
+
+/// The same settings with [`PATIENCE`].
+///
+/// # Panics
+/// If they are no settings any more.
+pub fn patient(settings: &BoardSettings) -> BoardSettings {
+    let read = |text: &str| text.parse::<DocumentMut>().expect("TOML");
+    let mut all = read(&ser::to_string_pretty(settings).expect("settings are TOML"));
+    replace(all.as_table_mut(), read(PATIENCE).as_table());
+    de::from_document(all).expect("settings of a board")
+}
+
+/// Replaces values by those of the same names.
+fn replace(table: &mut Table, by: &Table) {
+    for (key, item) in by {
+        match (
+            table.get_mut(key).and_then(|t| t.as_table_mut()),
+            item.as_table(),
+        ) {
+            (Some(inner), Some(by)) => replace(inner, by),
+            _ => table[key] = item.clone(),
+        }
+    }
+}
