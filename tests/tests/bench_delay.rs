@@ -135,6 +135,39 @@ fn the_predictor_finds_out_what_is_not_as_believed() {
     assert_eq!(refused[0].ending, Ending::Refused);
 }
 
+/// Noise of the force sensor does not become a random walk from bounce to bounce: over eight runs with
+/// noise of their own ten bounces keep the speed to half a percent.
+#[test]
+fn ten_bounces_with_noise_keep_the_speed() {
+    for row in bench(&named(&["ten_bounces"], 8), &[LawName::Predictor]) {
+        assert!(row.restitution_error().abs() <= 0.005, "{row:?}");
+        assert!(row.restitution_sd <= 0.002, "{row:?}");
+        assert_eq!(row.failed, 0, "{row:?}");
+    }
+}
+
+/// Damped contacts, up to the damping that the dead time just allows, and off the centre with friction.
+#[test]
+fn damped_contacts_come_back_right() {
+    let mut cases = named(&["damping", "oblique_offset_spin_damping_0.2"], 4);
+    cases.retain(|case| case.name != "damping_0.6");
+    for row in bench(&cases, &[LawName::Predictor]) {
+        assert!(row.restitution_error().abs() <= 0.02, "{row:?}");
+    }
+}
+
+/// At 1 mm/s a correction of the robot has a last digit of a fortieth of the speed: the reversal is
+/// executed when its twin reverses all the same.
+#[test]
+fn the_last_digit_of_a_correction_moves_no_reversal() {
+    let mut cases = named(&["headline"], 8);
+    cases.retain(|case| case.robot.name == "pure 32 ms");
+    for row in bench(&cases, &[LawName::Predictor]) {
+        assert!(row.contact_time_error.abs() < 0.0075, "{row:?}");
+        assert!(row.impulse_unaccounted.abs() < 0.002, "{row:?}");
+    }
+}
+
 /// Laws that run away are bounded and say so.
 #[test]
 fn what_runs_away_is_finite() {

@@ -27,7 +27,7 @@ fn an_unknown_latency_is_found_within_the_first_contact() {
                     ..Case::default()
                 });
                 let name = format!("{name}, latency {pose_latency_cycles}, damping {zeta}");
-                assert!(worst(&name, cases) <= 0.03);
+                assert!(worst(&name, cases) <= 0.02);
             }
         }
     }

@@ -14,7 +14,7 @@ const LEAN_COSTS: f64 = 0.002;
 pub(super) struct Balance<'a> {
     /// Depth along the horizon without a lean, m; negative outside.
     pub(super) depth: &'a Line,
-    /// Change of the depth by a lean of 1 m/s, m.
+    /// Change of the depth by a lean of one way per cycle, in these ways.
     pub(super) lean: &'a Line,
     pub(super) stiffness: f64,
     pub(super) damping: f64,
@@ -31,11 +31,12 @@ impl Balance<'_> {
     #[inline(never)]
     fn excess(&self, mu: f64) -> f64 {
         let drag = self.damping / self.cycle_s;
+        let leaning = mu * self.cycle_s;
         let mut twice = 0.0;
         let ([depth, depths @ ..], [lean, leans @ ..]) = (self.depth, self.lean);
-        let mut before = depth + mu * lean;
+        let mut before = depth + leaning * lean;
         for (depth, lean) in depths.iter().zip(leans) {
-            let now = depth + mu * lean;
+            let now = depth + leaning * lean;
             if before > 0.0 || now > 0.0 {
                 twice += self.force(before, now, drag * (now - before));
             }

@@ -34,25 +34,25 @@ pub(super) struct Places {
 }
 
 impl Bank {
-    /// A new contact: it began between the places before and now.
+    /// A new contact: it began between the places before and now, with a closing velocity (m/s); there
+    /// is no force there, to a deviation (N).
     pub(super) fn new(
-        before: &Places,
+        before: &[V6; LATENCIES],
         now: &Places,
         expected: &Expected,
-        deviation: f64,
+        (closing, deviation): (f64, f64),
         remembered: Option<(usize, &Evidence)>,
     ) -> Self {
         let hypothesis = |l: usize| {
-            let middle = (before.position[l] + now.position[l]) * 0.5;
+            let middle = (before[l] + now.position[l]) * 0.5;
             let mut evidence = Evidence::new(middle);
             if let Some((latency, known)) = remembered
                 && latency == l
             {
                 evidence = known.clone();
-                evidence.fade(0.5);
             }
-            evidence.add_onset(&middle, deviation, expected.sigma);
-            let estimate = evidence.solve(expected);
+            evidence.begin(&middle, closing, deviation, expected.sigma);
+            let estimate = evidence.solve(expected, closing);
             Hypothesis { evidence, estimate }
         };
         Self {
@@ -61,12 +61,13 @@ impl Bank {
         }
     }
 
-    /// A load λ, N. `only` one hypothesis is worth the work when the latency is known.
+    /// A load λ, N, in a contact that began with a velocity of the axes. `only` one hypothesis is worth
+    /// the work when the latency is known.
     pub(super) fn add(
         &mut self,
         places: &Places,
         load: f64,
-        expected: &Expected,
+        (expected, before): (&Expected, &V6),
         only: Option<usize>,
     ) {
         self.loads += 1;
@@ -76,9 +77,9 @@ impl Bank {
             }
             let Hypothesis { evidence, estimate } = hypothesis;
             let (position, velocity) = (&places.position[l], &places.velocity[l]);
-            let closing = estimate.gradient.dot(velocity);
-            evidence.add(position, closing, load);
-            *estimate = evidence.solve(expected);
+            let gradient = estimate.gradient;
+            evidence.add(position, gradient.dot(&(velocity - before)), load);
+            *estimate = evidence.solve(expected, gradient.dot(before));
         }
     }
 

@@ -81,10 +81,9 @@ impl Situation<'_> {
             }
             let tracked = step.tracked(&ahead.error);
             let depth: Line = core::array::from_fn(|t| ahead.place[t] + tracked[t] - contact.wall);
-            let (first, positions) = step.lean(&during);
             let balance = Balance {
                 depth: &depth,
-                lean: &positions.map(|cycles| cycles * cycle_s),
+                lean: &self.solver.lean(),
                 stiffness: contact.stiffness,
                 damping: contact.damping,
                 inverse_mass: 1.0 / contact.mass,
@@ -92,7 +91,7 @@ impl Situation<'_> {
                 target: self.reference.closing - lags[HORIZON].velocity,
                 cycle_s,
             };
-            first * balance.solve(FASTEST * self.reference.closing.max(SLOW))
+            balance.solve(FASTEST * self.reference.closing.max(SLOW))
         });
         let leaning = self.reference.push * lean;
         let base = self.base(&lead);

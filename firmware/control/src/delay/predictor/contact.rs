@@ -1,7 +1,8 @@
 //! One contact, from its onset to its end: what is identified of it, and the momentum that it gives.
 
-use super::bank::{Bank, Places};
+use super::bank::{Bank, Hypothesis, Places};
 use super::identify::{Estimate, Evidence, Expected, direction};
+use super::rebound::{Measured, Rebound};
 use super::reference::{Reference, Spring};
 use super::{LATENCIES, M6, V6};
 
@@ -48,7 +49,7 @@ pub(super) struct Onset<'a> {
     pub(super) load: V6,
     pub(super) velocity: V6,
     pub(super) mobility: M6,
-    pub(super) before: &'a Places,
+    pub(super) before: &'a [V6; LATENCIES],
     pub(super) now: &'a Places,
     /// Standard deviation of a load and the least one that stands out, N.
     pub(super) noise: f64,
@@ -72,7 +73,7 @@ impl Contact {
             onset.before,
             onset.now,
             &expected,
-            deviation,
+            (closing, deviation),
             onset.remembered,
         );
         let per_cycle = (onset.stiffness * travel).max(f64::MIN_POSITIVE);
@@ -112,11 +113,12 @@ impl Contact {
         let (h, bh) = self.direction();
         // What does not fit so far is an error that the next fit has to expect.
         let error = self.estimate(latency).error;
-        let noise = nalgebra::ComplexField::sqrt(self.noise * self.noise + error * error);
+        let noise = error.max(self.noise);
         let closing = h.dot(&self.velocity);
         let expected = expected(self.stiffness, noise, closing, (h, bh));
         self.last = load_along(load, &h);
-        self.bank.add(places, self.last, &expected, only);
+        let known = (&expected, &self.velocity);
+        self.bank.add(places, self.last, known, only);
     }
 
     /// Impulse along the contact (N·s) by which a trapezoid from the last load that stood out to this
@@ -132,6 +134,30 @@ impl Contact {
         }
         let left = (self.last / (estimate.stiffness * leaving)).min(cycle_s);
         0.5 * self.last * (left - cycle_s)
+    }
+
+    /// What is known of the contact, for the next one with the same wall.
+    pub(super) fn evidence(&self, latency: usize) -> Evidence {
+        let mut evidence = self.bank.of[latency.min(LATENCIES - 1)].evidence.clone();
+        evidence.end(self.estimate(latency).gradient.dot(&self.velocity));
+        evidence
+    }
+
+    /// What all loads say about the rebound, for a velocity after it.
+    pub(super) fn rebound(&self, latency: usize, after: &V6) -> Rebound {
+        let (h, bh) = self.direction();
+        let Hypothesis { evidence, estimate } = &self.bank.of[latency.min(LATENCIES - 1)];
+        let sigma = estimate.error.max(self.noise);
+        let expected = expected(self.stiffness, sigma, h.dot(&self.velocity), (h, bh));
+        Rebound::new(&Measured {
+            evidence,
+            estimate,
+            expected: &expected,
+            before: &self.velocity,
+            after,
+            loads: f64::from(self.bank.loads()),
+            noise: self.noise / h.norm(),
+        })
     }
 
     /// Direction of the load with a force part of 1, and velocity per impulse along it.

@@ -23,9 +23,11 @@ pub(super) struct Flight {
     /// Measured position less that of the twin without feedback, and what feedback has given it, m.
     pub(super) residual: V6,
     taken_over: V6,
-    /// Where the robot is at the time of the force, at each latency; now and a cycle ago.
+    /// Where the robot is at the time of the force, at each latency, and where it was a cycle ago.
     pub(super) places: Places,
-    pub(super) before: Places,
+    pub(super) before: [V6; LATENCIES],
+    /// The twin at the time of the force, for a latency.
+    looked: (usize, Axes),
     /// Where the model is, at the time of the force.
     pub(super) model: V6,
     /// Generalised contact load of this cycle and of the last one, N.
@@ -56,7 +58,8 @@ impl Flight {
             residual: V6::zeros(),
             taken_over: V6::zeros(),
             places: still,
-            before: still,
+            before: still.position,
+            looked: (0, axes),
             model: measured,
             load: V6::zeros(),
             load_before: V6::zeros(),
@@ -90,20 +93,26 @@ impl Flight {
         command
     }
 
-    /// Follows the twin to the time of the force, for each latency.
-    pub(super) fn look(&mut self, plan: &Plan) {
-        self.before = self.places;
+    /// Follows the twin to the time of the force, for each latency; one of them is believed.
+    pub(super) fn look(&mut self, plan: &Plan, believed: usize) {
+        self.before = self.places.position;
         let mut axes = self.axes;
         for l in 0..LATENCIES {
             self.places.position[l] = axes.position();
             self.places.velocity[l] = axes.velocity();
             self.places.resumed[l] = axes.0.iter().any(|axis| axis.resumed());
+            if l == believed {
+                self.looked = (l, axes);
+            }
             axes.step_sent(plan, &self.commands, self.cycle + l);
         }
     }
 
     /// The twin at the time of the force.
     pub(super) fn at_force(&self, plan: &Plan, latency: usize) -> Axes {
+        if self.looked.0 == latency {
+            return self.looked.1;
+        }
         let mut axes = self.axes;
         for l in 0..latency {
             axes.step_sent(plan, &self.commands, self.cycle + l);

@@ -8,8 +8,11 @@ use crate::delay::status::LawFlags;
 const FITS: f64 = 0.06;
 /// Gain of speed that is left alone: no contact gives any.
 const GAIN: f64 = 0.008;
-/// Departure of the restitution that is left alone, beside noise.
-const TOLERANCE: f64 = 0.03;
+/// Departure of the restitution that is left alone, beside noise: of a contact that fits exactly, what each
+/// part of misfit adds, and the most.
+const TOLERANCE: f64 = 0.01;
+const TOLERANCE_OF_MISFIT: f64 = 2.0;
+const MOST_TOLERANCE: f64 = 0.03;
 
 /// A contact that has ended.
 pub(super) struct Ended {
@@ -34,7 +37,8 @@ impl Ended {
     /// The velocity that the model should have instead, and the flag of that action.
     pub(super) fn corrected(&self) -> Option<(f64, LawFlags)> {
         let e = -self.after / self.closing;
-        let tolerance = TOLERANCE + 3.0 * self.noise;
+        let tolerance =
+            (TOLERANCE + TOLERANCE_OF_MISFIT * self.misfit).min(MOST_TOLERANCE) + 3.0 * self.noise;
         let gains = e > 1.0 + GAIN + 3.0 * self.noise;
         if self.fits() {
             let known = self.restitution.min(1.0);

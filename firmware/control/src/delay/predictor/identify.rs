@@ -10,10 +10,10 @@ use super::{M6, V6};
 use nalgebra::{ComplexField, SMatrix, SVector};
 
 /// Unknowns: κ (6), c, b.
-const UNKNOWNS: usize = 8;
-const DAMPING: usize = 6;
+pub(super) const UNKNOWNS: usize = 8;
+pub(super) const DAMPING: usize = 6;
 const OFFSET: usize = 7;
-type Row = SVector<f64, UNKNOWNS>;
+pub(super) type Row = SVector<f64, UNKNOWNS>;
 
 /// Prior standard deviation of the stiffness, in units of the expected one, along and across the
 /// direction of the force.
@@ -23,14 +23,18 @@ const SPREAD_ACROSS: f64 = 0.1;
 const STIFFNESS: [f64; 2] = [0.02, 50.0];
 /// A damping within so many standard deviations of zero is shrunk to zero.
 const DOUBT: f64 = 1.5;
+/// How much of an earlier contact with the same wall counts.
+const REMEMBERED: f64 = 0.5;
 /// Largest damping, in units of √(k m).
 const MOST_DAMPING: f64 = 1.9;
 
 /// What has been measured of a contact: sums of products.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence {
-    /// p₀: positions count from here, m.
+    /// p₀: positions count from here, m; in a contact the place where it began.
     pub(super) origin: V6,
+    /// How much the beginning counts against a load.
+    onset: f64,
     products: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     with_load: Row,
     load_squared: f64,
@@ -71,10 +75,18 @@ pub(super) struct Estimate {
     pub(super) rest: f64,
 }
 
+impl Expected {
+    /// Velocity along the direction per impulse along it, 1/kg.
+    pub(super) fn inverse_mass(&self) -> f64 {
+        self.direction.dot(&self.mobility).max(1e-9)
+    }
+}
+
 impl Evidence {
     pub(super) fn new(origin: V6) -> Self {
         Self {
             origin,
+            onset: 0.0,
             products: SMatrix::zeros(),
             with_load: Row::zeros(),
             load_squared: 0.0,
@@ -97,42 +109,70 @@ impl Evidence {
         }
     }
 
-    /// A load λ (N) at a place with a closing velocity (m/s).
-    pub(super) fn add(&mut self, position: &V6, closing: f64, load: f64) {
-        let row = self.row(position, closing);
+    /// A load λ (N) at a place, and by how much the closing velocity has changed in the contact (m/s).
+    ///
+    /// The change is along the contact, where the gradient is known. The velocity before is not: a
+    /// gradient that turns while the contact is identified would turn it into a damping.
+    pub(super) fn add(&mut self, position: &V6, change: f64, load: f64) {
+        let row = self.row(position, change);
         self.take(&row, load, 1.0);
         self.load_squared += load * load;
         self.samples += 1.0;
     }
 
-    /// The contact began within half a cycle of a place: no force there, to `deviation` (N); in
-    /// units of the samples' error `sigma`.
-    pub(super) fn add_onset(&mut self, position: &V6, deviation: f64, sigma: f64) {
-        let row = self.row(position, 0.0);
+    /// A contact begins within half a cycle of a place: no force there, to `deviation` (N); in
+    /// units of the samples' error `sigma`. What is known already counts half, with velocities that
+    /// change from `closing` (m/s) on.
+    pub(super) fn begin(&mut self, place: &V6, closing: f64, deviation: f64, sigma: f64) {
+        self.fade(REMEMBERED);
+        let moved = self.origin - place;
+        self.shift(&moved, -closing);
+        self.origin = *place;
         let ratio = sigma / deviation;
-        self.take(&row, 0.0, ratio * ratio);
+        self.onset = ratio * ratio;
+    }
+
+    /// The contact has ended: velocities count from zero.
+    pub(super) fn end(&mut self, closing: f64) {
+        let mut row = Row::zeros();
+        (row[DAMPING], row[OFFSET]) = (-closing, 1.0);
+        self.take(&row, 0.0, self.onset);
+        self.onset = 0.0;
+        self.shift(&V6::zeros(), closing);
+    }
+
+    /// As if all places and velocities had been larger.
+    fn shift(&mut self, place: &V6, closing: f64) {
+        let by = self.row(&(place + self.origin), closing);
+        let of_one: Row = Row::from_fn(|j, _| self.products[(OFFSET, j)]);
+        let (weight, load) = (of_one[OFFSET], self.with_load[OFFSET]);
+        for i in 0..OFFSET {
+            for j in 0..=i {
+                self.products[(i, j)] += by[i] * (of_one[j] + by[j] * weight) + by[j] * of_one[i];
+            }
+            self.products[(OFFSET, i)] += by[i] * weight;
+            self.with_load[i] += by[i] * load;
+        }
     }
 
     /// Lets the past count less.
-    pub(super) fn fade(&mut self, factor: f64) {
+    fn fade(&mut self, factor: f64) {
         self.products *= factor;
         self.with_load *= factor;
         self.load_squared *= factor;
         self.samples *= factor;
     }
 
-    /// The contact that fits best.
-    pub(super) fn solve(&self, expected: &Expected) -> Estimate {
+    /// The contact that fits best, of velocities that change from `closing` (m/s) on.
+    pub(super) fn solve(&self, expected: &Expected, closing: f64) -> Estimate {
         let Expected {
             stiffness: k0,
             sigma,
             direction: h,
             mobility: bh,
         } = *expected;
-        let inverse_mass = h.dot(&bh).max(1e-9);
-        let (mut information, mut target) = (self.products, self.with_load);
-        self.add_prior(expected, inverse_mass, &mut information, &mut target);
-        let factor = Factor::new(&information);
+        let inverse_mass = expected.inverse_mass();
+        let (factor, target) = self.normal(expected, closing);
         let mut unknowns = factor.solve(&target);
         let mut unit = Row::zeros();
         unit[DAMPING] = 1.0;
@@ -150,12 +190,28 @@ impl Evidence {
         let mut rest = 0.0;
         if column[DAMPING] > 0.0 {
             let with = |damping: f64| unknowns + column * ((damping - c) / column[DAMPING]);
-            rest = self.rest(&with(c.max(0.0)));
+            rest = self.rest(&with(c.max(0.0)), closing);
             unknowns = with(damping);
         }
+        let left = self.rest(&unknowns, closing);
+        // The wall is where a robot that stands still feels nothing.
+        unknowns[OFFSET] -= damping * closing;
         let mut estimate = self.describe(unknowns, stiffness_of(&unknowns), (h, bh), inverse_mass);
+        estimate.misfit = ComplexField::sqrt(left / self.load_squared.max(f64::MIN_POSITIVE));
+        estimate.error = ComplexField::sqrt(left / self.samples.max(1.0));
         estimate.rest = rest;
         estimate
+    }
+
+    /// The normal equations with what is expected, in units of 1/σ²: factor and right side.
+    pub(super) fn normal(&self, expected: &Expected, closing: f64) -> (Factor<UNKNOWNS>, Row) {
+        let inverse_mass = expected.inverse_mass();
+        let (mut information, mut target) = (self.products, self.with_load);
+        information[(DAMPING, DAMPING)] += self.onset * closing * closing;
+        information[(OFFSET, DAMPING)] -= self.onset * closing;
+        information[(OFFSET, OFFSET)] += self.onset;
+        self.add_prior(expected, inverse_mass, &mut information, &mut target);
+        (Factor::new(&information), target)
     }
 
     /// Prior information in units of 1/σ².
@@ -216,20 +272,16 @@ impl Evidence {
             wall,
             mass: 1.0 / inverse_mass,
             push: bh / inverse_mass,
-            misfit: self.misfit(&unknowns),
-            error: ComplexField::sqrt(self.rest(&unknowns) / self.samples.max(1.0)),
+            misfit: 0.0,
+            error: 0.0,
             rest: 0.0,
         }
     }
 
-    /// Root of the mean squared residual over that of the load.
-    fn misfit(&self, u: &Row) -> f64 {
-        ComplexField::sqrt(self.rest(u) / self.load_squared.max(f64::MIN_POSITIVE))
-    }
-
-    /// Sum of squared residuals, N².
-    fn rest(&self, u: &Row) -> f64 {
-        let mut quadratic = 0.0;
+    /// Sum of squared residuals, with that of the beginning, N².
+    fn rest(&self, u: &Row, closing: f64) -> f64 {
+        let began = u[OFFSET] - u[DAMPING] * closing;
+        let mut quadratic = self.onset * began * began;
         for i in 0..UNKNOWNS {
             let mut row = self.products[(i, i)] * u[i];
             for j in 0..i {
@@ -247,4 +299,56 @@ pub(super) fn direction(sum: &V6, mobility: &M6) -> (V6, V6) {
     let size = force.max(0.1 * sum.norm()).max(f64::MIN_POSITIVE);
     let h = sum / size;
     (h, mobility * h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn expected() -> Expected {
+        let direction = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Expected {
+            stiffness: 2e5,
+            sigma: 1e-6,
+            direction,
+            mobility: direction / 500.0,
+        }
+    }
+
+    /// A contact at 5 mm/s of 220,500 N/m and 2,100 N·s/m whose wall is at `wall`.
+    fn contact(evidence: &mut Evidence, wall: f64) {
+        let at = |x: f64| V6::new(x, 0.0, 0.0, 0.0, 0.0, 0.0);
+        evidence.begin(&at(wall), 0.005, 1e-4, 1e-6);
+        for n in 1..30 {
+            let t = 0.004 * f64::from(n);
+            let (sin, cos) = (21.0 * t).sin_cos();
+            let (depth, closing) = (0.005 / 21.0 * sin, 0.005 * cos);
+            let load = 220_500.0 * depth + 2100.0 * closing;
+            evidence.add(&at(wall + depth), closing - 0.005, load);
+        }
+    }
+
+    fn assert_found(estimate: &Estimate, wall: f64) {
+        assert!((estimate.stiffness / 220_500.0 - 1.0).abs() < 1e-4);
+        assert!((estimate.damping / 2100.0 - 1.0).abs() < 1e-3);
+        assert!((estimate.wall - wall).abs() < 1e-7, "{}", estimate.wall);
+    }
+
+    #[test]
+    fn a_contact_is_found_from_what_changes_in_it() {
+        let mut evidence = Evidence::new(V6::zeros());
+        contact(&mut evidence, 0.3);
+        assert_found(&evidence.solve(&expected(), 0.005), 0.3);
+    }
+
+    /// What is remembered of a contact is the same contact, wherever and however fast the next begins.
+    #[test]
+    fn a_contact_is_remembered() {
+        let mut evidence = Evidence::new(V6::zeros());
+        contact(&mut evidence, 0.3);
+        evidence.end(0.005);
+        let place = V6::new(0.2999, 0.0, 0.0, 0.0, 0.0, 0.0);
+        evidence.begin(&place, 0.003, 1.0, 1e-6);
+        assert_found(&evidence.solve(&expected(), 0.003), 0.3);
+    }
 }

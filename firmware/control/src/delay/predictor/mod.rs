@@ -1,10 +1,11 @@
 //! The default law: the robot is led so that it is where the two craft would be, when it is there.
 //!
-//! The model is moved by the measured force alone. A twin of the robot knows where it is and where
-//! the commands on their way will bring it; each contact is identified as it happens; the command
-//! follows the motion that two craft with such a contact would have, one delay ahead, and leans
-//! into the contact so that the impulse still to come is that of the rebound. The page
-//! `docs/delay/predictor.md` follows it through with its equations, limits and numbers.
+//! The model is moved by the measured force; what is added where samples or noise hide it is in the
+//! trace. A twin of the robot knows where it is and where the commands on their way will bring it;
+//! each contact is identified as it happens; the command follows the motion that two craft with such a
+//! contact would have, one delay ahead, and leans into the contact so that the impulse still to come is
+//! that of the rebound. The page `docs/delay/predictor.md` follows it through with its equations,
+//! limits and numbers.
 //!
 //! | file | what |
 //! |---|---|
@@ -13,7 +14,7 @@
 //! | `approach`, `noise` | what the flight to the contact shows of robot and sensor |
 //! | `drift` | the delay after it, from how the robot turns in each contact |
 //! | `identify`, `bank` | the contact, and how old the reported pose is |
-//! | `touch`, `contact`, `guard`, `walls` | a contact's course, its end, and what is remembered of it |
+//! | `touch`, `contact`, `rebound`, `guard`, `walls` | a contact's course, its end, and what is remembered of it |
 //! | `reference`, `solver`, `balance`, `turn`, `command` | the command |
 //! | `leading` | the command without an identified contact |
 //!
@@ -34,6 +35,7 @@ mod leading;
 mod linear;
 mod noise;
 mod pause;
+mod rebound;
 mod reference;
 mod settings;
 mod solver;
@@ -222,7 +224,7 @@ impl Predictor {
         if self.contact.is_none() {
             pilot.watch(flight, &command);
         }
-        flight.look(&pilot.plan);
+        flight.look(&pilot.plan, pilot.latency);
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Over the horizon the positions are x = x_nominal + G U, with G from the robot's response to one
 //! command. U = H⁻¹ Gᵀ (reference − x_nominal), H = GᵀG + ρ I, tracks. On top, along the contact,
-//! comes the multiple μ of H⁻¹ Gᵀ 1_contact for which the impulse that is still to come turns the
-//! model's momentum into that of the rebound.
+//! comes the multiple μ of the moves 1, ½, ¼ ... for which the impulse that is still to come turns the
+//! model's momentum into that of the rebound. The earlier a lean, the less way it takes.
 
 use super::linear::Factor;
 use super::{HORIZON, MOVES};
@@ -17,6 +17,9 @@ pub(super) type Line = [f64; HORIZON + 1];
 const EFFORT: f64 = 3.0;
 /// The same for a damped contact, where commands are force: of (c / k Ts)².
 const EFFORT_OF_DAMPING: f64 = 0.3;
+
+/// Each move of a lean as a part of the one before.
+const LEAN_FADES: f64 = 0.5;
 
 /// What depends on the robot's response alone.
 #[derive(Clone, Debug)]
@@ -106,6 +109,15 @@ impl Solver {
         self.response.get(self.dead..).unwrap_or_default()
     }
 
+    /// Way of a lean whose first move is 1, cycles.
+    pub(super) fn lean(&self) -> Line {
+        let mut way = 0.0;
+        self.response.map(|response| {
+            way = LEAN_FADES * way + response;
+            way
+        })
+    }
+
     /// Way that a command of one cycle makes within the times for which `during` is 1.
     pub(super) fn authority(&self, during: &Line) -> f64 {
         (0..=HORIZON).map(|t| self.response[t] * during[t]).sum()
@@ -123,15 +135,5 @@ impl Step<'_> {
     pub(super) fn tracked(&self, error: &Line) -> Line {
         self.solver
             .positions(&self.factor.solve(&self.solver.gathered(error)))
-    }
-
-    /// The move that leans into the contact while it lasts, largest element 1: its first element, and
-    /// the positions that it makes.
-    #[inline(never)]
-    pub(super) fn lean(&self, during: &Line) -> (f64, Line) {
-        let moves = self.factor.solve(&self.solver.gathered(during));
-        let largest = moves.amax().max(f64::MIN_POSITIVE);
-        let moves = moves / largest;
-        (moves[0], self.solver.positions(&moves))
     }
 }

@@ -160,7 +160,7 @@ impl Pilot {
             Rung::Leading
         };
         if ended.fits() {
-            let evidence = &contact.bank.of[self.latency].evidence;
+            let evidence = contact.evidence(self.latency);
             self.walls.keep(&h, self.latency, evidence, estimate);
         }
         // The model goes on from where the two craft would be, or the robot is, if it was not led there.
@@ -173,10 +173,16 @@ impl Pilot {
         self.await_turn();
         flight.load = V6::zeros();
         self.turns = Turns::default();
-        let Some((target, flag)) = ended.corrected().filter(|_| self.settings.guard) else {
-            return V6::zeros();
-        };
-        self.flags.set(flag);
-        h * ((target - ended.after) * estimate.mass / cycle_s)
+        let missing =
+            if let Some((target, flag)) = ended.corrected().filter(|_| self.settings.guard) {
+                self.flags.set(flag);
+                target - ended.after
+            } else if ended.fits() {
+                let rebound = contact.rebound(self.latency, &after);
+                rebound.hidden(ended.closing, ended.after, ended.noise)
+            } else {
+                0.0
+            };
+        h * (missing * estimate.mass / cycle_s)
     }
 }

@@ -41,7 +41,7 @@ impl Walls {
         &mut self,
         direction: &V6,
         latency: usize,
-        evidence: &Evidence,
+        evidence: Evidence,
         estimate: &Estimate,
     ) {
         let same = |wall: &Option<Wall>| {
@@ -54,7 +54,7 @@ impl Walls {
             *slot = Some(Wall {
                 direction: *direction,
                 latency,
-                evidence: evidence.clone(),
+                evidence,
                 estimate: *estimate,
             });
         }
