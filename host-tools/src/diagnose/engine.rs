@@ -31,6 +31,15 @@ impl<T> Pair<T> {
             test: of(&self.test),
         }
     }
+
+    /// The same for both at once.
+    pub(super) fn map_both<U: Send>(&self, of: impl Fn(&T) -> U + Sync) -> Pair<U>
+    where
+        T: Sync,
+    {
+        let (train, test) = rayon::join(|| of(&self.train), || of(&self.test));
+        Pair { train, test }
+    }
 }
 
 /// What the clock lacks.
@@ -140,13 +149,10 @@ pub(super) fn predict_both(
     model: &Model,
     recordings: &Pair<&Recording>,
 ) -> anyhow::Result<Pair<Prediction>> {
-    let (train, test) = rayon::join(
-        || predict(model, recordings.train),
-        || predict(model, recordings.test),
-    );
+    let both = recordings.map_both(|recording| predict(model, recording));
     Ok(Pair {
-        train: train?,
-        test: test?,
+        train: both.train?,
+        test: both.test?,
     })
 }
 

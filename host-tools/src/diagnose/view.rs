@@ -60,7 +60,7 @@ impl View {
             });
         }
         let model = with_clock(model, &clock);
-        let all = signals.map(|signals| model::prediction::intervals(&model, signals));
+        let all = signals.map_both(|signals| model::prediction::intervals(&model, signals));
         let own = |log: &Log, all: &[f64]| {
             let own = all.iter().skip(log.first).take(log.len());
             own.copied().collect::<Vec<f64>>()
@@ -119,7 +119,7 @@ fn with_clock(model: &Model, clock: &ClockFinding) -> Model {
 }
 
 fn clock_stage(model: &Model, logs: &Pair<Log>, question: &Question<'_>) -> ClockFinding {
-    let found = logs.map(|log| clock::test(model, log));
+    let found = logs.map_both(|log| clock::test(model, log));
     let (train, test) = (found.train, found.test);
     let apart_s = SAMPLED_APART * logs.train.cycle_s;
     let jitters = train.jitters() && test.jitters() && question.tries(model, "clock_jitter");
@@ -139,7 +139,7 @@ fn intervals(model: &Model, logs: &Pair<Log>, clock: &ClockFinding) -> Pair<Vec<
     let known = model.effects.iter().find(|e| e.id == "clock_jitter");
     let known_s = known.and_then(|e| e.parameters.get("jitter_s")).copied();
     match clock.jitter.map(|j| j.0).or(known_s) {
-        Some(jitter_s) => logs.map(|log| recover(model, log, jitter_s)),
+        Some(jitter_s) => logs.map_both(|log| recover(model, log, jitter_s)),
         None => logs.map(|_| Vec::new()),
     }
 }

@@ -119,9 +119,12 @@ impl Problem {
         columns: &[impl Borrow<Column> + Sync],
     ) -> (DMatrix<f64>, DVector<f64>) {
         let size = columns.len();
-        let against = DMatrix::from_fn(self.tolerances.len(), size, |i, k| {
-            dot(&self.tolerances[i], columns[k].borrow())
-        });
+        let with_tolerances = |column: &_| -> Vec<f64> {
+            let column: &Column = Borrow::borrow(column);
+            self.tolerances.iter().map(|t| dot(t, column)).collect()
+        };
+        let products: Vec<Vec<f64>> = columns.par_iter().map(with_tolerances).collect();
+        let against = DMatrix::from_fn(self.tolerances.len(), size, |i, k| products[k][i]);
         let taken = self
             .factor
             .solve_lower_triangular(&against)
