@@ -299,6 +299,11 @@ fn all_combinations_of_words_and_flags() {
     let combinations = grid(&choices, &all, busy());
     let different = combinations.iter();
     let different = different.filter(|settings| others_are_untouched(settings, &busy()));
+    let different: Vec<_> = different.collect();
+    for law in laws(&all) {
+        let is_there = different.iter().any(|s| s.delay.law == law);
+        assert!(is_there, "{law:?} is left out");
+    }
     for settings in different {
         endure("words and flags", settings, BLOCK..BLOCK + 150);
     }
