@@ -1,0 +1,83 @@
+//! A zero that wanders while the poses are taken: no tool explains it, and no interval knows of it.
+
+use super::outcome::Residual;
+use crate::statistics::autocorrelation;
+use softdock_report::number;
+
+/// Poses from which on a drift can be told from chance.
+const FEWEST: usize = 12;
+/// Standard deviations by which neighbours have to agree: once in 30,000 axes by chance.
+const AGREE: f64 = 4.0;
+/// Part of the poses over which the wandering zero is averaged.
+const WINDOW: usize = 8;
+const NAMES: [&str; 6] = [
+    "force x", "force y", "force z", "torque x", "torque y", "torque z",
+];
+
+/// A sentence for each axis whose zero wanders; only of poses at rest, whose order is by time and
+/// whose readings have no motion in common.
+pub(super) fn notes(residuals: &[Residual]) -> Vec<String> {
+    let used: Vec<&Residual> = residuals
+        .iter()
+        .filter(|r| r.used && r.pose.is_some())
+        .collect();
+    if used.len() < FEWEST {
+        return Vec::new();
+    }
+    (0..6)
+        .filter_map(|axis| {
+            let series: Vec<f64> = used.iter().map(|r| r.wrench[axis]).collect();
+            wanders(&series).map(|range| sentence(axis, range))
+        })
+        .collect()
+}
+
+/// Range of the averaged series, if neighbours agree more than chance makes them.
+fn wanders(series: &[f64]) -> Option<f64> {
+    let neighbours = autocorrelation(series, 1).get(1).copied()?;
+    if neighbours * (series.len() as f64).sqrt() < AGREE {
+        return None;
+    }
+    let window = (series.len() / WINDOW).max(3);
+    let means: Vec<f64> = series
+        .windows(window)
+        .map(|w| w.iter().sum::<f64>() / w.len() as f64)
+        .collect();
+    let (low, high) = means
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), m| (l.min(*m), h.max(*m)));
+    Some(high - low)
+}
+
+fn sentence(axis: usize, range: f64) -> String {
+    let unit = if axis < 3 { "N" } else { "N·m" };
+    format!(
+        "What is left of {} wanders by {} {unit} from pose to pose: a drift of the zero, or poses \
+         that went one way. Its interval does not know of it. Let the sensor warm up, go through \
+         the poses in another order, and take the zero (`zero`) before each test.",
+        NAMES[axis],
+        number::significant(range, 2)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::RandomStream;
+
+    #[test]
+    fn a_drift_is_told_and_noise_is_not() {
+        let mut noise = RandomStream::new(1, 0);
+        let mut false_alarms = 0;
+        for _ in 0..300 {
+            let quiet: Vec<f64> = (0..40).map(|_| noise.normal()).collect();
+            false_alarms += u32::from(wanders(&quiet).is_some());
+            let drifting: Vec<f64> = (0..40)
+                .map(|n| f64::from(n) * 0.1 + noise.normal())
+                .collect();
+            let range = wanders(&drifting).unwrap();
+            assert!((2.0..5.5).contains(&range), "{range}");
+        }
+        assert_eq!(false_alarms, 0);
+    }
+}

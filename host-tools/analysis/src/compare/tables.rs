@@ -1,0 +1,152 @@
+//! The comparison as tables, for the terminal and for the report.
+
+use super::series::ROUND_OFF_SIGMA;
+use super::{Comparison, Failure};
+use crate::model::{Axis, Channel};
+use softdock_report::{Cell, Column, Mark, Table};
+
+/// Regimes of an axis that are listed.
+const LISTED: usize = 4;
+
+impl Comparison {
+    /// Errors per channel and axis, and per phase of the test.
+    pub fn tables(&self) -> Vec<Table> {
+        vec![self.channel_table(), self.phase_table()]
+    }
+
+    pub(super) fn channel_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Channel"),
+            Column::text("Axis"),
+            Column::number("RMS error", ""),
+            Column::text("Unit"),
+            Column::number("data sheet", "σ"),
+            Column::number("expected", "σ"),
+            Column::number("Beyond noise", ""),
+        ]);
+        for error in &self.channels {
+            let failure = self
+                .failures
+                .iter()
+                .find(|f| f.channel == error.name && f.axis == error.axis);
+            let mark = if failure.is_some() {
+                Mark::Bad
+            } else {
+                Mark::Good
+            };
+            // What is computed twice from the same numbers differs by round-off: not worth digits.
+            let sigma =
+                |value: f64| Cell::number(if value < ROUND_OFF_SIGMA { 0.0 } else { value }, 3);
+            let rms = if error.rms_sigma < ROUND_OFF_SIGMA {
+                0.0
+            } else {
+                error.rms
+            };
+            table.push(vec![
+                Cell::text(error.name.to_string()),
+                Cell::text(error.axis.to_string()),
+                Cell::number(rms, 3),
+                Cell::text(error.unit),
+                sigma(error.rms_sigma),
+                sigma(error.rms_expected_sigma).marked(mark),
+                Cell::percent(failure.map_or(0.0, |f| f.share)),
+            ]);
+        }
+        table
+    }
+
+    pub(super) fn phase_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Phase"),
+            Column::number("Cycles", ""),
+            Column::number("Windows", ""),
+            Column::text("First from … to [s]"),
+            Column::number("RMS error", "σ"),
+            Column::number("Share of error", ""),
+            Column::number("Share beyond noise", ""),
+        ]);
+        for phase in &self.phases {
+            let first = phase.windows.first().map_or(String::new(), |w| {
+                format!("{:.3} … {:.3}", w.from_s, w.to_s)
+            });
+            table.push(vec![
+                Cell::text(phase.name.words()),
+                Cell::text(phase.cycles.to_string()),
+                Cell::text(phase.windows.len().to_string()),
+                Cell::text(first),
+                Cell::number(phase.rms_sigma, 3),
+                Cell::percent(phase.share),
+                Cell::percent(phase.share_beyond_noise),
+            ]);
+        }
+        table
+    }
+
+    /// The best regimes of each axis in which the model fails.
+    pub(super) fn regime_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Error of"),
+            Column::text("Regime"),
+            Column::number("Share beyond noise", ""),
+            Column::number("Probability by chance", ""),
+            Column::text("How"),
+        ]);
+        for failure in &self.failures {
+            let of = |r: &&super::Regime| is_of(failure, r.channel, r.axis);
+            for regime in self.regimes.iter().filter(of).take(LISTED) {
+                let share = Cell::percent(regime.share);
+                let share = if regime.explains() {
+                    share.marked(Mark::Good)
+                } else {
+                    share
+                };
+                table.push(vec![
+                    Cell::text(format!("{} {}", regime.channel, regime.axis)),
+                    Cell::text(regime.label()),
+                    share,
+                    Cell::number(regime.p, 2),
+                    Cell::text(regime.short()),
+                ]);
+            }
+        }
+        table
+    }
+
+    /// Noise, whiteness and independence of each axis.
+    pub(super) fn test_table(&self) -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Error of"),
+            Column::number("Measured noise", "data sheets"),
+            Column::number("Whiteness (25)", ""),
+            Column::text("White"),
+            Column::text("Depends on"),
+        ]);
+        for test in &self.tests {
+            let level = self.noise.iter();
+            let mut level = level.filter(|n| n.channel == test.channel && n.axis == test.axis);
+            let white = test.whiteness.white;
+            let inputs: Vec<&str> = test
+                .independence
+                .iter()
+                .filter(|input| !input.independent)
+                .map(|input| input.input.words())
+                .collect();
+            table.push(vec![
+                Cell::text(format!("{} {}", test.channel, test.axis)),
+                Cell::number(level.next().map_or(f64::NAN, |n| n.ratio), 2),
+                Cell::number(test.whiteness.statistic, 3),
+                Cell::text(if white { "yes" } else { "no" }).marked(if white {
+                    Mark::Good
+                } else {
+                    Mark::Bad
+                }),
+                Cell::text(inputs.join(", ")),
+            ]);
+        }
+        table
+    }
+}
+
+fn is_of(failure: &Failure, channel: Channel, axis: Axis) -> bool {
+    failure.channel == channel && failure.axis == axis
+}

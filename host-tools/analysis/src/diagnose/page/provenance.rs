@@ -1,0 +1,100 @@
+//! Notes, data, settings and the model: what a reader needs to repeat the diagnosis.
+
+use super::super::Verdict;
+use super::{Source, words};
+use crate::identity;
+use softdock_report::{Cell, Column, Page, Table, number};
+
+impl Source<'_> {
+    /// The last sections and the foot.
+    pub(super) fn provenance(&self, page: &mut Page) {
+        let (diagnosis, identity) = (self.diagnosis, self.identity);
+        if !diagnosis.notes.is_empty() {
+            page.section("Notes");
+            page.list(&diagnosis.notes);
+        }
+        page.section("Data and settings");
+        page.table(&self.sources());
+        if diagnosis.verdict == Verdict::Named {
+            page.paragraph("To take it into the model:");
+            page.code(&self.commands());
+        }
+        let model = match self.after {
+            Some(_) => format!(
+                "Model with {} added",
+                words::count(diagnosis.effects.len(), "effect")
+            ),
+            None => "Model".to_owned(),
+        };
+        if !identity.model_toml.trim().is_empty() {
+            page.details(&model, &identity.model_toml);
+        }
+        if !identity.settings_toml.trim().is_empty() {
+            page.details("Settings of the board", &identity.settings_toml);
+        }
+        page.identity(&format!(
+            "{} · {} · {}",
+            identity::text(),
+            identity.model_path,
+            identity.judged()
+        ));
+    }
+
+    fn sources(&self) -> Table {
+        let (diagnosis, identity) = (self.diagnosis, self.identity);
+        let held_back = "none: the end of the log of the fit was held back";
+        let test = identity.test.as_deref().unwrap_or(held_back);
+        let cycles = self.before.time_s.len();
+        let cycle_ms = number::significant(self.before.cycle_s * 1e3, 3);
+        let took = format!("{} s", number::significant(diagnosis.seconds, 2));
+        let mut rows = vec![
+            ("Model", identity.model_path.clone()),
+            ("Data of the fit", identity.train.clone()),
+            ("Unseen data", test.to_owned()),
+            ("Judged", format!("{cycles} cycles of {cycle_ms} ms")),
+            ("Recorded by", identity.firmware.clone()),
+            ("Diagnosed by", identity::text()),
+            ("Computing time", took),
+        ];
+        rows.retain(|(_, value)| !value.trim().is_empty());
+        let mut table = Table::new(vec![Column::text("What"), Column::text("Which")]);
+        for (what, which) in rows {
+            table.push(vec![Cell::text(what), Cell::text(which)]);
+        }
+        table
+    }
+
+    /// A command per effect that adds it to the model.
+    fn commands(&self) -> String {
+        let identity = self.identity;
+        let data = match &identity.test {
+            Some(test) => format!("{} --test {}", quoted(&identity.train), quoted(test)),
+            None => quoted(&identity.train),
+        };
+        let model = quoted(&identity.model_path);
+        let command = |effect: &String| format!("softdock add {model} {effect} --fit {data}");
+        let commands: Vec<String> = self.diagnosis.effects.iter().map(command).collect();
+        commands.join("\n")
+    }
+}
+
+/// A path as a shell reads it.
+fn quoted(path: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "/._-+=:@%".contains(c);
+    if !path.is_empty() && path.chars().all(plain) {
+        path.to_owned()
+    } else {
+        format!("'{}'", path.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_survives_the_shell() {
+        assert_eq!(quoted("runs/a-1.mcap"), "runs/a-1.mcap");
+        assert_eq!(quoted("my run's.mcap"), "'my run'\\''s.mcap'");
+    }
+}

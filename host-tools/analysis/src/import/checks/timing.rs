@@ -1,0 +1,103 @@
+//! Does the time rise, and in equal steps?
+
+use super::{CheckError, Context};
+use softdock_control::io::CycleRecord;
+use softdock_report::number;
+
+/// How far the mean step may be from the promised one, relative: clocks are better than that.
+const SAME_RATE: f64 = 0.01;
+/// A step of more than so many median steps is a gap.
+const GAP: f64 = 1.5;
+/// A log of motions with slower rows than this was probably written in other units, s.
+const SLOWEST_S: f64 = 0.5;
+/// ... and one with faster rows, s.
+const FASTEST_S: f64 = 2e-5;
+
+/// The median step, s.
+pub(super) fn check(
+    cycles: &[CycleRecord],
+    context: &Context<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<f64, CheckError> {
+    let name = context.name;
+    let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if let Some(n) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
+        return Err(CheckError::TimeNotRising {
+            name: name.to_owned(),
+            row: n + 2,
+            time_s: times[n + 1],
+            before_s: times[n],
+        });
+    }
+    let median = median(&steps);
+    let gaps: Vec<usize> = (0..steps.len())
+        .filter(|n| steps[*n] > GAP * median)
+        .collect();
+    match context.sample_time_s {
+        // Gaps are told below; they do not change the rate of the rest.
+        Some(expected_s) => {
+            let kept = steps.iter().filter(|step| **step <= GAP * median);
+            let (sum, count) = kept.fold((0.0, 0_usize), |(sum, n), step| (sum + step, n + 1));
+            let received_s = sum / count.max(1) as f64;
+            if (received_s / expected_s - 1.0).abs() > SAME_RATE {
+                return Err(CheckError::SampleTime {
+                    name: name.to_owned(),
+                    expected_s,
+                    received_s,
+                });
+            }
+        }
+        None if !context.at_rest() && median > SLOWEST_S => warnings.push(format!(
+            "{name}: the rows are {} s apart; is the time in milliseconds?",
+            number::significant(median, 3)
+        )),
+        None if median < FASTEST_S => warnings.push(format!(
+            "{name}: the rows are {} s apart; is the unit of the time right?",
+            number::significant(median, 3)
+        )),
+        None => {}
+    }
+    if !context.at_rest() {
+        warnings.extend(two_rates(name, &times, &steps, median));
+        if let Some(first) = gaps.first() {
+            warnings.push(format!(
+                "{name}, row {}: {} s are missing after {} s ({} such gap(s)); what is behind a \
+                 gap is compared as if it followed directly, so import the parts one by one",
+                first + 2,
+                number::significant(steps[*first] - median, 3),
+                times[*first],
+                gaps.len()
+            ));
+        }
+    }
+    Ok(median)
+}
+
+/// Half of the log is sampled at another rate than the other half.
+fn two_rates(name: &str, times: &[f64], steps: &[f64], overall: f64) -> Option<String> {
+    // A tenth of the log at a time; a rate that changes shows in the median of a part.
+    let part = (steps.len() / 10).max(10);
+    let other = steps
+        .chunks(part)
+        .enumerate()
+        .filter(|(_, steps)| steps.len() >= 10)
+        .map(|(i, steps)| (i * part, median(steps)))
+        .find(|(_, step)| !(0.75..=1.0 / 0.75).contains(&(step / overall)))?;
+    Some(format!(
+        "{name}: two sample times in one file: mostly {} s, but {} s from {} s on; import them \
+         one by one",
+        number::significant(overall, 3),
+        number::significant(other.1, 3),
+        times[other.0]
+    ))
+}
+
+fn median(steps: &[f64]) -> f64 {
+    let mut sorted = steps.to_vec();
+    let middle = sorted.len() / 2;
+    if sorted.is_empty() {
+        return 0.0;
+    }
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,386 @@
+//! Reading what a person wrote: TOML files, with errors that say where, what was expected and what
+//! was probably meant. And the rule that nothing is overwritten unasked.
+//!
+//! ```text
+//! scenario.toml:12: unknown key `stiffness_n_per_mm` in [[rig.mechanism.walls]]; did you mean `stiffness_n_per_m`?
+//!   12 | stiffness_n_per_mm = 30.0
+//! The unit is part of the name: convert the value too.
+//! ```
+
+use anyhow::{Context, Result, anyhow, bail};
+use serde::de::DeserializeOwned;
+use std::fmt::Write;
+use std::io::ErrorKind;
+use std::path::Path;
+use toml_edit::{Document, Item, TableLike, Value};
+
+/// Least similarity (1 is equal) of a name that is offered instead of an unknown one.
+const SIMILAR: f64 = 0.6;
+
+/// Unit suffixes of keys, longer ones before those that they end with.
+const UNITS: &[&str] = &[
+    "_n_s_per_mm",
+    "_n_s_per_m",
+    "_n_per_mm",
+    "_n_per_m",
+    "_n_per_s",
+    "_nm_per_s",
+    "_newton_metre",
+    "_newton",
+    "_kg_m2",
+    "_rad_s2",
+    "_rad_s",
+    "_deg_s2",
+    "_deg_s",
+    "_mm_s2",
+    "_m_s2",
+    "_mm_s",
+    "_m_s",
+    "_rad",
+    "_deg",
+    "_mm",
+    "_um",
+    "_ms",
+    "_us",
+    "_ns",
+    "_khz",
+    "_hz",
+    "_kn",
+    "_nmm",
+    "_nm",
+    "_kg",
+    "_g",
+    "_n",
+    "_m",
+    "_s",
+];
+
+/// Reads a TOML file.
+///
+/// # Errors
+/// The file cannot be read (with the nearest name in its folder, if it is missing), or what
+/// [`parse`] reports.
+pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => bail!("{}", missing_file(path)),
+        Err(error) if error.kind() == ErrorKind::InvalidData => {
+            bail!(
+                "{}: not a text file (expected TOML in UTF-8)",
+                path.display()
+            )
+        }
+        Err(error) => {
+            return Err(error).with_context(|| format!("cannot read {}", path.display()));
+        }
+    };
+    parse(&text, &path.display().to_string())
+}
+
+/// Reads TOML text; `name` stands for it in errors.
+///
+/// # Errors
+/// A syntax error, an unknown or missing key, or a value of the wrong type: `name:line:`, what was
+/// expected and found, then the line's text.
+pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
+    let document = Document::parse(text).map_err(|error| {
+        let what = format!("not valid TOML: {}", error.message());
+        report(text, name, error.span(), &what, "")
+    })?;
+    toml_edit::de::from_str(text).map_err(|error| {
+        let offset = error.span().map_or(0, |span| span.start);
+        let place =
+            place_of(document.as_table(), offset, "", "at the top level").unwrap_or_else(|| {
+                Place {
+                    section: "at the top level".into(),
+                    key: None,
+                }
+            });
+        let (what, hint) = explain(error.message(), &place);
+        report(text, name, error.span(), &what, hint)
+    })
+}
+
+/// Refuses to write where something is already, unless `force` says so. An empty folder is free.
+///
+/// # Errors
+/// `path` exists, or cannot be looked at.
+pub fn refuse_overwrite(path: &Path, force: bool) -> Result<()> {
+    if force {
+        return Ok(());
+    }
+    match std::fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(error) => {
+            return Err(error).with_context(|| format!("cannot look at {}", path.display()));
+        }
+        Ok(found) if found.is_dir() && std::fs::read_dir(path)?.next().is_none() => return Ok(()),
+        Ok(_) => {}
+    }
+    bail!(
+        "{} exists already and is not overwritten: choose another name, or say --force",
+        path.display()
+    )
+}
+
+/// The member of `known` that `wrong` was probably meant to be: the same name with another unit
+/// before the most similar name.
+pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let score = |name: &str| {
+        let similarity = strsim::normalized_damerau_levenshtein(wrong, name);
+        if differs_in_unit(wrong, name) {
+            1.0 + similarity
+        } else {
+            similarity
+        }
+    };
+    let scored = known.into_iter().map(|name| (score(name), name));
+    let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 >= SIMILAR).then_some(best.1)
+}
+
+fn differs_in_unit(a: &str, b: &str) -> bool {
+    a != b && matches!((stem(a), stem(b)), (Some(x), Some(y)) if x == y)
+}
+
+/// The name without its unit.
+fn stem(name: &str) -> Option<&str> {
+    UNITS.iter().find_map(|unit| name.strip_suffix(unit))
+}
+
+fn missing_file(path: &Path) -> String {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return format!(
+            "{}: there is no folder {}",
+            path.display(),
+            folder.display()
+        );
+    };
+    let names = entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".toml")).collect();
+    names.sort();
+    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+    match nearest(&wanted, names.iter().map(String::as_str)) {
+        Some(name) => {
+            format!(
+                "{}: no such file; did you mean {}?",
+                path.display(),
+                folder.join(name).display()
+            )
+        }
+        None => format!(
+            "{}: no such file; give the path of an existing TOML file",
+            path.display()
+        ),
+    }
+}
+
+/// Where in a document something stands.
+struct Place {
+    /// `[a.b]`, `[[a.b]]` or `at the top level`, with the preposition for the first two left to the
+    /// caller.
+    section: String,
+    /// The key, unless it is the section itself.
+    key: Option<String>,
+}
+
+impl Place {
+    /// "in [a.b]" or "at the top level".
+    fn within(&self) -> String {
+        if self.section.starts_with('[') {
+            format!("in {}", self.section)
+        } else {
+            self.section.clone()
+        }
+    }
+
+    /// "`key` in [a.b]" or "[a.b]".
+    fn subject(&self) -> String {
+        match &self.key {
+            Some(key) => format!("`{key}` {}", self.within()),
+            None => self.section.clone(),
+        }
+    }
+}
+
+/// The key or table at a byte offset.
+fn place_of(table: &dyn TableLike, offset: usize, path: &str, section: &str) -> Option<Place> {
+    let contains = |span: Option<std::ops::Range<usize>>| span.is_some_and(|s| s.contains(&offset));
+    for (name, item) in table.iter() {
+        let here = || {
+            Some(Place {
+                section: section.into(),
+                key: Some(name.into()),
+            })
+        };
+        if contains(table.key(name).and_then(toml_edit::Key::span)) {
+            return here();
+        }
+        let inner = if path.is_empty() {
+            name.to_string()
+        } else {
+            format!("{path}.{name}")
+        };
+        for (part, span, heading) in tables_of(item, &inner) {
+            let itself = || {
+                contains(span.clone()).then(|| Place {
+                    section: heading.clone(),
+                    key: None,
+                })
+            };
+            if let Some(place) = place_of(part, offset, &inner, &heading).or_else(itself) {
+                return Some(place);
+            }
+        }
+        if contains(item.span()) {
+            return here();
+        }
+    }
+    None
+}
+
+/// A table inside an item, its span and its heading.
+type Part<'a> = (&'a dyn TableLike, Option<std::ops::Range<usize>>, String);
+
+/// The tables that an item consists of.
+fn tables_of<'a>(item: &'a Item, path: &str) -> Vec<Part<'a>> {
+    let (one, many) = (format!("[{path}]"), format!("[[{path}]]"));
+    match item {
+        Item::Table(table) => vec![(table, table.span(), one)],
+        Item::Value(Value::InlineTable(table)) => vec![(table, table.span(), one)],
+        Item::ArrayOfTables(tables) => tables
+            .iter()
+            .map(|t| (t as &dyn TableLike, t.span(), many.clone()))
+            .collect(),
+        Item::Value(Value::Array(values)) => {
+            let tables = values.iter().filter_map(Value::as_inline_table);
+            tables
+                .map(|t| (t as &dyn TableLike, t.span(), many.clone()))
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// What is wrong, in the words of the person who wrote the file, and what else to know.
+fn explain(message: &str, place: &Place) -> (String, &'static str) {
+    let (first, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    if let Some(wrong) = quoted(first, "unknown field ") {
+        let known: Vec<&str> = names_in(expected);
+        let near = nearest(wrong, known.iter().copied());
+        let unit = near.is_some_and(|name| differs_in_unit(wrong, name));
+        let hint = if unit {
+            "The unit is part of the name: convert the value too."
+        } else {
+            ""
+        };
+        return (
+            format!(
+                "unknown key `{wrong}` {}; {}",
+                place.within(),
+                offer(near, &known)
+            ),
+            hint,
+        );
+    }
+    if let Some(wrong) = quoted(first, "unknown variant ") {
+        let known = names_in(expected);
+        let near = nearest(wrong, known.iter().copied());
+        return (
+            format!(
+                "{}: unknown value `{wrong}`; {}",
+                place.subject(),
+                offer(near, &known)
+            ),
+            "",
+        );
+    }
+    if let Some(key) = quoted(first, "missing field ") {
+        return (format!("missing key `{key}` {}", place.within()), "");
+    }
+    let found = ["invalid type: ", "invalid value: "]
+        .iter()
+        .find_map(|p| first.strip_prefix(p));
+    if let Some(found) = found {
+        let found = found
+            .replace("floating point", "number")
+            .replace("integer", "number");
+        return (
+            format!(
+                "{}: expected {}, found {found}",
+                place.subject(),
+                plain(expected)
+            ),
+            "",
+        );
+    }
+    (format!("{}: {message}", place.subject()), "")
+}
+
+fn offer(near: Option<&str>, known: &[&str]) -> String {
+    match near {
+        Some(name) => format!("did you mean `{name}`?"),
+        None if known.is_empty() => "no key is known here".into(),
+        None => format!("known are: {}", known.join(", ")),
+    }
+}
+
+/// The name in backticks after `prefix`.
+fn quoted<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
+    text.strip_prefix(prefix)?
+        .strip_prefix('`')?
+        .strip_suffix('`')
+}
+
+/// All names in backticks.
+fn names_in(text: &str) -> Vec<&str> {
+    text.split('`').skip(1).step_by(2).collect()
+}
+
+/// Rust's names of types in plain words.
+fn plain(expected: &str) -> String {
+    match expected {
+        "f64" | "f32" => "a number".into(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more".into(),
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".into(),
+        "a boolean" => "true or false".into(),
+        "a sequence" => "a list [..]".into(),
+        "a string" => "text in quotes".into(),
+        other if other.starts_with("struct ") || other == "a map" => {
+            "a section or { key = value }".into()
+        }
+        other => other.into(),
+    }
+}
+
+/// `name:line: what`, the line's text, a hint.
+pub(crate) fn report(
+    text: &str,
+    name: &str,
+    span: Option<std::ops::Range<usize>>,
+    what: &str,
+    hint: &str,
+) -> anyhow::Error {
+    let offset = span.map_or(0, |span| span.start).min(text.len());
+    let before = text.as_bytes().get(..offset).unwrap_or_default();
+    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+    let mut message = format!("{name}:{line}: {what}");
+    if let Some(content) = text
+        .lines()
+        .nth(line - 1)
+        .filter(|content| !content.trim().is_empty())
+    {
+        // Writing to a String cannot fail.
+        let _ = write!(message, "\n  {line} | {}", content.trim_end());
+    }
+    if !hint.is_empty() {
+        let _ = write!(message, "\n{hint}");
+    }
+    anyhow!(message)
+}

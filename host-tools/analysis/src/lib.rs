@@ -1,0 +1,23 @@
+//! Recordings of docking tests, models of them, and what the one says of the other.
+//!
+//! | module | |
+//! |---|---|
+//! | `recording`, `telemetry`, `replay` | cycles on disk and over the network, recomputed bit for bit |
+//! | `import` | logs of other rigs |
+//! | `model` | the model file, its effects, and what it predicts |
+//! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
+//! | `commission` | calibration of the sensor, identification of the actuator, parameters of a board |
+//! | `statistics`, `input`, `identity` | what they share |
+
+pub mod commission;
+pub mod compare;
+pub mod diagnose;
+pub mod fit;
+pub mod identity;
+pub mod import;
+pub mod input;
+pub mod model;
+pub mod recording;
+pub mod replay;
+pub mod statistics;
+pub mod telemetry;

@@ -1,0 +1,21 @@
+//! What a series of numbers says about itself: noise floor, correlation, spectrum, and whether
+//! another quantity explains it.
+//!
+//! A value that is missing is NaN; it is left out, and neighbours across it stay neighbours of
+//! nobody.
+
+mod correlation;
+mod dependence;
+mod groups;
+mod noise_floor;
+mod random;
+mod significance;
+mod spectrum;
+
+pub use correlation::{Whiteness, autocorrelation, correlated_cycles, whiteness};
+pub use dependence::{Dependence, dependence};
+pub use groups::{Fit, Groups};
+pub use noise_floor::{Noise, median, noise_floor};
+pub use random::RandomStream;
+pub use significance::{chi_square_p, f_p, normal_p};
+pub use spectrum::{periodogram, shape_of};

@@ -1,0 +1,23 @@
+//! The recorder's side of the telemetry: from datagrams to recordings.
+//!
+//! - [`Listener`] takes datagrams from a socket as they come,
+//! - `window` puts those of a boot in order and counts those that are missing,
+//! - `assembly` makes messages of them,
+//! - `stream` writes the cycles of a boot into recordings, and `part` is one of them,
+//! - [`Recorder`] keeps the streams apart. It knows no socket and no clock.
+//!
+//! Nothing that was received is thrown away: a board that boots again, a second board, and
+//! settings that change in mid-run each get a file of their own.
+
+mod assembly;
+mod listener;
+mod names;
+mod part;
+mod recorder;
+mod stream;
+mod window;
+
+pub use listener::{Listener, Received};
+pub use names::Names;
+pub use part::{METADATA, PartSummary};
+pub use recorder::{Progress, Recorder, Summary};

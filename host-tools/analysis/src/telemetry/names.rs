@@ -1,0 +1,63 @@
+//! The files of a recording that has several.
+
+use std::path::{Path, PathBuf};
+
+/// Names of the files: the one that was asked for, then `-2`, `-3`, .. before its ending.
+#[derive(Debug)]
+pub struct Names {
+    first: PathBuf,
+    given: u32,
+}
+
+impl Names {
+    /// Named after the first file.
+    pub fn new(first: &Path) -> Self {
+        Self {
+            first: first.to_path_buf(),
+            given: 0,
+        }
+    }
+
+    /// The next name. The first may exist; those after it do not: files of an earlier recording are
+    /// not overwritten by a number.
+    pub fn next_path(&mut self) -> PathBuf {
+        loop {
+            self.given += 1;
+            let path = match self.given {
+                1 => return self.first.clone(),
+                number => self.numbered(number),
+            };
+            if !path.exists() {
+                return path;
+            }
+        }
+    }
+
+    fn numbered(&self, number: u32) -> PathBuf {
+        let mut name = self.first.file_stem().unwrap_or_default().to_os_string();
+        name.push(format!("-{number}"));
+        if let Some(ending) = self.first.extension() {
+            name.push(".");
+            name.push(ending);
+        }
+        self.first.with_file_name(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_exists_is_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("run.mcap"), "").unwrap();
+        std::fs::write(path("run-3.mcap"), "").unwrap();
+        let mut names = Names::new(&path("run.mcap"));
+        for expected in ["run.mcap", "run-2.mcap", "run-4.mcap"] {
+            assert_eq!(names.next_path(), path(expected));
+        }
+        assert_eq!(Names::new("run".as_ref()).numbered(2), Path::new("run-2"));
+    }
+}

@@ -1,0 +1,239 @@
+//! The telemetry of one boot, written into recordings.
+
+use super::assembly::Assembly;
+use super::names::Names;
+use super::part::{Losses, OpenPart, PartSummary};
+use super::window::Window;
+use crate::recording::Header;
+use anyhow::Result;
+use softdock_app::image::Image;
+use softdock_app::telemetry::{Announcement, Kind, Part, read_record, schema};
+use softdock_control::io::CycleRecord;
+
+/// Cycles that wait for the settings, which are announced every second: 20 s, about 7 MB. Then
+/// they are written without.
+const HELD: usize = 5000;
+
+/// Who sends, as announced.
+struct Announced {
+    /// The announcement as it came: another one means other settings.
+    message: Vec<u8>,
+    identity: String,
+    /// What the recording says about itself, or why the settings cannot be read.
+    header: Result<Header, String>,
+}
+
+/// One boot of one board.
+pub(super) struct Stream {
+    boot: u32,
+    /// Datagrams without their payload, and the payload.
+    window: Window<(Part<'static>, Vec<u8>)>,
+    assembly: Assembly,
+    announced: Option<Announced>,
+    /// Schema of records that this program cannot read.
+    other_schema: Option<u32>,
+    /// Records that had the right schema and could not be read all the same.
+    unreadable: u64,
+    /// The board's own counter of lost records, as it came last.
+    lost_counter: Option<u32>,
+    lost_on_board: u64,
+    held: Vec<CycleRecord>,
+    /// The cycle that came last.
+    pub(super) newest: Option<CycleRecord>,
+    part: Option<OpenPart>,
+    finished: Vec<PartSummary>,
+    /// What a person should know, not told yet.
+    pub(super) notes: Vec<String>,
+}
+
+impl Stream {
+    pub(super) fn new(boot: u32) -> Self {
+        Self {
+            boot,
+            window: Window::default(),
+            assembly: Assembly::default(),
+            announced: None,
+            other_schema: None,
+            unreadable: 0,
+            lost_counter: None,
+            lost_on_board: 0,
+            held: Vec::new(),
+            newest: None,
+            part: None,
+            finished: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    pub(super) fn boot(&self) -> u32 {
+        self.boot
+    }
+
+    /// Datagrams that came twice or too late.
+    pub(super) fn repeated(&self) -> u64 {
+        self.window.repeated()
+    }
+
+    /// The firmware, once it was announced.
+    pub(super) fn identity(&self) -> Option<&str> {
+        let announced = self.announced.as_ref()?;
+        Some(&announced.identity)
+    }
+
+    /// The files so far.
+    pub(super) fn parts(&self) -> impl Iterator<Item = PartSummary> + '_ {
+        let open = self.part.as_ref();
+        let open = open.map(|part| part.summary(self.losses()));
+        self.finished.iter().cloned().chain(open)
+    }
+
+    /// Why this program cannot record the stream, once it is known who sends it.
+    pub(super) fn refusal(&self) -> Option<String> {
+        let announced = self.announced.as_ref()?;
+        if let Some(received) = self.other_schema {
+            let expected = schema();
+            return Some(format!(
+                "its records have schema {received:08x}, those of this program {expected:08x}"
+            ));
+        }
+        announced.header.as_ref().err().cloned()
+    }
+
+    /// Takes a datagram.
+    pub(super) fn push(&mut self, part: &Part<'_>, names: &mut Names) -> Result<()> {
+        let payload = part.payload.to_vec();
+        let head = Part {
+            payload: &[],
+            ..*part
+        };
+        self.window.push(part.sequence, (head, payload));
+        self.advance(false, names)
+    }
+
+    /// Writes what is in order. `give_up` waits for nothing that is missing.
+    pub(super) fn advance(&mut self, give_up: bool, names: &mut Names) -> Result<()> {
+        while let Some((head, payload)) = self.window.take(give_up) {
+            let counter = self.lost_counter.replace(head.lost).unwrap_or(head.lost);
+            self.lost_on_board += u64::from(head.lost.wrapping_sub(counter));
+            self.other_schema = (head.schema != schema()).then_some(head.schema);
+            let part = Part {
+                payload: &payload,
+                ..head
+            };
+            match self.assembly.push(&part) {
+                Some((Kind::Announcement, message)) => self.announce(message, names)?,
+                Some((Kind::Record, message)) if self.other_schema.is_none() => {
+                    self.record(&message, names)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn announce(&mut self, message: Vec<u8>, names: &mut Names) -> Result<()> {
+        let known = self.announced.as_ref();
+        if known.is_some_and(|known| known.message == message) {
+            return Ok(());
+        }
+        let Ok(Announcement { image, identity }) = Announcement::read(&message) else {
+            self.unreadable += 1;
+            return Ok(());
+        };
+        let identity = identity.to_owned();
+        let header = header(image, &identity);
+        self.announced = Some(Announced {
+            header: header.map_err(|error| format!("{error:#}")),
+            identity,
+            message,
+        });
+        if let Some(part) = self.part.take() {
+            let losses = self.losses();
+            self.finished.push(part.finish(losses)?);
+            self.notes.push(
+                "the board's settings are others from here on: the next cycles get a file of \
+                 their own"
+                    .to_owned(),
+            );
+        }
+        match self.held.is_empty() {
+            true => Ok(()),
+            false => self.open(names).map(drop),
+        }
+    }
+
+    fn record(&mut self, message: &[u8], names: &mut Names) -> Result<()> {
+        let Ok(record) = read_record(message) else {
+            self.unreadable += 1;
+            return Ok(());
+        };
+        self.newest = Some(record);
+        if let Some(part) = &mut self.part {
+            return part.push(&record);
+        }
+        self.held.push(record);
+        match self.announced.is_some() || self.held.len() >= HELD {
+            true => self.open(names),
+            false => Ok(()),
+        }
+    }
+
+    /// Begins a file and writes the cycles that wait.
+    fn open(&mut self, names: &mut Names) -> Result<()> {
+        let before = match self.finished.is_empty() {
+            // What was lost before the first file was lost among the cycles that wait for it.
+            true => Losses::default(),
+            false => self.losses(),
+        };
+        let announced = self.announced.as_ref();
+        let header = announced.and_then(|announced| announced.header.as_ref().ok());
+        let path = names.next_path();
+        let mut part = OpenPart::create(&path, self.boot, header, before)?;
+        self.notes.push(format!(
+            "boot {:08x} of {}: recording into {}",
+            self.boot,
+            self.identity().unwrap_or("a board without a name"),
+            path.display()
+        ));
+        for record in self.held.drain(..) {
+            part.push(&record)?;
+        }
+        self.part = Some(part);
+        Ok(())
+    }
+
+    /// Ends the stream: what came is written, whatever is missing. The files, and the first error.
+    pub(super) fn finish(mut self, names: &mut Names) -> (Vec<PartSummary>, Result<()>) {
+        let mut outcome = self.advance(true, names);
+        self.assembly.tear();
+        if !self.held.is_empty() {
+            outcome = outcome.and(self.open(names));
+        }
+        let losses = self.losses();
+        if let Some(part) = self.part.take() {
+            let so_far = part.summary(losses);
+            let ended = part.finish(losses);
+            self.finished.push(so_far);
+            outcome = outcome.and(ended.map(drop));
+        }
+        (self.finished, outcome)
+    }
+
+    fn losses(&self) -> Losses {
+        Losses {
+            on_board: self.lost_on_board,
+            datagrams: self.window.lost(),
+            torn: self.assembly.torn() + self.unreadable,
+        }
+    }
+}
+
+/// What a recording says about itself.
+fn header(image: &[u8], identity: &str) -> Result<Header> {
+    let settings = Image::decode(image)?.settings;
+    Ok(Header {
+        identity: identity.to_owned(),
+        settings_toml: toml_edit::ser::to_string_pretty(&settings)?,
+        scenario_toml: None,
+    })
+}

@@ -1,0 +1,222 @@
+//! The tables of the benchmark, for the terminal and the page.
+
+use super::measure::Ending;
+use super::row::Row;
+use softdock_control::delay::LawName;
+use softdock_report::{Cell, Column, Format, Mark, Table};
+
+/// A restitution within this of the ideal one is good.
+const GOOD: f64 = 0.005;
+/// One that is off by more than this is bad.
+const BAD: f64 = 0.05;
+/// Part of the rebound's momentum that a law may add without a star.
+const ADDED: f64 = 0.01;
+/// What the star means.
+pub const STAR: &str = "* the law moved the model by more than measured force: over 1 % of 2 m v0";
+/// Name of the cases of the headline.
+const HEADLINE: &str = "headline";
+
+/// All tables for the terminal.
+pub fn terminal(rows: &[Row], laws: &[LawName]) -> String {
+    let mut text = String::new();
+    let (headline, others): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|r| r.sweep == HEADLINE);
+    if !headline.is_empty() {
+        text.push_str(&format!(
+            "Restitution at each speed, worst touch\n{}\n\n",
+            speeds(&headline, laws)
+        ));
+        text.push_str(&format!(
+            "Worst over all speeds\n{}\n\n",
+            worst(&headline, laws)
+        ));
+    }
+    if !others.is_empty() {
+        text.push_str(&format!(
+            "Restitution, worst touch\n{}\n\n",
+            cases(&others, laws)
+        ));
+    }
+    text.push_str(&format!("{STAR}\n"));
+    text
+}
+
+/// One line per robot and speed, one column per law.
+pub fn speeds(rows: &[&Row], laws: &[LawName]) -> Table {
+    let mut columns = vec![
+        Column::text("robot"),
+        Column::number("speed", "mm/s"),
+        Column::number("ideal", ""),
+    ];
+    columns.extend(laws.iter().map(|law| Column::number(law.name(), "")));
+    let mut table = Table::new(columns);
+    for group in groups(rows, laws) {
+        let mut cells = vec![
+            Cell::text(group[0].actuator),
+            Cell::number(group[0].speed_mm_s, 3),
+            Cell::formatted(group[0].expected_restitution, Format::Fixed(3)),
+        ];
+        cells.extend(group.iter().map(|row| restitution(row)));
+        table.push(cells);
+    }
+    table
+}
+
+/// One line per robot and law: the worst of every number over all speeds.
+pub fn worst(rows: &[&Row], laws: &[LawName]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("robot"),
+        Column::text("law"),
+        Column::number("restitution error", ""),
+        Column::number("energy error", ""),
+        Column::number("peak force error", ""),
+        Column::number("contact time error", ""),
+        Column::number("way RMS", ""),
+        Column::number("way peak", ""),
+        Column::number("impulse unaccounted", ""),
+        Column::number("command", "v0"),
+    ]);
+    let mut robots: Vec<&str> = rows.iter().map(|r| r.actuator).collect();
+    robots.dedup();
+    for robot in robots {
+        for law in laws {
+            let of: Vec<&Row> = rows
+                .iter()
+                .copied()
+                .filter(|r| r.actuator == robot && r.law == *law)
+                .collect();
+            table.push(worst_cells(robot, *law, &of));
+        }
+    }
+    table
+}
+
+fn worst_cells(robot: &str, law: LawName, rows: &[&Row]) -> Vec<Cell> {
+    let largest = |pick: fn(&Row) -> f64| rows.iter().map(|r| pick(r).abs()).fold(0.0, f64::max);
+    let error = largest(Row::restitution_error);
+    let added = largest(|r| r.impulse_unaccounted);
+    let percent = |value: f64| Cell::formatted(value, Format::Percent(1));
+    vec![
+        Cell::text(robot),
+        Cell::text(law.name()),
+        Cell::formatted(error, Format::Percent(2)).marked(judged(error)),
+        percent(largest(|r| r.energy_error)),
+        percent(largest(|r| r.peak_force_error)),
+        percent(largest(|r| r.contact_time_error)),
+        percent(largest(|r| r.tracking_nrms.unwrap_or(0.0))),
+        percent(largest(|r| r.tracking_peak.unwrap_or(0.0))),
+        Cell::formatted(added, Format::Percent(1)).marked(judged_momentum(added)),
+        Cell::number(largest(|r| r.command_peak), 2),
+    ]
+}
+
+/// One line per case and speed, one column per law.
+pub fn cases(rows: &[&Row], laws: &[LawName]) -> Table {
+    let mut columns = vec![
+        Column::text("case"),
+        Column::text("robot"),
+        Column::number("speed", "mm/s"),
+        Column::number("ideal", ""),
+        Column::number("at least", ""),
+    ];
+    columns.extend(laws.iter().map(|law| Column::number(law.name(), "")));
+    let mut table = Table::new(columns);
+    for group in groups(rows, laws) {
+        let least = group[0].limits.map(|limits| limits.least_restitution);
+        let mut cells = vec![
+            Cell::text(&group[0].case),
+            Cell::text(group[0].actuator),
+            Cell::number(group[0].speed_mm_s, 3),
+            Cell::formatted(group[0].expected_restitution, Format::Fixed(3)),
+            least.map_or_else(
+                || Cell::text(""),
+                |least| Cell::formatted(least, Format::Fixed(3)),
+            ),
+        ];
+        cells.extend(group.iter().map(|row| restitution(row)));
+        table.push(cells);
+    }
+    table
+}
+
+/// What no law can do better, case by case, where the theory holds.
+pub fn limits(rows: &[Row]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("case"),
+        Column::number("φ = ω τ", ""),
+        Column::number("ideal restitution", ""),
+        Column::number("at least", ""),
+        Column::number("peak force error at least", ""),
+        Column::number("without impulse balance", ""),
+    ]);
+    let mut seen = Vec::new();
+    for row in rows {
+        let Some(limits) = row.limits.filter(|_| !seen.contains(&&row.case)) else {
+            continue;
+        };
+        seen.push(&row.case);
+        let feasible = limits.least_restitution <= row.expected_restitution;
+        let mark = if feasible { Mark::Good } else { Mark::Bad };
+        let fixed = |value| Cell::formatted(value, Format::Fixed(3));
+        table.push(vec![
+            Cell::text(&row.case),
+            fixed(limits.phi),
+            fixed(row.expected_restitution),
+            fixed(limits.least_restitution).marked(mark),
+            Cell::percent(limits.least_peak_force_error),
+            fixed(limits.without_balance),
+        ]);
+    }
+    table
+}
+
+/// Rows of one case and speed, one per law.
+fn groups<'a>(rows: &'a [&'a Row], laws: &[LawName]) -> impl Iterator<Item = &'a [&'a Row]> {
+    rows.chunks(laws.len().max(1))
+}
+
+/// The worst restitution, in noise mean and spread; with a star where the law added momentum.
+fn restitution(row: &Row) -> Cell {
+    let added = row.impulse_unaccounted.abs() > ADDED;
+    let star = if added { "*" } else { "" };
+    let text = match row.ending {
+        Ending::RanAway => "runs away".to_owned(),
+        Ending::NoContact => "no contact".to_owned(),
+        Ending::Refused => "refused".to_owned(),
+        Ending::ImpactsMissing => "impacts missing".to_owned(),
+        Ending::Stuck => format!("{:.3}{star} sticks", row.restitution),
+        Ending::Ended if row.sweep == "noise" || row.sweep == "jitter" => {
+            format!(
+                "{:.3} ± {:.3}{star}",
+                row.restitution_mean, row.restitution_sd
+            )
+        }
+        Ending::Ended => format!("{:.3}{star}", row.restitution),
+    };
+    let mark = if row.ending == Ending::Refused {
+        Mark::Neutral
+    } else if row.failed > 0 {
+        Mark::Bad
+    } else {
+        judged(row.restitution_error().abs())
+    };
+    Cell::text(text).marked(mark)
+}
+
+/// Judges momentum that no measured force accounts for.
+fn judged_momentum(added: f64) -> Mark {
+    if added <= 2.0 * ADDED {
+        Mark::Good
+    } else {
+        Mark::Bad
+    }
+}
+
+fn judged(error: f64) -> Mark {
+    if error <= GOOD {
+        Mark::Good
+    } else if error <= BAD {
+        Mark::Neutral
+    } else {
+        Mark::Bad
+    }
+}

@@ -1,0 +1,237 @@
+//! The rig that a board is checked against: a short file of its own, or a scenario.
+
+use super::loop_stability::Contact;
+use crate::experiment::impacts::AnalyticBounce;
+use crate::experiment::scenario::Scenario;
+use anyhow::{Context, Result, anyhow, bail};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use softdock_analysis::input;
+use softdock_app::settings::BoardSettings;
+use softdock_control::dynamics::{BodyState, TwoBodyState, relative_velocity};
+use softdock_control::frames::orientation_from_abc;
+use softdock_control::range::in_range;
+use softdock_control::settings::Settings;
+use softdock_rig::rig::settings::{ActuatorSettings, RigSettings, RobotSettings, WallSettings};
+use std::path::Path;
+
+/// A rig as the check sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// The robot.
+    pub actuator: ActuatorSettings,
+    /// Cycles by which the reported pose is older than the force.
+    pub feedback_latency_cycles: u8,
+    /// The contact along its normal.
+    pub contact: Contact,
+    /// Speed towards the wall, m/s.
+    pub approach_speed_m_s: f64,
+}
+
+/// The file.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RigFile {
+    /// Speed towards the wall, m/s; absent: that of the settings' craft along x.
+    approach_speed_m_s: Option<f64>,
+    /// Mass that the contact feels, kg; absent: that of the settings' craft, centre to centre.
+    effective_mass_kg: Option<f64>,
+    /// Cycles by which the reported pose is older than the force.
+    feedback_latency_cycles: u8,
+    actuator: ActuatorSettings,
+    contact: Option<ContactFile>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ContactFile {
+    stiffness_n_per_m: f64,
+    #[serde(default)]
+    damping_n_s_per_m: f64,
+}
+
+/// Whether a file is a scenario; whatever else stands in it is judged later.
+#[derive(Deserialize)]
+struct Kind {
+    board: Option<IgnoredAny>,
+    rig: Option<IgnoredAny>,
+}
+
+fn is_scenario(path: &Path) -> Result<bool> {
+    let kind: Kind = input::load(path)?;
+    Ok(kind.board.is_some() || kind.rig.is_some())
+}
+
+/// The board's settings: a settings file, or the board of a scenario.
+///
+/// # Errors
+/// The file cannot be read, or a key is unknown.
+pub fn load_board(path: &Path) -> Result<BoardSettings> {
+    if is_scenario(path)? {
+        return Ok(input::load::<Scenario>(path)?.board);
+    }
+    input::load(path)
+}
+
+impl Rig {
+    /// Reads a rig for a board.
+    ///
+    /// # Errors
+    /// The file cannot be read, a value is out of its range, or the craft do not approach the wall.
+    pub fn load(path: &Path, board: &BoardSettings) -> Result<Self> {
+        let rig = if is_scenario(path)? {
+            let mut scenario: Scenario = input::load(path)?;
+            scenario.board = board.clone();
+            Self::of_scenario(&scenario)
+        } else {
+            Self::of_file(&input::load(path)?, board)
+        };
+        let in_file = || format!("in {}", path.display());
+        let rig = rig.with_context(in_file)?;
+        rig.validate().with_context(in_file)?;
+        Ok(rig)
+    }
+
+    /// From a scenario: its robot without hidden effects, and the wall that is met first.
+    ///
+    /// # Errors
+    /// A value of the rig is out of its range, or no wall is approached.
+    pub fn of_scenario(scenario: &Scenario) -> Result<Self> {
+        scenario.rig.validate().context("[rig]")?;
+        let walls = scenario.rig.mechanism.walls.iter();
+        let approached = walls.filter_map(|wall| {
+            let (distance_m, speed_m_s) = approach(scenario, wall);
+            (speed_m_s > 0.0).then(|| (distance_m.max(0.0) / speed_m_s, speed_m_s, wall))
+        });
+        let first = approached.min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, speed_m_s, wall)) = first else {
+            bail!(
+                "no wall of `rig.mechanism.walls` is approached; give the craft a velocity towards one \
+                 (`control.body_k.velocity_m_s` of the settings)"
+            );
+        };
+        Ok(Self {
+            actuator: scenario.rig.robot.actuator.clone(),
+            feedback_latency_cycles: scenario.rig.robot.feedback_latency_cycles,
+            contact: Contact {
+                mass_kg: AnalyticBounce::new(scenario, wall).mass_kg,
+                stiffness_n_per_m: wall.stiffness_n_per_m,
+                damping_n_s_per_m: wall.damping_n_s_per_m,
+            },
+            approach_speed_m_s: speed_m_s,
+        })
+    }
+
+    fn of_file(file: &RigFile, board: &BoardSettings) -> Result<Self> {
+        let Some(contact) = &file.contact else {
+            bail!(
+                "section [contact] is missing; it holds `stiffness_n_per_m`, in N/m, and \
+                 `damping_n_s_per_m`"
+            );
+        };
+        let settings = &board.control;
+        let mass_kg = match file.effective_mass_kg {
+            Some(mass_kg) => mass_kg,
+            None => reduced_mass_kg(settings)?,
+        };
+        let approach_speed_m_s = match file.approach_speed_m_s {
+            Some(speed_m_s) => speed_m_s,
+            None => relative_m_s(settings).norm(),
+        };
+        if approach_speed_m_s == 0.0 {
+            bail!(
+                "the craft of the settings do not move towards each other; give `approach_speed_m_s`"
+            );
+        }
+        Ok(Self {
+            actuator: file.actuator.clone(),
+            feedback_latency_cycles: file.feedback_latency_cycles,
+            contact: Contact {
+                mass_kg,
+                stiffness_n_per_m: contact.stiffness_n_per_m,
+                damping_n_s_per_m: contact.damping_n_s_per_m,
+            },
+            approach_speed_m_s,
+        })
+    }
+
+    fn validate(&self) -> Result<()> {
+        let Contact {
+            mass_kg,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+        } = self.contact;
+        let speed = self.approach_speed_m_s;
+        in_range("effective_mass_kg", mass_kg, 0.1, 1e6)?;
+        in_range("contact.stiffness_n_per_m", stiffness_n_per_m, 1.0, 1e9)?;
+        in_range("contact.damping_n_s_per_m", damping_n_s_per_m, 0.0, 1e7)?;
+        in_range("approach_speed_m_s", speed, 1e-5, 1.0)?;
+        self.settings().validate().map_err(|error| {
+            // The names of this file, not those of a scenario.
+            anyhow!(format!("{error:#}").replace("`rig.robot.", "`"))
+        })
+    }
+
+    /// The robot as settings of a simulated rig.
+    pub(super) fn settings(&self) -> RigSettings {
+        RigSettings {
+            robot: RobotSettings {
+                actuator: self.actuator.clone(),
+                feedback_latency_cycles: self.feedback_latency_cycles,
+                ..RobotSettings::default()
+            },
+            ..RigSettings::default()
+        }
+    }
+
+    /// Mean delay of a slow motion, s: delay, lag, and 2ζ/ω of a servo.
+    pub fn mean_delay_s(&self) -> f64 {
+        let servo = self.actuator.servo.as_ref().map_or(0.0, |servo| {
+            2.0 * servo.damping_ratio / (std::f64::consts::TAU * servo.frequency_hz)
+        });
+        self.actuator.delay_s + self.actuator.lag_s + servo
+    }
+}
+
+/// The craft of the settings, at the start.
+fn state(settings: &Settings) -> TwoBodyState<f64> {
+    TwoBodyState {
+        k: BodyState::initial(&settings.body_k),
+        q: BodyState::initial(&settings.body_q),
+    }
+}
+
+/// Velocity of K seen from Q, m/s.
+fn relative_m_s(settings: &Settings) -> Vector3<f64> {
+    let state = state(settings);
+    relative_velocity(&state.k, &state.q).linear
+}
+
+/// 1/m = 1/m_K + 1/m_Q.
+fn reduced_mass_kg(settings: &Settings) -> Result<f64> {
+    let inverse = [&settings.body_k, &settings.body_q]
+        .into_iter()
+        .filter(|body| !body.fixed)
+        .map(|body| 1.0 / body.mass_kg)
+        .sum::<f64>();
+    if inverse == 0.0 {
+        bail!("both craft of the settings are fixed; give `effective_mass_kg`");
+    }
+    Ok(1.0 / inverse)
+}
+
+/// Distance of a wall from its tip at the start (m), and the speed towards it (m/s).
+fn approach(scenario: &Scenario, wall: &WallSettings) -> (f64, f64) {
+    let start = orientation_from_abc::<f64>(&scenario.start_abc_rad);
+    let normal = Vector3::from(wall.normal).normalize();
+    let lever = Vector3::from(wall.tip_m);
+    let tip = Vector3::from(scenario.start_position_m) + start * lever;
+    let state = state(&scenario.board.control);
+    let relative = relative_velocity(&state.k, &state.q);
+    // K stands in the laboratory as M does at the start.
+    let c_from_q = start * state.q_from_k().rotation.inverse();
+    let velocity = c_from_q * relative.linear + start * relative.angular.cross(&lever);
+    let distance_m = (tip - Vector3::from(wall.point_m)).dot(&normal) + wall.gap_m;
+    (distance_m, -velocity.dot(&normal))
+}

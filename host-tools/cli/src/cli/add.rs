@@ -1,0 +1,220 @@
+//! `softdock add`: a missing effect into the model file, with the error before and after.
+
+use super::diagnose::tables;
+use super::logs::Logs;
+use super::progress::Progress;
+use super::{print, print_json};
+use anyhow::{Result, bail};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose, fit_effect};
+use softdock_analysis::fit::record;
+use softdock_analysis::model::edit::{ModelFile, rounded};
+use softdock_analysis::model::{EffectModel, Model};
+use std::path::PathBuf;
+
+/// Fit an effect and write it into the model file, with its intervals and the error before and
+/// after.
+///
+/// Everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added. An
+/// effect that does not help on unseen data is not written, unless --force says so.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock add model.toml guide_coulomb --fit train.mcap --test test.mcap
+         softdock add model.toml --fit train.mcap --test test.mcap --dry-run")]
+pub(super) struct Add {
+    /// Model file (TOML)
+    model: PathBuf,
+    /// Effect to add; `softdock effects` lists them
+    effect: Option<String>,
+    /// Recording to fit on (MCAP)
+    #[arg(long, value_name = "RECORDING")]
+    fit: PathBuf,
+    /// Recording to judge on (MCAP); without it the end of the other is held back
+    #[arg(long, value_name = "RECORDING")]
+    test: Option<PathBuf>,
+    /// Print the difference to the model file and write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Write also what does not help on unseen data
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    /// The file was changed.
+    written: bool,
+    /// What was or would be changed, as a unified diff.
+    difference: &'a str,
+}
+
+impl Add {
+    pub(super) fn execute(self) -> Result<()> {
+        let file = ModelFile::open(&self.model)?;
+        if let Some(id) = &self.effect {
+            EffectModel::catalogued(id)?;
+        }
+        let logs = Logs::open(file.model(), &self.fit, self.test.as_deref())?;
+        let report = self.fitted(file.model(), &logs)?;
+        let diagnosis = &report.diagnosis;
+        if diagnosis.effects.is_empty() {
+            return self.nothing_to_add(diagnosis);
+        }
+        let after = model_after(file.model(), &report, &logs);
+        let edited = file.edited(&after)?;
+        let difference = edited.difference();
+        let useless = useless(&diagnosis.steps, logs.unseen());
+        if self.dry_run {
+            useless
+                .iter()
+                .for_each(|reason| eprintln!("warning: {reason}"));
+            return self.show(diagnosis, &logs, &difference, false);
+        }
+        match useless {
+            Some(reason) if !self.force => {
+                bail!("{reason}; nothing was written (--force writes it anyway)");
+            }
+            Some(reason) => eprintln!("warning: {reason}"),
+            None => {}
+        }
+        edited.save()?;
+        self.show(diagnosis, &logs, &difference, true)
+    }
+
+    fn fitted(&self, model: &Model, logs: &Logs) -> Result<Report> {
+        let progress = Progress::new();
+        let (train, test) = (&logs.train, logs.test.as_ref());
+        match &self.effect {
+            Some(id) => {
+                progress.show(0.1, &format!("fitting {id}"));
+                fit_effect(model, id, train, test, self.force)
+            }
+            None => diagnose(model, train, test, &|share, what| {
+                progress.show(share, what);
+            }),
+        }
+    }
+
+    fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
+        if diagnosis.verdict == Verdict::Unexplained {
+            bail!(
+                "nothing was added. {} (--report of `softdock diagnose` shows it)",
+                diagnosis.sentence
+            );
+        }
+        if self.json {
+            return print_json(&Document {
+                diagnosis,
+                written: false,
+                difference: "",
+            });
+        }
+        print(&format!(
+            "{}\nThe model file stays as it is.\n",
+            diagnosis.sentence
+        ))
+    }
+
+    fn show(
+        &self,
+        diagnosis: &Diagnosis,
+        logs: &Logs,
+        difference: &str,
+        written: bool,
+    ) -> Result<()> {
+        if self.json {
+            return print_json(&Document {
+                diagnosis,
+                written,
+                difference,
+            });
+        }
+        if self.dry_run {
+            return print(difference);
+        }
+        let path = self.model.display();
+        print(&format!(
+            "Added to {path}: {}.\n{}\n\n{}\n\nError on {}, in units of the data sheet's noise\n{}\n",
+            diagnosis.effects.join(", "),
+            fall(&diagnosis.steps, logs),
+            tables::parameters(&diagnosis.parameters),
+            logs.unseen(),
+            tables::levels(&diagnosis.residual_rms_sigma),
+        ))
+    }
+}
+
+/// The model with what was named, in the digits of a model file, and the history.
+fn model_after(model: &Model, report: &Report, logs: &Logs) -> Model {
+    let mut after = model.clone();
+    for id in &report.diagnosis.effects {
+        let fitted = report.after.effects.iter().find(|effect| effect.id == *id);
+        after.effects.extend(fitted.map(|effect| EffectModel {
+            fitted_on: Some(logs.names.train.clone()),
+            ..in_digits(effect)
+        }));
+    }
+    record::append(&mut after.history, &logs.names, &report.diagnosis.steps);
+    after
+}
+
+fn in_digits(effect: &EffectModel) -> EffectModel {
+    let mut effect = effect.clone();
+    effect
+        .parameters
+        .values_mut()
+        .for_each(|v| *v = rounded(*v));
+    effect
+        .interval_95
+        .retain(|_, ends| ends.iter().all(|end| end.is_finite()));
+    effect
+        .interval_95
+        .values_mut()
+        .for_each(|ends| *ends = ends.map(rounded));
+    effect
+}
+
+/// Why a step is not worth writing: the error on unseen data does not fall.
+fn useless(steps: &[Step], unseen: &str) -> Option<String> {
+    steps.windows(2).find_map(|pair| {
+        let (before, after) = (pair[0].test_error?, pair[1].test_error?);
+        let falls = after < before; // not so for NaN
+        (!falls).then(|| {
+            format!(
+                "`{}` does not help: the error on {unseen}, which the fit has not seen, goes from \
+                 {before:.3} to {after:.3} (on the data of the fit from {:.3} to {:.3})",
+                pair[1].effect, pair[0].train_error, pair[1].train_error
+            )
+        })
+    })
+}
+
+/// How the error falls, in a sentence.
+fn fall(steps: &[Step], logs: &Logs) -> String {
+    let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+        return String::new();
+    };
+    let mut text = format!(
+        "The error on {} falls from {:.3} to {:.3}",
+        logs.names.train, first.train_error, last.train_error
+    );
+    if let (Some(before), Some(after)) = (first.test_error, last.test_error) {
+        let verb = if after < before {
+            "falls"
+        } else {
+            "DOES NOT FALL: it goes"
+        };
+        text.push_str(&format!(
+            "; on {}, which the fit has not seen, it {verb} from {before:.3} to {after:.3}",
+            logs.unseen()
+        ));
+    }
+    text.push('.');
+    text
+}

@@ -1,0 +1,127 @@
+//! `softdock board`: the firmware as a process with real sockets.
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use softdock_analysis::identity;
+use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::recording::{Header, RecordingWriter};
+use softdock_analysis::telemetry::Names;
+use softdock_app::settings::BoardSettings;
+use softdock_rig::board::process::{Process, Record, ServiceAddress};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
+///
+/// The robot (or a simulator of it) sends its RSI telegrams to --robot. The sensor's side connects
+/// to --can and speaks SLCAN. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
+/// with --service, by `softdock params mode`. Ctrl-C ends it. When `softdock params` changes settings
+/// the board starts over, and a recording goes on in a file of its own: RUN-2.mcap, RUN-3.mcap ..
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock board --settings board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"
+)]
+pub(super) struct Board {
+    /// Settings of the board (TOML); a flash file that holds settings goes before them
+    #[arg(long, value_name = "FILE", required_unless_present = "flash")]
+    settings: Option<PathBuf>,
+    /// File that is the board's flash and keeps what `softdock params` changes; made if missing
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// UDP address to listen on for the robot
+    #[arg(long, value_name = "UDP_ADDR")]
+    robot: SocketAddr,
+    /// TCP address to listen on for the sensor's SLCAN client
+    #[arg(long, value_name = "TCP_ADDR")]
+    can: SocketAddr,
+    /// TCP address to listen on for `softdock params`, or `pty` for a pseudo-terminal
+    #[arg(long, value_name = "TCP_ADDR|pty")]
+    service: Option<ServiceAddress>,
+    /// UDP address of `softdock record`, which gets each cycle; without it, that of the settings
+    #[arg(long, value_name = "UDP_ADDR")]
+    telemetry: Option<SocketAddr>,
+    /// Arm and start as soon as robot and sensor are healthy
+    #[arg(long)]
+    start: bool,
+    /// Recording to write (MCAP)
+    #[arg(short, long, value_name = "RUN.mcap")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing recording
+    #[arg(long)]
+    force: bool,
+}
+
+impl Board {
+    pub(super) fn execute(self) -> Result<()> {
+        let settings = self.settings.as_deref().map(checked).transpose()?;
+        if let Some(recorder) = self.telemetry {
+            ensure!(
+                !recorder.ip().is_unspecified() && recorder.port() != 0,
+                "--telemetry is {recorder}; expected the address and port on which `softdock \
+                 record --listen` listens, such as 192.168.1.5:49200"
+            );
+        }
+        if let Some(path) = &self.output {
+            refuse_overwrite(path, self.force)?;
+        }
+        eprintln!("board: {}", identity::text());
+        let stop = Arc::new(AtomicBool::new(false));
+        let raised = stop.clone();
+        ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
+            .context("cannot watch for Ctrl-C")?;
+        let Self {
+            flash,
+            robot,
+            can,
+            service,
+            telemetry,
+            start,
+            output,
+            ..
+        } = self;
+        let board = Process {
+            settings,
+            flash,
+            robot,
+            can,
+            service,
+            telemetry,
+            start,
+        }
+        .listen(&stop)?;
+        let mut names = output.as_deref().map(Names::new);
+        board.run(&stop, move |settings| recording(names.as_mut(), settings))
+    }
+}
+
+fn checked(path: &Path) -> Result<BoardSettings> {
+    let settings: BoardSettings = input::load(path)?;
+    settings
+        .validate()
+        .with_context(|| format!("in {}", path.display()))?;
+    Ok(settings)
+}
+
+/// Takes the records of a board with these settings into the next file.
+fn recording(names: Option<&mut Names>, settings: &BoardSettings) -> Result<Record> {
+    let Some(names) = names else {
+        return Ok(Box::new(|records| {
+            records.for_each(drop);
+            Ok(())
+        }));
+    };
+    let header = Header {
+        identity: identity::text(),
+        settings_toml: toml_edit::ser::to_string_pretty(settings)?,
+        scenario_toml: None,
+    };
+    let mut writer = RecordingWriter::create(&names.next_path(), &header)?;
+    Ok(Box::new(move |records| {
+        for record in records {
+            writer.push(&record, None)?;
+        }
+        writer.finish().map(drop)
+    }))
+}

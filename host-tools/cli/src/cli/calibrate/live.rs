@@ -1,0 +1,109 @@
+//! A calibration while the robot is there.
+
+use super::Sensor;
+use crate::cli::live::{raised_by_ctrl_c, upload};
+use crate::cli::progress::Progress;
+use anyhow::Result;
+use clap::Args;
+use softdock_analysis::commission::calibrate::live::{FEWEST_POSES, Guide};
+use softdock_analysis::commission::input::Read;
+use softdock_analysis::commission::live::{Ear, LiveBoard};
+use softdock_analysis::commission::parameters::BAUD_RATE;
+use softdock_analysis::input::refuse_overwrite;
+use softdock_control::settings::SensorSettings;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Where the board is.
+#[derive(Debug, Args)]
+pub(super) struct Options {
+    /// Watch the robot of the board on this serial device, pseudo-terminal, or tcp:HOST:PORT
+    #[arg(long, conflicts_with_all = ["recording", "plan", "inertia", "at_rest"])]
+    pub(super) port: Option<String>,
+    /// Speed of a serial device, bit/s
+    #[arg(long, value_name = "BIT_PER_S", default_value_t = BAUD_RATE)]
+    baud: u32,
+    /// UDP address on which the board's cycles are heard, if not `network.recorder` of its settings
+    #[arg(long, value_name = "UDP_ADDR", requires = "port")]
+    listen: Option<SocketAddr>,
+    /// Recording of the poses to write
+    #[arg(long, value_name = "POSES.mcap", requires = "port")]
+    keep: Option<PathBuf>,
+    /// Write what was found into the board's settings
+    #[arg(long, requires = "port")]
+    upload: bool,
+}
+
+impl Sensor {
+    /// Guides from pose to pose, calibrates, and uploads.
+    pub(super) fn calibrate_live(&self, port: &str) -> Result<()> {
+        if let Some(file) = &self.live.keep {
+            refuse_overwrite(file, self.to.force)?;
+        }
+        let mut board = LiveBoard::connect(Some(port), self.live.baud)?;
+        eprintln!("{port}: {}", board.client.identity().text);
+        let sensor = self.mounted(&mut board)?;
+        let address = board.recorder(self.live.listen)?;
+        board.hold()?;
+        let stop = raised_by_ctrl_c()?;
+        let mut ear = Ear::open(address, self.live.keep.as_deref())?;
+        eprintln!(
+            "The board holds. Move the robot by hand or by its own program, slowly, RSI running; rest for \
+             a second in each pose, hands off the tool. Ctrl-C takes what there is."
+        );
+        if let Err(error) = self.watch(&sensor, &mut ear, &stop) {
+            eprintln!("{}", ear.interrupted());
+            return Err(error);
+        }
+        let (recording, notes) = ear.finish()?;
+        for note in &notes {
+            eprintln!("warning: {note}");
+        }
+        let read = Read {
+            recording,
+            unseen: None,
+            model: None,
+            notes,
+        };
+        let found = self.calibrated(&[read])?;
+        let origin = "poses of the robot".to_owned();
+        self.give(&found, &origin)?;
+        match self.live.upload {
+            true => upload(&mut board, &found.fragment(&origin)),
+            false => Ok(()),
+        }
+    }
+
+    /// Shows pose and force, and says what is next, until there are enough poses.
+    fn watch(&self, sensor: &SensorSettings, ear: &mut Ear, stop: &AtomicBool) -> Result<()> {
+        let mut guide = Guide::new(sensor, self.tilt_deg.to_radians());
+        let bar = Progress::new();
+        while !guide.is_enough() && !stop.load(Ordering::Relaxed) {
+            ear.listen(|record| guide.see(record))?;
+            if let Some(news) = guide.news()? {
+                bar.say(&news);
+            }
+            let share = guide.poses() as f64 / FEWEST_POSES as f64;
+            bar.show(share.min(1.0), &guide.now());
+        }
+        Ok(())
+    }
+
+    /// The sensor's place and gravity: of the settings that are named, else of the board.
+    fn mounted(&self, board: &mut LiveBoard) -> Result<SensorSettings> {
+        if self.settings.is_some() || self.to.into.is_some() {
+            return self.sensor(None);
+        }
+        let gravity_m_s2 = match self.gravity {
+            Some(gravity) => gravity,
+            None => board.numbers("control.sensor.gravity_m_s2")?,
+        };
+        Ok(SensorSettings {
+            position_m: board.numbers("control.sensor.position_m")?,
+            orientation_wxyz: board.numbers("control.sensor.orientation_wxyz")?,
+            gravity_m_s2,
+            ..SensorSettings::default()
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! What the demonstration leaves behind.
+
+use anyhow::{Context, Result};
+use softdock_analysis::input::refuse_overwrite;
+use std::path::{Path, PathBuf};
+
+/// The files in the demonstration's folder.
+pub(super) struct Files {
+    /// Report of the diagnosis.
+    pub(super) report: PathBuf,
+    /// Comparison with the model as it was.
+    pub(super) compare: PathBuf,
+    /// The model as it was.
+    pub(super) model_before: PathBuf,
+    /// The model with the effects.
+    pub(super) model: PathBuf,
+    /// Settings for the board, with what was found about the robot; only where a delay law can use
+    /// it.
+    pub(super) board: PathBuf,
+    /// What was fitted.
+    pub(super) train: PathBuf,
+    /// What the fit has not seen.
+    pub(super) test: PathBuf,
+}
+
+impl Files {
+    pub(super) fn in_folder(folder: &Path) -> Self {
+        Self {
+            report: folder.join("diagnose.html"),
+            compare: folder.join("compare.html"),
+            model_before: folder.join("model-before.toml"),
+            model: folder.join("model.toml"),
+            board: folder.join("board.toml"),
+            train: folder.join("train.mcap"),
+            test: folder.join("test.mcap"),
+        }
+    }
+
+    /// Refuses to write over an earlier demonstration, unless `force` says so.
+    pub(super) fn refuse_overwrite(&self, force: bool) -> Result<()> {
+        let all = [
+            &self.report,
+            &self.compare,
+            &self.model_before,
+            &self.model,
+            &self.board,
+            &self.train,
+            &self.test,
+        ];
+        all.into_iter()
+            .try_for_each(|path| refuse_overwrite(path, force))
+    }
+
+    /// Where everything is, and what to do with it.
+    pub(super) fn what_next(&self) -> String {
+        let [report, compare, before, model, train, test] = [
+            &self.report,
+            &self.compare,
+            &self.model_before,
+            &self.model,
+            &self.train,
+            &self.test,
+        ]
+        .map(|path| path.display());
+        let board = if self.board.exists() {
+            format!("Board:       {} (its settings)\n", self.board.display())
+        } else {
+            String::new()
+        };
+        format!(
+            "Report:      {report}
+Comparison:  {compare} (with the model as it was)
+Model:       {before} -> {model}
+{board}Recordings:  {train}, {test} (they open in Foxglove and PlotJuggler too)
+
+Try next:
+  the same by hand:             softdock compare {before} {test}
+                                softdock diagnose {before} {train} --test {test}
+  hide something else:          softdock demo --effect guide_coulomb
+  everything that can be hidden: softdock effects
+  recompute every correction:   softdock replay {train}
+  your own rig:                 softdock import --help
+"
+        )
+    }
+}
+
+/// Writes a text file.
+pub(super) fn write(path: &Path, text: &str) -> Result<()> {
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The first folder name that is not taken.
+pub(super) fn free_folder() -> PathBuf {
+    let names = (2..).map(|n| PathBuf::from(format!("softdock-demo-{n}")));
+    let mut names = std::iter::once(PathBuf::from("softdock-demo")).chain(names);
+    names
+        .find(|name| !name.exists())
+        .unwrap_or_else(|| PathBuf::from("softdock-demo"))
+}

@@ -1,0 +1,105 @@
+//! `softdock diagnose`: which physical effect is missing?
+
+pub(super) mod tables;
+
+use super::logs::Logs;
+use super::progress::Progress;
+use super::{print, print_json};
+use crate::experiment::rehearsal::separation;
+use anyhow::Result;
+use clap::Args;
+use softdock_analysis::diagnose::page::{Identity, page};
+use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
+use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::model::Model;
+use std::path::PathBuf;
+
+/// Find the physical effect that a model lacks: its name and size, "nothing is missing", or where
+/// an error without a name shows.
+///
+/// Every effect of the catalogue is tried as a hypothesis on the log TRAIN and judged on TEST,
+/// which the fit does not see. Without TEST the end of TRAIN is held back for that.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock diagnose model.toml train.mcap --test test.mcap --report diagnosis.html
+Then:    softdock add model.toml --fit train.mcap --test test.mcap")]
+pub(super) struct Diagnose {
+    /// Model file (TOML)
+    model: PathBuf,
+    /// Recording to fit on (MCAP)
+    train: PathBuf,
+    /// Recording to judge on (MCAP)
+    #[arg(long, value_name = "RECORDING")]
+    test: Option<PathBuf>,
+    /// Also try on the simulated rig how clearly the experiment tells the effect from its closest
+    /// rival (some seconds)
+    #[arg(long)]
+    rehearse: bool,
+    /// Report to write (one HTML page)
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Overwrite an existing report
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Diagnose {
+    pub(super) fn execute(self) -> Result<()> {
+        let model = Model::load(&self.model)?;
+        if let Some(path) = &self.report {
+            refuse_overwrite(path, self.force)?;
+        }
+        let logs = Logs::open(&model, &self.train, self.test.as_deref())?;
+        let progress = Progress::new();
+        let mut report = diagnose(&model, &logs.train, logs.test.as_ref(), &|share, what| {
+            progress.show(share, what);
+        })?;
+        if self.rehearse {
+            rehearse(&mut report.diagnosis, &progress)?;
+        }
+        drop(progress);
+        let notes = &mut report.diagnosis.notes;
+        notes.splice(0..0, logs.notes.iter().cloned());
+        if let Some(path) = &self.report {
+            self.page(&report, &logs)?.write(path)?;
+            eprintln!("report: {}", path.display());
+        }
+        if self.json {
+            return print_json(&report.diagnosis);
+        }
+        print(&tables::text(&report.diagnosis))
+    }
+
+    fn page(&self, report: &Report, logs: &Logs) -> Result<softdock_report::Page> {
+        let header = &logs.judged().header;
+        let identity = Identity {
+            model_path: self.model.display().to_string(),
+            model_toml: report.after.to_toml(),
+            train: self.train.display().to_string(),
+            test: self.test.as_ref().map(|path| path.display().to_string()),
+            firmware: header.identity.clone(),
+            settings_toml: header.settings_toml.clone(),
+        };
+        let (before, after) = (&report.before_prediction, &report.after_prediction);
+        page(&report.diagnosis, before, after, &identity)
+    }
+}
+
+/// Carries the experiment out on the simulated rig, if there is a rival.
+fn rehearse(diagnosis: &mut Diagnosis, progress: &Progress) -> Result<()> {
+    let winner = diagnosis.effects.first().cloned();
+    let rival = diagnosis.runner_up.as_ref().map(|r| r.effect.clone());
+    let (Some(winner), Some(rival)) = (winner, rival) else {
+        return Ok(());
+    };
+    if let Some(experiment) = &mut diagnosis.experiment {
+        let separation = separation(&winner, &rival, &|share, what| {
+            progress.show(share, &format!("on the simulated rig: {what}"));
+        })?;
+        experiment.separation_then = Some(separation);
+    }
+    Ok(())
+}

@@ -1,0 +1,173 @@
+//! A diagnosis for the terminal: the sentence first, then the numbers behind it.
+
+use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Diagnosis, Parameters};
+use softdock_analysis::model::Channel;
+use softdock_report::{Cell, Column, Format, Mark, Table, number};
+
+/// Significant digits of errors, and of an interval's width.
+const DIGITS: usize = 3;
+/// Relative change of an error that is worth a sign.
+const CHANGED: f64 = 0.01;
+
+/// Everything about a diagnosis.
+pub(super) fn text(diagnosis: &Diagnosis) -> String {
+    let mut parts = vec![diagnosis.sentence.clone()];
+    let mut titled = |title: &str, table: Table| {
+        if !table.rows.is_empty() {
+            parts.push(format!("{title}\n{table}"));
+        }
+    };
+    titled(
+        "Error before and after, in units of the data sheet's noise",
+        levels(&diagnosis.residual_rms_sigma),
+    );
+    titled("Parameters", parameters(&diagnosis.parameters));
+    titled("Hypotheses, the likeliest first", hypotheses(diagnosis));
+    titled("Where it shows", regions(diagnosis));
+    parts.extend(rival(diagnosis));
+    if !diagnosis.looks_like.is_empty() {
+        let hints = diagnosis.looks_like.join(", ");
+        parts.push(format!("It looks like, without being proven: {hints}"));
+    }
+    if !diagnosis.notes.is_empty() {
+        parts.push(format!("Notes\n- {}", diagnosis.notes.join("\n- ")));
+    }
+    parts.push(format!("Diagnosed in {:.1} s.", diagnosis.seconds));
+    format!("{}\n", parts.join("\n\n"))
+}
+
+/// Error per channel.
+pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Channel"),
+        Column::number("Before", "σ"),
+        Column::number("After", "σ"),
+    ]);
+    let of = |l: &ChannelLevels| [l.executed_velocity, l.wrench, l.model_velocity, l.pose];
+    let pairs = of(&both.before).into_iter().zip(of(&both.after));
+    for (channel, (before, after)) in Channel::ALL.into_iter().zip(pairs) {
+        table.push(vec![
+            Cell::text(channel.name()),
+            Cell::number(before, DIGITS),
+            after_cell(before, after),
+        ]);
+    }
+    let (before, after) = (both.before.total(), both.after.total());
+    table.push(vec![
+        Cell::text("all together"),
+        Cell::number(before, DIGITS),
+        after_cell(before, after),
+    ]);
+    table
+}
+
+fn after_cell(before: f64, after: f64) -> Cell {
+    let cell = Cell::number(after, DIGITS);
+    match after / before - 1.0 {
+        change if change < -CHANGED => cell.marked(Mark::Good),
+        change if change > CHANGED => cell.marked(Mark::Bad),
+        _ => cell,
+    }
+}
+
+/// Parameters with their intervals.
+pub(in crate::cli) fn parameters(parameters: &Parameters) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Effect"),
+        Column::text("Parameter"),
+        Column::number("Value", ""),
+        Column::number("95 % interval", ""),
+        Column::text("Unit"),
+    ]);
+    for (effect, of_effect) in parameters {
+        for (name, estimate) in of_effect {
+            table.push(vec![
+                Cell::text(effect),
+                Cell::text(name),
+                Cell::number(estimate.value, DIGITS + 1),
+                Cell::interval(estimate.low, estimate.high, 2),
+                Cell::text(&estimate.unit),
+            ]);
+        }
+    }
+    table
+}
+
+fn hypotheses(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Effects"),
+        Column::text("Channel"),
+        Column::number("χ² falls, fit", ""),
+        Column::number("unseen", ""),
+        Column::text("Refused because"),
+    ]);
+    for ranked in &diagnosis.ranked {
+        let named = ranked.effects.iter().all(|e| diagnosis.effects.contains(e));
+        let effects = Cell::text(ranked.effects.join(" + "));
+        let effects = match &ranked.refused {
+            Some(_) => effects.marked(Mark::Bad),
+            None if named => effects.marked(Mark::Good),
+            None => effects,
+        };
+        table.push(vec![
+            effects,
+            Cell::text(ranked.channel.name()),
+            Cell::formatted(ranked.gain_train, Format::Fixed(0)),
+            Cell::formatted(ranked.gain_test, Format::Fixed(0)),
+            Cell::text(ranked.refused.as_deref().unwrap_or_default()),
+        ]);
+    }
+    table
+}
+
+fn regions(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Channel"),
+        Column::text("Axis"),
+        Column::number("From", "s"),
+        Column::number("To", "s"),
+        Column::text("When"),
+    ]);
+    for region in &diagnosis.regions {
+        table.push(vec![
+            Cell::text(region.channel.name()),
+            Cell::text(region.axis.to_string()),
+            Cell::formatted(region.from_s, Format::Fixed(3)),
+            Cell::formatted(region.to_s, Format::Fixed(3)),
+            Cell::text(&region.regime),
+        ]);
+    }
+    table
+}
+
+/// The closest rival, and how to tell it from the winner.
+fn rival(diagnosis: &Diagnosis) -> Option<String> {
+    let rival = diagnosis.runner_up.as_ref()?;
+    let told = if rival.told_apart {
+        "this log tells the two apart"
+    } else {
+        "this log does not tell the two apart"
+    };
+    let compared = if rival.behind > 0.0 {
+        format!("{} less", number::significant(rival.behind, DIGITS))
+    } else {
+        "as much".to_owned()
+    };
+    let mut text = format!(
+        "Runner-up: {}; with it χ² falls by {compared}, {told}.",
+        rival.effect
+    );
+    if let Some(experiment) = &diagnosis.experiment {
+        text.push_str(&format!("\nTo be sure: {}", experiment.sentence));
+        if let Some(then) = experiment.separation_then {
+            text.push_str(&format!(
+                "\nRehearsed on the simulated rig, χ² falls by {} less with the rival there.",
+                number::significant(then, DIGITS)
+            ));
+        }
+        if !experiment.command.is_empty() {
+            text.push_str(&format!("\nOn the simulated rig: {}", experiment.command));
+        }
+    }
+    Some(text)
+}

@@ -1,0 +1,65 @@
+//! Where what was measured goes: a settings file, a report, the terminal.
+
+use super::{print, print_json};
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::commission::fragment::Fragment;
+use softdock_analysis::input::refuse_overwrite;
+use softdock_report::Page;
+use std::path::PathBuf;
+
+/// The options of every command that measures something for the settings.
+#[derive(Debug, Args)]
+pub(super) struct Destination {
+    /// Settings file to write with what was found
+    #[arg(short, long, value_name = "FOUND.toml")]
+    output: Option<PathBuf>,
+    /// Settings file to change; its comments stay
+    #[arg(long, value_name = "BOARD.toml")]
+    pub(super) into: Option<PathBuf>,
+    /// Report to write (one HTML page)
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl Destination {
+    /// Refuses at once what would be overwritten at the end.
+    pub(super) fn check(&self) -> Result<()> {
+        let files = [&self.output, &self.report];
+        files
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| refuse_overwrite(file, self.force))
+    }
+
+    /// Writes and prints what was found; `text` is for the terminal.
+    pub(super) fn give(
+        &self,
+        found: &impl Serialize,
+        fragment: &Fragment,
+        page: impl FnOnce() -> Result<Page>,
+        text: &str,
+    ) -> Result<()> {
+        if let Some(file) = &self.report {
+            page()?.write(file)?;
+            eprintln!("report: {}", file.display());
+        }
+        if let Some(file) = &self.output {
+            fragment.write(file, self.force)?;
+        }
+        if let Some(file) = &self.into {
+            eprint!("{}", fragment.write_into(file)?);
+        }
+        if self.json {
+            return print_json(found);
+        }
+        print(text)
+    }
+}

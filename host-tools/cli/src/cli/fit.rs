@@ -1,0 +1,185 @@
+//! `softdock fit`: all parameters of a model together, on a recording.
+
+use super::logs::Logs;
+use super::progress::Progress;
+use super::{print, print_json};
+use anyhow::{Result, bail};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::diagnose::{Step, held_back};
+use softdock_analysis::fit::{Refit, Refitted, Undetermined, record, refit};
+use softdock_analysis::model::edit::{Edited, ModelFile};
+use softdock_analysis::model::{HistoryStep, Model};
+use softdock_report::{Cell, Column, Table};
+use std::path::PathBuf;
+
+/// Relative rise of the error on unseen data that is no accident of the noise.
+const RISES: f64 = 1e-3;
+/// Significant digits of values.
+const DIGITS: usize = 5;
+
+/// Fit all parameters of a model anew, together: those of its effects, and the nominal ones within
+/// their tolerances.
+///
+/// What the log does not determine keeps its value, and the reason is said. So does a nominal value
+/// that did not change significantly, and one with which the rig's own controller works (tool, zero
+/// of the sensor): an error there is an effect to be added. Without --write nothing is changed.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock fit model.toml train.mcap --test test.mcap --write")]
+pub(super) struct Fit {
+    /// Model file (TOML)
+    model: PathBuf,
+    /// Recording to fit on (MCAP)
+    train: PathBuf,
+    /// Recording to judge on (MCAP); without it the end of TRAIN is held back
+    #[arg(long, value_name = "RECORDING")]
+    test: Option<PathBuf>,
+    /// Write the values into the model file
+    #[arg(long)]
+    write: bool,
+    /// Write also values that make the error on unseen data larger
+    #[arg(long, requires = "write")]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    parameters: &'a [Refitted],
+    undetermined: &'a [Undetermined],
+    steps: &'a [Step; 2],
+    written: bool,
+    difference: &'a str,
+}
+
+impl Fit {
+    pub(super) fn execute(self) -> Result<()> {
+        let file = ModelFile::open(&self.model)?;
+        let model = file.model();
+        let logs = Logs::open(model, &self.train, self.test.as_deref())?;
+        let halves = held_back(&logs.train);
+        let (train, test) = match &logs.test {
+            Some(test) => (&logs.train, test),
+            None => (&halves.train, &halves.test),
+        };
+        let progress = Progress::new();
+        let mut fit = refit(model, train, &|share, what| progress.show(share, what))?;
+        drop(progress);
+        let step = |effect: &str, model: &Model| -> Result<Step> {
+            Ok(Step {
+                effect: effect.to_owned(),
+                train_error: record::error(model, train)?,
+                test_error: Some(record::error(model, test)?),
+            })
+        };
+        let steps = [
+            step(HistoryStep::NOMINAL, model)?,
+            step(HistoryStep::REFIT, &fit.after)?,
+        ];
+        for effect in &mut fit.after.effects {
+            let name = format!("{}.", effect.id);
+            if fit.parameters.iter().any(|p| p.name.starts_with(&name)) {
+                effect.fitted_on = Some(logs.names.train.clone());
+            }
+        }
+        record::append(&mut fit.after.history, &logs.names, &steps);
+        let edited = file.edited(&fit.after)?;
+        if self.write {
+            self.save(&edited, &steps, &logs)?;
+        }
+        if self.json {
+            return print_json(&Document {
+                parameters: &fit.parameters,
+                undetermined: &fit.undetermined,
+                steps: &steps,
+                written: self.write,
+                difference: &edited.difference(),
+            });
+        }
+        print(&self.text(&fit, &steps, &logs))
+    }
+
+    fn save(&self, edited: &Edited<'_>, steps: &[Step; 2], logs: &Logs) -> Result<()> {
+        let [before, after] = steps.each_ref().map(|s| s.test_error.unwrap_or(f64::NAN));
+        let holds = after <= before * (1.0 + RISES); // not so for NaN
+        if !holds && !self.force {
+            bail!(
+                "the fit does not help: the error on {}, which it has not seen, goes from \
+                 {before:.3} to {after:.3}; nothing was written (--force writes it anyway)",
+                logs.unseen()
+            );
+        }
+        edited.save()
+    }
+
+    fn text(&self, fit: &Refit, steps: &[Step; 2], logs: &Logs) -> String {
+        let [before, after] = steps;
+        let mut text = format!(
+            "The error on {} goes from {:.3} to {:.3}",
+            logs.names.train, before.train_error, after.train_error
+        );
+        if let (Some(before), Some(after)) = (before.test_error, after.test_error) {
+            let unseen = logs.unseen();
+            text.push_str(&format!(
+                "; on {unseen}, which the fit has not seen, from {before:.3} to {after:.3}"
+            ));
+        }
+        text.push_str(".\n");
+        if !fit.parameters.is_empty() {
+            text.push_str(&format!("\n{}\n", table(&fit.parameters)));
+        }
+        text.push_str(&doubts(&fit.undetermined));
+        let path = self.model.display();
+        text.push_str(&if self.write {
+            format!("\nWritten to {path}.\n")
+        } else {
+            format!("\n{path} is unchanged; --write writes the values into it.\n")
+        });
+        text
+    }
+}
+
+fn table(parameters: &[Refitted]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Parameter"),
+        Column::text("Unit"),
+        Column::number("Before", ""),
+        Column::number("After", ""),
+        Column::number("95 % interval", ""),
+        Column::number("From tolerance", ""),
+        Column::text(""),
+    ]);
+    for p in parameters {
+        table.push(vec![
+            Cell::text(&p.name),
+            Cell::text(p.unit),
+            Cell::number(p.before, DIGITS),
+            Cell::number(p.value, DIGITS),
+            Cell::interval(p.low, p.high, 2),
+            Cell::percent(p.prior_share),
+            Cell::text(p.note.as_deref().unwrap_or_default()),
+        ]);
+    }
+    table
+}
+
+/// What the log does not determine, those with the same reason together.
+fn doubts(undetermined: &[Undetermined]) -> String {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for one in undetermined {
+        match reasons.iter_mut().find(|(reason, _)| *reason == one.reason) {
+            Some((_, names)) => names.push(&one.name),
+            None => reasons.push((&one.reason, vec![&one.name])),
+        }
+    }
+    let lines = reasons
+        .iter()
+        .map(|(reason, names)| format!("- {}: {reason}", names.join(", ")));
+    let lines: Vec<String> = lines.collect();
+    if lines.is_empty() {
+        return String::new();
+    }
+    format!("\nKept as they are:\n{}\n", lines.join("\n"))
+}

@@ -1,0 +1,232 @@
+//! `softdock history`: how the error of a model fell, step by step.
+
+use super::{print, print_json};
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::model::{HistoryStep, Model};
+use softdock_report::{Cell, Column, Format, Level, Page, Table, Waterfall};
+use std::path::PathBuf;
+
+/// Cells of the longest bar.
+const BAR_CELLS: f64 = 30.0;
+/// Parts of a cell that block characters can fill.
+const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+/// Significant digits of errors.
+const DIGITS: usize = 3;
+
+/// Show how the error fell with each effect that was added to a model.
+///
+/// The error is that of all channels together, in units of the data sheet's noise.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock history model.toml --report history.html")]
+pub(super) struct History {
+    /// Model file (TOML)
+    model: PathBuf,
+    /// Report to write (one HTML page)
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Overwrite an existing report
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    steps: Vec<Step<'a>>,
+}
+
+/// A step with all of its keys, known or not.
+#[derive(Serialize)]
+struct Step<'a> {
+    effect: &'a str,
+    train: &'a str,
+    train_error: f64,
+    test: Option<&'a str>,
+    test_error: Option<f64>,
+}
+
+impl History {
+    pub(super) fn execute(self) -> Result<()> {
+        let steps = Model::load(&self.model)?.history;
+        if let Some(path) = &self.report {
+            refuse_overwrite(path, self.force)?;
+            self.page(&steps)?.write(path)?;
+            eprintln!("report: {}", path.display());
+        }
+        if self.json {
+            return print_json(&document(&steps));
+        }
+        if steps.is_empty() {
+            return print(&format!(
+                "{} has no history yet; `softdock add` begins it.\n",
+                self.model.display()
+            ));
+        }
+        print(&format!("{}\n", table(&steps)))
+    }
+
+    fn page(&self, steps: &[HistoryStep]) -> Result<Page> {
+        let mut page = Page::new(format!("History of {}", self.model.display()));
+        page.headline(&headline(steps));
+        for run in runs(steps) {
+            let Some(first) = run.first() else { continue };
+            page.section(&format!("Fitted on {}", first.train));
+            page.waterfall(&waterfall(run))?;
+        }
+        if !steps.is_empty() {
+            page.section("All steps").table(&plain(steps));
+        }
+        page.identity(&softdock_analysis::identity::text());
+        Ok(page)
+    }
+}
+
+fn document(steps: &[HistoryStep]) -> Document<'_> {
+    let steps = steps.iter().map(|s| Step {
+        effect: &s.effect,
+        train: &s.train,
+        train_error: s.train_error,
+        test: s.test.as_deref(),
+        test_error: s.test_error,
+    });
+    Document {
+        steps: steps.collect(),
+    }
+}
+
+/// The error on data that no fit has seen, where there is some.
+fn judged(step: &HistoryStep) -> f64 {
+    step.test_error.unwrap_or(step.train_error)
+}
+
+/// Steps on the same recordings; only these can be compared.
+fn runs(steps: &[HistoryStep]) -> impl Iterator<Item = &[HistoryStep]> {
+    steps.chunk_by(|a, b| a.train == b.train && a.test == b.test)
+}
+
+fn headline(steps: &[HistoryStep]) -> String {
+    let last = runs(steps).last().unwrap_or_default();
+    match (last.first(), last.last()) {
+        (Some(first), Some(end)) if last.len() > 1 => format!(
+            "The error {} {} from {:.2} to {:.2} in units of the data sheet's noise.",
+            match &end.test {
+                Some(test) => format!("on {test}, which no fit has seen,"),
+                None => format!("on {}", end.train),
+            },
+            if judged(end) < judged(first) {
+                "fell"
+            } else {
+                "went"
+            },
+            judged(first),
+            judged(end)
+        ),
+        _ => "Nothing has been added to the model yet.".to_owned(),
+    }
+}
+
+fn waterfall(run: &[HistoryStep]) -> Waterfall {
+    let mut chart = Waterfall::new(
+        "Error of all channels together after each step",
+        "RMS error [σ]",
+        Format::Significant(DIGITS),
+    );
+    let tested = run.iter().any(|step| step.test_error.is_some());
+    if tested {
+        chart.names = Some(["unseen data".to_owned(), "data of the fit".to_owned()]);
+        "RMS error [σ] | of the fit".clone_into(&mut chart.value_label);
+    }
+    chart.levels = run
+        .iter()
+        .map(|step| match step.test_error {
+            Some(error) => Level::new(label(step), error).with_second(step.train_error),
+            None if tested => Level::new(label(step), f64::NAN).with_second(step.train_error),
+            None => Level::new(label(step), step.train_error),
+        })
+        .collect();
+    chart
+}
+
+/// What a step did.
+fn label(step: &HistoryStep) -> String {
+    match step.effect.as_str() {
+        HistoryStep::NOMINAL => "model as given".to_owned(),
+        HistoryStep::EDITED => "edited by hand".to_owned(),
+        HistoryStep::REFIT => "all parameters fitted anew".to_owned(),
+        effect => format!("+ {effect}"),
+    }
+}
+
+/// Numbers only.
+fn plain(steps: &[HistoryStep]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Step"),
+        Column::number("Error, fit", "σ"),
+        Column::number("unseen", "σ"),
+        Column::text("Fitted on"),
+        Column::text("Unseen"),
+    ]);
+    for step in steps {
+        table.push(vec![
+            Cell::text(label(step)),
+            Cell::number(step.train_error, DIGITS),
+            step.test_error
+                .map_or_else(|| Cell::text(""), |e| Cell::number(e, DIGITS)),
+            Cell::text(&step.train),
+            Cell::text(step.test.as_deref().unwrap_or_default()),
+        ]);
+    }
+    table
+}
+
+/// For the terminal: each run of comparable steps with its bars.
+fn table(steps: &[HistoryStep]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Step"),
+        Column::number("Error, fit", "σ"),
+        Column::number("unseen", "σ"),
+        Column::text(""),
+        Column::text("Fitted on"),
+    ]);
+    for run in runs(steps) {
+        let largest = run.iter().map(judged).fold(0.0, f64::max);
+        for step in run {
+            table.push(vec![
+                Cell::text(label(step)),
+                Cell::number(step.train_error, DIGITS),
+                step.test_error
+                    .map_or_else(|| Cell::text(""), |e| Cell::number(e, DIGITS)),
+                Cell::text(bar(judged(step) / largest)),
+                Cell::text(&step.train),
+            ]);
+        }
+    }
+    table
+}
+
+/// A bar of a share of the longest one.
+fn bar(share: f64) -> String {
+    if !share.is_finite() {
+        return String::new();
+    }
+    let eighths = (share.clamp(0.0, 1.0) * BAR_CELLS * 8.0).round() as usize;
+    format!("{}{}", "█".repeat(eighths / 8), EIGHTHS[eighths % 8])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_are_as_long_as_their_share() {
+        assert_eq!(bar(1.0), "█".repeat(30));
+        assert_eq!(bar(0.5), "█".repeat(15));
+        assert_eq!(bar(1.0 / 60.0), "▌");
+        assert_eq!(bar(f64::NAN), "");
+    }
+}

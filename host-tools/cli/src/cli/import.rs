@@ -1,0 +1,154 @@
+//! `softdock import`: logs of other rigs, and tables of our own, as recordings.
+
+use super::print_json;
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::import::{docking_rig_log, mapping, model_text};
+use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::recording::{Recording, import_csv};
+use std::path::{Path, PathBuf};
+
+/// Read logs of a rig into recordings, with a model to start from.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock import rig-logs -o imported
+(a docking-rig-log/1 folder; writes model.toml, train.mcap and test.mcap)
+
+softdock import log.csv --mapping mapping.toml -o imported
+(any table; the mapping says which column is what; writes train.mcap)
+
+softdock import run.csv -o imported
+(a table that `softdock export` wrote, with its JSON beside it; writes run.mcap)")]
+pub(super) struct Import {
+    /// Folder or table to read
+    path: PathBuf,
+    /// What the columns of the table are (TOML)
+    #[arg(long, value_name = "FILE.toml")]
+    mapping: Option<PathBuf>,
+    /// Folder to write into
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Overwrite existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// What an import gives: file names with their content, and what the user should know.
+#[derive(Default)]
+struct Imported {
+    recordings: Vec<(PathBuf, Recording)>,
+    model_toml: Option<String>,
+    warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Written {
+    files: Vec<PathBuf>,
+    cycles: usize,
+    warnings: Vec<String>,
+}
+
+impl Import {
+    pub(super) fn execute(self) -> Result<()> {
+        let imported = self.read()?;
+        for warning in &imported.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let written = self.write(imported)?;
+        if self.json {
+            print_json(&written)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn read(&self) -> Result<Imported> {
+        let path = self.path.as_path();
+        if let Some(mapping) = &self.mapping {
+            return mapped(path, mapping);
+        }
+        if path.is_dir() {
+            return rig_log(path);
+        }
+        if path.file_name().is_some_and(|n| n == docking_rig_log::META) {
+            return rig_log(path.parent().unwrap_or(Path::new(".")));
+        }
+        if path.extension().is_some_and(|e| e == "mcap") {
+            bail!(
+                "{} is a recording already; give it to `softdock compare` as it is",
+                path.display()
+            );
+        }
+        let name = path.file_stem().context("the table has no name")?;
+        let recording = import_csv(path)
+            .context("for a table of another program, say with --mapping what its columns are")?;
+        Ok(Imported {
+            recordings: vec![(Path::new(name).with_extension("mcap"), recording)],
+            ..Imported::default()
+        })
+    }
+
+    fn write(&self, imported: Imported) -> Result<Written> {
+        let path = |name: &Path| self.output.join(name);
+        let model = imported
+            .model_toml
+            .map(|text| (path(Path::new("model.toml")), text));
+        let recordings: Vec<(PathBuf, Recording)> = imported
+            .recordings
+            .into_iter()
+            .map(|(name, recording)| (path(&name), recording))
+            .collect();
+        let names = model.iter().map(|(name, _)| name);
+        let files: Vec<PathBuf> = names
+            .chain(recordings.iter().map(|(name, _)| name))
+            .cloned()
+            .collect();
+        for file in &files {
+            refuse_overwrite(file, self.force)?;
+        }
+        std::fs::create_dir_all(&self.output)
+            .with_context(|| format!("cannot create {}", self.output.display()))?;
+        if let Some((file, text)) = model {
+            std::fs::write(&file, text)
+                .with_context(|| format!("cannot write {}", file.display()))?;
+        }
+        let mut cycles = 0;
+        for (file, recording) in &recordings {
+            recording.write(file)?;
+            cycles += recording.cycles.len();
+        }
+        Ok(Written {
+            files,
+            cycles,
+            warnings: imported.warnings,
+        })
+    }
+}
+
+fn rig_log(folder: &Path) -> Result<Imported> {
+    let logs = docking_rig_log::read(folder)?;
+    let origin = logs.train.header.identity.clone();
+    Ok(Imported {
+        model_toml: Some(model_text::commented(&logs.model, &origin)),
+        recordings: vec![
+            ("train.mcap".into(), logs.train),
+            ("test.mcap".into(), logs.test),
+        ],
+        warnings: logs.warnings,
+    })
+}
+
+fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
+    let logs = mapping::import(path, mapping_file)?;
+    let mut recordings = vec![(PathBuf::from("train.mcap"), logs.train)];
+    recordings.extend(logs.test.map(|test| ("test.mcap".into(), test)));
+    Ok(Imported {
+        recordings,
+        model_toml: logs.model.map(|(_, text)| text),
+        warnings: logs.warnings,
+    })
+}

@@ -1,0 +1,180 @@
+//! The state of the board, and an operator's commands.
+
+use super::Board;
+use crate::cli::{print, print_json};
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+use softdock_analysis::input::nearest;
+use softdock_control::modes::Command;
+use softdock_link::service::{Counters, Origin, Status};
+use std::fmt::Write;
+use std::time::Duration;
+
+/// A period in s.
+pub(super) fn period(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(period) if (0.05..=3600.0).contains(&period) => Ok(period),
+        _ => Err("expected 0.05 to 3600 s".into()),
+    }
+}
+
+#[derive(Serialize)]
+struct Sample {
+    status: Status,
+    counters: Counters,
+}
+
+impl Board {
+    pub(super) fn print_status(&mut self) -> Result<()> {
+        let status = self.client.status()?;
+        let counters = self.client.counters()?;
+        let log = self.client.log(0)?;
+        if self.json {
+            return print_json(&serde_json::json!({
+                "identity": self.client.identity().text,
+                "schema": format!("{:08x}", self.client.identity().schema),
+                "status": status,
+                "counters": counters,
+                "log": log,
+            }));
+        }
+        let mut out = String::new();
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "settings  {}", origin(&status.origin));
+        let _ = writeln!(out, "mode      {}", mode(&status));
+        let _ = writeln!(out, "robot     {}", robot(&status, &counters));
+        let _ = writeln!(out, "sensor    {}", sensor(&status, &counters));
+        let _ = writeln!(
+            out,
+            "service   {} frames, {} damaged",
+            counters.frames, counters.damaged_frames
+        );
+        if let Some((name, expected, received)) = &status.fault {
+            let _ = writeln!(
+                out,
+                "FAULT     {name}: expected {expected}, received {received}"
+            );
+        }
+        if let Some((command, refusal)) = &status.refusal {
+            let _ = writeln!(out, "refused   {command}: {refusal}");
+        }
+        for line in log {
+            let at_s = line.at_ms as f64 * 1e-3;
+            let _ = writeln!(out, "{at_s:>9.3} {}", line.text);
+        }
+        print(&out)
+    }
+
+    pub(super) fn watch(&mut self, period_s: f64, samples: Option<usize>) -> Result<()> {
+        let mut taken = Vec::new();
+        for number in 1.. {
+            let status = self.client.status().with_context(|| self.port.clone())?;
+            let counters = self.client.counters().with_context(|| self.port.clone())?;
+            match self.json {
+                true => taken.push(Sample { status, counters }),
+                false => print(&line(&status, &counters))?,
+            }
+            if samples.is_some_and(|samples| number >= samples) {
+                break;
+            }
+            std::thread::sleep(Duration::from_secs_f64(period_s));
+        }
+        match self.json {
+            true => print_json(&serde_json::json!({ "samples": taken })),
+            false => Ok(()),
+        }
+    }
+
+    /// Gives a command and waits until a cycle has taken it.
+    pub(super) fn mode(&mut self, text: &str) -> Result<()> {
+        let words = || Command::WORDS.iter().map(|(word, _)| *word);
+        if Command::from_word(text).is_none() {
+            let offer = nearest(text, words()).map(|near| format!("; did you mean `{near}`?"));
+            let known: Vec<&str> = words().collect();
+            bail!(
+                "`{text}` is no command{}; known are {}",
+                offer.unwrap_or_default(),
+                known.join(", ")
+            );
+        }
+        let status = self.client.operate(text);
+        let status = status.with_context(|| self.port.clone())?;
+        match self.json {
+            true => print_json(&serde_json::json!({ "command": text, "mode": status.mode })),
+            false => print(&format!("mode {}\n", status.mode)),
+        }
+    }
+}
+
+fn origin(origin: &Origin) -> String {
+    match origin {
+        Origin::Flash { sequence } => format!("{sequence}"),
+        Origin::Trial { sequence, left_s } => {
+            format!("{sequence} ON TRIAL, {left_s} s left to confirm")
+        }
+        Origin::Defaults { reason } => format!("DEFAULTS, not to be armed: {reason}"),
+    }
+}
+
+fn mode(status: &Status) -> String {
+    let moves = match status.moves {
+        true => ", settings cannot change now",
+        false => "",
+    };
+    format!("{}{moves}", status.mode)
+}
+
+fn robot(status: &Status, counters: &Counters) -> String {
+    format!(
+        "{}; {} cycles, {} lost, {} twice, {} overtaken, {} malformed, {} foreign, {} runs",
+        match status.robot {
+            true => "connected",
+            false => "silent",
+        },
+        counters.cycles,
+        counters.lost,
+        counters.duplicates,
+        counters.overtaken,
+        counters.malformed,
+        counters.foreign,
+        counters.runs
+    )
+}
+
+fn sensor(status: &Status, counters: &Counters) -> String {
+    let state = match status.sensor.as_str() {
+        "" => "not started",
+        state => state,
+    };
+    format!(
+        "{state}; {} timeouts, {} retries, {} late, {} unpaired, {} unknown, {} invalid; CAN: {} bus-off, {} losses",
+        counters.sensor_timeouts,
+        counters.sensor_retries,
+        counters.sensor_late,
+        counters.sensor_unpaired,
+        counters.sensor_unknown,
+        counters.sensor_invalid,
+        counters.bus_offs,
+        counters.can_losses
+    )
+}
+
+fn line(status: &Status, counters: &Counters) -> String {
+    let fault = status
+        .fault
+        .as_ref()
+        .map(|(name, ..)| format!("  FAULT {name}"));
+    format!(
+        "{:>9.1} s  {:<8} robot {:<9} sensor {:<10} {} cycles, {} lost{}\n",
+        status.uptime_ms as f64 * 1e-3,
+        status.mode,
+        match status.robot {
+            true => "connected",
+            false => "silent",
+        },
+        status.sensor,
+        counters.cycles,
+        counters.lost,
+        fault.unwrap_or_default()
+    )
+}

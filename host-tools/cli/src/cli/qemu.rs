@@ -1,0 +1,96 @@
+//! `softdock qemu`: the microcontroller's firmware in QEMU.
+
+use anyhow::{Context, Result};
+use clap::Args;
+use softdock_analysis::identity;
+use softdock_analysis::input;
+use softdock_app::emulated_flash::Crash;
+use softdock_app::settings::BoardSettings;
+use softdock_rig::board::qemu::{Chip, Qemu};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Run the microcontroller's firmware in QEMU, with the robot on UDP and the sensor on TCP.
+///
+/// Builds the firmware from the sources of this repository, writes the settings into its emulated
+/// flash, and prints its log. The addresses are those of `softdock board`: the robot sends its RSI
+/// telegrams to --robot, the sensor's side connects to --can and speaks SLCAN. Seen from the
+/// firmware, whoever sends from this computer has the address 10.0.2.2. Ctrl-C ends it. In the
+/// repository, `cargo qemu -- ..` is the same.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock qemu --settings host-tools/scenarios/board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"
+)]
+pub(super) struct QemuCommand {
+    /// Settings of the board (TOML)
+    #[arg(long, value_name = "FILE")]
+    settings: PathBuf,
+    /// File that is the board's flash and keeps what `softdock params` changes; made if missing, and
+    /// once it holds settings they go before those of --settings
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// UDP address to listen on for the robot
+    #[arg(long, value_name = "UDP_ADDR")]
+    robot: SocketAddr,
+    /// TCP address to listen on for the sensor's SLCAN client
+    #[arg(long, value_name = "TCP_ADDR")]
+    can: SocketAddr,
+    /// TCP address to listen on for `softdock params`
+    #[arg(long, value_name = "TCP_ADDR")]
+    service: Option<SocketAddr>,
+    /// Arm and start as soon as robot and sensor are healthy
+    #[arg(long)]
+    start: bool,
+    /// Crash at the first start, to see what is told of it at the second
+    #[arg(long, value_parser = crash, hide = true)]
+    crash: Option<Crash>,
+    /// The emulated chip
+    #[arg(long, value_enum, default_value_t)]
+    chip: Chip,
+}
+
+impl QemuCommand {
+    pub(super) fn execute(self) -> Result<()> {
+        let settings: BoardSettings = input::load(&self.settings)?;
+        settings
+            .validate()
+            .with_context(|| format!("in {}", self.settings.display()))?;
+        eprintln!("qemu: {}", identity::text());
+        let stop = Arc::new(AtomicBool::new(false));
+        let raised = stop.clone();
+        ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
+            .context("cannot watch for Ctrl-C")?;
+        let Self {
+            flash,
+            robot,
+            can,
+            service,
+            start,
+            crash,
+            chip,
+            ..
+        } = self;
+        let board = Qemu {
+            settings,
+            flash,
+            robot,
+            can,
+            service,
+            start,
+            crash,
+            chip,
+        };
+        board.run(&stop)
+    }
+}
+
+fn crash(word: &str) -> Result<Crash, String> {
+    match word {
+        "panic" => Ok(Crash::Panic),
+        "stack" => Ok(Crash::StackOverflow),
+        "fault" => Ok(Crash::Fault),
+        _ => Err("expected panic, stack or fault".into()),
+    }
+}

@@ -1,0 +1,65 @@
+//! `softdock reproduce`: the paper's experiment.
+
+use super::{print, print_json};
+use crate::experiment::reproduce::{Bounces, Row, reproduce};
+use crate::experiment::reproduce_page::{bounce_table, headline, page, table};
+use anyhow::{Context, Result};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::input::refuse_overwrite;
+use std::path::PathBuf;
+
+/// Reproduce the paper's spring-rod experiment with and without its delay compensation.
+///
+/// Writes reproduce.html (all figures and tables) and reproduce.json.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock reproduce -o reproduced")]
+pub(super) struct Reproduce {
+    /// Folder to write into
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Overwrite existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    rows: Vec<&'a Row>,
+    bounces: &'a [Bounces],
+}
+
+impl Reproduce {
+    pub(super) fn execute(self) -> Result<()> {
+        let html = self.output.join("reproduce.html");
+        let json = self.output.join("reproduce.json");
+        refuse_overwrite(&html, self.force)?;
+        refuse_overwrite(&json, self.force)?;
+        std::fs::create_dir_all(&self.output)
+            .with_context(|| format!("cannot create {}", self.output.display()))?;
+        let reproduction = reproduce()?;
+        let document = Document {
+            rows: reproduction
+                .flights
+                .iter()
+                .map(|flight| &flight.row)
+                .collect(),
+            bounces: &reproduction.bounces,
+        };
+        page(&reproduction)?.write(&html)?;
+        std::fs::write(&json, serde_json::to_string_pretty(&document)?)
+            .with_context(|| format!("cannot write {}", json.display()))?;
+        eprintln!("report: {}\ndata:   {}", html.display(), json.display());
+        if self.json {
+            return print_json(&document);
+        }
+        let (rows, bounces) = (table(&reproduction), bounce_table(&reproduction));
+        print(&format!(
+            "{rows}\n\n{bounces}\n\n{}\n",
+            headline(&reproduction)
+        ))
+    }
+}

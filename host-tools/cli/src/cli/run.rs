@@ -1,0 +1,254 @@
+//! `softdock run`: a scenario on the simulated rig.
+
+use super::{law_names, print, print_json, three_numbers};
+use crate::experiment::impact_table;
+use crate::experiment::impacts::{Impact, ImpactFinder};
+use crate::experiment::run::{RunStatistics, header, run};
+use crate::experiment::scenario::Scenario;
+use anyhow::{Result, anyhow};
+use clap::Args;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::recording::{RecordingWriter, TruthRecord};
+use softdock_control::delay::LawName;
+use softdock_control::io::{CycleRecord, Trace};
+use softdock_control::settings::CorrectionMode;
+use softdock_report::{Cell, Column, Table};
+use softdock_rig::rig::{self, hidden::suggest};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
+const BATCH: usize = 16;
+const QUEUED_BATCHES: usize = 1024;
+
+/// Run a scenario on the simulated rig and record every cycle.
+///
+/// The firmware's own tasks run in virtual time against a simulated robot, mechanism and sensor,
+/// with real RSI telegrams and CAN frames in between.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock run host-tools/scenarios/spring-rod.toml -o run.mcap --law seed --speed-mm-s 5
+
+softdock run host-tools/scenarios/spring-rod.toml --settings board.toml -o docking.mcap
+(the same rig with the settings that a board has, as `softdock params dump` wrote them)
+
+softdock run host-tools/scenarios/spring-rod.toml --settings board.toml --hold --abc-deg 0,0,180 -o pose-1.mcap
+(a pose at rest, for `softdock calibrate sensor`)")]
+pub(super) struct Run {
+    /// Scenario file (TOML)
+    scenario: PathBuf,
+    /// Recording to write (MCAP)
+    #[arg(short, long, value_name = "RUN.mcap")]
+    output: PathBuf,
+    /// Settings of the board, instead of the scenario's
+    #[arg(long, value_name = "BOARD.toml")]
+    settings: Option<PathBuf>,
+    /// Leave the board in hold: the robot rests where the scenario starts
+    #[arg(long)]
+    hold: bool,
+    /// A, B, C of the flange at the start, degrees, instead of the scenario's
+    #[arg(
+        long,
+        value_name = "A,B,C",
+        value_parser = three_numbers,
+        allow_hyphen_values = true
+    )]
+    abc_deg: Option<[f64; 3]>,
+    /// Length of the run, s, instead of the scenario's
+    #[arg(long, value_name = "S")]
+    duration_s: Option<f64>,
+    /// Delay law, instead of the scenario's
+    #[arg(long, value_name = "NAME", value_parser = law_names())]
+    law: Option<LawName>,
+    /// Initial speed of the moving craft, instead of the scenario's
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    speed_mm_s: Option<f64>,
+    /// Effect of the catalogue for the rig to hide, in a size drawn from the seed; may be repeated
+    #[arg(long, value_name = "ID")]
+    effect: Vec<String>,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Overwrite an existing recording
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    recording: String,
+    cycles: u64,
+    simulated_s: f64,
+    real_time_factor: f64,
+    final_mode: String,
+    fault: Option<String>,
+    impacts: &'a [Impact],
+}
+
+impl Run {
+    pub(super) fn execute(self) -> Result<()> {
+        let scenario = self.scenario()?;
+        refuse_overwrite(&self.output, self.force)?;
+        let mut finder = ImpactFinder::new(&scenario);
+        let (statistics, last) = self.record(&scenario, &mut finder)?;
+        let impacts = finder.finish();
+        let summary = Summary {
+            recording: self.output.display().to_string(),
+            cycles: statistics.cycles,
+            simulated_s: statistics.simulated_s,
+            real_time_factor: statistics.real_time_factor(),
+            final_mode: format!("{:?}", last.mode),
+            fault: last.fault.map(|f| {
+                format!(
+                    "{:?}: expected {}, received {}",
+                    f.code, f.expected, f.received
+                )
+            }),
+            impacts: &impacts,
+        };
+        for warning in warnings(&scenario, &summary) {
+            eprintln!("warning: {warning}");
+        }
+        if self.json {
+            print_json(&summary)
+        } else {
+            print(&text(&summary))
+        }
+    }
+
+    fn scenario(&self) -> Result<Scenario> {
+        let mut scenario = Scenario::load(&self.scenario)?;
+        if let Some(path) = &self.settings {
+            scenario.board = input::load(path)?;
+        }
+        if let Some(abc_deg) = self.abc_deg {
+            scenario.start_abc_rad = abc_deg.map(f64::to_radians);
+        }
+        scenario.hold |= self.hold;
+        scenario.duration_s = self.duration_s.unwrap_or(scenario.duration_s);
+        if let Some(law) = self.law {
+            scenario = scenario.with_law(law);
+        }
+        if let Some(speed) = self.speed_mm_s {
+            scenario = scenario.with_speed(speed * 1e-3)?;
+        }
+        scenario.seed = self.seed.unwrap_or(scenario.seed);
+        for id in &self.effect {
+            let hidden = suggest(id, scenario.seed)?;
+            scenario.rig.hidden.push(hidden);
+        }
+        scenario.validate()?;
+        Ok(scenario)
+    }
+
+    /// Runs and records; the last cycle's trace says how it ended. A thread of its own writes the
+    /// file; the time for which the simulation waits for it is not the simulation's.
+    fn record(
+        &self,
+        scenario: &Scenario,
+        finder: &mut ImpactFinder<'_>,
+    ) -> Result<(RunStatistics, Trace)> {
+        let mut writer = RecordingWriter::create(&self.output, &header(scenario)?)?;
+        let progress = ProgressBar::new(scenario.cycles() as u64);
+        let mut last = Trace::default();
+        let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
+        let statistics = thread::scope(|scope| {
+            let disk = scope.spawn(move || -> Result<()> {
+                for (record, truth) in batches.into_iter().flatten() {
+                    writer.push(&record, Some(&truth))?;
+                }
+                writer.finish().map(drop)
+            });
+            let mut batch = Vec::with_capacity(BATCH);
+            let mut waited = Duration::ZERO;
+            let statistics = run(scenario, &mut |record, truth| {
+                finder.push(record, truth);
+                last = record.trace;
+                batch.push((*record, *truth));
+                if batch.len() < BATCH {
+                    return ControlFlow::Continue(());
+                }
+                progress.inc(BATCH as u64);
+                let full = std::mem::replace(&mut batch, Vec::with_capacity(BATCH));
+                let before = Instant::now();
+                let sent = queue.send(full);
+                waited += before.elapsed();
+                // The queue is closed when the disk failed; the thread says why.
+                match sent {
+                    Ok(()) => ControlFlow::Continue(()),
+                    Err(_) => ControlFlow::Break(()),
+                }
+            });
+            let _ = queue.send(batch);
+            drop(queue);
+            let written = disk
+                .join()
+                .map_err(|_| anyhow!("the writing thread ended unexpectedly"))?;
+            written.and(statistics.map(|statistics| RunStatistics {
+                elapsed: statistics.elapsed.saturating_sub(waited),
+                ..statistics
+            }))
+        })?;
+        progress.finish_and_clear();
+        Ok((statistics, last))
+    }
+}
+
+/// What the reader of the numbers should know.
+fn warnings(scenario: &Scenario, summary: &Summary<'_>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if let Some(fault) = &summary.fault {
+        warnings.push(format!("the run ended in a fault: {fault}"));
+    }
+    if summary.impacts.is_empty() && !scenario.hold {
+        warnings.push("no whole impact took place".to_owned());
+    }
+    let board = scenario.board.control.robot.correction_mode;
+    let robot = &scenario.rig.robot;
+    let absolute = board == CorrectionMode::Absolute;
+    if absolute != (robot.correction == rig::settings::CorrectionMode::Absolute) {
+        warnings.push(
+            "`board.control.robot.correction_mode` and `rig.robot.correction` differ: the robot \
+             takes the corrections for something else"
+                .to_owned(),
+        );
+    }
+    if robot.hold_on != absolute {
+        warnings.push(format!(
+            "`rig.robot.hold_on` is {}: a lost answer moves the robot; {} is right for this \
+             correction mode",
+            robot.hold_on, absolute
+        ));
+    }
+    warnings
+}
+
+fn text(summary: &Summary<'_>) -> String {
+    let time = std::iter::once(Column::number("time", "s"));
+    let mut table = Table::new(time.chain(impact_table::columns()).collect());
+    for impact in summary.impacts {
+        let time = std::iter::once(Cell::number(impact.time_s, 4));
+        table.push(time.chain(impact_table::cells(impact)).collect());
+    }
+    let fault = summary
+        .fault
+        .as_ref()
+        .map(|f| format!("FAULT {f}\n"))
+        .unwrap_or_default();
+    format!(
+        "{table}\n{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
+        summary.cycles,
+        summary.simulated_s,
+        summary.recording,
+        summary.real_time_factor,
+        summary.final_mode,
+    )
+}

@@ -1,0 +1,39 @@
+//! How an impact is shown in every table.
+
+use super::impacts::Impact;
+use softdock_report::{Cell, Column, Mark};
+
+/// Restitution within this of the analytic one is marked as good.
+const GOOD: f64 = 0.15;
+
+/// Columns for [`cells`].
+pub fn columns() -> Vec<Column> {
+    vec![
+        Column::number("speed in", "mm/s"),
+        Column::number("speed out", "mm/s"),
+        Column::number("restitution", ""),
+        Column::number("analytic", ""),
+        Column::number("energy error", ""),
+        Column::number("peak force error", ""),
+        Column::number("contact time error", ""),
+    ]
+}
+
+/// The cells where there was none.
+pub fn no_impact() -> Vec<Cell> {
+    columns().iter().map(|_| Cell::text("-")).collect()
+}
+
+/// The cells of one impact.
+pub fn cells(impact: &Impact) -> Vec<Cell> {
+    let good = (impact.restitution - impact.expected_restitution).abs() <= GOOD;
+    vec![
+        Cell::number(impact.speed_in_mm_s, 3),
+        Cell::number(impact.speed_out_mm_s, 3),
+        Cell::number(impact.restitution, 3).marked(if good { Mark::Good } else { Mark::Bad }),
+        Cell::number(impact.expected_restitution, 3),
+        Cell::percent(impact.energy_error),
+        Cell::percent(impact.peak_force_error),
+        Cell::percent(impact.contact_time_error),
+    ]
+}

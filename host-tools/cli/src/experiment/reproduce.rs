@@ -1,0 +1,163 @@
+//! The paper's experiment: the spring-rod test with and without the paper's compensation.
+//!
+//! Figures 4 to 9 of the paper come from its own rig and simulation; these are ours, from the
+//! simulated rig with the firmware in the loop.
+
+use super::impacts::{self, Impact};
+use super::run::record;
+use super::spring_rod::{TOUCH, one_stop, two_stops};
+use anyhow::{Context, Result};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use softdock_analysis::recording::Recording;
+use softdock_control::delay::LawName;
+
+/// Speeds of the table, mm/s.
+pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];
+/// Further places within a cycle at which the touch falls.
+const PLACES: [f64; 3] = [0.0, 0.25, 0.5];
+/// Speed of the repeated bounces, m/s.
+const BOUNCE_SPEED_M_S: f64 = 0.005;
+/// Length of the repeated bounces, s.
+const BOUNCE_S: f64 = 12.0;
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Delay law.
+    pub law: LawName,
+    /// Closing speed asked for, mm/s.
+    pub speed_mm_s: f64,
+    /// The impact at one place of the touch within a cycle.
+    #[serde(flatten)]
+    pub impact: Impact,
+    /// Smallest restitution over the places within a cycle at which the touch may fall.
+    pub restitution_low: f64,
+    /// Largest restitution likewise.
+    pub restitution_high: f64,
+    /// What of the compensation is left half a second after the contact: command less model
+    /// velocity, over the speed asked for.
+    pub offset_after: f64,
+}
+
+/// Repeated bounces between two stops.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bounces {
+    /// What was run.
+    pub name: String,
+    /// All impacts up to the end or to the fault.
+    pub impacts: Vec<Impact>,
+    /// The fault that ended the run.
+    pub fault: Option<String>,
+    /// The run.
+    #[serde(skip)]
+    pub recording: Recording,
+}
+
+/// A run at one speed with one law.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// Its line of the table.
+    pub row: Row,
+    /// Every cycle.
+    pub recording: Recording,
+}
+
+/// Everything that the page shows.
+#[derive(Clone, Debug)]
+pub struct Reproduction {
+    /// All speeds without, then all speeds with the paper's law.
+    pub flights: Vec<Flight>,
+    /// Without the law, with the literal law, and with its sums gated and reset.
+    pub bounces: Vec<Bounces>,
+}
+
+/// Runs everything, in parallel.
+pub fn reproduce() -> Result<Reproduction> {
+    let cases: Vec<_> = [LawName::None, LawName::Seed]
+        .into_iter()
+        .flat_map(|law| SPEEDS_MM_S.map(|speed| (law, speed)))
+        .collect();
+    let variants = [
+        "without compensation",
+        "seed law, literal",
+        "seed law, gated and reset",
+    ];
+    let progress = ProgressBar::new((cases.len() + variants.len()) as u64);
+    let flights = cases
+        .par_iter()
+        .map(|(law, speed)| flight(*law, *speed).inspect(|_| progress.inc(1)))
+        .collect::<Result<_>>()?;
+    let bounces = variants
+        .par_iter()
+        .map(|name| bounce(name).inspect(|_| progress.inc(1)))
+        .collect::<Result<_>>()?;
+    progress.finish_and_clear();
+    Ok(Reproduction { flights, bounces })
+}
+
+fn flight(law: LawName, speed_mm_s: f64) -> Result<Flight> {
+    let (impact, recording) = touch(law, speed_mm_s, TOUCH)?;
+    let (mut low, mut high) = (impact.restitution, impact.restitution);
+    for place in PLACES {
+        let restitution = touch(law, speed_mm_s, place)?.0.restitution;
+        (low, high) = (low.min(restitution), high.max(restitution));
+    }
+    let row = Row {
+        law,
+        speed_mm_s,
+        impact,
+        restitution_low: low,
+        restitution_high: high,
+        offset_after: offset_after(&recording, speed_mm_s * 1e-3),
+    };
+    Ok(Flight { row, recording })
+}
+
+/// One flight onto the stop.
+fn touch(law: LawName, speed_mm_s: f64, place: f64) -> Result<(Impact, Recording)> {
+    let scenario = one_stop(law, speed_mm_s * 1e-3, place)?;
+    let (recording, _) = record(&scenario)?;
+    let impact = impacts::find(&scenario, &recording).into_iter().next();
+    Ok((
+        impact.context("the craft never touched the stop")?,
+        recording,
+    ))
+}
+
+/// Command less model velocity at the end of a run, over the speed.
+fn offset_after(recording: &Recording, speed_m_s: f64) -> f64 {
+    recording.cycles.last().map_or(f64::NAN, |cycle| {
+        (cycle.trace.law_velocity[0] - cycle.trace.model_velocity[0]) / speed_m_s
+    })
+}
+
+fn bounce(name: &str) -> Result<Bounces> {
+    let law = if name.starts_with("seed") {
+        LawName::Seed
+    } else {
+        LawName::None
+    };
+    let mut scenario = two_stops(law, BOUNCE_SPEED_M_S, BOUNCE_S)?;
+    if name.ends_with("reset") {
+        let seed = &mut scenario.board.control.delay.seed;
+        seed.gate_sums = true;
+        seed.reset_after_quiet_cycles = 25;
+    }
+    let (recording, _) = record(&scenario)?;
+    let impacts = impacts::find(&scenario, &recording);
+    let fault = recording.cycles.last().and_then(|cycle| cycle.trace.fault);
+    let fault = fault.map(|f| {
+        format!(
+            "{:?}: limit {}, value {:.1}",
+            f.code, f.expected, f.received
+        )
+    });
+    Ok(Bounces {
+        name: name.to_owned(),
+        impacts,
+        fault,
+        recording,
+    })
+}

@@ -1,0 +1,94 @@
+//! Runs a scenario and collects its recording.
+
+use super::scenario::Scenario;
+use anyhow::{Context, Result};
+use softdock_analysis::identity;
+use softdock_analysis::recording::{Header, Recording, TruthRecord};
+use softdock_control::io::CycleRecord;
+use softdock_control::modes::Command;
+use softdock_link::can::ati::AtiCalibration;
+use softdock_rig::board::virtual_time::{Simulation, simulate};
+use softdock_rig::rig::Rig;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// What a run says when it is over.
+#[derive(Clone, Copy, Debug)]
+pub struct RunStatistics {
+    /// Cycles that were run.
+    pub cycles: u64,
+    /// Time that the rig would have taken, s.
+    pub simulated_s: f64,
+    /// Time that it took.
+    pub elapsed: Duration,
+}
+
+impl RunStatistics {
+    /// Simulated over real time.
+    pub fn real_time_factor(&self) -> f64 {
+        self.simulated_s / self.elapsed.as_secs_f64().max(1e-9)
+    }
+}
+
+/// What a recording of this scenario says about itself; the settings are those that the board
+/// really runs with, as a board reports them.
+pub fn header(scenario: &Scenario) -> Result<Header> {
+    Ok(Header {
+        identity: identity::text(),
+        settings_toml: toml_edit::ser::to_string_pretty(&scenario.actual_board()?)?,
+        scenario_toml: Some(scenario.to_toml()?),
+    })
+}
+
+/// Runs a scenario; `on_cycle` gets each cycle as it happens.
+pub fn run(
+    scenario: &Scenario,
+    on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()>,
+) -> Result<RunStatistics> {
+    scenario.validate()?;
+    let rig = Rig::new(&scenario.rig, scenario.start_pose(), scenario.seed).context("[rig]")?;
+    let board = scenario.actual_board()?;
+    let sensor = &scenario.rig.sensor;
+    let simulation = Simulation {
+        board: &board,
+        rig,
+        calibration: AtiCalibration {
+            matrix: sensor.calibration,
+            counts_per_force: sensor.counts_per_newton,
+            counts_per_torque: sensor.counts_per_newton_metre,
+        },
+        duration_s: scenario.duration_s,
+        commands: if scenario.hold {
+            // The first telegram is a new run, which drops commands that wait.
+            vec![(1, Command::Hold)]
+        } else {
+            Vec::new()
+        },
+    };
+    let start = Instant::now();
+    let mut cycles = 0;
+    simulate(simulation, &mut |record, truth| {
+        cycles += 1;
+        on_cycle(record, truth)
+    })?;
+    let simulated_s = cycles as f64 * scenario.board.control.robot.cycle_s;
+    Ok(RunStatistics {
+        cycles,
+        simulated_s,
+        elapsed: start.elapsed(),
+    })
+}
+
+/// Runs a scenario into a recording in memory.
+pub fn record(scenario: &Scenario) -> Result<(Recording, RunStatistics)> {
+    let mut recording = Recording {
+        header: header(scenario)?,
+        ..Recording::default()
+    };
+    let statistics = run(scenario, &mut |record, truth| {
+        recording.cycles.push(*record);
+        recording.truth.push(*truth);
+        ControlFlow::Continue(())
+    })?;
+    Ok((recording, statistics))
+}

@@ -1,0 +1,319 @@
+//! A board and a simulated rig in virtual time: deterministic, and as fast as the machine allows.
+//!
+//! All codecs are in the loop: the robot's telegrams and the answers are RSI text, the sensor's
+//! readings are CAN frames. Between two events all tasks come to rest; then the clock jumps to
+//! the next event. The board itself takes no virtual time to answer.
+
+use super::simulated_sensor::SimulatedSensor;
+use super::tasks::{self, MAX_BOARDS};
+use super::world::Handle;
+use crate::rig::{Rig, Truth};
+use anyhow::{Context, Result, bail, ensure};
+use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use softdock_analysis::recording::TruthRecord;
+use softdock_app::robot_link::RobotLink;
+use softdock_app::settings::BoardSettings;
+use softdock_control::frames::pose_components;
+use softdock_control::io::CycleRecord;
+use softdock_control::modes::Command;
+use softdock_link::can::ati::AtiCalibration;
+use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
+use std::collections::VecDeque;
+use std::ops::ControlFlow;
+use std::rc::Rc;
+
+/// The tasks of a simulated board share one thread.
+type Shared = softdock_app::shared::Shared<NoopRawMutex>;
+
+/// Decimals of the robot's telegrams; `softdock robot-config` asks for the same.
+const TELEGRAM_DECIMALS: u8 = 6;
+/// The first time stamp of the simulated robot, ms.
+const FIRST_IPOC: u64 = 1_000_000;
+
+/// What the simulation calls after each cycle; `Break` ends it.
+pub type OnCycle<'a> = dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()> + 'a;
+
+/// What is simulated.
+pub struct Simulation<'a> {
+    /// Settings of the board.
+    pub board: &'a BoardSettings,
+    /// The rig.
+    pub rig: Rig,
+    /// Calibration that the simulated sensor reports about itself.
+    pub calibration: AtiCalibration,
+    /// Length of the run, s.
+    pub duration_s: f64,
+    /// Commands of the operator at cycles, in order; none: the board arms and starts by itself.
+    pub commands: Vec<(u64, Command)>,
+}
+
+/// Runs a simulation to its end, calling `on_cycle` after each cycle.
+pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<()> {
+    let settings = simulation.board;
+    let link = RobotLink::<f64>::new(settings)?;
+    let handle = Handle::default();
+    let shared = Rc::new(Shared::new());
+    let start = simulation.commands.is_empty();
+    let wait = settings.can.sample_wait_us();
+    let mut conductor = Conductor::new(simulation, handle.clone(), shared.clone())?;
+
+    // The executor lives as long as the process, as on a microcontroller; what remains of it
+    // after a run is a few hundred bytes.
+    let executor: &'static mut Executor = Box::leak(Box::new(Executor::new()));
+    executor.run_until(
+        |spawner| {
+            let sensor = sensor_task(shared.clone(), settings.clone(), handle.clone());
+            let robot = robot_task(shared, link, start, wait, handle.clone());
+            spawn(&spawner, &handle, sensor);
+            spawn(&spawner, &handle, robot);
+            spawn(&spawner, &handle, heartbeat_task(handle.clone()));
+        },
+        || conductor.turn(on_cycle),
+    );
+    let all_spawned = !handle.0.borrow().pool_exhausted;
+    ensure!(
+        all_spawned,
+        "more than {MAX_BOARDS} simulations at once; run fewer in parallel"
+    );
+    conductor.outcome
+}
+
+/// Spawns a task, or closes the world if the pool is empty, so that the others end.
+fn spawn<T>(
+    spawner: &Spawner,
+    handle: &Handle,
+    token: std::result::Result<SpawnToken<T>, SpawnError>,
+) {
+    match token {
+        Ok(token) => {
+            handle.0.borrow_mut().running_tasks += 1;
+            spawner.spawn(token);
+        }
+        Err(_) => {
+            let mut world = handle.0.borrow_mut();
+            world.closed = true;
+            world.pool_exhausted = true;
+        }
+    }
+}
+
+#[embassy_executor::task(pool_size = MAX_BOARDS)]
+async fn sensor_task(shared: Rc<Shared>, settings: BoardSettings, handle: Handle) {
+    tasks::sensor(&shared, settings, handle.clone(), handle.clone()).await;
+    handle.task_ended();
+}
+
+#[embassy_executor::task(pool_size = MAX_BOARDS)]
+async fn robot_task(
+    shared: Rc<Shared>,
+    link: RobotLink<f64>,
+    start: bool,
+    sample_wait_us: u64,
+    handle: Handle,
+) {
+    let (io, mut recorder) = ((handle.clone(), handle.clone()), handle.clone());
+    tasks::robot(&shared, link, start, sample_wait_us, io, &mut recorder).await;
+    handle.task_ended();
+}
+
+#[embassy_executor::task(pool_size = MAX_BOARDS)]
+async fn heartbeat_task(handle: Handle) {
+    handle.heartbeat().await;
+    handle.task_ended();
+}
+
+/// Moves the virtual clock and plays robot and sensor.
+struct Conductor {
+    handle: Handle,
+    shared: Rc<Shared>,
+    rig: Rig,
+    sensor: SimulatedSensor,
+    tags: Tags,
+    commands: VecDeque<(u64, Command)>,
+    cycle_us: u64,
+    cycles_left: u64,
+    next_telegram_us: u64,
+    telegrams: u64,
+    ended: bool,
+    truth: TruthRecord,
+    seen_activity: u64,
+    outcome: Result<()>,
+}
+
+impl Conductor {
+    fn new(simulation: Simulation<'_>, handle: Handle, shared: Rc<Shared>) -> Result<Self> {
+        let Simulation {
+            board,
+            rig,
+            calibration,
+            duration_s,
+            commands,
+        } = simulation;
+        let cycle_s = board.control.robot.cycle_s;
+        if !(duration_s > 0.0 && duration_s <= 86_400.0) {
+            bail!("a run lasts more than 0 s and at most a day; {duration_s} s were asked for");
+        }
+        Ok(Self {
+            sensor: SimulatedSensor::new(&board.can, calibration)?,
+            tags: board.rsi.tags()?,
+            commands: commands.into(),
+            cycle_us: (cycle_s * 1e6).round() as u64,
+            cycles_left: (duration_s / cycle_s).ceil() as u64,
+            next_telegram_us: 0,
+            telegrams: 0,
+            ended: false,
+            truth: TruthRecord::default(),
+            seen_activity: 0,
+            outcome: Ok(()),
+            handle,
+            shared,
+            rig,
+        })
+    }
+
+    /// Called whenever the executor has polled its tasks. True: everything has ended.
+    fn turn(&mut self, on_cycle: &mut OnCycle<'_>) -> bool {
+        let activity = self.handle.0.borrow().activity;
+        let at_rest = activity == self.seen_activity;
+        self.seen_activity = activity;
+        if at_rest && self.outcome.is_ok() {
+            self.outcome = self.take_outputs(on_cycle).and_then(|()| self.next_event());
+        }
+        let mut world = self.handle.0.borrow_mut();
+        if (self.outcome.is_err() || self.ended) && !world.closed {
+            world.closed = true;
+            world.frames_to_board.wake();
+            world.telegrams.wake();
+        }
+        if let Some(waker) = world.heartbeat.take() {
+            waker.wake();
+        }
+        world.running_tasks == 0
+    }
+
+    /// Takes what the board has sent since the last event.
+    fn take_outputs(&mut self, on_cycle: &mut OnCycle<'_>) -> Result<()> {
+        let now_us = self.handle.0.borrow().now_us;
+        while let Some(request) = self.pop(|world| world.frames_from_board.pop_front()) {
+            self.sensor.receive(&request, &mut self.rig, now_us);
+        }
+        while let Some(answer) = self.pop(|world| world.answers.pop_front()) {
+            let answer = parse_sen(&answer, &self.tags).context("the board's answer")?;
+            self.rig
+                .answer(si_correction(&answer.correction), answer.stop);
+        }
+        while let Some(record) = self.pop(|world| world.records.pop_front()) {
+            self.ended |= on_cycle(&record, &self.truth).is_break();
+        }
+        Ok(())
+    }
+
+    fn pop<T>(&self, take: impl FnOnce(&mut super::world::World) -> Option<T>) -> Option<T> {
+        take(&mut self.handle.0.borrow_mut())
+    }
+
+    /// Lets the clock jump to the next alarm, frame or telegram, and carries that out.
+    fn next_event(&mut self) -> Result<()> {
+        let mut world = self.handle.0.borrow_mut();
+        let alarm = world
+            .alarms
+            .iter()
+            .map(|(at, _)| *at)
+            .min()
+            .unwrap_or(u64::MAX);
+        let next_us = alarm.min(self.sensor.next_us()).min(self.next_telegram_us);
+        world.now_us = next_us.max(world.now_us);
+        let now_us = world.now_us;
+        world.alarms.retain(|(at, waker)| {
+            let due = *at <= now_us;
+            if due {
+                waker.wake_by_ref();
+            }
+            !due
+        });
+        while let Some(frame) = self.sensor.poll(&mut self.rig, now_us) {
+            world.frames_to_board.push(frame);
+        }
+        drop(world);
+        if self.next_telegram_us <= now_us {
+            self.send_telegram(now_us)?;
+        }
+        Ok(())
+    }
+
+    fn send_telegram(&mut self, now_us: u64) -> Result<()> {
+        self.rig.advance_to(now_us);
+        // The robot may have ended RSI; what was recorded stands.
+        let report = if self.cycles_left > 0 {
+            self.rig.begin_cycle()
+        } else {
+            None
+        };
+        let Some(report) = report else {
+            self.ended = true;
+            return Ok(());
+        };
+        self.truth = truth_record(&self.rig.truth());
+        let telegram = RobTelegram {
+            ipoc: FIRST_IPOC + self.telegrams * self.cycle_us / 1000,
+            actual_pose: Some(wire_pose(&report.actual_pose)),
+            setpoint_pose: Some(wire_pose(&report.setpoint_pose)),
+            late_answers: Some(report.late_answers),
+            poscorr_stat: Some(report.poscorr_stat),
+        };
+        let mut bytes = [0; 1024];
+        let length = write_rob(&telegram, TELEGRAM_DECIMALS, &self.tags, &mut bytes)?;
+        while self
+            .commands
+            .front()
+            .is_some_and(|(cycle, _)| *cycle <= self.telegrams)
+        {
+            if let Some((_, command)) = self.commands.pop_front() {
+                // A full queue would mean eight commands in one cycle.
+                let _ = self.shared.commands.try_send(command);
+            }
+        }
+        let telegram = heapless::Vec::from_slice(&bytes[..length]).unwrap_or_default();
+        self.handle.0.borrow_mut().telegrams.push(telegram);
+        self.telegrams += 1;
+        self.next_telegram_us += self.cycle_us;
+        self.cycles_left -= 1;
+        Ok(())
+    }
+}
+
+fn truth_record(truth: &Truth) -> TruthRecord {
+    TruthRecord {
+        time_s: truth.time_s,
+        pose: pose_components(&truth.pose),
+        velocity: truth.twist.get(),
+        contact_wrench: truth.contact.get(),
+    }
+}
+
+/// m and rad as the telegram's mm and degrees.
+fn wire_pose(pose: &[f64; 6]) -> [f64; 6] {
+    let [x, y, z, a, b, c] = *pose;
+    [
+        x * 1e3,
+        y * 1e3,
+        z * 1e3,
+        a.to_degrees(),
+        b.to_degrees(),
+        c.to_degrees(),
+    ]
+}
+
+/// mm and degrees of an answer in m and rad.
+fn si_correction(correction: &[softdock_link::decimal::Decimal; 6]) -> [f64; 6] {
+    let [x, y, z, a, b, c] = correction.map(|decimal| decimal.to_f64());
+    [
+        x * 1e-3,
+        y * 1e-3,
+        z * 1e-3,
+        a.to_radians(),
+        b.to_radians(),
+        c.to_radians(),
+    ]
+}

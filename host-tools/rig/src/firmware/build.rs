@@ -1,0 +1,95 @@
+//! Building an image: cargo does it, in the repository.
+
+use anyhow::{Context, Result, bail, ensure};
+use serde::Deserialize;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What is built for a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoardImage {
+    /// Package of the workspace, with one program of the same name.
+    pub package: &'static str,
+    /// Target triple.
+    pub target: &'static str,
+    /// Features of the package.
+    pub features: &'static [&'static str],
+}
+
+/// The profile of all boards.
+const PROFILE: &str = "firmware";
+
+/// A line of cargo's messages, as far as it matters here.
+#[derive(Deserialize)]
+struct Message {
+    executable: Option<PathBuf>,
+}
+
+/// Builds an image and gives the program (ELF). Cargo's own messages go to standard
+/// error.
+pub fn build(board: &BoardImage) -> Result<PathBuf> {
+    let root = repository()?;
+    ensure_target(board.target)?;
+    eprintln!("building {} for {}", board.package, board.target);
+    let mut cargo = Command::new(cargo())
+        .current_dir(&root)
+        .args(["build", "--quiet", "--profile", PROFILE])
+        .args(["--package", board.package, "--target", board.target])
+        .arg(format!("--features={}", board.features.join(",")))
+        .arg("--message-format=json-render-diagnostics")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cannot start cargo, which builds the image; install Rust: https://rustup.rs")?;
+    let mut program = None;
+    if let Some(messages) = cargo.stdout.take() {
+        for line in BufReader::new(messages).lines() {
+            // Anything that is not a message is a build script's or a wrapper's.
+            let Ok(message) = serde_json::from_str::<Message>(&line?) else {
+                continue;
+            };
+            program = message.executable.or(program);
+        }
+    }
+    ensure!(
+        cargo.wait()?.success(),
+        "{} was not built; the messages above say why",
+        board.package
+    );
+    program.with_context(|| format!("cargo built no program of {}", board.package))
+}
+
+/// The cargo that runs this program, so that both use one tool chain.
+fn cargo() -> std::ffi::OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// The repository: the one that this program was built from, or the present folder.
+pub fn repository() -> Result<PathBuf> {
+    let built_from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let here = std::env::current_dir()?;
+    for folder in std::iter::once(built_from.as_path()).chain(here.ancestors()) {
+        if folder.join("memory.x").is_file() && folder.join("firmware/boards").is_dir() {
+            return Ok(folder.canonicalize()?);
+        }
+    }
+    bail!(
+        "the firmware's source is not found: it was at {} when softdock was built; call this from inside of the repository",
+        built_from.display()
+    )
+}
+
+/// Says how to install what cargo would only miss in the middle.
+fn ensure_target(target: &str) -> Result<()> {
+    let found = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", target])
+        .output()
+        .context("cannot start rustc; install Rust: https://rustup.rs")?;
+    let folder = PathBuf::from(String::from_utf8_lossy(&found.stdout).trim());
+    ensure!(
+        folder.is_dir(),
+        "the Rust target {target} is not installed; install it: rustup target add {target}"
+    );
+    Ok(())
+}

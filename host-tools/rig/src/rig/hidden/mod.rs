@@ -1,0 +1,176 @@
+//! Effects that a simulated rig hides: what it does, and what nobody told its model.
+//!
+//! Each entry names an effect of the catalogue with the catalogue's parameters; the rig computes it
+//! with the catalogue's own implementation, on top of what its other settings say.
+//!
+//! ```toml
+//! [[rig.hidden]]
+//! id = "guide_coulomb"
+//! parameters = { force_n = 1.5 }
+//! ```
+//!
+//! Effects of one group act in the catalogue's order, whatever their order in the file. Actuator
+//! effects act on all six axes alike, with m read as rad on A, B and C. Forces of the guide act at
+//! M along the free direction of `rig.mechanism.guide`, or along x of C without one; those of the
+//! cables in all directions. Effects of the contact act on every wall.
+
+pub mod craft;
+#[cfg(test)]
+mod load_tests;
+mod suggest;
+#[cfg(test)]
+mod tests;
+
+pub use suggest::suggest;
+
+use super::settings::RigSettings;
+use anyhow::{Context, Result, bail, ensure};
+use serde::{Deserialize, Serialize};
+use softdock_analysis::input::nearest;
+use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
+use std::collections::BTreeMap;
+
+/// One hidden effect.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hidden {
+    /// Its id in the catalogue.
+    pub id: String,
+    /// Its parameters by the catalogue's names, SI; one that is left out is 0.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+impl Hidden {
+    /// Its entry in the catalogue.
+    ///
+    /// # Errors
+    /// There is no such effect; the error offers the nearest id.
+    pub fn effect(&self) -> Result<&'static Effect> {
+        effect(&self.id)
+    }
+
+    /// Value of a parameter; 0 if it is left out.
+    pub(super) fn value(&self, parameter: &str) -> f64 {
+        self.parameters.get(parameter).copied().unwrap_or(0.0)
+    }
+
+    /// Values of several parameters.
+    pub(super) fn values<const N: usize>(&self, parameters: [&str; N]) -> [f64; N] {
+        parameters.map(|name| self.value(name))
+    }
+
+    /// Checks id, parameter names and values against the catalogue.
+    fn check(&self) -> Result<()> {
+        let effect = self.effect()?;
+        for (name, value) in &self.parameters {
+            let known = effect.parameters.iter().find(|p| p.name == name);
+            let Some(parameter) = known else {
+                bail!("{}", unknown_parameter(effect, name));
+            };
+            ensure!(
+                parameter.is_plausible(*value),
+                "`{name}` is {value}; allowed is {} to {}",
+                parameter.low,
+                parameter.high
+            );
+        }
+        for parameter in effect.parameters {
+            ensure!(
+                parameter.is_plausible(self.value(parameter.name)),
+                "`{}` is missing; allowed is {} to {}",
+                parameter.name,
+                parameter.low,
+                parameter.high
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The effect of the catalogue with this id.
+///
+/// # Errors
+/// There is none; the error offers the nearest id.
+pub fn effect(id: &str) -> Result<&'static Effect> {
+    if let Some(effect) = by_id(id) {
+        return Ok(effect);
+    }
+    let offer = nearest(id, CATALOGUE.iter().map(|effect| effect.id))
+        .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    bail!("there is no effect `{id}`{offer} (`softdock effects` lists them all)")
+}
+
+fn unknown_parameter(effect: &Effect, name: &str) -> String {
+    let names: Vec<&str> = effect.parameters.iter().map(|p| p.name).collect();
+    let what = format!("`{}` has no parameter `{name}`", effect.id);
+    match nearest(name, names.iter().copied()) {
+        Some(near) => format!("{what}; did you mean `{near}`?"),
+        None => format!("{what}; it has {}", names.join(", ")),
+    }
+}
+
+/// The hidden effect with this id, if it is among them.
+pub(super) fn find<'a>(hidden: &'a [Hidden], id: &str) -> Option<&'a Hidden> {
+    hidden.iter().find(|hidden| hidden.id == id)
+}
+
+/// Checks each entry, and that the rig has what it acts on.
+pub(super) fn validate(settings: &RigSettings) -> Result<()> {
+    for (place, hidden) in settings.hidden.iter().enumerate() {
+        let section = || format!("in [[rig.hidden]] number {}", place + 1);
+        hidden.check().with_context(section)?;
+        acts(hidden, settings).with_context(section)?;
+        let twice = settings.hidden[..place].iter().any(|h| h.id == hidden.id);
+        ensure!(
+            !twice,
+            "`{}` is in [[rig.hidden]] twice; write one entry with the sum",
+            hidden.id
+        );
+    }
+    Ok(())
+}
+
+/// Ids of effects that need a wall.
+pub(super) const AT_WALLS: [&str; 7] = [
+    "wall_position",
+    "contact_deadzone",
+    "contact_stiffness",
+    "contact_cubic",
+    "contact_damping",
+    "hunt_crossley",
+    "contact_coulomb",
+];
+
+/// Whether the rig has what the effect acts on.
+fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
+    let id = hidden.id.as_str();
+    ensure!(
+        !AT_WALLS.contains(&id) || !settings.mechanism.walls.is_empty(),
+        "`{id}` acts in contact, and the rig has no wall; add a [[rig.mechanism.walls]]"
+    );
+    ensure!(
+        id != "tool_com_error" || settings.sensor.tool_mass_kg > 0.0,
+        "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
+    );
+    let offset_s = if id == "clock_offset" {
+        hidden.value("offset_s")
+    } else {
+        0.0
+    };
+    let delay_s = settings.robot.actuator.delay_s;
+    ensure!(
+        -offset_s <= delay_s,
+        "`offset_s` is {offset_s}: the pose would show what is not yet commanded; allowed is {} to 0.1, \
+         as `rig.robot.actuator.delay_s` is {delay_s}",
+        -delay_s
+    );
+    Ok(())
+}
+
+/// Hidden effects of one group, in the catalogue's order.
+pub(super) fn in_order(hidden: &[Hidden], group: Group) -> Vec<(&'static Effect, &Hidden)> {
+    let of_group = CATALOGUE.iter().filter(|effect| effect.group == group);
+    of_group
+        .filter_map(|effect| Some((*effect, find(hidden, effect.id)?)))
+        .collect()
+}

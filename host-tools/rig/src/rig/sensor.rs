@@ -1,0 +1,151 @@
+//! The force/torque sensor: from its load to gauge counts.
+
+use super::checks::{check, check_all, prefixed};
+use super::load::{Load, ToolLoad};
+use super::reading::Reading;
+use super::settings::{RigSettings, SensorSettings};
+use anyhow::{Result, anyhow};
+use softdock_analysis::statistics::RandomStream;
+use softdock_control::effects::sensor::gauge_quantisation::{GaugeError, GaugeQuantisation};
+use softdock_control::effects::sensor::low_pass::LowPass;
+use softdock_control::frames::{Wrench, vector};
+use std::f64::consts::TAU;
+
+/// One reading of all gauges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorSampleSim {
+    /// Gauges 0 to 5, saturated to 16 bit.
+    pub counts: [i16; 6],
+    /// Status word of the sensor; 0 unless a fault was set.
+    pub status: u16,
+}
+
+/// Sensor and tool.
+#[derive(Clone, Debug)]
+pub(super) struct Sensor {
+    tool: ToolLoad,
+    reading: Reading,
+    bias: Wrench<f64>,
+    drift_per_s: Wrench<f64>,
+    low_pass: Option<LowPass<f64>>,
+    gauges: GaugeQuantisation<f64>,
+    noise_sigma: [f64; 6],
+    noise: RandomStream,
+    /// Status word that readings carry.
+    pub(super) status: u16,
+}
+
+impl Sensor {
+    /// `noise` is that of the reading, `losses` that of lost samples.
+    pub(super) fn new(
+        settings: &RigSettings,
+        noise: RandomStream,
+        losses: RandomStream,
+    ) -> Result<Self> {
+        let s = &settings.sensor;
+        check_sensor(s)?;
+        let six = |force: &[f64; 3], torque: &[f64; 3]| Wrench {
+            force: vector(force),
+            torque: vector(torque),
+        };
+        let (force, torque) = (s.noise_force_n, s.noise_torque_nm);
+        let step_s = settings.substep_s();
+        let low_pass = |cutoff: f64| {
+            check("rig.sensor.low_pass_hz", cutoff, 0.1, 1e5)?;
+            let filter = LowPass::new(1.0 / (TAU * cutoff), step_s);
+            prefixed("rig.sensor.low_pass ", filter)
+        };
+        Ok(Self {
+            tool: ToolLoad::new(settings)?,
+            reading: Reading::new(&settings.hidden, step_s, losses)?,
+            bias: six(&s.bias_n, &s.bias_nm),
+            drift_per_s: six(&s.drift_n_per_s, &s.drift_nm_per_s),
+            low_pass: s.low_pass_hz.map(low_pass).transpose()?,
+            gauges: gauges(s)?,
+            noise_sigma: [force, force, force, torque, torque, torque],
+            noise,
+            status: 0,
+        })
+    }
+
+    /// Whether the sensor has to see every integration step.
+    pub(super) fn has_memory(&self) -> bool {
+        self.low_pass.is_some() || self.reading.has_memory()
+    }
+
+    /// Whether the sensor feels acceleration.
+    pub(super) fn feels_inertia(&self) -> bool {
+        self.tool.has_inertia()
+    }
+
+    /// Starts as if the load had been at rest like this for a long time.
+    pub(super) fn settle(&mut self, load: &Load) {
+        let wrench = self.strain(load);
+        if let Some(filter) = &mut self.low_pass {
+            filter.settle(&wrench);
+        }
+        self.reading.settle(&wrench);
+    }
+
+    /// One integration step of what remembers.
+    pub(super) fn advance(&mut self, load: &Load) {
+        let wrench = self.strain(load);
+        let filtered = match &mut self.low_pass {
+            Some(filter) => filter.advance(&wrench),
+            None => wrench,
+        };
+        self.reading.advance(&filtered);
+    }
+
+    /// A reading at `time_s`.
+    pub(super) fn read(&mut self, load: &Load, time_s: f64) -> SensorSampleSim {
+        let felt = if self.has_memory() {
+            self.reading.felt()
+        } else {
+            self.strain(load)
+        };
+        let zero = self.bias + self.drift_per_s * time_s + self.reading.drift(time_s);
+        let mut wrench = (felt + zero).get();
+        for (value, sigma) in wrench.iter_mut().zip(self.noise_sigma) {
+            *value = self.noise.around(*value, sigma);
+        }
+        let sample = self.reading.sampled(Wrench::of(&wrench));
+        SensorSampleSim {
+            counts: self.gauges.counts(&sample),
+            status: self.status,
+        }
+    }
+
+    /// What the gauges feel of a load.
+    fn strain(&self, load: &Load) -> Wrench<f64> {
+        self.reading.distorted(&self.tool.wrench(load))
+    }
+}
+
+fn gauges(s: &SensorSettings) -> Result<GaugeQuantisation<f64>> {
+    let built = GaugeQuantisation::new(
+        &s.calibration,
+        s.counts_per_newton,
+        s.counts_per_newton_metre,
+    );
+    match built {
+        Err(GaugeError::OutOfRange(error)) => prefixed("rig.sensor.", Err(error)),
+        other => other.map_err(|error| anyhow!("rig.sensor.{error}")),
+    }
+}
+
+fn check_sensor(s: &SensorSettings) -> Result<()> {
+    check_all("rig.sensor.position_m", &s.position_m, -10.0, 10.0)?;
+    check_all(
+        "rig.sensor.orientation_abc_rad",
+        &s.orientation_abc_rad,
+        -10.0,
+        10.0,
+    )?;
+    check_all("rig.sensor.bias_n", &s.bias_n, -1e5, 1e5)?;
+    check_all("rig.sensor.bias_nm", &s.bias_nm, -1e5, 1e5)?;
+    check_all("rig.sensor.drift_n_per_s", &s.drift_n_per_s, -1e3, 1e3)?;
+    check_all("rig.sensor.drift_nm_per_s", &s.drift_nm_per_s, -1e3, 1e3)?;
+    check("rig.sensor.noise_force_n", s.noise_force_n, 0.0, 1e3)?;
+    check("rig.sensor.noise_torque_nm", s.noise_torque_nm, 0.0, 1e3)
+}

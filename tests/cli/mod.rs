@@ -1,0 +1,11 @@
+//! The program's commands as a user calls them.
+
+mod commission;
+mod demo_story;
+mod effects;
+mod files;
+mod firmware;
+mod help;
+mod input_errors;
+mod model_edit;
+mod robot_config;

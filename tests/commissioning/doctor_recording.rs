@@ -1,0 +1,80 @@
+//! Recordings and settings with one thing wrong.
+
+use softdock::experiment::run::record;
+use softdock::experiment::scenario::Scenario;
+use softdock_analysis::commission::doctor::{Check, State, of_recording, of_settings, worst};
+use softdock_analysis::recording::Recording;
+use softdock_app::settings::BoardSettings;
+use softdock_control::io::Sequence;
+use softdock_control::modes::{Fault, FaultCode};
+
+fn recording() -> Recording {
+    let mut scenario = Scenario::spring_rod().unwrap();
+    scenario.duration_s = 1.0;
+    record(&scenario).unwrap().0
+}
+
+fn state(checks: &[Check], name: &str) -> State {
+    checks.iter().find(|c| c.name == name).unwrap().state
+}
+
+#[test]
+fn a_run_of_the_simulated_rig_has_nothing_bad() {
+    let checks = of_recording(&recording());
+    assert_ne!(worst(&checks), State::Bad, "{checks:#?}");
+    for name in [
+        "robot cycle",
+        "lost telegrams",
+        "late answers",
+        "sensor status",
+        "POSCORR",
+    ] {
+        assert_eq!(state(&checks, name), State::Good, "{checks:#?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    type Harm = fn(&mut Recording);
+    let cases: [(&str, Harm); 8] = [
+        ("recording", |r| r.cycles.clear()),
+        ("faults", |r| {
+            r.cycles[9].trace.fault = Some(Fault::new(FaultCode::Overload, 1.0, 2.0));
+        }),
+        ("lost telegrams", |r| {
+            r.cycles[9].inputs.robot.sequence = Sequence::Gap(40);
+        }),
+        ("robot cycle", |r| {
+            for (n, cycle) in r.cycles.iter_mut().enumerate() {
+                cycle.inputs.robot.ipoc = 1000 + 12 * n as u64;
+            }
+        }),
+        ("robot pose", |r| r.cycles[9].inputs.robot.pose = None),
+        ("POSCORR", |r| r.cycles[9].inputs.robot.poscorr_stat = 3),
+        ("sensor status", |r| {
+            r.cycles[9].inputs.sensor.status = 0x4000
+        }),
+        ("sensor rate", |r| r.cycles[9].trace.sensor_age = 7),
+    ];
+    for (name, harm) in cases {
+        let mut recording = recording();
+        harm(&mut recording);
+        let checks = of_recording(&recording);
+        assert_eq!(state(&checks, name), State::Bad, "{name}: {checks:#?}");
+    }
+}
+
+#[test]
+fn settings_that_nobody_measured_are_warned_of() {
+    let mut board = BoardSettings::default();
+    let checks = of_settings(&board);
+    assert_eq!(state(&checks, "tool"), State::Warning);
+    assert_eq!(state(&checks, "robot's delay"), State::Warning);
+    board.control.sensor.tool_mass_kg = 2.0;
+    board.control.delay.actuator.delay_s = 0.03;
+    let checks = of_settings(&board);
+    assert_eq!(state(&checks, "tool"), State::Good);
+    assert_eq!(state(&checks, "robot's delay"), State::Good);
+    board.control.sensor.tool_mass_kg = -1.0;
+    assert_eq!(state(&of_settings(&board), "settings"), State::Bad);
+}

@@ -1,0 +1,160 @@
+//! What is said of recordings that are not fit to be compared.
+
+use softdock_analysis::import::checks::{CheckError, Context, check};
+use softdock_analysis::model::Model;
+use softdock_analysis::recording::Recording;
+use softdock_control::io::CycleRecord;
+
+const TS: f64 = 0.004;
+
+/// A mass on a spring; position, velocity and force belong together.
+fn recording(rows: usize, change: impl Fn(usize, &mut CycleRecord)) -> Recording {
+    let cycles = (0..rows).map(|n| {
+        let mut cycle = CycleRecord::default();
+        let time_s = n as f64 * TS;
+        let (sin, cos) = (2.0 * time_s).sin_cos();
+        cycle.trace.cycle = n as u64;
+        cycle.trace.time_s = time_s;
+        cycle.trace.pose = [0.1 * sin, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        cycle.trace.executed_velocity[0] = 0.2 * cos;
+        cycle.inputs.sensor.wrench[0] = -40.0 * sin;
+        change(n, &mut cycle);
+        cycle
+    });
+    Recording {
+        cycles: cycles.collect(),
+        ..Recording::default()
+    }
+}
+
+fn context(model: Option<&Model>) -> Context<'_> {
+    Context {
+        name: "log",
+        sample_time_s: Some(TS),
+        fewest_rows: None,
+        model,
+    }
+}
+
+fn refused(recording: &Recording) -> CheckError {
+    check(recording, &context(None)).unwrap_err()
+}
+
+#[test]
+fn a_good_recording_is_left_in_peace() {
+    let nothing: [&str; 0] = [];
+    assert_eq!(
+        check(&recording(1000, |_, _| ()), &context(None)).unwrap(),
+        nothing
+    );
+    // A sensor that is not there is no fault either.
+    let blind = recording(1000, |_, c| c.inputs.sensor.wrench = [f64::NAN; 6]);
+    assert_eq!(check(&blind, &context(None)).unwrap(), nothing);
+}
+
+#[test]
+fn errors_carry_their_numbers() {
+    let name = || "log".to_owned();
+    assert_eq!(
+        refused(&recording(99, |_, _| ())),
+        CheckError::TooShort {
+            name: name(),
+            expected: 100,
+            received: 99
+        }
+    );
+    let mut model = Model::default();
+    model.sensor.at_rest = true;
+    assert_eq!(
+        check(&recording(11, |_, _| ()), &context(Some(&model))).unwrap_err(),
+        CheckError::TooShort {
+            name: name(),
+            expected: 12,
+            received: 11
+        }
+    );
+    assert!(check(&recording(12, |_, _| ()), &context(Some(&model))).is_ok());
+    let repeated = refused(&recording(200, |n, c| {
+        if n == 50 {
+            c.trace.time_s -= TS;
+        }
+    }));
+    assert!(
+        matches!(repeated, CheckError::TimeNotRising { row: 51, .. }),
+        "{repeated}"
+    );
+    let slower = refused(&recording(200, |_, c| c.trace.time_s *= 2.0));
+    assert!(
+        matches!(slower, CheckError::SampleTime { expected_s: TS, received_s, .. }
+            if (received_s - 2.0 * TS).abs() < 1e-9),
+        "{slower}"
+    );
+    let still = refused(&recording(200, |n, c| {
+        let cycle = CycleRecord::default();
+        let time_s = n as f64 * TS;
+        *c = cycle;
+        c.trace.time_s = time_s;
+    }));
+    assert_eq!(still, CheckError::NothingChanges { name: name() });
+}
+
+#[test]
+fn what_looks_wrong_is_told() {
+    type Change = fn(usize, &mut CycleRecord);
+    let cases: [(Change, &str); 10] = [
+        (|_, c| c.trace.pose[0] *= 1e3, "a position of 99."),
+        (|_, c| c.trace.pose[0] *= 1e3, "position x changes 1000.0"),
+        (
+            |_, c| c.trace.executed_velocity[0] *= 1e3,
+            "is the velocity in mm/s?",
+        ),
+        (|_, c| c.trace.executed_velocity[0] *= -1.0, "wrong sign"),
+        (
+            |_, c| c.trace.executed_velocity[3] = 90.0,
+            "degrees per second",
+        ),
+        (|_, c| c.inputs.sensor.wrench[0] *= 1e-6, "is it in kN"),
+        (
+            |_, c| c.inputs.sensor.wrench[0] *= 1e4,
+            "counts of the sensor",
+        ),
+        (
+            |_, c| c.inputs.sensor.wrench[0] = 1e3 * c.trace.pose[0],
+            "force fx holds the numbers of position x",
+        ),
+        (
+            |_, c| c.trace.pose[4] = 0.1,
+            "row 1: the quaternion has the length 1.00",
+        ),
+        (
+            |n, c| c.trace.time_s += if n >= 500 { 0.5 } else { 0.0 },
+            "row 501: 0.5",
+        ),
+    ];
+    for (change, expected) in cases {
+        let warnings = check(&recording(1000, change), &context(None)).unwrap();
+        assert!(
+            warnings
+                .iter()
+                .any(|w| w.starts_with("log") && w.contains(expected)),
+            "expected {expected} in {warnings:?}"
+        );
+    }
+}
+
+#[test]
+fn two_rates_in_one_file_are_told() {
+    let mut recording = recording(1000, |_, _| ());
+    for (n, cycle) in recording.cycles.iter_mut().enumerate().skip(700) {
+        cycle.trace.time_s += (n - 700) as f64 * TS;
+    }
+    let mut context = context(None);
+    context.sample_time_s = None;
+    let warnings = check(&recording, &context).unwrap();
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.contains("two sample times in one file")),
+        "{warnings:?}"
+    );
+}

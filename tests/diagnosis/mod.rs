@@ -1,0 +1,10 @@
+//! From logs to verdicts: import, compare, diagnose, and recorded data of real machines.
+
+mod command;
+mod compare_regimes;
+mod hidden_effects;
+mod import_checks;
+mod import_docking_rig_log;
+mod import_examples;
+mod import_mapping;
+mod real_data;

@@ -1,0 +1,15 @@
+//! Closed loops and laws with an answer that is known by calculation.
+
+mod bench_delay;
+mod bounce;
+mod delay_energy;
+mod free_flight;
+mod motion_rules;
+mod observation;
+mod rig_hidden;
+mod rig_motion_named;
+mod rotating_q;
+mod seed_formula;
+mod seed_rig;
+mod two_body;
+mod wrench_cycle;

@@ -1,0 +1,77 @@
+//! Every effect of the catalogue, hidden in the simulated rig: the diagnosis scenario stays bounded
+//! and its recording shows the effect in the channel in which it acts.
+
+use softdock::experiment::diagnosis::{self, Part};
+use softdock::experiment::run::record;
+use softdock_analysis::compare::compare;
+use softdock_analysis::model::Channel;
+use softdock_analysis::recording::Recording;
+use softdock_control::effects::{CATALOGUE, Effect, Group};
+use softdock_control::modes::Mode;
+use softdock_rig::rig::{Hidden, hidden::suggest};
+
+/// Largest error of a channel over its axes, in units of the noise; 1 is noise alone.
+fn error(recording: &Recording, channel: Channel) -> f64 {
+    let comparison = compare(&diagnosis::model().unwrap(), recording).unwrap();
+    let axes = comparison.channels.iter().filter(|c| c.name == channel);
+    axes.map(|c| c.rms_sigma).fold(0.0, f64::max)
+}
+
+fn run(part: Part, hidden: &[Hidden], seed: u64) -> Recording {
+    let scenario = diagnosis::scenario(part, hidden, seed).unwrap();
+    let (recording, _) = record(&scenario).unwrap();
+    let last = &recording.cycles.last().unwrap().trace;
+    assert_eq!(last.mode, Mode::Running, "{hidden:?}: {:?}", last.fault);
+    assert_eq!(recording.cycles.len(), scenario.cycles(), "{hidden:?}");
+    recording
+}
+
+/// Where an effect shows first.
+fn channel(effect: &Effect) -> Channel {
+    match (effect.group, effect.id) {
+        (Group::Actuator, _) | (_, "clock_jitter" | "clock_rate") => Channel::ExecutedVelocity,
+        (_, "manipulator_resistance" | "sc_mass_error" | "sc_inertia_error") => {
+            Channel::ModelVelocity
+        }
+        _ => Channel::Wrench,
+    }
+}
+
+/// Nothing is hidden: what remains is noise of the data sheet's size.
+#[test]
+fn without_a_hidden_effect_the_model_is_right() {
+    for part in [Part::Train, Part::Test] {
+        let recording = run(part, &[], 7);
+        for channel in [Channel::ExecutedVelocity, Channel::Wrench] {
+            let z = error(&recording, channel);
+            assert!((0.95..1.1).contains(&z), "{part:?} {channel:?}: {z}");
+        }
+        assert!(error(&recording, Channel::ModelVelocity) < 1.1, "{part:?}");
+    }
+}
+
+#[test]
+fn each_effect_shows_in_its_channel() {
+    for seed in [1, 2, 3] {
+        for part in [Part::Train, Part::Test] {
+            let nominal = run(part, &[], seed);
+            for effect in CATALOGUE {
+                let hidden = suggest(effect.id, seed).unwrap();
+                let recording = run(part, std::slice::from_ref(&hidden), seed);
+                let (before, after) = (
+                    error(&nominal, channel(effect)),
+                    error(&recording, channel(effect)),
+                );
+                println!(
+                    "{:24} {part:?} {seed} {:?}: {before:.2} -> {after:.2}",
+                    effect.id,
+                    channel(effect),
+                );
+                assert!(
+                    after > 1.2 * before.max(1.0),
+                    "{hidden:?} {part:?} {seed}: {before} -> {after}"
+                );
+            }
+        }
+    }
+}

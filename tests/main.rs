@@ -1,0 +1,16 @@
+//! The integration tests: one program, a folder per kind.
+//!
+//! What takes long is ignored with a reason that begins with `long:`; `tests/run --all` runs that too.
+
+mod check;
+mod cli;
+mod commissioning;
+mod diagnosis;
+mod faults;
+mod known_answers;
+mod peers;
+mod qemu;
+mod recordings;
+mod reports;
+mod scalars;
+mod telemetry;

@@ -1,0 +1,8 @@
+//! The board as a process, with peers that this project did not make.
+
+mod datagrams;
+mod operator;
+mod pace;
+mod python_can;
+mod rsipi;
+mod sensor_line;

@@ -1,0 +1,10 @@
+//! The microcontroller's firmware in QEMU.
+
+mod boot;
+mod crash;
+mod faults;
+mod lockstep;
+mod params;
+mod rig;
+mod rsipi;
+mod telemetry;

@@ -1,0 +1,111 @@
+//! Reports as a colleague sees them: opened in headless Chromium, nothing missing, nothing cut
+//! off, nothing asked of the network. Pictures are kept under `target/report-screenshots/`.
+
+use softdock_analysis::diagnose::page::page;
+use softdock_tests::browser::{Browser, assert_report};
+use softdock_tests::made_up::{self, MadeUp};
+use softdock_tests::process::{scratch, softdock};
+use std::fs;
+
+#[test]
+fn the_pages_of_the_demonstration_are_whole() {
+    let folder = scratch("report_browser_demo");
+    let demo = softdock(&folder, &["demo", "-o", "demo"]);
+    assert!(demo.success, "{}", demo.stderr);
+    let mut browser = Browser::start("report_browser_demo_chromium");
+    assert_report(
+        &mut browser,
+        &folder.join("demo/diagnose.html"),
+        "diagnose",
+        3,
+    );
+    assert_report(
+        &mut browser,
+        &folder.join("demo/compare.html"),
+        "compare",
+        4,
+    );
+}
+
+#[test]
+fn a_diagnosis_of_each_verdict_is_whole() {
+    let folder = scratch("report_browser_diagnosis");
+    let mut browser = Browser::start("report_browser_diagnosis_chromium");
+    let cases = [
+        ("diagnosis-named", made_up::named(), 5),
+        ("diagnosis-nothing-missing", made_up::nothing_missing(), 2),
+        ("diagnosis-unexplained", made_up::unexplained(), 4),
+    ];
+    for (
+        name,
+        MadeUp {
+            diagnosis,
+            before,
+            after,
+            identity,
+        },
+        plots,
+    ) in cases
+    {
+        let path = folder.join(format!("{name}.html"));
+        let report = page(&diagnosis, &before, &after, &identity).unwrap();
+        report.write(&path).unwrap();
+        assert_report(&mut browser, &path, name, plots);
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_page_is_found() {
+    let folder = scratch("report_browser_faults");
+    let mut browser = Browser::start("report_browser_faults_chromium");
+    let mut faults = |body: &str| {
+        let path = folder.join("page.html");
+        fs::write(&path, format!("<!DOCTYPE html><body>{body}</body>")).unwrap();
+        browser.inspect(&path).faults().join("\n")
+    };
+    let good = "<svg width='300' height='50'><polyline points='0,0 9,9 20,5'/><text x='5' y='20'>a</text></svg>";
+    assert_eq!(faults(good), "");
+    for (body, expected) in [
+        ("", "no <svg>"),
+        (
+            "<svg aria-label='F' width='0' height='50'><rect width='9' height='9'/></svg>",
+            "`F` is drawn 0 by 50",
+        ),
+        (
+            "<svg aria-label='F' width='300' height='50'></svg>",
+            "`F` is empty",
+        ),
+        (
+            "<svg width='300' height='50'><polyline points='0,0 NaN,9'/></svg>",
+            "not a number",
+        ),
+        (
+            "<svg width='300' height='50'><text x='290' y='20'>seventeen letters</text></svg>",
+            "cut off: seventeen letters",
+        ),
+        (
+            "<svg width='300' height='50'><text x='9' y='20'>first</text><text x='12' y='22'>second</text></svg>",
+            "texts over each other: first | second",
+        ),
+        (
+            "<p style='width: 3000px'>very wide</p>",
+            "sticks out of the page: very wide",
+        ),
+        (
+            "<div style='overflow: auto'><table style='width: 3000px'><tr><td>hidden</table></div>",
+            "sticks out of the page: hidden",
+        ),
+        ("<script>nothing.here()</script>", "console: "),
+        ("<script>console.error('broken')</script>", "broken"),
+        ("<img src='missing.png'>", "missing.png"),
+    ] {
+        let found = faults(&format!(
+            "{body}{}",
+            if body.is_empty() { "" } else { good }
+        ));
+        assert!(
+            found.contains(expected),
+            "expected `{expected}` in\n{found}"
+        );
+    }
+}

@@ -1,0 +1,4 @@
+//! Reports in a browser.
+
+mod browser;
+mod diagnosis;

@@ -1,0 +1,128 @@
+//! A session in QEMU.
+
+use crate::process::{PATIENCE, scratch};
+use softdock_app::image::{IMAGE_MAX_BYTES, Image};
+use softdock_app::settings::BoardSettings;
+use softdock_lockstep::{Done, MESSAGE_BYTES, Step, frame, unframe};
+use softdock_rig::board::qemu::Chip;
+use softdock_rig::firmware::{BoardImage, build};
+use std::fs::OpenOptions;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Virtual time per instruction is 2 to this power, ns.
+const ICOUNT_SHIFT: u32 = 6;
+/// A tick of the board's counter, ns.
+const TICK_NS: u32 = 40;
+/// How often it is looked whether QEMU has ended.
+const GLANCE: Duration = Duration::from_millis(20);
+
+/// Instructions of a count of ticks; exact up to one.
+pub fn instructions(ticks: u32) -> u32 {
+    (ticks * TICK_NS) >> ICOUNT_SHIFT
+}
+
+/// Carries out steps in QEMU.
+#[derive(Debug)]
+pub struct Emulated;
+
+impl Emulated {
+    /// What comes of `steps` on `chip` with `settings`; each has the time that it takes.
+    ///
+    /// # Panics
+    /// If the program does not build, or ends in the middle.
+    pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
+        let image = build(&BoardImage {
+            package: "softdock-lockstep",
+            target: chip.target(),
+            features: &["board"],
+        });
+        let image = image.expect("the program builds");
+        let folder = scratch(test);
+        for pipe in ["to_board", "from_board"] {
+            let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
+            assert!(made.expect("mkfifo is part of coreutils").success());
+        }
+        let mut qemu = start(chip, &image, &folder);
+        let settings = block(settings);
+        let count = steps.len();
+        let done = converse(&folder, settings, steps);
+        let outcome = wait(&mut qemu, &done, count);
+        // It has ended by itself, or it is stuck.
+        let _ = qemu.kill();
+        let _ = qemu.wait();
+        outcome
+    }
+}
+
+fn start(chip: Chip, image: &Path, folder: &Path) -> Child {
+    let icount = format!("shift={ICOUNT_SHIFT},sleep=off");
+    Command::new("qemu-system-arm")
+        .current_dir(folder)
+        .args(["-machine", chip.machine(), "-icount", &icount])
+        .args(["-nodefaults", "-display", "none", "-monitor", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .spawn()
+        .expect("qemu-system-arm is installed: apt-get install qemu-system-arm")
+}
+
+fn block(settings: &BoardSettings) -> Vec<u8> {
+    let image = Image {
+        sequence: 1,
+        settings: settings.clone(),
+    };
+    let mut bytes = vec![0; IMAGE_MAX_BYTES];
+    let length = image.encode(&mut bytes).expect("usable settings");
+    bytes.truncate(length);
+    bytes
+}
+
+/// Sends the steps, each when the one before is answered, on a thread of its own: a pipe without a
+/// board behind it blocks for ever.
+fn converse(folder: &Path, settings: Vec<u8>, steps: Vec<Step>) -> Receiver<Done> {
+    let (send, receive) = channel();
+    let (to, from) = (folder.join("to_board"), folder.join("from_board"));
+    thread::spawn(move || -> std::io::Result<()> {
+        let mut to = OpenOptions::new().write(true).open(to)?;
+        let mut from = OpenOptions::new().read(true).open(from)?;
+        to.write_all(&u16::try_from(settings.len()).unwrap_or(0).to_le_bytes())?;
+        to.write_all(&settings)?;
+        let mut buffer = [0; MESSAGE_BYTES];
+        for step in &steps {
+            to.write_all(frame(step, &mut buffer).expect("a step fits"))?;
+            let mut length = [0; 2];
+            from.read_exact(&mut length)?;
+            let body = &mut buffer[..u16::from_le_bytes(length).into()];
+            from.read_exact(body)?;
+            // Nobody listens any more when the test has failed.
+            let _ = send.send(unframe(body).expect("an answer"));
+        }
+        to.write_all(&[0, 0])
+    });
+    receive
+}
+
+fn wait(qemu: &mut Child, done: &Receiver<Done>, count: usize) -> Vec<Done> {
+    let mut all = Vec::with_capacity(count);
+    let give_up = Instant::now() + PATIENCE;
+    while all.len() < count {
+        if let Ok(one) = done.recv_timeout(GLANCE) {
+            all.push(one);
+            continue;
+        }
+        let ended = qemu.try_wait().expect("QEMU can be looked after");
+        assert!(
+            ended.is_none() && Instant::now() < give_up,
+            "QEMU answered {} of {count} steps ({ended:?})",
+            all.len()
+        );
+    }
+    all
+}

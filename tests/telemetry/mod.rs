@@ -1,0 +1,8 @@
+//! The recorder's side of the telemetry: datagrams in, recordings out.
+
+mod board;
+mod files;
+mod losses;
+mod socket;
+mod strangers;
+mod whole;
