@@ -4,7 +4,7 @@
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
 use super::cdr::Decoder;
-use super::schema::ros2msg;
+use super::schema::{declarations, ros2msg};
 use super::topics::{Row, Topic};
 use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{FORMAT, Header, PROFILE, Recording};
@@ -232,11 +232,15 @@ impl Loader {
         let Some(topic) = Topic::from_name(&channel.topic) else {
             return Ok(());
         };
-        let (name, encoding) = (topic.schema_name(), SCHEMA_ENCODING);
-        let expected = (name.into(), encoding.into(), ros2msg(topic).into_bytes());
+        let schema = self.schemas.get(&channel.schema_id);
+        let ours = ros2msg(topic);
+        let is_ours = schema.is_some_and(|(name, encoding, text)| {
+            name == topic.schema_name()
+                && encoding == SCHEMA_ENCODING
+                && declarations(&String::from_utf8_lossy(text)).eq(declarations(&ours))
+        });
         ensure!(
-            channel.message_encoding == MESSAGE_ENCODING
-                && self.schemas.get(&channel.schema_id) == Some(&expected),
+            channel.message_encoding == MESSAGE_ENCODING && is_ours,
             "topic `{}` has other fields than those of format `{FORMAT}`{}",
             topic.name(),
             self.other_version()
