@@ -1,7 +1,7 @@
 //! `softdock firmware`: build the board's image and say what it takes.
 
 use super::{print, print_json};
-use crate::firmware::{Elf, NUCLEO_H743ZI, Usage, build, regions, repository, usage};
+use crate::firmware::{Elf, NUCLEO_H743ZI, RELEASED, Usage, build, regions, repository, usage};
 use crate::report::{Cell, Column, Format, Table};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -31,7 +31,7 @@ struct Built {
 
 impl Firmware {
     pub(super) fn execute(self) -> Result<()> {
-        let image = build(&NUCLEO_H743ZI)?;
+        let image = build(&NUCLEO_H743ZI, RELEASED)?;
         let script = repository()?.join("memory.x");
         let regions = std::fs::read_to_string(&script)
             .map_err(anyhow::Error::from)

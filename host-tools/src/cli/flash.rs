@@ -1,6 +1,6 @@
 //! `softdock flash`: write the image, and settings if wanted, to the board.
 
-use crate::firmware::{Elf, NUCLEO_H743ZI, Region, build, regions, repository};
+use crate::firmware::{Elf, NUCLEO_H743ZI, RELEASED, Region, build, regions, repository};
 use crate::input;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
@@ -37,7 +37,7 @@ impl Flash {
         let regions = regions(&script).context("memory.x")?;
         let image = match self.image {
             Some(path) => path,
-            None => build(&NUCLEO_H743ZI)?,
+            None => build(&NUCLEO_H743ZI, RELEASED)?,
         };
         Elf::open(&image)?
             .ensure_in(region(&regions, "FLASH")?)

@@ -2,7 +2,7 @@
 
 use crate::process::{PATIENCE, scratch};
 use softdock::board::qemu::Chip;
-use softdock::firmware::{BoardImage, build};
+use softdock::firmware::{BoardImage, RELEASED, build};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
 use softdock_lockstep::{Done, MESSAGE_BYTES, Step, frame, unframe};
@@ -36,12 +36,13 @@ impl Emulated {
     /// # Panics
     /// If the program does not build, or ends in the middle.
     pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
-        let image = build(&BoardImage {
+        let board = BoardImage {
             package: "softdock-lockstep",
             target: chip.target(),
             features: &["board"],
-        });
-        let image = image.expect("the program builds");
+        };
+        // Its instructions are counted.
+        let image = build(&board, RELEASED).expect("the program builds");
         let folder = scratch(test);
         for pipe in ["to_board", "from_board"] {
             let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
