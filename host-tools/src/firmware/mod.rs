@@ -3,8 +3,6 @@
 mod build;
 mod image;
 mod memory;
-mod reach;
-mod thumb;
 mod usage;
 
 pub use build::{BoardImage, RELEASED, build, emulated_profile, repository};
