@@ -8,8 +8,11 @@
     reason = "that is how a test fails"
 )]
 
+#[path = "../closed_loop/mod.rs"]
+mod closed_loop;
+
+mod case;
 mod pictures;
-mod rig;
 mod robustness;
 mod running;
 mod scenario_s;

@@ -4,7 +4,7 @@
 //! cargo test -p softdock-control --test delay_laws -- --ignored pictures
 //! ```
 
-use super::rig::{CYCLE_S, Case, Rebound};
+use super::case::{CYCLE_S, Case, Rebound};
 use softdock_control::delay::LawName;
 use softdock_delay_plants::truth::Bounce;
 use std::fmt::Write;
@@ -23,7 +23,7 @@ const BEFORE_S: f64 = 0.08;
 const HIGHEST: f64 = 1.4;
 const LOWEST: f64 = -5.0;
 
-/// A curve: (s since the touch, velocity in approach speeds).
+/// A curve: (s since the onset, velocity in approach speeds).
 type Curve = Vec<(f64, f64)>;
 
 struct Flight {
@@ -47,7 +47,7 @@ fn fly(law: LawName) -> Flight {
     let case = Case::scenario_s(law);
     let v = case.speed_m_s;
     let (mut model, mut command, mut executed) = (vec![], vec![], vec![]);
-    let mut touch_s = None;
+    let mut onset_s = None;
     let rebound = case.record::<f64>(|record| {
         let t = record.trace.time_s;
         model.push((t, record.trace.body_k.velocity[0] / v));
@@ -55,12 +55,12 @@ fn fly(law: LawName) -> Flight {
         // The difference of two poses stands for the cycle before.
         executed.push((t - 0.5 * CYCLE_S, record.trace.executed_velocity[0] / v));
         let pushed = record.trace.wrench_at_m[0] < 0.0;
-        // The touch lies in the middle of the cycle before the first force.
-        touch_s = touch_s.or(pushed.then_some(t - 0.5 * CYCLE_S));
+        // The onset lies in the middle of the cycle before the first force.
+        onset_s = onset_s.or(pushed.then_some(t - 0.5 * CYCLE_S));
     });
-    let touch_s = touch_s.unwrap();
+    let onset_s = onset_s.unwrap();
     for curve in [&mut model, &mut command, &mut executed] {
-        curve.iter_mut().for_each(|point| point.0 -= touch_s);
+        curve.iter_mut().for_each(|point| point.0 -= onset_s);
     }
     let (k, _) = case.contact();
     let contact_s = Bounce::new(case.mass_kg, k, 0.0, v).contact_s;

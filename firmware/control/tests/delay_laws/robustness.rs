@@ -1,6 +1,6 @@
 //! What happens to each law when the plant is not what is believed.
 
-use super::rig::{Case, late_pose};
+use super::case::{Case, late_pose};
 use softdock_control::delay::LawName;
 
 fn restitution(case: &Case) -> f64 {

@@ -1,7 +1,7 @@
 //! What every law owes the loop: no jump at the start, no limit in a contact, the same answer in
 //! every number type, the end of repeated contacts.
 
-use super::rig::{Case, Rig};
+use super::case::Case;
 use softdock_control::delay::LawName;
 use softdock_control::limits::LimitFlags;
 use softdock_control::scalar::Fixed;
@@ -16,7 +16,7 @@ fn the_start_is_the_ramp() {
             case.settings.delay.passivity_guard = guard;
             case.settings.body_k.velocity_m_s = [0.01, -0.004, 0.002];
             case.settings.body_k.angular_velocity_rad_s = [0.01, 0.0, -0.005];
-            let mut rig = Rig::<f64>::new(&case);
+            let mut rig = case.start::<f64>();
             let steps = f64::from(case.settings.start.ramp_cycles);
             let mut last = 0.0;
             for _ in 0..60 {
@@ -74,8 +74,8 @@ fn number_types_agree() {
 
 /// Ten impacts between two walls with 0.5 N of noise: speed after over speed before. Known: lead
 /// 1.02, polynomial 1.08, passivity .975, Smith 1.003. The leads here brake a little more in each
-/// impact, by the half cycle of their horizon; the adaptive law also takes the way that is lost in
-/// each pause for a delay.
+/// impact, by the half cycle of their horizon; the adaptive law also takes the displacement that is lost
+/// in each pause for a delay.
 #[test]
 fn ten_impacts() {
     let rows = [
@@ -107,7 +107,7 @@ fn between_two_walls(law: LawName, impacts: usize) -> f64 {
             Wall::elastic([-0.005, 0.0, 0.0], [1.0, 0.0, 0.0], k).into(),
         ],
     };
-    let mut rig = Rig::<f64>::new(&case);
+    let mut rig = case.start::<f64>();
     let (mut after, mut velocity) = (0, 0.0);
     for _ in 0..20_000 {
         velocity = rig.step().trace.body_k.velocity[0];

@@ -1,7 +1,7 @@
-//! Scenario S (32 ms late, 16 ms of standstill at reversal, 21 rad/s), 1 to 15 mm/s, the touch at
-//! four places within a cycle.
+//! Scenario S (32 ms late, 16 ms of standstill at reversal, 21 rad/s), 1 to 15 mm/s, the onset at
+//! four phases within a cycle.
 
-use super::rig::{Case, Rebound};
+use super::case::{Case, Rebound};
 use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_delay_plants::{Actuator, Dynamics};
 
@@ -86,7 +86,7 @@ fn lead() {
     assert!((0.06..0.09).contains(&lag.error()));
 }
 
-/// Known: 1.005 at one place of the touch, and called luck there. The mean velocity is half a
+/// Known: 1.005 at one phase of the onset, and called luck there. The mean velocity is half a
 /// cycle late, which the law makes up for and the known number did not: with 2 ms less the number
 /// comes back, without it the law brakes too much.
 #[test]

@@ -1,6 +1,6 @@
-//! Oblique and off-centre contacts of two free craft, against a fine integration of the ideal test.
+//! Oblique and off-centre contacts of two free spacecraft, against a fine integration of the ideal test.
 
-use super::rig::{Case, Rig};
+use super::case::Case;
 use nalgebra::Vector3;
 use softdock_control::delay::LawName;
 use softdock_delay_plants::truth::{Body, FreeTest, Twist};
@@ -69,7 +69,7 @@ fn error(law: LawName, flight: &Flight) -> f64 {
     };
     let ideal = ideal(flight, &contact);
     case.plant.contact = contact;
-    let mut rig = Rig::<f64>::new(&case);
+    let mut rig = case.start::<f64>();
     for _ in 0..400 {
         rig.step();
         let over = rig.plant.log().contacts.first();

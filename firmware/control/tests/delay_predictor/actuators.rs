@@ -1,6 +1,6 @@
 //! Robots of other structure: known, and believed wrongly on purpose.
 
-use crate::case::{Case, LAG, MIXED, PURE, SERVO, SLOW_SERVO, pausing, places, worst};
+use crate::case::{Case, LAG, MIXED, PURE, SERVO, SLOW_SERVO, onset_phases, pausing, worst};
 use softdock_control::modes::FaultCode;
 use softdock_delay_plants::Actuator;
 
@@ -17,11 +17,11 @@ fn a_known_structure_is_as_good_as_a_pure_delay() {
     for (name, robot, bound) in ROBOTS {
         for robot in [robot, pausing(robot)] {
             let cases = [0.001, 0.005, 0.015].into_iter().flat_map(|speed_m_s| {
-                places(3).map(move |place| Case {
+                onset_phases(3).map(move |onset_phase| Case {
                     robot,
                     believed: robot,
                     speed_m_s,
-                    place,
+                    onset_phase,
                     ..Case::default()
                 })
             });
@@ -50,10 +50,10 @@ fn pairs() -> impl Iterator<Item = (&'static str, &'static str, Case)> {
 #[test]
 fn a_wrong_structure_does_not_diverge() {
     for (robot, believed, case) in pairs() {
-        for place in places(3) {
+        for onset_phase in onset_phases(3) {
             let outcome = Case {
                 interlock: false,
-                place,
+                onset_phase,
                 ..case.clone()
             }
             .fly();

@@ -1,6 +1,6 @@
 //! One contact with a wall across x, and how far it is from the ideal one.
 
-use crate::rig::{Run, run, settings};
+use crate::run::{Run, run, settings};
 use softdock_control::settings::Settings;
 use softdock_delay_plants::truth::Bounce;
 use softdock_delay_plants::{
@@ -65,8 +65,8 @@ pub(crate) struct Case {
     pub(crate) zeta: f64,
     pub(crate) exponent: f64,
     pub(crate) speed_m_s: f64,
-    /// Place of the touch within a cycle, 0 to 1.
-    pub(crate) place: f64,
+    /// Phase of the onset within a cycle, 0 to 1.
+    pub(crate) onset_phase: f64,
     pub(crate) measurement: Measurement,
     pub(crate) latency_known: bool,
     /// 0: derived.
@@ -85,7 +85,7 @@ impl Default for Case {
             zeta: 0.0,
             exponent: 1.0,
             speed_m_s: 0.005,
-            place: 0.3,
+            onset_phase: 0.3,
             measurement: Measurement::default(),
             latency_known: true,
             expected_stiffness: 0.0,
@@ -135,8 +135,8 @@ pub(crate) fn noise(force_n: f64, position_m: f64) -> Measurement {
     }
 }
 
-/// So many places of the touch within a cycle.
-pub(crate) fn places(count: u32) -> impl Iterator<Item = f64> {
+/// So many phases of the onset within a cycle.
+pub(crate) fn onset_phases(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| (f64::from(i) + 0.3) / f64::from(count))
 }
 
@@ -152,7 +152,7 @@ impl Case {
     }
 
     pub(crate) fn plant(&self) -> PlantSettings {
-        let distance = self.speed_m_s * (FLIGHT_S + self.place * CYCLE_S);
+        let distance = self.speed_m_s * (FLIGHT_S + self.onset_phase * CYCLE_S);
         let law = ForceLaw {
             exponent: self.exponent,
             ..ForceLaw::linear(

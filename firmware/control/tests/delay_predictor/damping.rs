@@ -1,15 +1,15 @@
-//! Damped contacts: no outliers over fifty places of the touch within a cycle.
+//! Damped contacts: no outliers over fifty phases of the onset within a cycle.
 
-use crate::case::{Case, LAG, MIXED, SERVO, SLOW_SERVO, pausing, places, worst};
+use crate::case::{Case, LAG, MIXED, SERVO, SLOW_SERVO, onset_phases, pausing, worst};
 
 #[test]
-fn fifty_places_in_scenario_s() {
-    // At ζ = 0.5 the bound of the dead time is reached where the touch lies just after a sample: there the
+fn fifty_phases_in_scenario_s() {
+    // At ζ = 0.5 the bound of the dead time is reached where the onset lies just after a sample: there the
     // guard acts.
     for zeta in [0.1, 0.2, 0.3, 0.4, 0.5] {
-        let cases = places(50).map(|place| Case {
+        let cases = onset_phases(50).map(|onset_phase| Case {
             zeta,
-            place,
+            onset_phase,
             ..Case::default()
         });
         assert!(worst(&format!("S, damping {zeta}"), cases) <= 0.02);
@@ -26,11 +26,11 @@ fn other_robots() {
     ] {
         for zeta in [0.1, 0.3, 0.5] {
             let robot = pausing(robot);
-            let cases = places(6).map(|place| Case {
+            let cases = onset_phases(6).map(|onset_phase| Case {
                 robot,
                 believed: robot,
                 zeta,
-                place,
+                onset_phase,
                 ..Case::default()
             });
             assert!(worst(&format!("{name}, damping {zeta}"), cases) <= 0.02);

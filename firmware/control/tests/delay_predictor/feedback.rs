@@ -1,6 +1,6 @@
 //! A pose that is older than the force by an unknown number of cycles, and noise.
 
-use crate::case::{Case, LAG, MIXED, PURE, SERVO, noise, pausing, places, spread, worst};
+use crate::case::{Case, LAG, MIXED, PURE, SERVO, noise, onset_phases, pausing, spread, worst};
 use softdock_delay_plants::Measurement;
 
 #[test]
@@ -14,12 +14,12 @@ fn an_unknown_latency_is_found_within_the_first_contact() {
         for zeta in [0.0, 0.2] {
             for pose_latency_cycles in 0..5 {
                 let robot = pausing(robot);
-                let cases = places(3).map(|place| Case {
+                let cases = onset_phases(3).map(|onset_phase| Case {
                     robot,
                     believed: robot,
                     latency_known: false,
                     zeta,
-                    place,
+                    onset_phase,
                     measurement: Measurement {
                         pose_latency_cycles,
                         ..Measurement::default()
@@ -41,12 +41,12 @@ fn noise_costs_what_its_impulse_is() {
         (0.005, 0.5, 0.0, 0.005, 0.007),
         (0.005, 0.5, 5e-6, 0.01, 0.015),
     ] {
-        let errors: Vec<f64> = places(16)
+        let errors: Vec<f64> = onset_phases(16)
             .enumerate()
-            .map(|(seed, place)| {
+            .map(|(seed, onset_phase)| {
                 let case = Case {
                     speed_m_s,
-                    place,
+                    onset_phase,
                     seed: seed as u64,
                     measurement: noise(force_n, position_m),
                     ..Case::default()

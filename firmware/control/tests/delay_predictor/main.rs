@@ -5,14 +5,17 @@
 
 #![expect(clippy::unwrap_used, reason = "that is how a test fails")]
 
+#[path = "../closed_loop/mod.rs"]
+mod closed_loop;
+
 mod actuators;
 mod case;
+mod confidence;
 mod damping;
-mod drift;
+mod delay_tracking;
 mod feedback;
-mod ladder;
+mod invariants;
 mod repeated;
-mod rig;
-mod rules;
+mod run;
 mod scenario_s;
 mod space;

@@ -1,7 +1,7 @@
-//! Contacts again and again between two walls: noise does not add up, walls are remembered.
+//! Contacts again and again between two walls: noise does not add up, contacts are remembered.
 
 use crate::case::{Case, MASS_KG, OMEGA, PURE, believe, noise, pausing};
-use crate::rig::{Run, run};
+use crate::run::{Run, run};
 use softdock_control::delay::status::LawFlags;
 use softdock_delay_plants::{Actuator, ForceLaw, Measurement, Wall};
 
@@ -78,7 +78,7 @@ fn ten_bounces() {
 
 /// From the second contact with each wall on, the robot turns before it feels anything.
 #[test]
-fn remembered_walls_may_be_stiff() {
+fn remembered_contacts_may_be_stiff() {
     for (phase, pause_s) in [(1.2, 0.016), (1.6, 0.016), (1.9, 0.0)] {
         let robot = Actuator { pause_s, ..PURE };
         let run = between_walls(robot, phase / 0.032, noise(0.0, 0.0));

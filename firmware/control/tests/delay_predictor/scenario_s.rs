@@ -1,20 +1,20 @@
 //! Scenario S: a pure delay of 32 ms, a pause of 16 ms, 21 rad/s, elastic, 1 to 15 mm/s.
 
-use crate::case::{Case, MASS_KG, OMEGA, PURE, noise, pausing, places, spread, worst};
+use crate::case::{Case, MASS_KG, OMEGA, PURE, noise, onset_phases, pausing, spread, worst};
 use softdock_delay_plants::{Actuator, Formulation};
 
 #[test]
 fn all_speeds_without_retuning() {
     let mut largest = [0.0_f64; 5];
     for speed in [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0] {
-        for place in places(4) {
+        for onset_phase in onset_phases(4) {
             let outcome = Case {
                 speed_m_s: speed * 1e-3,
-                place,
+                onset_phase,
                 ..Case::default()
             }
             .fly();
-            assert!(!outcome.run.guarded(), "{speed} mm/s, place {place}");
+            assert!(!outcome.run.guarded(), "{speed} mm/s, phase {onset_phase}");
             let errors = [
                 outcome.error,
                 outcome.energy,
@@ -36,8 +36,8 @@ fn all_speeds_without_retuning() {
 
 #[test]
 fn the_other_formulation_of_the_plant_agrees() {
-    let cases = places(4).map(|place| Case {
-        place,
+    let cases = onset_phases(4).map(|onset_phase| Case {
+        onset_phase,
         formulation: Formulation::FixedSteps,
         ..Case::default()
     });
@@ -47,9 +47,9 @@ fn the_other_formulation_of_the_plant_agrees() {
 #[test]
 fn stiffness_need_not_be_known() {
     for ratio in [0.3_f64, 0.5, 2.0, 3.0] {
-        let cases = places(6).map(|place| Case {
+        let cases = onset_phases(6).map(|onset_phase| Case {
             omega: OMEGA * ratio.sqrt(),
-            place,
+            onset_phase,
             ..Case::default()
         });
         let bound = if ratio > 2.0 { 0.01 } else { 0.005 };
@@ -64,12 +64,12 @@ fn a_stiff_first_contact() {
     for ratio in [1.0 / 3.0, 1.0, 3.0] {
         for pause_s in [0.0, 0.016] {
             let robot = Actuator { pause_s, ..PURE };
-            let cases = places(5).map(|place| Case {
+            let cases = onset_phases(5).map(|onset_phase| Case {
                 robot,
                 believed: robot,
                 omega,
                 expected_stiffness: ratio * MASS_KG * omega * omega,
-                place,
+                onset_phase,
                 ..Case::default()
             });
             let name = format!("phase 1.2, expected x {ratio:.2}, pause {pause_s}");
@@ -87,17 +87,19 @@ fn the_delay_is_followed() {
                 ..pausing(PURE)
             };
             let count = if quiet { 4 } else { 8 };
-            let cases = places(count).enumerate().map(|(seed, place)| Case {
-                robot,
-                place,
-                seed: seed as u64,
-                measurement: if quiet {
-                    noise(0.0, 0.0)
-                } else {
-                    noise(0.5, 5e-6)
-                },
-                ..Case::default()
-            });
+            let cases = onset_phases(count)
+                .enumerate()
+                .map(|(seed, onset_phase)| Case {
+                    robot,
+                    onset_phase,
+                    seed: seed as u64,
+                    measurement: if quiet {
+                        noise(0.0, 0.0)
+                    } else {
+                        noise(0.5, 5e-6)
+                    },
+                    ..Case::default()
+                });
             let errors: Vec<f64> = cases.map(|case| case.fly().error).collect();
             let (mean, deviation, worst) = spread(&errors);
             println!("true delay {delay_ms} ms, quiet: {quiet}: {mean:+.4} ± {deviation:.4}");
@@ -110,15 +112,15 @@ fn the_delay_is_followed() {
 /// A force that grows with depth^1.5 is no spring; the misfit is in the trace.
 #[test]
 fn a_stiffening_contact_is_nearly_right_or_reported() {
-    for place in places(3) {
+    for onset_phase in onset_phases(3) {
         let case = Case {
             exponent: 1.5,
             // A hundredth of the stiffness at a tenth of a millimetre.
             omega: 210.0,
-            place,
+            onset_phase,
             ..Case::default()
         };
-        let run = crate::rig::run(&case.settings(), &case.plant(), 1.6);
+        let run = crate::run::run(&case.settings(), &case.plant(), 1.6);
         let misfit = run
             .records
             .last()

@@ -1,7 +1,7 @@
-//! Contacts in space: oblique, beside the centre, with friction and spin, between two free craft.
+//! Contacts in space: oblique, beside the centre, with friction and spin, between two free spacecraft.
 
 use crate::case::{PURE, believe, pausing};
-use crate::rig::{run, settings};
+use crate::run::{run, settings};
 use nalgebra::Vector3;
 use softdock_control::io::BodyTrace;
 use softdock_control::settings::Settings;
@@ -11,7 +11,7 @@ use softdock_delay_plants::{Contact, ForceLaw, PlantSettings, Wall};
 const MASS_KG: f64 = 500.0;
 const INERTIA: [f64; 3] = [100.0, 120.0, 90.0];
 const OTHER_INERTIA: [f64; 3] = [900.0, 800.0, 1000.0];
-const OTHER_PLACE: [f64; 3] = [1.2, 0.2, 0.1];
+const OTHER_POSITION: [f64; 3] = [1.2, 0.2, 0.1];
 /// Stiffness over mass, as in scenario S, s⁻².
 const STIFFNESS_PER_MASS: f64 = 441.0;
 
@@ -23,7 +23,7 @@ struct Scene {
     velocity: [f64; 3],
     spin: [f64; 3],
     friction: f64,
-    /// Mass of the other craft; infinite: it does not move.
+    /// Mass of the other spacecraft; infinite: it does not move.
     other_kg: f64,
 }
 
@@ -75,7 +75,7 @@ const SCENES: [Scene; 7] = [
         ..HEAD_ON
     },
     Scene {
-        name: "two free craft, friction",
+        name: "two free spacecraft, friction",
         normal: [-0.8, -0.48, 0.36],
         probe: [0.3, 0.1, -0.15],
         velocity: [0.004, -0.004, -0.003],
@@ -86,7 +86,7 @@ const SCENES: [Scene; 7] = [
 ];
 
 impl Scene {
-    fn contact(&self, damping_ratio: f64, place: f64) -> Contact {
+    fn contact(&self, damping_ratio: f64, onset_phase: f64) -> Contact {
         let mass = if self.other_kg.is_finite() {
             400.0
         } else {
@@ -103,7 +103,7 @@ impl Scene {
             )
         };
         let wall = Wall {
-            point: (probe + velocity * (0.8 + place * 0.004)).into(),
+            point: (probe + velocity * (0.8 + onset_phase * 0.004)).into(),
             normal: self.normal,
             law,
         };
@@ -132,7 +132,7 @@ impl Scene {
                 } else {
                     [f64::INFINITY; 3]
                 },
-                position_m: if free { OTHER_PLACE } else { [0.0; 3] },
+                position_m: if free { OTHER_POSITION } else { [0.0; 3] },
                 velocity: Twist::default(),
             },
             contact: contact.clone(),
@@ -149,7 +149,7 @@ impl Scene {
         if self.other_kg.is_finite() {
             settings.body_q.fixed = false;
             settings.body_q.mass_kg = self.other_kg;
-            settings.body_q.position_m = OTHER_PLACE;
+            settings.body_q.position_m = OTHER_POSITION;
             settings.body_q.inertia_kg_m2 = diagonal(OTHER_INERTIA);
         }
         believe(&mut settings, &pausing(PURE));
@@ -157,9 +157,9 @@ impl Scene {
         settings
     }
 
-    /// Error of both craft's motion, with 0.3 m as the lever of a rotation, by the speed.
-    fn error(&self, damping_ratio: f64, place: f64) -> f64 {
-        let contact = self.contact(damping_ratio, place);
+    /// Error of both spacecraft's motion, with 0.3 m as the lever of a rotation, by the speed.
+    fn error(&self, damping_ratio: f64, onset_phase: f64) -> f64 {
+        let contact = self.contact(damping_ratio, onset_phase);
         let ideal = self.ideal(&contact);
         let plant = PlantSettings {
             actuator: pausing(PURE),
@@ -184,7 +184,7 @@ impl Scene {
 #[test]
 fn elastic_contacts_in_space() {
     for scene in SCENES {
-        let errors = [0.1, 0.6].map(|place| scene.error(0.0, place));
+        let errors = [0.1, 0.6].map(|onset_phase| scene.error(0.0, onset_phase));
         println!("{}: {errors:.4?}", scene.name);
         assert!(errors.iter().all(|e| *e <= 0.006), "{}", scene.name);
     }
@@ -195,8 +195,8 @@ fn elastic_contacts_in_space() {
 fn damped_contacts_in_space() {
     for scene in SCENES {
         for zeta in [0.2, 0.4] {
-            let places = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95];
-            let errors = places.map(|place| scene.error(zeta, place));
+            let onset_phases = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95];
+            let errors = onset_phases.map(|onset_phase| scene.error(zeta, onset_phase));
             println!("{}, damping {zeta}: {errors:.4?}", scene.name);
             assert!(errors.iter().all(|e| *e <= 0.012), "{}", scene.name);
         }

@@ -1,14 +1,14 @@
-//! The control cycle in closed loop with a plant that shares no code with it.
+//! A run with the predictor, and what came of it.
 
-use softdock_control::cycle::Cycle;
+use crate::closed_loop::ClosedLoop;
 use softdock_control::delay::LawName;
 use softdock_control::delay::status::LawFlags;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
-use softdock_control::modes::{Command, Mode};
+use softdock_control::io::CycleRecord;
+use softdock_control::modes::Mode;
 use softdock_control::settings::Settings;
-use softdock_delay_plants::{Axes, Log, Plant, PlantSettings};
+use softdock_delay_plants::{Log, PlantSettings};
 
-/// Settings with the predictor, a passive craft of 500 kg and one that does not move.
+/// Settings with the predictor, a passive spacecraft of 500 kg and one that does not move.
 pub(crate) fn settings() -> Settings {
     let mut settings = Settings::default();
     settings.delay.law = LawName::Predictor;
@@ -26,37 +26,10 @@ pub(crate) struct Run {
 
 /// Runs for a time with the loop closed, or to the first fault.
 pub(crate) fn run(settings: &Settings, plant: &PlantSettings, duration_s: f64) -> Run {
-    let mut cycle = Cycle::<f64>::new(settings).unwrap();
-    let mut plant = Plant::new(plant);
-    let mut sample = plant.first_sample();
-    let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
-    let units = [digit * 1e-3, digit.to_radians()];
-    let cycle_s = settings.robot.cycle_s;
-    let mut inputs = Inputs::default();
+    let mut rig = ClosedLoop::<f64>::new(settings, plant, 1);
     let mut records = Vec::new();
-    let commands = [
-        None,
-        Some(Command::Hold),
-        Some(Command::Arm),
-        Some(Command::Start),
-    ];
-    let cycles = (duration_s / cycle_s) as usize;
-    for n in 0..cycles {
-        inputs.robot.ipoc += 4;
-        inputs.robot.sequence = if n == 0 {
-            Sequence::NewRun
-        } else {
-            Sequence::Next
-        };
-        inputs.robot.pose = Some(sample.position);
-        inputs.sensor.counter += 1;
-        inputs.sensor.words[5] ^= 1;
-        inputs.sensor.wrench = sample.wrench;
-        inputs.command = commands.get(n).copied().flatten();
-        let record = cycle.step(&inputs);
-        let counts = record.output.correction;
-        let velocity: Axes = core::array::from_fn(|i| counts[i] as f64 * units[i / 3] / cycle_s);
-        sample = plant.step(velocity);
+    for _ in 0..(duration_s / settings.robot.cycle_s) as usize {
+        let record = rig.step();
         match record.trace.mode {
             Mode::Running => records.push(record),
             Mode::Fault => {
@@ -68,7 +41,7 @@ pub(crate) fn run(settings: &Settings, plant: &PlantSettings, duration_s: f64) -
     }
     Run {
         records,
-        log: plant.log().clone(),
+        log: rig.plant.log().clone(),
     }
 }
 

@@ -1,9 +1,9 @@
 //! Rules that hold whatever the numbers: silence where nothing is to be done, symmetry, size.
 
 use crate::case::{Case, PURE, pausing};
-use crate::rig::{Run, run};
+use crate::run::{Run, run};
 use softdock_control::delay::predictor::Predictor;
-use softdock_control::delay::status::{LawFlags, Rung};
+use softdock_control::delay::status::{ConfidenceLevel, LawFlags};
 use softdock_control::modes::FaultCode;
 
 /// With everything mirrored, every command is the mirrored one in every bit.
@@ -37,7 +37,7 @@ fn both_directions_are_the_same() {
 fn force_that_cannot_be_a_contact_is_left_out() {
     let case = Case::default();
     let mut settings = case.settings();
-    // A hundredfold of what stands out, pushing the craft on.
+    // A hundredfold of what stands out, pushing the spacecraft on.
     settings.sensor.bias = [0.0; 6];
     let mut plant = case.plant();
     plant.contact.surfaces.clear();
@@ -69,11 +69,11 @@ fn the_account_of_momentum_is_complete() {
 }
 
 #[test]
-fn the_ladder_is_in_the_trace() {
+fn the_confidence_level_is_in_the_trace() {
     let outcome = Case::default().fly();
-    let rung = |n: usize| outcome.run.records[n].trace.law_status.rung;
-    assert_eq!(rung(10), Rung::Watching);
-    assert_eq!(rung(150), Rung::Identifying);
+    let level = |n: usize| outcome.run.records[n].trace.law_status.confidence;
+    assert_eq!(level(10), ConfidenceLevel::Unverified);
+    assert_eq!(level(150), ConfidenceLevel::Verified);
     let last = outcome.run.records.last().map(|r| r.trace.law_status);
     let status = last.expect("a run");
     assert!((status.delay_s - 0.032).abs() < 1e-4);

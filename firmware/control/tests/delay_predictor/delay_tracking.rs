@@ -2,7 +2,7 @@
 
 use crate::case::{OMEGA, PURE, noise};
 use crate::repeated::{between, between_walls, speeds};
-use crate::rig::Run;
+use crate::run::Run;
 use softdock_control::delay::status::LawFlags;
 use softdock_control::io::CycleRecord;
 use softdock_delay_plants::{Actuator, DelayChange, Measurement};
@@ -70,7 +70,7 @@ fn noise_makes_it_slower_but_no_runaway() {
     }
 }
 
-/// A pause of another length moves a place; it must not pass for a delay.
+/// A pause of another length moves an offset; it must not pass for a delay.
 #[test]
 fn a_wrong_pause_is_no_delay() {
     for (believed, truth) in [(0.016, 0.0), (0.016, 0.024), (0.0, 0.016)] {

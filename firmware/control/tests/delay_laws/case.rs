@@ -1,12 +1,12 @@
-//! The control cycle in closed loop with a plant that shares no code with it.
+//! A test: what the board believes and what the plant is, and the contact that comes of it.
 
-use softdock_control::cycle::Cycle;
+use super::closed_loop::ClosedLoop;
 use softdock_control::delay::LawName;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
-use softdock_control::modes::{Command, Mode};
+use softdock_control::io::CycleRecord;
+use softdock_control::modes::Mode;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
-use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings, Wall};
+use softdock_delay_plants::{Actuator, Contact, Measurement, PlantSettings, Wall};
 
 /// Cycle, s.
 pub(crate) const CYCLE_S: f64 = 0.004;
@@ -23,9 +23,9 @@ pub(crate) struct Case {
     /// Stiffness by mass, square of the natural frequency: rad/s.
     pub(crate) omega: f64,
     pub(crate) damping_ratio: f64,
-    /// Place of the touch within a cycle, 0 to 1.
-    pub(crate) place: f64,
-    /// From the start to the touch at full speed, s.
+    /// Phase of the onset within a cycle, 0 to 1.
+    pub(crate) onset_phase: f64,
+    /// From the start to the onset at full speed, s.
     pub(crate) flight_s: f64,
 }
 
@@ -65,9 +65,19 @@ impl Case {
             mass_kg: 500.0,
             omega: 21.0,
             damping_ratio: 0.0,
-            place: 0.5,
+            onset_phase: 0.5,
             flight_s: 0.4,
         }
+    }
+
+    /// The loop, running: its next step is the first of the start ramp.
+    pub(crate) fn start<S: Scalar>(&self) -> ClosedLoop<S> {
+        let mut rig = ClosedLoop::new(&self.settings, &self.plant, 0);
+        while rig.cycle.mode() != Mode::Running {
+            assert!(rig.cycles < 4);
+            rig.step();
+        }
+        rig
     }
 
     /// The contact that the plant has, N/m and N·s/m.
@@ -87,14 +97,14 @@ impl Case {
         case.settings.body_k.mass_kg = self.mass_kg;
         case.settings.body_k.velocity_m_s = [self.speed_m_s, 0.0, 0.0];
         let (k, c) = self.contact();
-        let place_m = self.speed_m_s * (self.flight_s + CYCLE_S * self.place);
-        let mut wall = Wall::elastic([place_m, 0.0, 0.0], [-1.0, 0.0, 0.0], k);
+        let distance_m = self.speed_m_s * (self.flight_s + CYCLE_S * self.onset_phase);
+        let mut wall = Wall::elastic([distance_m, 0.0, 0.0], [-1.0, 0.0, 0.0], k);
         wall.law.damping = c;
         case.plant.contact = Contact {
             probes: vec![[0.0; 3]],
             surfaces: vec![wall.into()],
         };
-        let mut rig = Rig::<S>::new(&case);
+        let mut rig = case.start::<S>();
         let (mut added, mut velocity, mut after) = (0.0, 0.0, 0);
         while after < 100 && rig.cycles < 4000 {
             let record = rig.step();
@@ -121,71 +131,21 @@ impl Case {
         }
     }
 
-    /// Bounces at several speeds and places of the touch within a cycle.
+    /// Bounces at several speeds and phases of the onset within a cycle.
     pub(crate) fn bounces(&self, speeds_mm_s: &[f64]) -> Vec<Rebound> {
         self.bounces_at(speeds_mm_s, &[0.0, 0.25, 0.5, 0.75])
     }
 
-    pub(crate) fn bounces_at(&self, speeds_mm_s: &[f64], places: &[f64]) -> Vec<Rebound> {
+    pub(crate) fn bounces_at(&self, speeds_mm_s: &[f64], onset_phases: &[f64]) -> Vec<Rebound> {
         let mut case = self.clone();
         let mut rebounds = Vec::new();
         for speed in speeds_mm_s {
-            for place in places {
-                (case.speed_m_s, case.place) = (speed * 1e-3, *place);
+            for onset_phase in onset_phases {
+                (case.speed_m_s, case.onset_phase) = (speed * 1e-3, *onset_phase);
                 rebounds.push(case.bounce::<f64>());
             }
         }
         rebounds
-    }
-}
-
-/// Cycle and plant, running.
-pub(crate) struct Rig<S: Scalar> {
-    pub(crate) cycle: Cycle<S>,
-    pub(crate) plant: Plant,
-    inputs: Inputs,
-    pub(crate) cycles: usize,
-}
-
-impl<S: Scalar> Rig<S> {
-    /// Started: the first step is the first of the start ramp.
-    pub(crate) fn new(case: &Case) -> Self {
-        let mut plant = Plant::new(&case.plant);
-        let sample = plant.first_sample();
-        let mut inputs = Inputs::default();
-        inputs.robot.pose = Some(sample.position);
-        let mut rig = Self {
-            cycle: Cycle::new(&case.settings).unwrap(),
-            plant,
-            inputs,
-            cycles: 0,
-        };
-        for command in [Command::Hold, Command::Arm, Command::Start] {
-            rig.inputs.command = Some(command);
-            rig.step();
-        }
-        assert_eq!(rig.cycle.mode(), Mode::Running);
-        rig
-    }
-
-    /// One cycle of both.
-    pub(crate) fn step(&mut self) -> CycleRecord {
-        self.inputs.sensor.counter += 1;
-        self.inputs.sensor.words[5] ^= 1;
-        let record = self.cycle.step(&self.inputs);
-        self.inputs.command = None;
-        self.inputs.robot.ipoc += 4;
-        self.inputs.robot.sequence = Sequence::Next;
-        let digit = 10f64.powi(-i32::from(DECIMALS));
-        let scale = [digit * 1e-3, digit.to_radians()];
-        let command = core::array::from_fn(|i| {
-            record.output.correction[i] as f64 * scale[usize::from(i > 2)] / CYCLE_S
-        });
-        let sample = self.plant.step(command);
-        self.inputs.robot.pose = Some(sample.position);
-        self.inputs.sensor.wrench = sample.wrench;
-        self.cycles += 1;
-        record
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::case::{Case, MASS_KG, OMEGA};
 use crate::repeated::speeds;
-use crate::rig::{Run, run};
-use softdock_control::delay::status::Rung;
+use crate::run::{Run, run};
+use softdock_control::delay::status::ConfidenceLevel;
 use softdock_delay_plants::{ForceLaw, Wall};
 
 /// Depth of an elastic contact of scenario S at 5 mm/s, m.
@@ -30,15 +30,15 @@ fn bounces(case: &Case, back: ForceLaw) -> Run {
     run(&case.settings(), &plant, 12.0)
 }
 
-/// Records with which the law comes to a step of the ladder.
-fn steps_to(run: &Run, rung: Rung) -> Vec<usize> {
-    let at = |n: usize| run.records[n].trace.law_status.rung;
+/// Records with which the law comes to a confidence level.
+fn changes_to(run: &Run, level: ConfidenceLevel) -> Vec<usize> {
+    let at = |n: usize| run.records[n].trace.law_status.confidence;
     let all = 1..run.records.len();
-    all.filter(|n| at(*n) == rung && at(n - 1) != rung)
+    all.filter(|n| at(*n) == level && at(n - 1) != level)
         .collect()
 }
 
-/// Up and down the ladder at every contact: no speed is gained, and a step is no jump.
+/// The level changes at every contact: no speed is gained, and no change is a jump.
 #[test]
 fn an_unfit_contact_is_followed_by_one_that_is_led_less() {
     let case = Case::default();
@@ -49,8 +49,8 @@ fn an_unfit_contact_is_followed_by_one_that_is_led_less() {
         assert!(speeds.len() >= 8);
         assert!(speeds.iter().all(|v| (0.97..=1.001).contains(v)));
         let (down, up) = (
-            steps_to(&run, Rung::Leading),
-            steps_to(&run, Rung::Identifying),
+            changes_to(&run, ConfidenceLevel::Fallback),
+            changes_to(&run, ConfidenceLevel::Verified),
         );
         assert!(down.len() >= 3 && up.len() >= 3, "{down:?} {up:?}");
         // In units of the speed: from the cycle after the guard has set the model's velocity on.

@@ -1,29 +1,28 @@
-//! A lead that knows nothing of the contact: the step of the ladder for contacts that are not
+//! The fallback law: a second-order lead that knows nothing of the contact, for contacts that are not
 //! understood.
 //!
 //! ```text
 //! v_cmd = v + τ v' + ½ τ² v''
 //! ```
 //!
-//! as in the law `lead`, with the model's velocity during the contact. The law passes from the one to
-//! the other over [`PASSAGE`] cycles, and only between contacts, where both are the model's velocity.
+//! as in the law [`lead`](crate::delay::lead), with the model's velocity during the contact. The law passes
+//! from the one to the other over [`BLEND_CYCLES`], and only between contacts, where both are the model's
+//! velocity.
 
 use super::V6;
-use super::command::{Decision, Situation, limited};
-
-/// Cycles from one step of the ladder to the other.
-const PASSAGE: f64 = 10.0;
+use super::dynamic_matrix::{Command, ControlProblem, limited};
+use super::tuning::*;
 
 /// The lead, and how much of the command is the predictor's.
 #[derive(Clone, Debug)]
-pub(super) struct Leading {
+pub(super) struct Fallback {
     /// 1: the predictor; 0: the lead.
     pub(super) trust: f64,
     last: V6,
     slope: V6,
 }
 
-impl Leading {
+impl Fallback {
     pub(super) fn new() -> Self {
         Self {
             trust: 1.0,
@@ -34,40 +33,41 @@ impl Leading {
 
     /// The command, with the identification of contacts `trusted` or not.
     #[inline(never)]
-    pub(super) fn decide(
+    pub(super) fn command(
         &mut self,
-        situation: &Situation<'_>,
+        problem: &ControlProblem<'_>,
         in_contact: bool,
         trusted: bool,
-    ) -> Decision {
-        let velocity = &situation.velocity;
-        let lead = self.lead(velocity, in_contact, situation.delay());
+    ) -> Command {
+        let velocity = &problem.velocity;
+        let lead = self.lead(velocity, in_contact, problem.delay());
         if !in_contact {
-            let step = if trusted { 1.0 } else { -1.0 } / PASSAGE;
+            let step = if trusted { 1.0 } else { -1.0 } / BLEND_CYCLES;
             self.trust = (self.trust + step).clamp(0.0, 1.0);
         }
         let trust = self.trust;
         if trust >= 1.0 {
-            return situation.decide();
+            return problem.solve();
         }
-        let (simple, at_speed_limit) = limited(velocity + lead, &situation.reference.velocity);
-        let mut decision = Decision {
-            command: simple,
+        let (simple, at_speed_limit) = limited(velocity + lead, &problem.reference.velocity);
+        let mut command = Command {
+            velocity: simple,
             tracking: simple - velocity,
-            leaning: V6::zeros(),
-            lean: 0.0,
-            turns: situation.turns,
+            preload: V6::zeros(),
+            preload_rate: 0.0,
+            reversals: problem.reversals,
             at_speed_limit,
         };
         if trust > 0.0 {
-            let full = situation.decide();
-            decision.command += (full.command - decision.command) * trust;
-            decision.tracking += (full.tracking - decision.tracking) * trust;
-            (decision.leaning, decision.lean) = (full.leaning * trust, full.lean * trust);
-            decision.turns = full.turns;
-            decision.at_speed_limit |= full.at_speed_limit;
+            let full = problem.solve();
+            command.velocity += (full.velocity - command.velocity) * trust;
+            command.tracking += (full.tracking - command.tracking) * trust;
+            command.preload = full.preload * trust;
+            command.preload_rate = full.preload_rate * trust;
+            command.reversals = full.reversals;
+            command.at_speed_limit |= full.at_speed_limit;
         }
-        decision
+        command
     }
 
     /// A cycle: what is added to the model's velocity for a robot that is so many cycles late.

@@ -1,15 +1,15 @@
-//! Small symmetric systems, without square roots.
+//! Small least-squares problems: the factor of normal equations, and what of a solution is significant.
 
 use nalgebra::{SMatrix, SVector};
 
-/// A = L D Lᵀ of a positive definite matrix.
+/// A = L D Lᵀ of a positive definite matrix, without square roots.
 #[derive(Clone, Debug)]
-pub(super) struct Factor<const N: usize> {
+pub(super) struct Ldlt<const N: usize> {
     lower: SMatrix<f64, N, N>,
     inverse_diagonal: SVector<f64, N>,
 }
 
-impl<const N: usize> Factor<N> {
+impl<const N: usize> Ldlt<N> {
     /// Only the lower triangle is read. A pivot that is not positive leaves its unknown at zero.
     pub(super) fn new(a: &SMatrix<f64, N, N>) -> Self {
         let mut lower = SMatrix::<f64, N, N>::zeros();
@@ -55,4 +55,12 @@ impl<const N: usize> Factor<N> {
         }
         x
     }
+}
+
+/// An estimate shrunk towards zero by its variance; zero within so many standard deviations of it
+/// (positive-part James-Stein).
+pub(super) fn shrunk(estimate: f64, variance: f64, significance: f64) -> f64 {
+    let squared = (estimate * estimate).max(f64::MIN_POSITIVE);
+    let doubt = significance * significance * variance / squared;
+    estimate * (1.0 - doubt).max(0.0)
 }
