@@ -159,7 +159,7 @@ pub(super) const LEAST_FORCE_PART: f64 = 0.1;
 /// Part of the bounded stiffness that the gradient must have along the force to be believed as a direction:
 /// loads that do not grow into the contact say nothing about it.
 pub(super) const GRADIENT_TRUST: f64 = 0.5;
-/// Information on the offset without an onset, (N/σ)²: only that the equations stay regular.
+/// Information on the offset without an onset, loads: only that the equations stay regular.
 pub(super) const OFFSET_REGULARISATION: f64 = 1e-9;
 /// Bounds of the stiffness by the expected one.
 pub(super) const STIFFNESS_RANGE: [f64; 2] = [0.02, 50.0];
