@@ -160,7 +160,6 @@ fn fixed_point(law: LawName) -> Deviation {
         ..usual
     };
     match law {
-        LawName::None | LawName::Seed | LawName::Lead => usual,
         LawName::Polynomial | LawName::Smith => some_digits,
         LawName::Ats => Deviation {
             orientation_rad: 2e-4,
@@ -178,6 +177,7 @@ fn fixed_point(law: LawName) -> Deviation {
             velocity_m_s: 5e-6,
             ..usual
         },
+        _ => usual,
     }
 }
 
