@@ -49,6 +49,6 @@ pub use intervals::{Interval, IntervalChart};
 pub use number::Format;
 pub use page::Page;
 pub use plot::{Band, Plot, Series, Style};
-pub use table::{Align, Cell, Column, Mark, Table};
+pub use table::{Cell, Column, Mark, Table};
 pub use theme::Hue;
 pub use waterfall::{Level, Waterfall};
