@@ -24,31 +24,30 @@
 //! ```
 
 mod axis;
-mod bands;
 mod bars;
 mod canvas;
-mod curves;
-mod decimate;
+mod curve;
 mod intervals;
 mod legend;
 pub mod number;
 mod page;
 mod plot;
 mod rows;
+mod surface;
 mod table;
 mod text;
 mod theme;
-mod ticks;
 mod waterfall;
 
 #[cfg(test)]
 mod tests;
 
 pub use bars::{Bar, BarChart};
+pub use curve::{Series, Style};
 pub use intervals::{Interval, IntervalChart};
 pub use number::Format;
 pub use page::Page;
-pub use plot::{Band, Plot, Series, Style};
+pub use plot::{Band, Plot};
 pub use table::{Cell, Column, Mark, Table};
 pub use theme::Hue;
 pub use waterfall::{Level, Waterfall};

@@ -13,8 +13,8 @@ use std::path::Path;
 /// Layout of the page; the colours come from [`theme::css`].
 const LAYOUT: &str = include_str!("page.css");
 
-/// Size of each of the small plots that stand side by side, in pixels.
-const SMALL_PLOT_PX: (u32, u32) = (430, 250);
+/// Size of each of the small plots that stand side by side, without title and legend, in pixels.
+const SMALL_PLOT_PX: (u32, u32) = (430, 225);
 
 /// A report, filled from top to bottom. All texts are escaped; nothing in a page refers to anything outside.
 #[derive(Clone, Debug)]
@@ -94,10 +94,9 @@ impl Page {
     ///
     /// Those of [`Plot::to_svg`].
     pub fn columns(&mut self, plots: &[Plot]) -> Result<&mut Self> {
-        let (width, height) = SMALL_PLOT_PX;
         self.push("<div class=\"columns\">\n");
         for plot in plots {
-            self.figure(&plot.to_svg_sized(width, height)?);
+            self.figure(&plot.to_svg_sized(SMALL_PLOT_PX)?);
         }
         Ok(self.push("</div>\n"))
     }

@@ -1,10 +1,10 @@
 //! A drawing of labelled rows, each with a horizontal bar and its value: what bar charts, waterfalls and interval charts
 //! share.
 
-use super::canvas::{self, Area, FONT_PX, SCALE, units};
+use super::axis;
+use super::surface::{self as canvas, Area, FONT_PX, SCALE, units};
 use super::text;
 use super::theme::{Hue, Paint};
-use super::ticks;
 use anyhow::Result;
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::Color;
@@ -163,7 +163,7 @@ impl RowChart<'_> {
         } else {
             0.0
         };
-        let span = ticks::range_of(ends.flat_map(|(from, to)| [from, to]).chain([0.0]), margin);
+        let span = axis::range_of(ends.flat_map(|(from, to)| [from, to]).chain([0.0]), margin);
         let values_right = width - 2.0;
         let bars_left = label_px + GAP_PX;
         let bars_right = (values_right - value_px - GAP_PX).max(bars_left + 20.0);
