@@ -24,30 +24,24 @@
 //! ```
 
 mod axis;
-mod bars;
 mod canvas;
+mod charts;
 mod curve;
-mod intervals;
 mod legend;
 pub mod number;
 mod page;
 mod plot;
-mod rows;
-mod surface;
 mod table;
 mod text;
 mod theme;
-mod waterfall;
 
 #[cfg(test)]
 mod tests;
 
-pub use bars::{Bar, BarChart};
+pub use charts::{Bar, BarChart, Interval};
 pub use curve::{Series, Style};
-pub use intervals::{Interval, IntervalChart};
 pub use number::Format;
 pub use page::Page;
 pub use plot::{Band, Plot};
 pub use table::{Cell, Column, Mark, Table};
 pub use theme::Hue;
-pub use waterfall::{Level, Waterfall};

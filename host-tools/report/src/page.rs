@@ -1,12 +1,10 @@
 //! The page: one HTML file that is complete in itself.
 
-use super::bars::BarChart;
-use super::intervals::IntervalChart;
+use super::charts::{self, BarChart, Interval};
 use super::plot::Plot;
 use super::table::{Mark, Table};
 use super::text::escape;
 use super::theme;
-use super::waterfall::Waterfall;
 use anyhow::{Context, Result};
 use std::path::Path;
 
@@ -73,17 +71,15 @@ impl Page {
 
     /// A table; wider ones than the page scroll.
     pub fn table(&mut self, table: &Table) -> &mut Self {
-        self.push(&format!(
-            "<div class=\"scroll\">\n{}</div>\n",
-            table.to_html()
-        ))
+        let table = table.to_html();
+        self.push(&format!("<div class=\"scroll\">\n{table}</div>\n"))
     }
 
     /// A plot.
     ///
     /// # Errors
     ///
-    /// Those of [`Plot::to_svg`].
+    /// As [`Plot::to_svg`].
     pub fn plot(&mut self, plot: &Plot) -> Result<&mut Self> {
         Ok(self.figure(&plot.to_svg()?))
     }
@@ -92,7 +88,7 @@ impl Page {
     ///
     /// # Errors
     ///
-    /// Those of [`Plot::to_svg`].
+    /// As [`Plot::to_svg`].
     pub fn columns(&mut self, plots: &[Plot]) -> Result<&mut Self> {
         self.push("<div class=\"columns\">\n");
         for plot in plots {
@@ -101,31 +97,22 @@ impl Page {
         Ok(self.push("</div>\n"))
     }
 
-    /// A bar chart.
+    /// A bar chart or a waterfall.
     ///
     /// # Errors
     ///
-    /// Those of [`BarChart::to_svg`].
+    /// As [`BarChart::to_svg`].
     pub fn bars(&mut self, chart: &BarChart) -> Result<&mut Self> {
         Ok(self.figure(&chart.to_svg()?))
     }
 
-    /// A waterfall.
+    /// Intervals around estimates of different units, each drawn relative to its own value.
     ///
     /// # Errors
     ///
-    /// Those of [`Waterfall::to_svg`].
-    pub fn waterfall(&mut self, chart: &Waterfall) -> Result<&mut Self> {
-        Ok(self.figure(&chart.to_svg()?))
-    }
-
-    /// Intervals.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`IntervalChart::to_svg`].
-    pub fn intervals(&mut self, chart: &IntervalChart) -> Result<&mut Self> {
-        Ok(self.figure(&chart.to_svg()?))
+    /// As [`BarChart::to_svg`].
+    pub fn intervals(&mut self, title: &str, intervals: &[Interval]) -> Result<&mut Self> {
+        Ok(self.figure(&charts::intervals(title, intervals)?))
     }
 
     /// Preformatted text that is folded away until the reader opens it, such as all settings of a run.
