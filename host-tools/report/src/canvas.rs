@@ -4,9 +4,13 @@ use super::text;
 use super::theme::{self, Paint};
 use anyhow::{Context, Result};
 use plotters::coord::Shift;
+use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, FontStyle, IntoFont, TextStyle};
+use plotters::style::{Color, FontStyle, IntoFont, ShapeStyle, TextStyle};
+
+/// Width of a drawing that fills the page, in pixels.
+pub(super) const WIDTH_PX: u32 = 860;
 
 /// Drawing units per pixel. Plotters rounds to whole units; a quarter of a pixel keeps slopes smooth.
 pub(super) const SCALE: i32 = 4;
@@ -20,12 +24,6 @@ const TITLE_FONT_PX: f64 = 13.5;
 /// Height of a line of the title, in pixels.
 const TITLE_LINE_PX: i32 = 19;
 
-/// Widths in pixels that a drawing can have; what lies outside is clamped.
-const WIDTH_PX: std::ops::RangeInclusive<u32> = 200..=4000;
-
-/// Heights in pixels that a drawing can have.
-const HEIGHT_PX: std::ops::RangeInclusive<u32> = 40..=8000;
-
 /// Attributes that say what holds anyway. They would be a third of a cloud of markers. Text cannot be hit, since its
 /// quotes are escaped.
 const DEFAULTS: [&str; 3] = [
@@ -37,23 +35,37 @@ const DEFAULTS: [&str; 3] = [
 /// Plotters' SVG backend divides font sizes by this factor.
 const PLOTTERS_FONT_FACTOR: f64 = 1.24;
 
-/// A surface to draw on, in units of 1/[`SCALE`] pixel.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// A place in drawing units, from the upper left corner.
+pub(super) type Spot = (i32, i32);
 
-/// Draws an SVG of `width` by `height` pixels (clamped to what can be laid out); `title` is what a screen reader says.
+/// A surface to draw on, in units of 1/[`SCALE`] pixel.
+pub(super) struct Canvas<'a> {
+    pub(super) area: DrawingArea<SVGBackend<'a>, Shift>,
+    /// Height that the title takes, in pixels.
+    pub(super) title_px: i32,
+}
+
+/// Draws an SVG of this width and height in pixels below a title, whose height comes on top of it.
 pub(super) fn draw(
     title: &str,
-    (width, height): (u32, u32),
-    content: impl FnOnce(&Area<'_>) -> Result<()>,
+    (width, height): (u32, i32),
+    content: impl FnOnce(&Canvas<'_>) -> Result<()>,
 ) -> Result<String> {
-    let width = width.clamp(*WIDTH_PX.start(), *WIDTH_PX.end());
-    let height = height.clamp(*HEIGHT_PX.start(), *HEIGHT_PX.end());
+    let lines = text::wrap(&text::printable(title), TITLE_FONT_PX, f64::from(width));
+    let title_px = lines.len() as i32 * TITLE_LINE_PX + 4;
+    let height = (height + title_px).unsigned_abs();
     let units = (width * SCALE as u32, height * SCALE as u32);
     let mut drawn = String::new();
     {
         let area = SVGBackend::with_string(&mut drawn, units).into_drawing_area();
-        content(&area)?;
-        area.present()?;
+        let canvas = Canvas { area, title_px };
+        let style = font(TITLE_FONT_PX, FontStyle::Bold, Paint::Ink);
+        for (line, text) in lines.iter().enumerate() {
+            let at = (0, (2 + line as i32 * TITLE_LINE_PX) * SCALE);
+            canvas.area.draw_text(text, &style, at)?;
+        }
+        content(&canvas)?;
+        canvas.area.present()?;
     }
     let body = drawn.split_once('>').map(|(_, body)| body.trim()).context(
         "the plot backend wrote no <svg> element; please report this with the command you ran",
@@ -71,49 +83,55 @@ pub(super) fn draw(
     ))
 }
 
+impl Canvas<'_> {
+    /// A text of [`FONT_PX`], anchored at the given point of its box.
+    pub(super) fn write(
+        &self,
+        text: &str,
+        paint: Paint,
+        (horizontal, vertical): (HPos, VPos),
+        at: Spot,
+    ) -> Result<()> {
+        let style = label_font(paint).pos(Pos::new(horizontal, vertical));
+        Ok(self.area.draw_text(&text::printable(text), &style, at)?)
+    }
+
+    /// A filled rectangle between two corners; `opacity` from 0 to 1.
+    pub(super) fn fill(&self, corners: [Spot; 2], paint: Paint, opacity: f64) -> Result<()> {
+        let style = paint.solid().mix(opacity).filled();
+        Ok(self.area.draw(&Rectangle::new(corners, style))?)
+    }
+
+    /// A line from point to point.
+    pub(super) fn line(&self, points: impl Into<Vec<Spot>>, style: ShapeStyle) -> Result<()> {
+        Ok(self.area.draw(&PathElement::new(points.into(), style))?)
+    }
+
+    /// A filled circle.
+    pub(super) fn dot(&self, at: Spot, radius_px: f64, paint: Paint, opacity: f64) -> Result<()> {
+        let style = paint.solid().mix(opacity).filled();
+        Ok(self.area.draw(&Circle::new(at, units(radius_px), style))?)
+    }
+}
+
 /// Pixels to drawing units.
 pub(super) fn units(pixels: f64) -> i32 {
     (pixels * f64::from(SCALE)).round() as i32
 }
 
-/// Style of a text of `font_px` pixels, anchored at the given point of its box.
-pub(super) fn font(
-    font_px: f64,
-    paint: Paint,
-    horizontal: HPos,
-    vertical: VPos,
-) -> TextStyle<'static> {
-    (
-        "sans-serif",
-        font_px * PLOTTERS_FONT_FACTOR * f64::from(SCALE),
-    )
-        .into_font()
-        .color(&paint.solid().to_rgba())
-        .pos(Pos::new(horizontal, vertical))
+/// Style of a line one pixel wide; `opacity` from 0 to 1.
+pub(super) fn hairline(paint: Paint, opacity: f64) -> ShapeStyle {
+    let color = paint.solid().mix(opacity);
+    color.stroke_width(SCALE.unsigned_abs())
 }
 
-/// Lines that a title takes on a drawing of `width_px`.
-fn title_lines(title: &str, width_px: f64) -> Vec<String> {
-    text::wrap(&text::printable(title), TITLE_FONT_PX, width_px)
+/// Style of a text of [`FONT_PX`].
+pub(super) fn label_font(paint: Paint) -> TextStyle<'static> {
+    font(FONT_PX, FontStyle::Normal, paint)
 }
 
-/// Height of a title on a drawing of `width` pixels, in pixels.
-pub(super) fn title_height(title: &str, width: u32) -> i32 {
-    title_lines(title, f64::from(width)).len() as i32 * TITLE_LINE_PX + 4
-}
-
-/// Writes `title` at the top left, on as many lines as it needs, and returns the height taken in pixels.
-pub(super) fn title(area: &Area<'_>, title: &str) -> Result<i32> {
-    let width = area.dim_in_pixel().0 / SCALE.unsigned_abs();
-    let style = (
-        "sans-serif",
-        TITLE_FONT_PX * PLOTTERS_FONT_FACTOR * f64::from(SCALE),
-        FontStyle::Bold,
-    )
-        .into_font()
-        .color(&Paint::Ink.solid().to_rgba());
-    for (line, text) in title_lines(title, f64::from(width)).iter().enumerate() {
-        area.draw_text(text, &style, (0, (2 + line as i32 * TITLE_LINE_PX) * SCALE))?;
-    }
-    Ok(title_height(title, width))
+fn font(font_px: f64, style: FontStyle, paint: Paint) -> TextStyle<'static> {
+    let size = font_px * PLOTTERS_FONT_FACTOR * f64::from(SCALE);
+    let font = ("sans-serif", size, style).into_font();
+    font.color(&paint.solid().to_rgba())
 }

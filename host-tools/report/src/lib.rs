@@ -24,31 +24,24 @@
 //! ```
 
 mod axis;
-mod bands;
-mod bars;
 mod canvas;
-mod curves;
-mod decimate;
-mod intervals;
+mod charts;
+mod curve;
 mod legend;
 pub mod number;
 mod page;
 mod plot;
-mod rows;
 mod table;
 mod text;
 mod theme;
-mod ticks;
-mod waterfall;
 
 #[cfg(test)]
 mod tests;
 
-pub use bars::{Bar, BarChart};
-pub use intervals::{Interval, IntervalChart};
+pub use charts::{Bar, BarChart, Interval};
+pub use curve::{Series, Style};
 pub use number::Format;
 pub use page::Page;
-pub use plot::{Band, Plot, Series, Style};
-pub use table::{Align, Cell, Column, Mark, Table};
+pub use plot::{Band, Plot};
+pub use table::{Cell, Column, Mark, Table};
 pub use theme::Hue;
-pub use waterfall::{Level, Waterfall};

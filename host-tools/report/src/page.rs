@@ -1,20 +1,18 @@
 //! The page: one HTML file that is complete in itself.
 
-use super::bars::BarChart;
-use super::intervals::IntervalChart;
+use super::charts::{self, BarChart, Interval};
 use super::plot::Plot;
 use super::table::{Mark, Table};
 use super::text::escape;
 use super::theme;
-use super::waterfall::Waterfall;
 use anyhow::{Context, Result};
 use std::path::Path;
 
 /// Layout of the page; the colours come from [`theme::css`].
 const LAYOUT: &str = include_str!("page.css");
 
-/// Size of each of the small plots that stand side by side, in pixels.
-const SMALL_PLOT_PX: (u32, u32) = (430, 250);
+/// Size of each of the small plots that stand side by side, without title and legend, in pixels.
+const SMALL_PLOT_PX: (u32, u32) = (430, 225);
 
 /// A report, filled from top to bottom. All texts are escaped; nothing in a page refers to anything outside.
 #[derive(Clone, Debug)]
@@ -73,17 +71,15 @@ impl Page {
 
     /// A table; wider ones than the page scroll.
     pub fn table(&mut self, table: &Table) -> &mut Self {
-        self.push(&format!(
-            "<div class=\"scroll\">\n{}</div>\n",
-            table.to_html()
-        ))
+        let table = table.to_html();
+        self.push(&format!("<div class=\"scroll\">\n{table}</div>\n"))
     }
 
     /// A plot.
     ///
     /// # Errors
     ///
-    /// Those of [`Plot::to_svg`].
+    /// As [`Plot::to_svg`].
     pub fn plot(&mut self, plot: &Plot) -> Result<&mut Self> {
         Ok(self.figure(&plot.to_svg()?))
     }
@@ -92,41 +88,31 @@ impl Page {
     ///
     /// # Errors
     ///
-    /// Those of [`Plot::to_svg`].
+    /// As [`Plot::to_svg`].
     pub fn columns(&mut self, plots: &[Plot]) -> Result<&mut Self> {
-        let (width, height) = SMALL_PLOT_PX;
         self.push("<div class=\"columns\">\n");
         for plot in plots {
-            self.figure(&plot.to_svg_sized(width, height)?);
+            self.figure(&plot.to_svg_sized(SMALL_PLOT_PX)?);
         }
         Ok(self.push("</div>\n"))
     }
 
-    /// A bar chart.
+    /// A bar chart or a waterfall.
     ///
     /// # Errors
     ///
-    /// Those of [`BarChart::to_svg`].
+    /// As [`BarChart::to_svg`].
     pub fn bars(&mut self, chart: &BarChart) -> Result<&mut Self> {
         Ok(self.figure(&chart.to_svg()?))
     }
 
-    /// A waterfall.
+    /// Intervals around estimates of different units, each drawn relative to its own value.
     ///
     /// # Errors
     ///
-    /// Those of [`Waterfall::to_svg`].
-    pub fn waterfall(&mut self, chart: &Waterfall) -> Result<&mut Self> {
-        Ok(self.figure(&chart.to_svg()?))
-    }
-
-    /// Intervals.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`IntervalChart::to_svg`].
-    pub fn intervals(&mut self, chart: &IntervalChart) -> Result<&mut Self> {
-        Ok(self.figure(&chart.to_svg()?))
+    /// As [`BarChart::to_svg`].
+    pub fn intervals(&mut self, title: &str, intervals: &[Interval]) -> Result<&mut Self> {
+        Ok(self.figure(&charts::intervals(title, intervals)?))
     }
 
     /// Preformatted text that is folded away until the reader opens it, such as all settings of a run.

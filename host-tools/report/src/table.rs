@@ -8,15 +8,6 @@ use std::fmt::{self, Display, Formatter};
 /// Words of up to this many characters are not broken on a page.
 const SHORT_TEXT: usize = 24;
 
-/// Where a column aligns its texts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
-    /// Words.
-    Left,
-    /// Numbers.
-    Right,
-}
-
 /// Head of a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
@@ -24,8 +15,8 @@ pub struct Column {
     pub title: String,
     /// Unit of its numbers, empty for none. It stands in the head only, not at each number.
     pub unit: String,
-    /// Where its texts stand.
-    pub align: Align,
+    /// Whether it holds numbers, which stand at its right edge and never wrap.
+    is_numeric: bool,
 }
 
 impl Column {
@@ -34,7 +25,7 @@ impl Column {
         Self {
             title: title.into(),
             unit: String::new(),
-            align: Align::Left,
+            is_numeric: false,
         }
     }
 
@@ -43,7 +34,7 @@ impl Column {
         Self {
             title: title.into(),
             unit: unit.into(),
-            align: Align::Right,
+            is_numeric: true,
         }
     }
 
@@ -170,32 +161,26 @@ impl Table {
 
     /// The table as an HTML `<table>` element.
     pub fn to_html(&self) -> String {
-        let mut html = String::from("<table>\n<thead><tr>");
-        for index in 0..self.width() {
-            let head = self
-                .columns
-                .get(index)
-                .map(Column::head)
-                .unwrap_or_default();
-            html += &format!(
-                "<th scope=\"col\"{}>{}</th>",
-                self.class(index, None),
-                text::escape(&head)
-            );
-        }
-        html += "</tr></thead>\n<tbody>\n";
-        for row in &self.rows {
-            html += "<tr>";
-            for index in 0..self.width() {
-                let cell = row.get(index);
-                let class = self.class(index, cell);
-                let shown = cell.map(Cell::shown).unwrap_or_default();
-                html += &format!("<td{class}>{}</td>", text::escape(&shown));
-            }
-            html += "</tr>\n";
-        }
-        html += "</tbody>\n</table>\n";
-        html
+        let columns = 0..self.width();
+        let head = |index: usize| {
+            let class = self.class(index, None);
+            format!(
+                "<th scope=\"col\"{class}>{}</th>",
+                text::escape(&self.head(index))
+            )
+        };
+        let heads: String = columns.clone().map(head).collect();
+        let row = |row: &Vec<Cell>| {
+            let cell = |index: usize| {
+                let class = self.class(index, row.get(index));
+                let shown = row.get(index).map(Cell::shown).unwrap_or_default();
+                format!("<td{class}>{}</td>", text::escape(&shown))
+            };
+            let cells: String = columns.clone().map(cell).collect();
+            format!("<tr>{cells}</tr>\n")
+        };
+        let rows: String = self.rows.iter().map(row).collect();
+        format!("<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
     }
 
     /// Number of columns that are drawn.
@@ -204,19 +189,25 @@ impl Table {
         self.columns.len().max(longest_row)
     }
 
-    fn align(&self, column: usize) -> Align {
-        self.columns
-            .get(column)
-            .map_or(Align::Left, |column| column.align)
+    /// Head of a column, empty for one of surplus cells.
+    fn head(&self, column: usize) -> String {
+        let column = self.columns.get(column);
+        column.map(Column::head).unwrap_or_default()
+    }
+
+    fn is_numeric(&self, column: usize) -> bool {
+        let column = self.columns.get(column);
+        column.is_some_and(|column| column.is_numeric)
     }
 
     /// Class attribute of a cell, or of the head without one.
     fn class(&self, column: usize, cell: Option<&Cell>) -> String {
-        let number = (self.align(column) == Align::Right).then_some("number");
-        let short = cell.filter(|cell| number.is_none() && cell.is_short());
-        let classes: Vec<&str> = number
+        let is_numeric = self.is_numeric(column);
+        let is_short = !is_numeric && cell.is_some_and(Cell::is_short);
+        let classes: Vec<&str> = is_numeric
+            .then_some("number")
             .into_iter()
-            .chain(short.map(|_| "short"))
+            .chain(is_short.then_some("short"))
             .chain(cell.and_then(|cell| cell.mark).map(Mark::class))
             .collect();
         if classes.is_empty() {
@@ -234,27 +225,21 @@ impl Display for Table {
         let mut terminal = comfy_table::Table::new();
         terminal.load_style(TableStyle::new().header_separator(rule));
         let aligned = |index: usize, shown: String| {
-            let alignment = match self.align(index) {
-                Align::Left => CellAlignment::Left,
-                Align::Right => CellAlignment::Right,
+            let alignment = if self.is_numeric(index) {
+                CellAlignment::Right
+            } else {
+                CellAlignment::Left
             };
             comfy_table::Cell::new(shown).set_alignment(alignment)
         };
-        let head = |index: usize| {
-            self.columns
-                .get(index)
-                .map(Column::head)
-                .unwrap_or_default()
-        };
-        let heads = (0..self.width()).map(|index| aligned(index, text::printable(&head(index))));
-        terminal.set_header(heads.collect::<Vec<_>>());
+        let head = |index: usize| aligned(index, text::printable(&self.head(index)));
+        terminal.set_header((0..self.width()).map(head).collect::<Vec<_>>());
         for row in &self.rows {
-            let shown = |index: usize| row.get(index).map(Cell::shown).unwrap_or_default();
-            terminal.add_row(
-                (0..self.width())
-                    .map(|index| aligned(index, shown(index)))
-                    .collect::<Vec<_>>(),
-            );
+            let cell = |index: usize| {
+                let shown = row.get(index).map(Cell::shown).unwrap_or_default();
+                aligned(index, shown)
+            };
+            terminal.add_row((0..self.width()).map(cell).collect::<Vec<_>>());
         }
         writeln!(f, "{}", terminal.trim_fmt())
     }

@@ -51,16 +51,12 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::{Rng, SeedableRng};
+    use crate::statistics::RandomStream;
 
-    /// Normally distributed numbers with standard deviation 1: sums of twelve uniform ones.
+    /// Normally distributed numbers with standard deviation 1.
     pub(in crate::statistics) fn normal(count: usize, seed: u64) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut uniform = || f64::from(random.next_u32()) / 2.0_f64.powi(32);
-        (0..count)
-            .map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0)
-            .collect()
+        let mut random = RandomStream::new(seed, 0);
+        (0..count).map(|_| random.normal()).collect()
     }
 
     #[test]

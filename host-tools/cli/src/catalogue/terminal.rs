@@ -5,42 +5,17 @@
 //! only the Braille curve is seen, the two are the same.
 
 use super::picture::Picture;
+use drawille::Canvas;
 use softdock_report::number::significant;
 use std::fmt::Write;
 
 /// Characters of the plotting area.
 const COLUMNS: usize = 64;
 const ROWS: usize = 12;
-/// Dots of a character.
-const DOTS_ACROSS: usize = 2;
-const DOTS_DOWN: usize = 4;
+/// Dots of the plotting area, two by four in a character.
+const DOTS: (u32, u32) = (2 * COLUMNS as u32, 4 * ROWS as u32);
 /// Width of the labels of y, characters.
 const LABEL: usize = 9;
-/// First character of the Braille block: no dot.
-const BRAILLE: u32 = 0x2800;
-/// Bits of the dots of a character, by row and column (Unicode 15, chapter 21.1).
-const DOT_BITS: [[u8; DOTS_ACROSS]; DOTS_DOWN] =
-    [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
-
-/// What is drawn in one character.
-#[derive(Clone, Copy, Default)]
-struct Cell {
-    dots: u8,
-    has_reference: bool,
-}
-
-impl Cell {
-    fn character(self) -> char {
-        match self {
-            Self {
-                dots: 0,
-                has_reference: true,
-            } => '·',
-            Self { dots: 0, .. } => ' ',
-            Self { dots, .. } => char::from_u32(BRAILLE + u32::from(dots)).unwrap_or('?'),
-        }
-    }
-}
 
 /// Smallest and largest finite value, apart by at least a little.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -57,68 +32,54 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     }
 }
 
-/// The plotting area.
-struct Canvas {
-    cells: [[Cell; COLUMNS]; ROWS],
-    x: (f64, f64),
-    y: (f64, f64),
-}
-
-impl Canvas {
-    /// Position in dots from the lower left corner.
-    fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let along = |value: f64, (low, high): (f64, f64), dots: usize| {
-            (value - low) / (high - low) * (dots - 1) as f64
-        };
-        (
-            along(x, self.x, COLUMNS * DOTS_ACROSS),
-            along(y, self.y, ROWS * DOTS_DOWN),
-        )
-    }
-
-    /// Calls `mark` for the cell of each dot on the way from point to point, with the dot's bit.
-    fn trace(&mut self, points: &[(f64, f64)], mark: impl Fn(&mut Cell, u8)) {
-        for pair in points.windows(2) {
-            let ((x0, y0), (x1, y1)) = (self.place(pair[0]), self.place(pair[1]));
-            if !(x0.is_finite() && y0.is_finite() && x1.is_finite() && y1.is_finite()) {
-                continue;
-            }
-            let dots = (x1 - x0).abs().max((y1 - y0).abs()).ceil().max(1.0);
-            for k in 0..=dots as usize {
-                let share = k as f64 / dots;
-                let column = (x0 + share * (x1 - x0)).round() as usize;
-                let row = ROWS * DOTS_DOWN - 1 - (y0 + share * (y1 - y0)).round() as usize;
-                let bit = DOT_BITS[row % DOTS_DOWN][column % DOTS_ACROSS];
-                mark(&mut self.cells[row / DOTS_DOWN][column / DOTS_ACROSS], bit);
-            }
+/// A curve between these ends of x and of y, as rows of Braille.
+fn braille(points: &[(f64, f64)], x: (f64, f64), y: (f64, f64)) -> Vec<String> {
+    let along = |value: f64, (low, high): (f64, f64), dots: u32| {
+        ((value - low) / (high - low) * f64::from(dots - 1)).round() as u32
+    };
+    let place = |point: (f64, f64)| {
+        let down = DOTS.1 - 1 - along(point.1, y, DOTS.1);
+        (along(point.0, x, DOTS.0), down)
+    };
+    // The size of a canvas is that of its last dot.
+    let mut canvas = Canvas::new(DOTS.0 - 1, DOTS.1 - 1);
+    for pair in points.windows(2) {
+        if pair.iter().all(|(x, y)| x.is_finite() && y.is_finite()) {
+            let (from, to) = (place(pair[0]), place(pair[1]));
+            canvas.line(from.0, from.1, to.0, to.1);
         }
     }
+    canvas.rows()
 }
 
 /// The picture as lines of text.
 pub(super) fn draw(picture: &Picture) -> String {
     let points = || picture.without.iter().chain(&picture.with);
-    let mut canvas = Canvas {
-        cells: [[Cell::default(); COLUMNS]; ROWS],
-        x: range(points().map(|point| point.0)),
-        y: range(points().map(|point| point.1)),
-    };
-    canvas.trace(&picture.without, |cell, _| cell.has_reference = true);
-    canvas.trace(&picture.with, |cell, bit| cell.dots |= bit);
+    let (x, y) = (
+        range(points().map(|point| point.0)),
+        range(points().map(|point| point.1)),
+    );
+    let [without, with] = [&picture.without, &picture.with].map(|curve| braille(curve, x, y));
     let mut text = format!("{:LABEL$} {}\n", "", picture.y_label);
-    let (low, high) = canvas.y;
-    for (row, cells) in canvas.cells.iter().enumerate() {
+    for (row, (without, with)) in without.iter().zip(&with).enumerate() {
         let label = match row {
-            0 => significant(high, 3),
-            _ if row == ROWS - 1 => significant(low, 3),
+            0 => significant(y.1, 3),
+            _ if row == ROWS - 1 => significant(y.0, 3),
             _ => String::new(),
         };
-        let line: String = cells.iter().map(|cell| cell.character()).collect();
+        let cells = without.chars().zip(with.chars());
+        let line: String = cells
+            .map(|cell| match cell {
+                (' ', ' ') => ' ',
+                (_, ' ') => '·',
+                (_, dots) => dots,
+            })
+            .collect();
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{label:>LABEL$} │{}", line.trim_end());
     }
     let _ = writeln!(text, "{:LABEL$} └{}", "", "─".repeat(COLUMNS));
-    let (first, last) = (significant(canvas.x.0, 3), significant(canvas.x.1, 3));
+    let (first, last) = (significant(x.0, 3), significant(x.1, 3));
     let between = COLUMNS.saturating_sub(first.len() + last.len());
     let _ = writeln!(
         text,

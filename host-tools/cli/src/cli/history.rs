@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::model::{HistoryStep, Model};
-use softdock_report::{Cell, Column, Format, Level, Page, Table, Waterfall};
+use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
 use std::path::PathBuf;
 
 /// Cells of the longest bar.
@@ -76,7 +76,7 @@ impl History {
         for run in runs(steps) {
             let Some(first) = run.first() else { continue };
             page.section(&format!("Fitted on {}", first.train));
-            page.waterfall(&waterfall(run))?;
+            page.bars(&waterfall(run))?;
         }
         if !steps.is_empty() {
             page.section("All steps").table(&plain(steps));
@@ -130,8 +130,8 @@ fn headline(steps: &[HistoryStep]) -> String {
     }
 }
 
-fn waterfall(run: &[HistoryStep]) -> Waterfall {
-    let mut chart = Waterfall::new(
+fn waterfall(run: &[HistoryStep]) -> BarChart {
+    let mut chart = BarChart::waterfall(
         "Error of all channels together after each step",
         "RMS error [σ]",
         Format::Significant(DIGITS),
@@ -141,12 +141,12 @@ fn waterfall(run: &[HistoryStep]) -> Waterfall {
         chart.names = Some(["unseen data".to_owned(), "data of the fit".to_owned()]);
         "RMS error [σ] | of the fit".clone_into(&mut chart.value_label);
     }
-    chart.levels = run
+    chart.bars = run
         .iter()
         .map(|step| match step.test_error {
-            Some(error) => Level::new(label(step), error).with_second(step.train_error),
-            None if tested => Level::new(label(step), f64::NAN).with_second(step.train_error),
-            None => Level::new(label(step), step.train_error),
+            Some(error) => Bar::new(label(step), error).with_second(step.train_error),
+            None if tested => Bar::new(label(step), f64::NAN).with_second(step.train_error),
+            None => Bar::new(label(step), step.train_error),
         })
         .collect();
     chart

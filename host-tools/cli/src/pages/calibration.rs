@@ -3,7 +3,7 @@
 use anyhow::Result;
 use softdock_analysis::commission::calibrate::{Calibration, Residual};
 use softdock_analysis::identity;
-use softdock_report::{Hue, Interval, IntervalChart, Mark, Page, Plot, Series, Style, number};
+use softdock_report::{Hue, Interval, Mark, Page, Plot, Series, Style, number};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -33,10 +33,10 @@ pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
         low: row.low,
         high: row.high,
     });
-    page.intervals(&IntervalChart::new(
+    page.intervals(
         "How well the readings determine each number (95 % intervals)",
-        intervals.collect(),
-    ))?;
+        &intervals.collect::<Vec<_>>(),
+    )?;
     page.section("What is left");
     page.table(&found.residual_table());
     page.columns(&plots(found, 0, "force", "N"))?;

@@ -1,7 +1,7 @@
 //! Bars, waterfalls and tables of any data.
 
 use super::{elements, of};
-use crate::{Bar, BarChart, Cell, Column, Format, Level, Mark, Table, Waterfall};
+use crate::{Bar, BarChart, Cell, Column, Format, Mark, Table};
 use proptest::prelude::*;
 
 #[test]
@@ -12,7 +12,7 @@ fn bars_and_waterfalls_show_every_row() {
         Format::Percent(1),
     );
     bars.bars = vec![
-        Bar::new("zero crossing", 0.62).with_interval(0.55, 0.70),
+        Bar::new("zero crossing", 0.62),
         Bar::new("free flight", -0.01),
         Bar::new("unknown", f64::NAN),
     ];
@@ -28,30 +28,28 @@ fn bars_and_waterfalls_show_every_row() {
     ] {
         assert!(svg.contains(text), "{text} is missing");
     }
-    let mut fall = Waterfall::new("The error falls", "RMS [N]", Format::Significant(3));
-    fall.levels = vec![
-        Level::new("as built", 12.0),
-        Level::new("delay", 3.0),
-        Level::new("wrong", 4.5),
+    let mut fall = BarChart::waterfall("The error falls", "RMS [N]", Format::Significant(3));
+    fall.bars = vec![
+        Bar::new("as built", 12.0),
+        Bar::new("delay", 3.0),
+        Bar::new("wrong", 4.5),
     ];
     let svg = fall.to_svg().unwrap();
     assert!(svg.contains("3.00 (−75 %)") && svg.contains("4.50 (+50 %)"));
     assert!(svg.contains("var(--good") && svg.contains("var(--bad"));
-    fall.levels = (0..500).map(|i| Level::new("step", f64::from(i))).collect();
-    assert!(fall.to_svg().unwrap().contains("and 300 more"));
-    fall.levels.clear();
+    fall.bars.clear();
     assert!(fall.to_svg().unwrap().contains("no data"));
 }
 
 #[test]
 fn a_second_value_is_drawn_below_the_first_and_said() {
     let names = Some(["unseen data".to_owned(), "data of the fit".to_owned()]);
-    let mut fall = Waterfall::new("The error falls", "RMS [N]", Format::Significant(3));
-    fall.levels = vec![Level::new("as built", 12.0), Level::new("delay", 3.0)];
-    let rectangles = |fall: &Waterfall| of(&elements(&fall.to_svg().unwrap()), "rect");
+    let mut fall = BarChart::waterfall("The error falls", "RMS [N]", Format::Significant(3));
+    fall.bars = vec![Bar::new("as built", 12.0), Bar::new("delay", 3.0)];
+    let rectangles = |fall: &BarChart| of(&elements(&fall.to_svg().unwrap()), "rect");
     let alone = rectangles(&fall);
-    fall.levels[0].second = Some(11.0);
-    fall.levels[1].second = Some(f64::NAN);
+    fall.bars[0].second = Some(11.0);
+    fall.bars[1].second = Some(f64::NAN);
     assert_eq!(rectangles(&fall), alone + 1, "what is no number has no bar");
     fall.names = names.clone();
     let svg = fall.to_svg().unwrap();
@@ -108,16 +106,14 @@ proptest! {
 
     #[test]
     fn any_bars_are_drawn_and_well_formed(
-        bars in proptest::collection::vec((".*", proptest::num::f64::ANY, proptest::num::f64::ANY), 0..6),
-        width in any::<u32>(),
+        bars in proptest::collection::vec((".*", proptest::num::f64::ANY, proptest::option::of(proptest::num::f64::ANY)), 0..6),
+        waterfall in any::<bool>(),
     ) {
         let mut chart = BarChart::new("any", "any", Format::Significant(3));
-        let mut fall = Waterfall::new("any", "any", Format::Percent(1));
-        fall.levels = bars.iter().map(|(label, value, _)| Level::new(label.clone(), *value)).collect();
-        chart.bars = bars.into_iter().map(|(label, value, end)| Bar::new(label, value).with_interval(value, end)).collect();
-        (chart.width, fall.width) = (width, width);
+        let bar = |(label, value, second)| Bar { second, ..Bar::new(label, value) };
+        chart.bars = bars.into_iter().map(bar).collect();
+        chart.waterfall = waterfall;
         elements(&chart.to_svg().unwrap());
-        elements(&fall.to_svg().unwrap());
     }
 
     #[test]

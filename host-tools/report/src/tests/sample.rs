@@ -9,13 +9,9 @@ fn time_s(cycle: u32) -> f64 {
 }
 
 pub(super) fn sample_page() -> Page {
+    let spike = |cycle| if cycle % 3_000 == 42 { 1.5e-3 } else { 0.0 };
     let residual: Vec<(f64, f64)> = (0..15_000)
-        .map(|i| {
-            (
-                time_s(i),
-                2e-4 * noise(i) + if i % 3_000 == 42 { 1.5e-3 } else { 0.0 },
-            )
-        })
+        .map(|cycle| (time_s(cycle), 2e-4 * noise(cycle) + spike(cycle)))
         .collect();
     let mut page = Page::new("Run 7 against the model <chaser-b>");
     page.headline(
@@ -29,17 +25,16 @@ pub(super) fn sample_page() -> Page {
     page.paragraph(
         "71 % of the squared error is in the executed velocity along z, in the 40 ms after the velocity changes sign.",
     );
-    page.table(&channels())
-        .bars(&shares())
-        .unwrap()
-        .plot(&force())
-        .unwrap()
-        .plot(&velocity(&residual))
-        .unwrap();
-    page.section("What was learned").waterfall(&fall()).unwrap();
-    page.section("Each axis")
-        .columns(&small_plots(&residual))
-        .unwrap();
+    page.table(&channels());
+    let figures = |page: &mut Page| -> anyhow::Result<()> {
+        page.bars(&shares())?.plot(&force())?;
+        page.plot(&velocity(&residual))?;
+        page.section("What was learned").bars(&fall())?;
+        let each = page.section("Each axis");
+        each.columns(&small_plots(&residual))?;
+        Ok(())
+    };
+    figures(&mut page).unwrap();
     page.details(
         "All settings of this run",
         "delay_s = 0.032\nlaw = \"seed\" # <unsafe> & more",
@@ -51,71 +46,43 @@ pub(super) fn sample_page() -> Page {
 fn channels() -> Table {
     let mut table = Table::new(vec![
         Column::text("Channel"),
-        Column::text("Axis"),
         Column::number("RMS error", ""),
         Column::text("Unit"),
         Column::number("Error", "σ"),
         Column::number("Share", ""),
         Column::number("Delay within", "ms"),
     ]);
-    let mut row = |name: &str, axis: &str, rms: f64, unit: &str, sigma: Cell, share: f64| {
-        let cells = [
-            Cell::text(axis),
+    for (name, rms, unit, sigma, mark, share) in [
+        ("executed velocity z", 1.84, "mm/s", 9.23, Mark::Bad, 0.713),
+        ("wrench z", 0.1234, "N", 1.04, Mark::Good, 0.221),
+        ("pose x", 0.000_021, "m", 1.6, Mark::Neutral, 0.066),
+    ] {
+        table.push(vec![
+            Cell::text(name),
             Cell::number(rms, 3),
             Cell::text(unit),
-            sigma,
+            Cell::number(sigma, 3).marked(mark),
             Cell::percent(share),
-        ];
-        let interval = Cell::interval(32.0 - rms, 32.0 + rms, 2);
-        table.push(
-            [Cell::text(name)]
-                .into_iter()
-                .chain(cells)
-                .chain([interval])
-                .collect(),
-        );
-    };
-    row(
-        "executed velocity",
-        "z",
-        1.84,
-        "mm/s",
-        Cell::number(9.23, 3).marked(Mark::Bad),
-        0.713,
-    );
-    row(
-        "wrench",
-        "z",
-        0.1234,
-        "N",
-        Cell::number(1.04, 3).marked(Mark::Good),
-        0.221,
-    );
-    row(
-        "pose",
-        "x",
-        0.000_021,
-        "m",
-        Cell::number(1.6, 3).marked(Mark::Neutral),
-        0.066,
-    );
+            Cell::interval(32.0 - rms, 32.0 + rms, 2),
+        ]);
+    }
     table
 }
 
 fn shares() -> BarChart {
-    let mut chart = BarChart::new(
-        "Where the error is",
-        "share of the squared error",
-        Format::Percent(1),
-    );
+    let label = "share of the squared error";
+    let mut chart = BarChart::new("Where the error is", label, Format::Percent(1));
     chart.bars = vec![
-        Bar::new("zero crossing", 0.62).with_interval(0.55, 0.70),
-        Bar::new("first contact", 0.21).with_interval(0.15, 0.27),
-        Bar::new("rebound", 0.12),
-        Bar::new("free flight", 0.04),
+        Bar::new("zero crossing", 0.62),
+        Bar::new("first contact", 0.21),
         Bar::new("turning point", 0.01),
     ];
     chart
+}
+
+fn band(from: f64, to: f64, label: &str) -> Band {
+    let label = label.to_owned();
+    Band { from, to, label }
 }
 
 fn force() -> Plot {
@@ -123,61 +90,40 @@ fn force() -> Plot {
         4_000..4_200 => (f64::from(cycle - 4_000) * 0.0157).sin(),
         _ => 0.0,
     };
-    let cycles = 3_800..4_500;
-    let measured = cycles
-        .clone()
-        .map(|i| (time_s(i), 42.0 * contact(i) + 1.2 * noise(i)));
-    let model = cycles.map(|i| (time_s(i), 40.0 * contact(i + 8)));
+    let measured = (3_800..4_500).map(|i| (time_s(i), 42.0 * contact(i) + 1.2 * noise(i)));
+    let model = (3_800..4_500).map(|i| (time_s(i), 40.0 * contact(i + 8)));
     let mut plot = force_plot(vec![
         Series::line("measured", measured.collect()),
         Series::dashed("model", model.collect()),
     ]);
-    plot.title = "Contact force along the docking axis, impact 3".to_owned();
-    let phases = [
-        (15.2, 16.0, "approach"),
-        (16.0, 16.4, "compression"),
-        (16.4, 16.43, "zero crossing"),
-        (16.43, 16.8, "rebound"),
+    plot.shaded = vec![
+        band(15.2, 16.0, "approach"),
+        band(16.0, 16.4, "compression"),
+        band(16.4, 16.43, "zero crossing"),
+        band(16.43, 16.8, "rebound"),
     ];
-    plot.shaded = phases
-        .map(|(from, to, label)| Band {
-            from,
-            to,
-            label: label.to_owned(),
-        })
-        .into();
     plot
 }
 
 fn velocity(residual: &[(f64, f64)]) -> Plot {
-    let mut plot = Plot::new(
-        "Velocity error over the whole run",
-        "time [s]",
-        "velocity error [m/s]",
-    );
+    let mut plot = Plot::new("Error over the whole run", "time [s]", "velocity [m/s]");
     plot.series = vec![Series::line("executed minus model", residual.to_vec())];
     let starts = (0..5).map(|i| time_s(i * 3_000));
     plot.shaded = starts
-        .map(|from| Band {
-            from,
-            to: from + 1.5,
-            label: "failing".to_owned(),
-        })
+        .map(|from| band(from, from + 1.5, "failing"))
         .collect();
     plot
 }
 
-fn fall() -> Waterfall {
-    let mut chart = Waterfall::new(
-        "The error falls on unseen data",
-        "RMS velocity error [mm/s]",
-        Format::Significant(3),
-    );
-    chart.levels = vec![
-        Level::new("model as delivered", 1.84),
-        Level::new("+ actuator.transport_delay", 0.71),
-        Level::new("+ actuator.reversal_pause", 0.26),
-        Level::new("+ sensor.thermal_drift", 0.27),
+fn fall() -> BarChart {
+    let label = "RMS velocity error [mm/s]";
+    let title = "The error falls on unseen data";
+    let mut chart = BarChart::waterfall(title, label, Format::Significant(3));
+    chart.bars = vec![
+        Bar::new("model as delivered", 1.84),
+        Bar::new("+ actuator.transport_delay", 0.71),
+        Bar::new("+ actuator.reversal_pause", 0.26),
+        Bar::new("+ sensor.thermal_drift", 0.27),
     ];
     chart
 }

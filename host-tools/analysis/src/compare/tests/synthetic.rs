@@ -5,9 +5,8 @@ use crate::model::{
     ActuatorModel, ContactModel, Model, NoiseModel, SensorModel, ToolModel, WallModel,
 };
 use crate::recording::{Header, Recording};
+use crate::statistics::RandomStream;
 use nalgebra::Vector3;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 use softdock_app::settings::BoardSettings;
 use softdock_control::cycle::Cycle;
 use softdock_control::io::{Inputs, RobotSample, SensorSample, Sequence};
@@ -123,7 +122,7 @@ impl Rig {
     pub(super) fn record(&self) -> Recording {
         let settings = self.settings();
         let mut controller = Cycle::<f64>::new(&settings).unwrap();
-        let mut random = Random(ChaCha8Rng::seed_from_u64(self.seed));
+        let mut random = RandomStream::new(self.seed, 0);
         let mut robot = Robot::new(self);
         let cycles = (self.seconds / TS) as u64;
         let records = (0..cycles)
@@ -146,7 +145,7 @@ impl Rig {
         }
     }
 
-    fn inputs(&self, n: u64, position: &Vector3<f64>, random: &mut Random) -> Inputs {
+    fn inputs(&self, n: u64, position: &Vector3<f64>, random: &mut RandomStream) -> Inputs {
         let noise = noise();
         let force = self.force(position) - Vector3::z() * (9.81 * TOOL_KG);
         let mut wrench = BIAS;
@@ -223,18 +222,6 @@ impl Robot {
                 self.position[i] += step[i];
             }
         }
-    }
-}
-
-/// Normally distributed numbers.
-struct Random(ChaCha8Rng);
-
-impl Random {
-    /// Sum of twelve uniform numbers: normal enough within three standard deviations.
-    fn normal(&mut self) -> f64 {
-        let uniform =
-            |generator: &mut ChaCha8Rng| f64::from(generator.next_u32()) / 2.0_f64.powi(32);
-        (0..12).map(|_| uniform(&mut self.0)).sum::<f64>() - 6.0
     }
 }
 

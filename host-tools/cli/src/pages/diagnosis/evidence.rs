@@ -3,9 +3,7 @@
 use super::{Source, words};
 use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Ranked, Verdict};
 use softdock_analysis::model::Channel;
-use softdock_report::{
-    Bar, BarChart, Cell, Column, Format, Hue, Level, Mark, Page, Table, Waterfall, number,
-};
+use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table, number};
 
 /// Hypotheses that are shown; the number of the others is said.
 const SHOWN: usize = 10;
@@ -25,7 +23,7 @@ impl Source<'_> {
             "How large the error is"
         });
         if falls {
-            page.waterfall(&self.fall())?;
+            page.bars(&self.fall())?;
         }
         page.table(&level_table(
             &diagnosis.residual_rms_sigma,
@@ -39,9 +37,9 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn fall(&self) -> Waterfall {
+    fn fall(&self) -> BarChart {
         let steps = &self.diagnosis.steps;
-        let mut chart = Waterfall::new(
+        let mut chart = BarChart::waterfall(
             "Error of all channels together after each effect",
             "RMS error [σ]",
             Format::Significant(3),
@@ -52,7 +50,7 @@ impl Source<'_> {
             chart.names = Some([unseen, "data of the fit".to_owned()]);
             "RMS error [σ] | of the fit".clone_into(&mut chart.value_label);
         }
-        chart.levels = steps
+        chart.bars = steps
             .iter()
             .enumerate()
             .map(|(index, step)| {
@@ -61,9 +59,9 @@ impl Source<'_> {
                     _ => format!("+ {}", step.effect),
                 };
                 match step.test_error {
-                    Some(test) => Level::new(label, test).with_second(step.train_error),
-                    None if tested => Level::new(label, f64::NAN).with_second(step.train_error),
-                    None => Level::new(label, step.train_error),
+                    Some(test) => Bar::new(label, test).with_second(step.train_error),
+                    None if tested => Bar::new(label, f64::NAN).with_second(step.train_error),
+                    None => Bar::new(label, step.train_error),
                 }
             })
             .collect();
@@ -109,13 +107,13 @@ impl Source<'_> {
         chart.bars = shown
             .map(|ranked| {
                 let label = words::hypothesis(&ranked.effects);
-                let mut bar = Bar::new(label, ranked.gain_test).with_second(ranked.gain_train);
-                bar.color = Some(match self.standing(ranked) {
+                let hue = match self.standing(ranked) {
                     Standing::Named | Standing::Part => Hue::Blue,
                     Standing::Refused => Hue::Amber,
                     Standing::Behind => Hue::Grey,
-                });
-                bar
+                };
+                let bar = Bar::new(label, ranked.gain_test).colored(hue);
+                bar.with_second(ranked.gain_train)
             })
             .collect();
         chart
@@ -296,12 +294,8 @@ fn separations(now: f64, then: f64) -> BarChart {
         "2 Δ log L",
         Format::Significant(3),
     );
-    let this_log = Bar::new("this log", now);
     chart.bars = vec![
-        Bar {
-            color: Some(Hue::Grey),
-            ..this_log
-        },
+        Bar::new("this log", now).colored(Hue::Grey),
         Bar::new("the experiment on the simulated rig", then),
     ];
     chart

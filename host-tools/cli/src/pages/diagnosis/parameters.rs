@@ -2,7 +2,7 @@
 
 use super::Source;
 use softdock_analysis::diagnose::Estimate;
-use softdock_report::{Cell, Column, Interval, IntervalChart, Page, Table};
+use softdock_report::{Cell, Column, Interval, Page, Table};
 
 /// Significant digits of an interval's width.
 const INTERVAL_DIGITS: usize = 2;
@@ -46,10 +46,10 @@ impl Source<'_> {
             low: estimate.low,
             high: estimate.high,
         });
-        page.intervals(&IntervalChart::new(
+        page.intervals(
             "How well the data determine each parameter (95 % intervals)",
-            intervals.collect(),
-        ))?;
+            &intervals.collect::<Vec<_>>(),
+        )?;
         Ok(())
     }
 }

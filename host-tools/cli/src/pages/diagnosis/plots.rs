@@ -116,7 +116,7 @@ impl Source<'_> {
     /// An empty plot of errors in units of the noise, with the noise's band.
     fn in_sigma(&self, focus: &Focus, cycles: &Range<usize>, title: &str) -> Plot {
         let mut plot = Plot::new(title, "time [s]", "error [σ]");
-        plot.height = 240;
+        plot.height = 215;
         plot.shaded = self.bands(focus, cycles);
         plot.corridor = Some(Band {
             from: -BAND_SIGMA,
