@@ -4,8 +4,8 @@
 
 use nalgebra::Vector3;
 use softdock_analysis::import::mapping::import;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames;
-use softdock_control::io::CycleRecord;
 use std::path::Path;
 
 /// Rows and root mean squares of the examples, whose data is not part of the project.

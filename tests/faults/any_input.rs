@@ -118,7 +118,7 @@ fn happen<S: Scalar>(bench: &mut Bench<S>, event: &Event) -> Result<(), String> 
         Event::Saturated => bench.cycle(|inputs| inputs.sensor.saturated = true),
         Event::Stale => bench.stale(),
         Event::LateAnswers(count) => bench.cycle(|inputs| inputs.robot.late_answers = count),
-        Event::Poscorr(stat) => bench.cycle(|inputs| inputs.robot.poscorr_stat = stat),
+        Event::Poscorr(stat) => bench.cycle(|inputs| inputs.robot.status = stat),
         Event::Command(word) => bench.cycle(|inputs| inputs.command = Some(word)),
         Event::Restart => return bench.restart(),
     }

@@ -1,6 +1,7 @@
 //! What a sensor does wrong, and what the cycle answers: each event through the whole cycle.
 
-use softdock_control::io::{Inputs, SensorSample};
+use softdock_app::record::Inputs;
+use softdock_control::io::SensorSample;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;

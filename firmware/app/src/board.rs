@@ -1,7 +1,7 @@
 //! What the tasks need from a board.
 
+use crate::record::CycleRecord;
 use core::net::SocketAddr;
-use softdock_control::io::CycleRecord;
 use softdock_link::can::Frame;
 
 /// Why a bus or socket gave nothing.

@@ -27,7 +27,7 @@ pub struct LinkCounters {
     pub foreign: u32,
     /// Telegrams that were overtaken by a newer one before they could be answered.
     pub overtaken: u32,
-    /// New RSI runs.
+    /// Times that the robot began, or began anew.
     pub runs: u32,
 }
 
@@ -36,8 +36,8 @@ pub struct LinkCounters {
 pub struct LastTelegram {
     /// Its counter of late or rejected answers.
     pub late_answers: u32,
-    /// Status bits of its POSCORR object.
-    pub poscorr_stat: u32,
+    /// Its status bits, see [`RobotReport::status`](crate::record::RobotReport::status).
+    pub status: u32,
     /// It sent its pose.
     pub pose: bool,
 }

@@ -181,6 +181,13 @@ pub fn pose_components<S: Scalar>(pose: &Pose<S>) -> [f64; 7] {
     [x, y, z, q.w.get(), q.i.get(), q.j.get(), q.k.get()]
 }
 
+/// The pose of [`pose_components`], as it is: the quaternion is not normalised.
+pub fn pose_from_components<S: Scalar>(pose: &[f64; 7]) -> Pose<S> {
+    let [x, y, z, w, i, j, k] = pose.map(S::of);
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+    Pose::from_parts(Translation3::new(x, y, z), rotation)
+}
+
 /// The rotation by a small rotation vector (rad), exact to 1e-10 up to 0.1 rad.
 ///
 /// The increments of a cycle are tiny, and their squares vanish in fixed point: a general

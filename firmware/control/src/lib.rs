@@ -12,7 +12,6 @@
 //! - `effects`: physical effects of rigs, one file each.
 #![cfg_attr(not(test), no_std)]
 
-pub mod correction;
 pub mod cost;
 pub mod cycle;
 pub mod delay;
@@ -27,6 +26,7 @@ pub mod jog;
 pub mod limits;
 pub mod modes;
 pub mod range;
+pub mod robot;
 mod run;
 pub mod scalar;
 pub mod settings;

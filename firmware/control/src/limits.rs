@@ -103,7 +103,7 @@ impl LimitFlags {
     pub const ACCELERATION: Self = Self(1 << 1);
     /// Box around the start pose, or B near ±90°.
     pub const BOX: Self = Self(1 << 2);
-    /// The robot reports that it clamps (POSCORR `Stat`); the model's integration is frozen.
+    /// The robot reports that it clamps; the model's integration is frozen.
     pub const ROBOT_CLAMP: Self = Self(1 << 3);
     /// The sensor is stale; the rate is ramped down.
     pub const SENSOR_STALE: Self = Self(1 << 4);

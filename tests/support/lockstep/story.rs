@@ -2,9 +2,9 @@
 //! of the sensor and of the line, strangers, garbage.
 
 use crate::rig::{Case, Rig};
+use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::ModelVelocity;
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Command;
 use softdock_link::rsi::{RobTelegram, write_rob};
 use softdock_lockstep::Step;

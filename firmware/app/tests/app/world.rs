@@ -5,7 +5,7 @@
 
 use crate::sensor::Sensor;
 use softdock_app::board::{CanBus, Clock, DatagramSocket, IoError, Recorder};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_link::can::Frame;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};

@@ -49,12 +49,12 @@ fn fly(law: LawName) -> Flight {
     let (mut model, mut command, mut executed) = (vec![], vec![], vec![]);
     let mut touch_s = None;
     let rebound = case.record::<f64>(|record| {
-        let t = record.trace.time_s;
-        model.push((t, record.trace.body_k.velocity[0] / v));
-        command.push((t, record.trace.sent_velocity[0] / v));
+        let t = record.time_s;
+        model.push((t, record.body_k.velocity[0] / v));
+        command.push((t, record.sent_velocity[0] / v));
         // The difference of two poses stands for the cycle before.
-        executed.push((t - 0.5 * CYCLE_S, record.trace.executed_velocity[0] / v));
-        let pushed = record.trace.wrench_at_m[0] < 0.0;
+        executed.push((t - 0.5 * CYCLE_S, record.executed_velocity[0] / v));
+        let pushed = record.wrench_at_m[0] < 0.0;
         // The touch lies in the middle of the cycle before the first force.
         touch_s = touch_s.or(pushed.then_some(t - 0.5 * CYCLE_S));
     });

@@ -1,8 +1,12 @@
 //! The control cycle in closed loop with a plant that shares no code with it.
 
+#[path = "../shared/angles.rs"]
+mod angles;
+
+use angles::Commanded;
 use softdock_control::cycle::Cycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
+use softdock_control::io::{Inputs, Sequence, Trace};
 use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
@@ -10,8 +14,6 @@ use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings
 
 /// Cycle, s.
 pub(crate) const CYCLE_S: f64 = 0.004;
-/// Digits of a correction: 1e-6 mm, so that rounding is no effect of its own.
-const DECIMALS: u8 = 6;
 
 /// A test: what the board believes and what the plant is.
 #[derive(Clone, Debug)]
@@ -46,7 +48,6 @@ impl Case {
     /// Scenario S: 32 ms late, stands still for 16 ms at a reversal, 21 rad/s, elastic.
     pub(crate) fn scenario_s(law: LawName) -> Self {
         let mut settings = Settings::default();
-        settings.robot.correction_decimals = DECIMALS;
         settings.body_q.fixed = true;
         settings.limits.box_m = [1.0; 3];
         settings.delay.law = law;
@@ -82,7 +83,7 @@ impl Case {
     }
 
     /// Likewise, with every cycle shown.
-    pub(crate) fn record<S: Scalar>(&self, mut see: impl FnMut(&CycleRecord)) -> Rebound {
+    pub(crate) fn record<S: Scalar>(&self, mut see: impl FnMut(&Trace)) -> Rebound {
         let mut case = self.clone();
         case.settings.body_k.mass_kg = self.mass_kg;
         case.settings.body_k.velocity_m_s = [self.speed_m_s, 0.0, 0.0];
@@ -99,11 +100,11 @@ impl Case {
         while after < 100 && rig.cycles < 4000 {
             let record = rig.step();
             see(&record);
-            added += record.trace.unaccounted_impulse[0];
-            velocity = record.trace.body_k.velocity[0];
+            added += record.unaccounted_impulse[0];
+            velocity = record.body_k.velocity[0];
             let touched = rig.plant.log().contacts.first();
             after += u32::from(touched.is_some_and(|c| c.release_s.is_some()));
-            assert_eq!(record.trace.mode, Mode::Running, "{:?}", record.trace);
+            assert_eq!(record.mode, Mode::Running, "{:?}", record);
         }
         let touched = rig.plant.log().contacts[0];
         let ideal = softdock_delay_plants::truth::Bounce::new(
@@ -144,6 +145,8 @@ pub(crate) struct Rig<S: Scalar> {
     pub(crate) cycle: Cycle<S>,
     pub(crate) plant: Plant,
     inputs: Inputs,
+    position: [f64; 6],
+    commanded: Commanded,
     pub(crate) cycles: usize,
 }
 
@@ -153,11 +156,13 @@ impl<S: Scalar> Rig<S> {
         let mut plant = Plant::new(&case.plant);
         let sample = plant.first_sample();
         let mut inputs = Inputs::default();
-        inputs.robot.pose = Some(sample.position);
+        inputs.robot.pose = angles::pose(sample.position);
         let mut rig = Self {
-            cycle: Cycle::new(&case.settings).unwrap(),
+            cycle: Cycle::new(&case.settings, &angles::interface(CYCLE_S)).unwrap(),
             plant,
             inputs,
+            position: sample.position,
+            commanded: Commanded::default(),
             cycles: 0,
         };
         for command in [Command::Hold, Command::Arm, Command::Start] {
@@ -169,23 +174,19 @@ impl<S: Scalar> Rig<S> {
     }
 
     /// One cycle of both.
-    pub(crate) fn step(&mut self) -> CycleRecord {
+    pub(crate) fn step(&mut self) -> Trace {
         self.inputs.sensor.counter += 1;
         self.inputs.sensor.words[5] ^= 1;
-        let record = self.cycle.step(&self.inputs);
+        let (output, trace) = self.cycle.step(&self.inputs);
         self.inputs.command = None;
-        self.inputs.robot.ipoc += 4;
         self.inputs.robot.sequence = Sequence::Next;
-        let digit = 10f64.powi(-i32::from(DECIMALS));
-        let scale = [digit * 1e-3, digit.to_radians()];
-        let command = core::array::from_fn(|i| {
-            record.output.correction[i] as f64 * scale[usize::from(i > 2)] / CYCLE_S
-        });
+        let command = self.commanded.velocity(&output, self.position, CYCLE_S);
         let sample = self.plant.step(command);
-        self.inputs.robot.pose = Some(sample.position);
+        self.position = sample.position;
+        self.inputs.robot.pose = angles::pose(sample.position);
         self.inputs.sensor.wrench = sample.wrench;
         self.cycles += 1;
-        record
+        trace
     }
 }
 

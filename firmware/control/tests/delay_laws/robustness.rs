@@ -80,7 +80,7 @@ fn the_stiffness_is_identified() {
         case.omega *= factor.sqrt();
         let mut found = 0.0;
         let rebound = case.record::<f64>(|record| {
-            found = record.trace.law_status.stiffness_n_per_m;
+            found = record.law_status.stiffness_n_per_m;
         });
         let (k, _) = case.contact();
         assert!((found / k - 1.0).abs() < 0.02, "{factor}: {found} {k}");

@@ -20,7 +20,7 @@ fn the_start_is_the_ramp() {
             let steps = f64::from(case.settings.start.ramp_cycles);
             let mut last = 0.0;
             for _ in 0..60 {
-                let sent = rig.step().trace.sent_velocity[0];
+                let sent = rig.step().sent_velocity[0];
                 // The seed law adds its first terms with the second cycle.
                 let slack = match law {
                     // Its first terms come with the second cycle.
@@ -46,8 +46,8 @@ fn no_limit_acts_in_a_contact() {
         let mut fastest = 0.0f64;
         let case = Case::scenario_s(law);
         case.record::<f64>(|record| {
-            limits.set(record.trace.limits);
-            fastest = fastest.max(record.trace.sent_velocity[0].abs());
+            limits.set(record.limits);
+            fastest = fastest.max(record.sent_velocity[0].abs());
         });
         println!("{law:?}: fastest command {:.2} v", fastest / case.speed_m_s);
         assert_eq!(limits, LimitFlags::default(), "{law:?}");
@@ -110,7 +110,7 @@ fn between_two_walls(law: LawName, impacts: usize) -> f64 {
     let mut rig = Rig::<f64>::new(&case);
     let (mut after, mut velocity) = (0, 0.0);
     for _ in 0..20_000 {
-        velocity = rig.step().trace.body_k.velocity[0];
+        velocity = rig.step().body_k.velocity[0];
         let over = rig.plant.log().contacts.iter();
         after += usize::from(over.filter(|c| c.release_s.is_some()).count() >= impacts);
         if after > 20 {

@@ -85,7 +85,7 @@ fn error(law: LawName, flight: &Flight) -> f64 {
         let [x, y, z, a, b, c] = v;
         (Vector3::new(x, y, z), Vector3::new(a, b, c) * LEVER_M)
     };
-    let (linear, angular) = of(last.trace.body_k.velocity);
+    let (linear, angular) = of(last.body_k.velocity);
     let off =
         (linear - ideal.linear).norm_squared() + (angular - ideal.angular * LEVER_M).norm_squared();
     off.sqrt() / SPEED_M_S

@@ -74,7 +74,7 @@ fn a_wrong_structure_does_not_diverge() {
 fn a_wrong_structure_is_not_let_into_a_contact() {
     for (robot, believed, case) in pairs() {
         let outcome = case.fly();
-        let fault = outcome.run.records.last().and_then(|r| r.trace.fault);
+        let fault = outcome.run.records.last().and_then(|r| r.fault);
         let code = fault.map(|fault| fault.code);
         assert_eq!(code, Some(FaultCode::ActuatorUnlike), "{robot} {believed}");
         assert!(outcome.run.log.contacts.is_empty());

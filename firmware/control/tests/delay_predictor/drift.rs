@@ -4,7 +4,7 @@ use crate::case::{OMEGA, PURE, noise};
 use crate::repeated::{between, between_walls, speeds};
 use crate::rig::Run;
 use softdock_control::delay::status::LawFlags;
-use softdock_control::io::CycleRecord;
+use softdock_control::io::Trace;
 use softdock_delay_plants::{Actuator, DelayChange, Measurement};
 
 /// The change, s: between the first contact and the second.
@@ -29,12 +29,12 @@ fn restitutions(run: &Run) -> Vec<f64> {
 /// Believed delay at the end, ms.
 fn delay_ms(run: &Run) -> f64 {
     let last = run.records.last();
-    last.map_or(f64::NAN, |r| r.trace.law_status.delay_s * 1e3)
+    last.map_or(f64::NAN, |r| r.law_status.delay_s * 1e3)
 }
 
 fn follows(run: &Run) -> usize {
     let flag = LawFlags::DELAY_FOLLOWED;
-    let with = |r: &&CycleRecord| r.trace.law_status.flags.has(flag);
+    let with = |r: &&Trace| r.law_status.flags.has(flag);
     run.records.iter().filter(with).count()
 }
 

@@ -32,7 +32,7 @@ fn bounces(case: &Case, back: ForceLaw) -> Run {
 
 /// Records with which the law comes to a step of the ladder.
 fn steps_to(run: &Run, rung: Rung) -> Vec<usize> {
-    let at = |n: usize| run.records[n].trace.law_status.rung;
+    let at = |n: usize| run.records[n].law_status.rung;
     let all = 1..run.records.len();
     all.filter(|n| at(*n) == rung && at(n - 1) != rung)
         .collect()
@@ -54,7 +54,7 @@ fn an_unfit_contact_is_followed_by_one_that_is_led_less() {
         );
         assert!(down.len() >= 3 && up.len() >= 3, "{down:?} {up:?}");
         // In units of the speed: from the cycle after the guard has set the model's velocity on.
-        let sent = |n: usize| run.records[n].trace.law_velocity[0] / case.speed_m_s;
+        let sent = |n: usize| run.records[n].law_velocity[0] / case.speed_m_s;
         let free = |n: &usize| *n > down[0] && n + 20 < run.records.len();
         for n in down.iter().chain(&up).copied().filter(free) {
             for k in n + 1..n + 15 {

@@ -41,9 +41,9 @@ pub(crate) fn between(
 
 /// Speed of the model between the contacts, in units of the first.
 pub(crate) fn speeds(run: &Run) -> Vec<f64> {
-    let speed = |cycle: usize| run.records[cycle].trace.body_k.velocity[0].abs();
+    let speed = |cycle: usize| run.records[cycle].body_k.velocity[0].abs();
     let contact = |cycle: usize| {
-        let flags = run.records[cycle].trace.law_status.flags;
+        let flags = run.records[cycle].law_status.flags;
         flags.has(LawFlags::CONTACT)
     };
     let ends = (1..run.records.len()).filter(|n| contact(n - 1) && !contact(*n));

@@ -21,7 +21,7 @@ fn both_directions_are_the_same() {
     }
     let back = run(&settings, &plant, 1.4);
     let commands = |run: &Run| -> Vec<f64> {
-        let sent = run.records.iter().map(|r| r.trace.law_velocity[0]);
+        let sent = run.records.iter().map(|r| r.law_velocity[0]);
         sent.take(330).collect()
     };
     for (n, (a, b)) in commands(&there).iter().zip(commands(&back)).enumerate() {
@@ -44,7 +44,7 @@ fn force_that_cannot_be_a_contact_is_left_out() {
     let free = run(&settings, &plant, 1.0);
     settings.sensor.bias[0] = -0.5;
     let pulled = run(&settings, &plant, 1.0);
-    let last = |run: &Run| run.records.last().map(|r| r.trace.body_k.velocity[0]);
+    let last = |run: &Run| run.records.last().map(|r| r.body_k.velocity[0]);
     assert_eq!(last(&free), last(&pulled));
     assert_eq!(last(&free), Some(case.speed_m_s));
 }
@@ -58,7 +58,7 @@ fn the_account_of_momentum_is_complete() {
     let impulse: f64 = records
         .iter()
         .skip(27)
-        .map(|r| r.trace.wrench_at_m[0] * 0.004 + r.trace.unaccounted_impulse[0])
+        .map(|r| r.wrench_at_m[0] * 0.004 + r.unaccounted_impulse[0])
         .sum();
     let (before, after) = outcome.run.speeds();
     let change = 500.0 * (after - before);
@@ -71,14 +71,13 @@ fn the_account_of_momentum_is_complete() {
 #[test]
 fn the_ladder_is_in_the_trace() {
     let outcome = Case::default().fly();
-    let rung = |n: usize| outcome.run.records[n].trace.law_status.rung;
+    let rung = |n: usize| outcome.run.records[n].law_status.rung;
     assert_eq!(rung(10), Rung::Watching);
     assert_eq!(rung(150), Rung::Identifying);
-    let last = outcome.run.records.last().map(|r| r.trace.law_status);
+    let last = outcome.run.records.last().map(|r| r.law_status);
     let status = last.expect("a run");
     assert!((status.delay_s - 0.032).abs() < 1e-4);
-    let contact =
-        |r: &softdock_control::io::CycleRecord| r.trace.law_status.flags.has(LawFlags::CONTACT);
+    let contact = |r: &softdock_control::io::Trace| r.law_status.flags.has(LawFlags::CONTACT);
     assert!(outcome.run.records.iter().any(contact));
     let stiffness = status.stiffness_n_per_m;
     assert!((stiffness / 220_500.0 - 1.0).abs() < 0.01, "{stiffness}");
@@ -95,7 +94,7 @@ fn a_robot_that_stands_still_is_a_fault() {
         ..Case::default()
     };
     let run = run(&case.settings(), &case.plant(), 1.0);
-    let fault = run.records.last().and_then(|r| r.trace.fault);
+    let fault = run.records.last().and_then(|r| r.fault);
     let code = fault.map(|fault| fault.code);
     assert_eq!(code, Some(FaultCode::ActuatorUnlike));
 }

@@ -167,7 +167,7 @@ impl Scene {
             ..PlantSettings::default()
         };
         let run = run(&self.settings(), &plant, 1.6);
-        let last = run.records[run.records.len() - 1].trace;
+        let last = run.records[run.records.len() - 1];
         let distance = |body: &BodyTrace, truth: &Twist| {
             let [x, y, z, a, b, c] = body.velocity;
             (Vector3::new(x, y, z) - truth.linear).norm()

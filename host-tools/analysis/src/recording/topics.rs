@@ -6,11 +6,10 @@
 use super::TruthRecord;
 use super::field::{Field, Number, Unit, Visitor};
 use super::words::Word;
+use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::PARTS;
 use softdock_control::delay::status::{LawFlags, LawStatus};
-use softdock_control::io::{
-    BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
-};
+use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::Fault;
 
@@ -164,9 +163,9 @@ const LAW_PARTS: [LawPart; PARTS] = [
 /// Names of a part of the law, linear and angular, and its term in the paper.
 struct LawPart(&'static str, &'static str, &'static str);
 
-fn robot<V: Visitor>(v: &mut V, robot: &mut RobotSample) -> Result<(), V::Error> {
+fn robot<V: Visitor>(v: &mut V, robot: &mut RobotReport) -> Result<(), V::Error> {
     let about = "time stamp of the telegram";
-    scalar(v, ("ipoc", Unit::MILLISECOND, about), &mut robot.ipoc)?;
+    scalar(v, ("ipoc", Unit::MILLISECOND, about), &mut robot.counter)?;
 
     let (mut code, mut lost) = match robot.sequence {
         Sequence::NewRun => (0, 0),
@@ -202,7 +201,7 @@ fn robot<V: Visitor>(v: &mut V, robot: &mut RobotSample) -> Result<(), V::Error>
     let late = &mut robot.late_answers;
     scalar(v, ("late_answers", Unit::NONE, about), late)?;
     let about = "POSCORR status bits: 1-3 lower, 4-6 upper X Y Z, 7 rotation clamped";
-    let stat = &mut robot.poscorr_stat;
+    let stat = &mut robot.status;
     scalar(v, ("poscorr_stat", Unit::NONE, about), stat)
 }
 

@@ -5,8 +5,8 @@
 //! is how the simulation knows that all tasks have come to rest.
 
 use softdock_app::board::{CanBus, Clock, DatagramSocket, IoError, Recorder};
+use softdock_app::record::CycleRecord;
 use softdock_app::robot_link::Answer;
-use softdock_control::io::CycleRecord;
 use softdock_link::can::Frame;
 use std::cell::RefCell;
 use std::collections::VecDeque;

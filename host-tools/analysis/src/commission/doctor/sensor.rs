@@ -3,7 +3,7 @@
 use super::Check;
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
 use softdock_report::number;
 

@@ -8,9 +8,10 @@ use crate::recording::{Header, Recording};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use softdock_app::record::{Inputs, RobotReport};
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_app::settings::BoardSettings;
-use softdock_control::cycle::Cycle;
-use softdock_control::io::{Inputs, RobotSample, SensorSample, Sequence};
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::Command;
 use softdock_control::settings::Settings;
 use std::collections::VecDeque;
@@ -122,7 +123,7 @@ impl Rig {
     /// Runs the controller on this rig and records every cycle.
     pub(super) fn record(&self) -> Recording {
         let settings = self.settings();
-        let mut controller = Cycle::<f64>::new(&settings).unwrap();
+        let mut controller = RobotCycle::<f64>::new(&settings).unwrap();
         let mut random = Random(ChaCha8Rng::seed_from_u64(self.seed));
         let mut robot = Robot::new(self);
         let cycles = (self.seconds / TS) as u64;
@@ -160,15 +161,15 @@ impl Rig {
             pose[i + 3] = noise.angle_rad * random.normal();
         }
         Inputs {
-            robot: RobotSample {
-                ipoc: 1000 + 4 * n,
+            robot: RobotReport {
+                counter: 1000 + 4 * n,
                 sequence: if n == 0 {
                     Sequence::NewRun
                 } else {
                     Sequence::Next
                 },
                 pose: Some(pose),
-                ..RobotSample::default()
+                ..RobotReport::default()
             },
             sensor: SensorSample {
                 counter: n as u32 + 1,
