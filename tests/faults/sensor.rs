@@ -70,7 +70,7 @@ fn a_sample_in_time_brings_the_rate_back<S: Scalar>() {
 fn a_frozen_sensor_faults<S: Scalar>() {
     let mut settings = flying(SPEED_M_S);
     settings.sensor.frozen_after_cycles = 10;
-    let frozen = |inputs: &mut Inputs| inputs.sensor.words = [7; 6];
+    let frozen = |inputs: &mut Inputs| inputs.sensor.counts = [7; 6];
     let mut driver = cruising::<S>(&settings);
     for _ in 0..11 {
         assert_eq!(driver.step_with(frozen).trace.fault, None);

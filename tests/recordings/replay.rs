@@ -76,7 +76,7 @@ fn inputs(cycle: u32, position_m: f64) -> Inputs {
         sensor: SensorSample {
             counter: cycle + 1,
             wrench: [force_n, 0.0, 0.0, 0.0, 0.01, 0.0],
-            words: [word, 1, 2, 3, 4, 5],
+            counts: [word.into(), 1, 2, 3, 4, 5],
             status: 0,
             saturated: false,
         },

@@ -110,8 +110,8 @@ impl Source {
                 sensor: SensorSample {
                     counter: self.bits() as u32,
                     wrench: self.reals(),
-                    words: core::array::from_fn(|_| self.bits() as i16),
-                    status: self.bits() as u16,
+                    counts: core::array::from_fn(|_| self.bits() as i32),
+                    status: self.bits() as u32,
                     saturated: self.below(2) == 0,
                 },
                 command: self.maybe(|s| s.any(&Command::WORDS).1),

@@ -42,7 +42,7 @@ impl<S: Scalar> Driver<S> {
     pub fn step_with(&mut self, change: impl FnOnce(&mut Inputs)) -> CycleRecord {
         self.inputs.sensor.counter += 1;
         // A real gauge flickers.
-        self.inputs.sensor.words[5] ^= 1;
+        self.inputs.sensor.counts[5] ^= 1;
         self.step_stale(change)
     }
 

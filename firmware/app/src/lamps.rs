@@ -8,7 +8,7 @@
 
 use crate::shared::Status;
 use softdock_control::modes::Mode;
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 /// How often the lamps are set, ms: half of the faster blinking.
 pub const LAMP_PERIOD_MS: u32 = 125;

@@ -13,7 +13,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode, Refusal};
 use softdock_control::scalar::Scalar;
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 /// Longest telegram that is read: an Ethernet frame, which no robot's exceeds.
 pub const TELEGRAM_BYTES: usize = 1500;

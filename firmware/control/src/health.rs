@@ -33,7 +33,7 @@ pub struct Health {
     stale_after: u32,
     fault_after: u32,
     frozen_after: u32,
-    ignored_status: u16,
+    ignored_status: u32,
     lost_fault: u32,
     late_fault: u32,
     age: u32,
@@ -111,7 +111,7 @@ impl Health {
             self.age = self.age.saturating_add(1);
             return;
         }
-        let identical = sample.words == self.last.words && sample.wrench == self.last.wrench;
+        let identical = sample.counts == self.last.counts && sample.wrench == self.last.wrench;
         self.identical = if identical {
             self.identical.saturating_add(1)
         } else {
@@ -157,7 +157,7 @@ impl Health {
             Some(Fault::new(code, f64::from(expected), f64::from(received)))
         };
         if status != 0 {
-            fault(FaultCode::SensorStatus, 0, u32::from(status))
+            fault(FaultCode::SensorStatus, 0, status)
         } else if sample.saturated {
             fault(FaultCode::SensorSaturated, 0, 1)
         } else if self.age > self.fault_after {

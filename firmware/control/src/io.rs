@@ -43,10 +43,10 @@ pub struct SensorSample {
     pub counter: u32,
     /// Raw wrench in S: forces in N, torques in N·m.
     pub wrench: [f64; 6],
-    /// Raw words (gauge counts) for the log and for the frozen check.
-    pub words: [i16; 6],
+    /// Raw counts of its gauges or axes, for the log and for the frozen check.
+    pub counts: [i32; 6],
     /// Status word of the sensor.
-    pub status: u16,
+    pub status: u32,
     /// A gauge is at its range: all six axes are invalid, because the matrix couples them.
     pub saturated: bool,
 }

@@ -127,7 +127,7 @@ pub struct SensorSettings {
     /// real gauge flickers by a count; a silent simulation may not.
     pub frozen_after_cycles: u32,
     /// Status bits that are reported but do not fault.
-    pub ignored_status_bits: u16,
+    pub ignored_status_bits: u32,
 }
 }
 

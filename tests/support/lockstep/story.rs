@@ -61,7 +61,7 @@ fn step(settings: &BoardSettings, n: usize, record: &CycleRecord) -> Step {
     let length = write_rob(&telegram, DECIMALS, &tags, &mut bytes).expect("a telegram");
     let mut sample = record.inputs.sensor;
     sample.counter = n as u32 + 1;
-    sample.words = [n as i16, 1, 2, 3, 4, 5];
+    sample.counts = [i32::from(n as i16), 1, 2, 3, 4, 5];
     for (torque, turn) in sample.wrench[3..].iter_mut().zip(turn) {
         *torque = 0.2 * turn;
     }

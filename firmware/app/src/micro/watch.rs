@@ -5,7 +5,7 @@ use crate::board::Clock;
 use crate::shared::{LinkCounters, Shared, Status};
 use defmt::{Debug2Format, error, info, warn};
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use softdock_link::can::SensorCounters;
+use softdock_link::sensor::SensorCounters;
 
 /// How often it looks, µs.
 const PERIOD_US: u64 = 50_000;

@@ -104,6 +104,11 @@ impl Bench {
         bench
     }
 
+    /// A further handle on the world, for a task.
+    pub(crate) fn handle(&self) -> Handle {
+        self.world.clone()
+    }
+
     pub(crate) fn world(&self) -> RefMut<'_, World> {
         self.world.0.borrow_mut()
     }

@@ -176,7 +176,7 @@ impl<S: Scalar> Rig<S> {
     /// One cycle of both.
     pub(crate) fn step(&mut self) -> Trace {
         self.inputs.sensor.counter += 1;
-        self.inputs.sensor.words[5] ^= 1;
+        self.inputs.sensor.counts[5] ^= 1;
         let (output, trace) = self.cycle.step(&self.inputs);
         self.inputs.command = None;
         self.inputs.robot.sequence = Sequence::Next;

@@ -51,7 +51,7 @@ pub(crate) fn run(settings: &Settings, plant: &PlantSettings, duration_s: f64) -
         };
         inputs.robot.pose = angles::pose(sample.position);
         inputs.sensor.counter += 1;
-        inputs.sensor.words[5] ^= 1;
+        inputs.sensor.counts[5] ^= 1;
         inputs.sensor.wrench = sample.wrench;
         inputs.command = commands.get(n).copied().flatten();
         let (output, record) = cycle.step(&inputs);

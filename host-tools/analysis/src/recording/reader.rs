@@ -233,16 +233,20 @@ impl Loader {
             return Ok(());
         };
         let (name, encoding) = (topic.schema_name(), SCHEMA_ENCODING);
-        let expected = (name.into(), encoding.into(), ros2msg(topic).into_bytes());
-        ensure!(
-            channel.message_encoding == MESSAGE_ENCODING
-                && self.schemas.get(&channel.schema_id) == Some(&expected),
-            "topic `{}` has other fields than those of format `{FORMAT}`{}",
-            topic.name(),
-            self.other_version()
-        );
+        let schema = self.schemas.get(&channel.schema_id);
+        let form = topic.forms().into_iter().find(|form| {
+            let expected = (name.into(), encoding.into(), ros2msg(*form).into_bytes());
+            schema == Some(&expected) && channel.message_encoding == MESSAGE_ENCODING
+        });
+        let Some(form) = form else {
+            bail!(
+                "topic `{}` has other fields than those of format `{FORMAT}`{}",
+                topic.name(),
+                self.other_version()
+            );
+        };
         self.truth |= topic == Topic::Truth;
-        self.channels.insert(channel.id, topic);
+        self.channels.insert(channel.id, form);
         Ok(())
     }
 

@@ -131,6 +131,18 @@ uint8 mode
         }
     }
 
+    /// What recordings of before have in their sensor's schema, and what new ones have.
+    #[test]
+    fn the_sensor_has_a_form_of_16_and_of_32_bits() {
+        let [now, before] = Topic::Sensor.forms().map(ros2msg);
+        for (text, status, gauges) in [
+            (now, "\nuint32 status\n", "\nint32[6] gauge_counts\n"),
+            (before, "\nuint16 status\n", "\nint16[6] gauge_counts\n"),
+        ] {
+            assert!(text.contains(status) && text.contains(gauges), "{text}");
+        }
+    }
+
     #[test]
     fn both_craft_share_one_schema() {
         assert_eq!(ros2msg(Topic::BodyK), ros2msg(Topic::BodyQ));

@@ -75,7 +75,7 @@ fn status(cycles: &[CycleRecord], settings: &Settings) -> Check {
             format!("status bits {bits:#06x} were set and are ignored"),
         );
     }
-    let words = |c: &CycleRecord| c.inputs.sensor.words;
+    let words = |c: &CycleRecord| c.inputs.sensor.counts;
     let counted = cycles.iter().any(|c| words(c) != [0; 6]);
     let frozen = counted
         && cycles

@@ -174,7 +174,7 @@ impl Rig {
             sensor: SensorSample {
                 counter: n as u32 + 1,
                 wrench,
-                words: [n as i16; 6],
+                counts: [n as i32; 6],
                 ..SensorSample::default()
             },
             command: match n {

@@ -195,7 +195,7 @@ impl Board {
         inputs.sensor.counter += 1;
         inputs.sensor.wrench = sample.wrench;
         // A real gauge flickers.
-        inputs.sensor.words[5] ^= 1;
+        inputs.sensor.counts[5] ^= 1;
         inputs.command = match n {
             0 => Some(Command::Hold),
             1 => Some(Command::Arm),
