@@ -17,3 +17,4 @@ pub mod plant;
 pub mod process;
 pub mod rig;
 pub mod scalars;
+pub mod twist_robot;

@@ -1,12 +1,12 @@
 //! Physics and the one control cycle of a docking test rig.
 //!
 //! Nothing in here does I/O, reads a clock, allocates, formats, blocks or panics: the cycle is a
-//! function of (state, settings, one sensor sample, one robot telegram) to (state, correction,
+//! function of (state, settings, one sensor sample, one robot telegram) to (state, motion,
 //! trace). A recording can therefore be replayed bit for bit, on the host or on the board.
 //!
 //! Where to look:
 //! - [`frames`]: poses, twists, wrenches and the drawing of all named frames,
-//! - [`cycle`]: the step that runs each 4 ms,
+//! - [`cycle`]: the step that runs with each telegram of the robot,
 //! - [`wrench`], [`dynamics`], [`delay`], [`limits`], [`modes`]: its phases in their order,
 //! - [`settings`]: what a person writes; `validation` declares the range of each field,
 //! - `effects`: physical effects of rigs, one file each.

@@ -27,7 +27,7 @@ pub struct LimitSettings {
     /// Largest angular acceleration, rad/s².
     pub acceleration_rad_s2: f64,
     /// Half-widths of the box around the start position, axes of C, m. Smaller than the robot's
-    /// POSCORR limits, which clamp silently.
+    /// own limits, which may clamp silently (POSCORR).
     pub box_m: [f64; 3],
     /// Largest rotation away from the start orientation, rad.
     pub box_rad: f64,

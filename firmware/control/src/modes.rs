@@ -117,7 +117,7 @@ pub enum Refusal {
     MovedSinceArmed,
     /// Too few good samples since the run began for a mean.
     TooFewSamples,
-    /// B is near ±90°, where A and C cannot be told apart.
+    /// The robot's angles are near their gimbal lock, where two of them cannot be told apart.
     OrientationSingular,
     /// The jog could leave the box around the pose in which the robot began, or come near the gimbal
     /// lock of its angles.

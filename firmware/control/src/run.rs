@@ -36,7 +36,8 @@ pub(crate) struct Plan<S: Scalar> {
     ramp_cycles: u32,
     stop_cycles: u32,
     clamp_fault_cycles: u32,
-    gimbal_lock: Option<GimbalLock>,
+    /// With the largest sine that is allowed.
+    gimbal_lock: Option<(GimbalLock, S)>,
     /// Part of the rate that a cycle with a stale sensor takes away.
     authority_step: S,
 }
@@ -98,7 +99,7 @@ impl<S: Scalar> Plan<S> {
             ramp_cycles: start.ramp_cycles,
             stop_cycles: ((start.stop_time_s / cycle_s) as u32).max(1),
             clamp_fault_cycles: settings.limits.clamp_fault_cycles,
-            gimbal_lock: robot.gimbal_lock,
+            gimbal_lock: robot.gimbal_lock.map(|lock| (lock, lock.largest_sine(0.0))),
             authority_step: S::of(1.0 / f64::from(grace.max(1))),
         }
     }
@@ -327,12 +328,12 @@ impl<S: Scalar> Run<S> {
     /// A rotation towards the gimbal lock of the robot's angles is left out, as at the edge of the
     /// box.
     fn keep_off_gimbal_lock(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
-        let Some(lock) = &plan.gimbal_lock else {
+        let Some((lock, largest)) = &plan.gimbal_lock else {
             return;
         };
         let next = frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
         let (now, next) = (lock.sine(&self.orientation), lock.sine(&next));
-        if next > lock.largest_sine(0.0) && next > now {
+        if next > *largest && next > now {
             sent.angular = Vector3::zeros();
             flags.set(LimitFlags::BOX);
         }
