@@ -4,21 +4,12 @@
 //! that holds them.
 
 use serde_json::Value;
-use softdock_tests::process::{scratch, softdock};
-use std::path::{Path, PathBuf};
+use softdock_tests::process::{recorded_data, scratch, softdock};
+use std::path::Path;
 
 fn repository(path: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     root.join(path).display().to_string()
-}
-
-/// A folder of recorded data; None, loudly, where it is not.
-fn recorded(name: &str) -> Option<PathBuf> {
-    let Some(data) = std::env::var_os("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; {name} was not read");
-        return None;
-    };
-    Some(Path::new(&data).join(name))
 }
 
 fn json(folder: &Path, arguments: &[&str]) -> Value {
@@ -31,7 +22,7 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
 /// that the zero drifted is said.
 #[test]
 fn a_real_sensor_is_calibrated_into_the_settings() {
-    let Some(data) = recorded("ft_gravity_ati") else {
+    let Some(data) = recorded_data("ft_gravity_ati") else {
         return;
     };
     let folder = scratch("calibrate_ati");
@@ -140,7 +131,7 @@ fn the_rehearsed_robot_is_identified_into_the_settings() {
 /// No structure has all of that, and the tool says so.
 #[test]
 fn a_real_joint_is_identified() {
-    let Some(data) = recorded("ur_delay") else {
+    let Some(data) = recorded_data("ur_delay") else {
         return;
     };
     let folder = scratch("identify_ur5");

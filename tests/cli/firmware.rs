@@ -61,14 +61,17 @@ fn the_image_fits_and_its_tasks_are_named() {
     };
     assert!(used("FLASH") > 50_000 && used("RAM") > 50_000);
     assert_eq!(used("SETTINGS"), 0, "the place of the settings");
-    let tasks = built["tasks"].to_string();
-    for task in [
-        "robot_task",
-        "sensor_task",
-        "network_task",
-        "watchdog::feed",
+    let tasks = built["tasks"].as_array().unwrap();
+    for (name, flash) in [
+        ("robot_task", 50_000),
+        ("sensor_task", 5_000),
+        ("network_task", 1_000),
+        ("watchdog::feed", 100),
     ] {
-        assert!(tasks.contains(task), "{task} in {tasks}");
+        let named = |task: &&serde_json::Value| task["name"].as_str().unwrap().ends_with(name);
+        let task = tasks.iter().find(named).unwrap();
+        assert!(task["ram"].as_u64().unwrap() > 50, "{task}");
+        assert!(task["flash"].as_u64().unwrap() > flash, "{task}");
     }
 }
 

@@ -5,7 +5,7 @@
 use serde_json::Value;
 use softdock_analysis::import::docking_rig_log;
 use softdock_analysis::recording::Recording;
-use softdock_tests::process::{Finished, scratch, softdock};
+use softdock_tests::process::{Finished, recorded_data, scratch, softdock};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -121,11 +121,9 @@ fn a_hidden_delay_is_found_added_and_gone() {
 
 #[test]
 fn recorded_data_goes_the_same_way() {
-    let Some(data) = std::env::var_os("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; nothing was tested on recorded data");
+    let Some(case) = recorded_data("hidden-effects-dev/d10") else {
         return;
     };
-    let case = Path::new(&data).join("hidden-effects-dev/d10");
     let folder = scratch("cli_recorded");
     run(
         &folder,

@@ -5,15 +5,11 @@
 use softdock_analysis::compare::{Comparison, NoiseVerdict, Quantity, compare};
 use softdock_analysis::import::docking_rig_log;
 use softdock_analysis::model::{Axis, Channel};
-use std::path::PathBuf;
+use softdock_tests::process::recorded_data;
 
-/// Comparisons of both logs of a case; None, said loudly, where there is no data.
+/// Comparisons of both logs of a case.
 fn both_logs(case: &str) -> Option<[Comparison; 2]> {
-    let Some(data) = std::env::var_os("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; nothing was tested on recorded data");
-        return None;
-    };
-    let folder = PathBuf::from(data).join("hidden-effects-dev").join(case);
+    let folder = recorded_data("hidden-effects-dev")?.join(case);
     let logs = docking_rig_log::read(&folder).unwrap();
     Some([
         compare(&logs.model, &logs.train).unwrap(),

@@ -2,7 +2,7 @@
 
 use softdock::bench::diagnose::{self, Bench};
 use softdock_hidden_effects::{CaseSpec, Level, suite};
-use std::path::PathBuf;
+use softdock_tests::process::recorded_data;
 
 /// Seed of the cases that are looked at here; `softdock bench diagnose` takes any.
 const SEED: u64 = 1;
@@ -29,7 +29,17 @@ fn wrong(bench: &Bench) -> Vec<String> {
     .collect()
 }
 
+/// One of each kind; the long campaign takes more of them.
 #[test]
+fn a_sample_of_the_generated_logs_is_judged_right() {
+    let levels = [Level::Single, Level::Null, Level::Outside];
+    let specs: Vec<_> = levels.into_iter().flat_map(|l| cases(l, 1)).collect();
+    let bench = score(&specs);
+    assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+}
+
+#[test]
+#[ignore = "long: eight diagnoses"]
 fn logs_with_nothing_hidden_are_clean() {
     let mut specs = cases(Level::Null, 4);
     specs.extend(cases(Level::NullWithinTolerance, 4));
@@ -38,6 +48,7 @@ fn logs_with_nothing_hidden_are_clean() {
 }
 
 #[test]
+#[ignore = "long: sixteen diagnoses"]
 fn single_effects_are_found() {
     let bench = score(&cases(Level::Single, 16));
     let found = bench.scores.single_top1;
@@ -49,6 +60,7 @@ fn single_effects_are_found() {
 }
 
 #[test]
+#[ignore = "long: four diagnoses"]
 fn what_no_catalogue_contains_is_not_named() {
     let bench = score(&cases(Level::Outside, 4));
     let rate = bench.scores.outside_unexplained;
@@ -56,12 +68,11 @@ fn what_no_catalogue_contains_is_not_named() {
 }
 
 #[test]
+#[ignore = "long: 24 diagnoses"]
 fn the_training_set_is_solved() {
-    let Ok(data) = std::env::var("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; the training set is not there");
+    let Some(folder) = recorded_data("hidden-effects-dev") else {
         return;
     };
-    let folder = PathBuf::from(data).join("hidden-effects-dev");
     let bench = diagnose::folder(&folder, &|| ()).unwrap();
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
     let drop = bench.scores.drop_of_90_percent();

@@ -6,19 +6,19 @@ use nalgebra::Vector3;
 use softdock_analysis::import::mapping::import;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
+use softdock_tests::process::recorded_data;
 use std::path::Path;
 
 /// Rows and root mean squares of the examples, whose data is not part of the project.
 #[test]
 fn the_examples_import_as_their_origins_say() {
-    let Some(data) = std::env::var_os("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; nothing was tested on recorded data");
+    let Some(data) = recorded_data("") else {
         return;
     };
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let logs = |data_name: &str, example: &str| {
         let mapping = examples.join(example).join("mapping.toml");
-        let logs = import(&Path::new(&data).join(data_name), &mapping).unwrap();
+        let logs = import(&data.join(data_name), &mapping).unwrap();
         assert_eq!(logs.warnings, Vec::<String>::new(), "{example}");
         logs
     };

@@ -7,17 +7,15 @@ use softdock_analysis::import::mapping::import;
 use softdock_analysis::model::prediction::{Prediction, predict};
 use softdock_analysis::model::{Axis, Channel};
 use softdock_analysis::recording::Recording;
+use softdock_tests::process::recorded_data;
 use std::path::Path;
 
-/// Diagnosis of an example, and the log that it was fitted on; None, loudly, without its recordings.
+/// Diagnosis of an example, and the log that it was fitted on.
 fn diagnosed(data_name: &str, example: &str) -> Option<(Report, Recording)> {
-    let Some(data) = std::env::var_os("SOFTDOCK_DATA") else {
-        eprintln!("SKIPPED: SOFTDOCK_DATA is not set; {example} was not diagnosed");
-        return None;
-    };
+    let data = recorded_data(data_name)?;
     let mapping = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let mapping = mapping.join(example).join("mapping.toml");
-    let logs = import(&Path::new(&data).join(data_name), &mapping).unwrap();
+    let logs = import(&data, &mapping).unwrap();
     let (model, _) = logs.model.unwrap();
     let quiet = |_: f64, _: &str| {};
     let report = diagnose(&model, &logs.train, logs.test.as_ref(), &quiet).unwrap();

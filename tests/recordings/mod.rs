@@ -3,5 +3,6 @@
 mod csv;
 mod damage;
 mod file;
+mod golden;
 mod replay;
 mod sample;

@@ -1,7 +1,13 @@
 //! Reports as a colleague sees them: opened in headless Chromium, nothing missing, nothing cut
 //! off, nothing asked of the network. Pictures are kept under `target/report-screenshots/`.
 
-use softdock_analysis::diagnose::page::page;
+use softdock::experiment::run::record;
+use softdock::experiment::scenario::Scenario;
+use softdock::pages::comparison;
+use softdock::pages::diagnosis::page;
+use softdock_analysis::compare::compare;
+use softdock_analysis::model::Model;
+use softdock_analysis::recording::Recording;
 use softdock_tests::browser::{Browser, assert_report};
 use softdock_tests::made_up::{self, MadeUp};
 use softdock_tests::process::{scratch, softdock};
@@ -108,4 +114,26 @@ fn what_is_wrong_with_a_page_is_found() {
             "expected `{expected}` in\n{found}"
         );
     }
+}
+
+/// A page is made of whatever a recording holds, and says what the comparison found.
+#[test]
+fn a_comparison_of_any_numbers_has_a_page() {
+    let scenario = Scenario::spring_rod().unwrap();
+    let mut recording = record(&scenario).unwrap().0;
+    let model = Model::default();
+    let html = |recording: &Recording| {
+        let found = compare(&model, recording).unwrap();
+        comparison::page(&found).unwrap().to_html()
+    };
+    let usual = html(&recording);
+    assert!(usual.contains("<svg") && usual.contains("turning point"));
+    assert!(usual.contains("body_k"), "the settings are in the page");
+    for cycle in &mut recording.cycles {
+        cycle.inputs.sensor.wrench = [f64::INFINITY; 6];
+        cycle.trace.pose = [f64::NAN; 7];
+        cycle.trace.model_velocity = [f64::NAN; 6];
+        cycle.trace.sent_velocity = [f64::NAN; 6];
+    }
+    assert!(html(&recording).contains("Model against recording"));
 }

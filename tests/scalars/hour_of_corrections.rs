@@ -199,6 +199,7 @@ fn an_hour<S: Scalar>(
 
 /// All digits and both modes at once: the other seven round the same command beside the cycle.
 #[test]
+#[ignore = "long: an hour of cycles"]
 fn f64_from_3_to_6_decimals_relative_and_absolute() {
     let all = MODES.map(|mode| (3..=6).map(move |decimals| (mode, decimals)));
     let mut others: Vec<_> = all
@@ -231,6 +232,7 @@ fn f64_from_3_to_6_decimals_relative_and_absolute() {
 /// fixed point are good to 3e-9 rad, a fifth of such a digit. The commanded orientation itself is
 /// the rounded sum of an hour's rotations: 2e-6 rad, where rounding downwards came to 4e-4.
 #[test]
+#[ignore = "long: an hour of cycles"]
 fn fixed_point_absolute_with_6_decimals() {
     let hour = an_hour::<Fixed>(&settings(MODES[1], 6), |_, _, _| ());
     assert!(hour.digits.0 < 0.501 && hour.digits.1 < 1.0, "{hour:?}");

@@ -3,7 +3,7 @@
 mod log;
 
 use log::{CONTACT_S, FIRST_TOUCH_S, FORCE_SIGMA, PERIOD_S, VELOCITY_SIGMA, force, predict};
-use softdock_analysis::diagnose::page::Identity;
+use softdock::pages::diagnosis::Identity;
 use softdock_analysis::diagnose::{
     BeforeAfter, ChannelLevels, Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked,
     Region, RunnerUp, Step, Verdict,

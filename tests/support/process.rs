@@ -1,5 +1,6 @@
 //! Child processes of the tests: what they say, bounded waits, and an end in every case.
 
+use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
@@ -304,6 +305,30 @@ fn profile_folder() -> PathBuf {
     profile
         .expect("a test stands in target/<profile>/deps")
         .to_path_buf()
+}
+
+/// Recorded data of a machine that is not part of the project: `SOFTDOCK_DATA` names the folder that
+/// holds it. None where it is not there; then the test is skipped, and `tests/run` says so in its last
+/// lines, from the file `skipped-tests` that this function adds the name of the test to.
+///
+/// # Panics
+/// If the folder is named and does not hold the data, or the file cannot be written.
+pub fn recorded_data(name: &str) -> Option<PathBuf> {
+    if let Some(folder) = std::env::var_os("SOFTDOCK_DATA") {
+        let data = PathBuf::from(folder).join(name);
+        assert!(data.exists(), "SOFTDOCK_DATA: expected {}", data.display());
+        return Some(data);
+    }
+    let test = thread::current();
+    let line = format!("{}\n", test.name().unwrap_or("a test without a name"));
+    let list = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(profile_folder().join("skipped-tests"));
+    let written = list.and_then(|mut list| list.write_all(line.as_bytes()));
+    written.expect("the list of skipped tests can be written");
+    eprintln!("SKIPPED: SOFTDOCK_DATA is not set; {name} is not there");
+    None
 }
 
 /// An empty folder for the files of one test, under `target/`.

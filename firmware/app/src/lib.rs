@@ -16,7 +16,7 @@ pub mod board;
 mod checksum;
 pub mod emulated_flash;
 pub mod image;
-pub mod lamps;
+pub mod leds;
 #[cfg(feature = "micro")]
 pub mod micro;
 pub mod parameters;

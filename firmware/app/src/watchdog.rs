@@ -5,28 +5,57 @@
 //! priority, so that it has gone round as well when it asks. A timer interrupt that feeds would
 //! keep a board alive that does nothing else.
 
-use crate::shared::Status;
+use crate::board::Clock;
+use crate::shared::{Shared, Status};
 use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_sync::blocking_mutex::raw::RawMutex;
 
-/// How often the watchdog is to be fed, ms; also how long work may take to complete.
-pub const FEED_PERIOD_MS: u64 = 100;
+/// How often the watchdog is to be fed, µs; also how long work may take to complete.
+const FEED_PERIOD_US: u64 = 100_000;
 
-/// Time after which the hardware resets the board, µs: three missed meals, and below a second,
+/// Time after which the hardware resets the board, µs: three missed feeds, and below a second,
 /// within which a robot at its slowest commissioning speed moves a few millimetres.
 pub const RESET_AFTER_US: u32 = 350_000;
 
+/// Feeds the hardware as long as work is completed, for ever; to be awaited below the control cycle.
+pub async fn supervise<M: RawMutex>(
+    shared: &Shared<M>,
+    clock: &impl Clock,
+    heartbeat: &Heartbeat,
+    mut feed: impl FnMut(),
+) -> ! {
+    let mut supervisor = Supervisor::default();
+    let mut next_us = clock.now_us();
+    loop {
+        if supervisor.may_feed(&shared.status(), heartbeat) {
+            feed();
+        }
+        next_us += FEED_PERIOD_US;
+        clock.wait_until(next_us).await;
+    }
+}
+
 /// Rounds of the executor that runs the control cycle.
 #[derive(Debug, Default)]
-pub struct Pulse(AtomicU32);
+pub struct Heartbeat(AtomicU32);
 
-impl Pulse {
+impl Heartbeat {
     /// No round yet.
     pub const fn new() -> Self {
         Self(AtomicU32::new(0))
     }
 
-    /// Called by a task of the control cycle's executor, at least twice per [`FEED_PERIOD_MS`].
-    pub fn beat(&self) {
+    /// Beats for ever; to be awaited in the executor of the control cycle.
+    pub async fn run(&self, clock: &impl Clock) -> ! {
+        let mut next_us = clock.now_us();
+        loop {
+            self.beat();
+            next_us += FEED_PERIOD_US / 4;
+            clock.wait_until(next_us).await;
+        }
+    }
+
+    fn beat(&self) {
         let beats = self.0.load(Ordering::Relaxed);
         self.0.store(beats.wrapping_add(1), Ordering::Relaxed);
     }
@@ -38,17 +67,17 @@ impl Pulse {
 
 /// Remembers what had been done when the watchdog was fed last.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Watch {
+struct Supervisor {
     beats: u32,
     telegrams: u64,
     connected: bool,
 }
 
-impl Watch {
+impl Supervisor {
     /// Whether enough has been done since the last call to feed the watchdog.
-    pub fn may_feed(&mut self, status: &Status, pulse: &Pulse) -> bool {
+    fn may_feed(&mut self, status: &Status, heartbeat: &Heartbeat) -> bool {
         let now = Self {
-            beats: pulse.beats(),
+            beats: heartbeat.beats(),
             telegrams: telegrams(status),
             connected: status.connected,
         };
@@ -91,26 +120,35 @@ mod tests {
     }
 
     #[test]
-    fn an_idle_board_lives_by_its_pulse() {
-        let (pulse, mut watch) = (Pulse::new(), Watch::default());
-        pulse.beat();
-        assert!(watch.may_feed(&status(false, 0), &pulse));
-        assert!(!watch.may_feed(&status(false, 0), &pulse), "no pulse");
-        pulse.beat();
-        assert!(watch.may_feed(&status(false, 0), &pulse));
+    fn an_idle_board_lives_by_its_heartbeat() {
+        let (heartbeat, mut supervisor) = (Heartbeat::new(), Supervisor::default());
+        heartbeat.beat();
+        assert!(supervisor.may_feed(&status(false, 0), &heartbeat));
+        assert!(
+            !supervisor.may_feed(&status(false, 0), &heartbeat),
+            "no heartbeat"
+        );
+        heartbeat.beat();
+        assert!(supervisor.may_feed(&status(false, 0), &heartbeat));
     }
 
     #[test]
-    fn with_a_robot_a_pulse_without_answers_is_not_enough() {
-        let (pulse, mut watch) = (Pulse::new(), Watch::default());
-        pulse.beat();
-        assert!(watch.may_feed(&status(true, 0), &pulse), "it has just come");
+    fn with_a_robot_a_heartbeat_without_answers_is_not_enough() {
+        let (heartbeat, mut supervisor) = (Heartbeat::new(), Supervisor::default());
+        heartbeat.beat();
+        assert!(
+            supervisor.may_feed(&status(true, 0), &heartbeat),
+            "it has just come"
+        );
         for _ in 0..3 {
-            pulse.beat();
-            assert!(!watch.may_feed(&status(true, 0), &pulse));
+            heartbeat.beat();
+            assert!(!supervisor.may_feed(&status(true, 0), &heartbeat));
         }
-        assert!(watch.may_feed(&status(true, 1), &pulse));
-        pulse.beat();
-        assert!(watch.may_feed(&status(false, 1), &pulse), "it has gone");
+        assert!(supervisor.may_feed(&status(true, 1), &heartbeat));
+        heartbeat.beat();
+        assert!(
+            supervisor.may_feed(&status(false, 1), &heartbeat),
+            "it has gone"
+        );
     }
 }

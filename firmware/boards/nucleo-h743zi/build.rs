@@ -18,7 +18,8 @@ fn main() {
     // The linker runs in the repository's top folder, where link.x finds memory.x.
     println!("cargo::rerun-if-changed={ROOT}/memory.x");
     // Without --nmagic the linker would align sections for pages, which the board does not have.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    // By the relocations `softdock firmware` sees which task needs what of the flash.
+    for argument in ["--nmagic", "--emit-relocs", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     set_git_state(ROOT);

@@ -6,4 +6,5 @@ pub mod catalogue;
 pub mod check;
 pub mod cli;
 pub mod experiment;
+pub mod pages;
 pub mod robot_config;

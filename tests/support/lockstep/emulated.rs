@@ -5,7 +5,7 @@ use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
 use softdock_lockstep::{Done, MESSAGE_BYTES, Step, frame, unframe};
 use softdock_rig::board::qemu::Chip;
-use softdock_rig::firmware::{BoardImage, build};
+use softdock_rig::firmware::{BoardImage, build, emulated_profile};
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -36,12 +36,13 @@ impl Emulated {
     /// # Panics
     /// If the program does not build, or ends in the middle.
     pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
-        let image = build(&BoardImage {
+        let board = BoardImage {
             package: "softdock-lockstep",
             target: chip.target(),
             features: &["board"],
-        });
-        let image = image.expect("the program builds");
+        };
+        // Its instructions are counted.
+        let image = build(&board, &emulated_profile()).expect("the program builds");
         let folder = scratch(test);
         for pipe in ["to_board", "from_board"] {
             let made = Command::new("mkfifo").arg(folder.join(pipe)).status();

@@ -1,9 +1,12 @@
-//! The log's first lines: who this is, and with which settings.
+//! The start of the firmware and the log's first lines: who this is, and with which settings.
 
+use super::service::{self, Prepared};
 use crate::processor::Processor;
 use crate::settings::BoardSettings;
-use crate::store::{Boot, Origin};
+use crate::store::{Boot, Origin, Store, TRIAL_BYTES, Trial};
+use core::fmt;
 use defmt::{Display2Format, error, info, warn};
+use embedded_storage_async::nor_flash::NorFlash;
 
 /// Who the firmware is.
 #[derive(Clone, Copy, Debug)]
@@ -18,24 +21,48 @@ pub struct Identity {
     pub processor: Processor,
 }
 
-/// Logs who this is.
-pub fn report_identity(identity: &Identity) {
+impl fmt::Display for Identity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "softdock {} ({}) on {}",
+            self.version, self.git, self.board
+        )
+    }
+}
+
+/// What a start knows of the run before.
+#[derive(Clone, Copy, Debug)]
+pub struct Before<'a> {
+    /// The message of a panic or of a fault, if the firmware did not start over by itself.
+    pub crash: Option<&'a str>,
+    /// What it handed over, or anything after power-up.
+    pub retained: [u8; TRIAL_BYTES],
+}
+
+/// Reads the settings to start with, and logs who this is, why it starts, and with which settings;
+/// once. `number` differs from start to start. Reading flash must not wait for anything.
+pub fn boot<F: NorFlash>(
+    identity: &Identity,
+    store: &'static mut Store<F>,
+    before: Before<'_>,
+    number: u32,
+) -> Option<(Boot, Prepared<F>)> {
     info!(
         "softdock {=str} ({=str}) on {=str}",
         identity.version, identity.git, identity.board
     );
-}
-
-/// Logs why the firmware started over, if it did not do so by itself: the message of a panic or of
-/// a fault.
-pub fn report_crash(message: Option<&str>) {
-    if let Some(message) = message {
-        defmt::error!("started over after: {=str}", message);
+    if let Some(message) = before.crash {
+        error!("started over after: {=str}", message);
     }
+    let trial = Trial::decode(&before.retained);
+    let prepared = service::prepare(store, trial, number, identity, before.crash)?;
+    report_settings(&prepared.0, identity.processor);
+    Some(prepared)
 }
 
 /// Logs which settings are used, and whether the processor keeps up with them.
-pub fn report_settings(boot: &Boot, processor: Processor) {
+fn report_settings(boot: &Boot, processor: Processor) {
     match boot.origin {
         Origin::Flash { sequence, .. } => info!("settings {=u32} from flash", sequence),
         Origin::Trial(trial) => warn!(
@@ -65,7 +92,7 @@ pub fn report_settings(boot: &Boot, processor: Processor) {
 
 /// Logs that settings which passed their checks cannot be used, so that nothing was started.
 pub fn report_unusable() {
-    defmt::error!("settings passed their checks, but cannot be used: nothing was started");
+    error!("settings passed their checks, but cannot be used: nothing was started");
 }
 
 /// Logs that robot and sensor may come. A launcher waits for this line.

@@ -1,5 +1,6 @@
-//! What all microcontrollers share: [`clock`], [`udp`], [`telemetry`] and [`service`] over Embassy,
-//! [`start`], which puts robot and network together, and [`boot`] and [`watch`] for the log.
+//! What all microcontrollers share: [`clock`], [`udp`], [`telemetry`] and [`service`] over Embassy;
+//! [`start`], which puts network, robot and telemetry together; [`boot`] and [`monitor`] for the log.
+//! A board adds its clocks, pins and drivers, and the tasks that name their types.
 //!
 //! The log is defmt's: the board sends numbers, the text stays in the ELF file, and the host puts
 //! them together. Nothing of the control cycle writes a log; a task of low priority looks at the
@@ -7,8 +8,14 @@
 
 pub mod boot;
 pub mod clock;
+pub mod monitor;
 pub mod service;
 pub mod start;
 pub mod telemetry;
 pub mod udp;
-pub mod watch;
+
+use crate::shared::Shared;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+
+/// State that the tasks of all priorities share.
+pub static SHARED: Shared<CriticalSectionRawMutex> = Shared::new();

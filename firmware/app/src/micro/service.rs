@@ -1,14 +1,13 @@
 //! The parameter service of a microcontroller: its memory and its start.
 
+use super::SHARED;
 use super::boot::Identity;
 use super::clock::UptimeClock;
 use crate::image::IMAGE_MAX_BYTES;
 use crate::service::{End, IDENTITY_BYTES, Service, Session};
-use crate::shared::Shared;
 use crate::store::{Block, Boot, Store, Trial};
 use core::fmt::Write;
 use embassy_futures::block_on;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embedded_storage_async::nor_flash::NorFlash;
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -21,7 +20,7 @@ pub struct Prepared<F: 'static> {
 
 /// Reads the settings to start with, once; none if it was done before. `number` differs from start to
 /// start, `crash` is the message of the run before. Reading flash must not wait for anything.
-pub fn prepare<F: NorFlash>(
+pub(super) fn prepare<F: NorFlash>(
     store: &'static mut Store<F>,
     trial: Option<Trial>,
     number: u32,
@@ -33,16 +32,10 @@ pub fn prepare<F: NorFlash>(
     let block = BLOCK.try_take()?;
     let boot = block_on(store.boot(trial, block));
     let mut text = heapless::String::<IDENTITY_BYTES>::new();
-    let Identity {
-        version,
-        git,
-        board,
-        processor,
-    } = identity;
     // A longer one is cut off.
-    let _ = write!(text, "softdock {version} ({git}) on {board}");
+    let _ = write!(text, "{identity}");
     let session = SESSION.init_with(|| Session::new(&boot, number, &text));
-    session.run_on(*processor);
+    session.run_on(identity.processor);
     if let Some(crash) = crash {
         session.note(0, format_args!("started over after: {crash}"));
     }
@@ -58,7 +51,6 @@ pub fn prepare<F: NorFlash>(
 /// any. To be awaited below everything else: it formats texts and writes flash.
 pub async fn serve<F: NorFlash>(
     prepared: Prepared<F>,
-    shared: &Shared<CriticalSectionRawMutex>,
     reader: impl embedded_io_async::Read,
     writer: impl embedded_io_async::Write,
 ) -> Option<Trial> {
@@ -68,7 +60,7 @@ pub async fn serve<F: NorFlash>(
         block,
     } = prepared;
     let service = Service {
-        shared,
+        shared: &SHARED,
         session,
         store,
         block,

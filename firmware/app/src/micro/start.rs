@@ -1,71 +1,93 @@
-//! Puts the control cycle of a microcontroller together, and spawns its tasks.
+//! Puts network, control cycle and telemetry of a microcontroller together, and spawns tasks.
 
+use super::SHARED;
 use super::boot::Identity;
-use super::telemetry::{self, Encoder, Queue, Transmitter};
-use super::udp::{UdpPort, UdpQueues};
+use super::telemetry::{self, Queue, encoder_task, transmitter_task};
+use super::udp::{UdpPort, static_address};
 use crate::auto_start::AutoStart;
-use crate::robot::RobotTask;
 use crate::robot_link::RobotLink;
-use crate::settings::{BoardSettings, Network};
-use crate::shared::Shared;
+use crate::settings::BoardSettings;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
-use embassy_net::Stack;
+use embassy_net::driver::Driver;
+use embassy_net::{Runner, StackResources};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_control::scalar::Scalar;
+use static_cell::StaticCell;
 
-/// The robot task with its socket, and the telemetry if there is a recorder.
-pub struct Assembly<S: Scalar> {
-    /// The task.
-    pub robot: RobotTask<'static, CriticalSectionRawMutex, S>,
-    /// Its socket.
-    pub port: UdpPort<'static>,
-    /// For the robot task, for the executor of what may wait, and for that of the network.
-    pub telemetry: Option<(Queue, Encoder, Transmitter)>,
+/// Sockets of the network stack: the robot's and the telemetry's.
+const SOCKETS: usize = 2;
+/// Seed of the network stack. Only ports that are given by settings are used, so nothing has to be
+/// random.
+const SEED: u64 = 0;
+
+/// Spawners of a board's three executors, highest priority first: the control cycle interrupts
+/// everything that is not needed for it, and everything interrupts the service.
+#[derive(Clone, Copy)]
+pub struct Spawners {
+    /// Network, sensor and robot.
+    pub control: SendSpawner,
+    /// Everything that may wait for the control cycle.
+    pub background: SendSpawner,
+    /// The parameter service, which formats texts and writes flash.
+    pub service: SendSpawner,
 }
 
 /// What differs from board to board and from start to start.
-pub struct Given {
-    /// State shared with the other tasks.
-    pub shared: &'static Shared<CriticalSectionRawMutex>,
-    /// Memory of the robot's socket.
-    pub queues: UdpQueues,
-    /// Arm and start without a person.
-    pub auto_start: bool,
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
     /// Who the firmware is.
     pub identity: &'static Identity,
+    /// Arm and start without a person.
+    pub auto_start: bool,
     /// A number that differs from start to start.
     pub boot: u32,
 }
 
-/// Puts together what the settings ask for; none if they may not be used.
-pub fn assemble<S: Scalar>(
-    stack: Stack<'static>,
-    network: &Network,
+/// The robot task of a microcontroller.
+pub type RobotTask<S> = crate::robot::RobotTask<'static, CriticalSectionRawMutex, S>;
+
+/// The robot task and what it runs on. Each is to be an argument of the board's task: a future holds
+/// what is moved out of a structure once more, which for the task is 24 kB.
+pub struct Robot<S: Scalar> {
+    /// The task.
+    pub task: RobotTask<S>,
+    /// Its socket.
+    pub port: UdpPort,
+    /// Its end of the telemetry, if there is a recorder.
+    pub queue: Option<Queue>,
+}
+
+/// Puts together what the settings ask for on a network driver, and spawns the telemetry's tasks if
+/// there is a recorder; once. The caller, a task of the control executor, whose `spawner` is given,
+/// spawns the rest. None if the settings may not be used.
+pub fn assemble<S: Scalar, D: Driver>(
     settings: &BoardSettings,
-    given: Given,
-) -> Option<Assembly<S>> {
-    let Given {
-        shared,
-        queues,
-        auto_start,
-        identity,
-        boot,
-    } = given;
-    let robot = RobotTask {
-        shared,
+    driver: D,
+    options: Options,
+    spawner: &Spawner,
+    background: SendSpawner,
+) -> Option<(Runner<'static, D>, Robot<S>)> {
+    static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
+    let network = settings.network.build().ok()?;
+    let resources = RESOURCES.try_init_with(StackResources::new)?;
+    let (stack, runner) = embassy_net::new(driver, static_address(&network), resources, SEED);
+    let task = RobotTask {
+        shared: &SHARED,
         link: RobotLink::new(settings).ok()?,
-        auto_start: AutoStart::new(auto_start),
+        auto_start: AutoStart::new(options.auto_start),
         sample_wait_us: settings.can.sample_wait_us(),
     };
+    let port = UdpPort::bind(stack, network.rsi_port)?;
     let telemetry = network.recorder.and_then(|recorder| {
         let port = network.rsi_port.wrapping_add(1);
-        telemetry::prepare(stack, port, recorder, settings, identity, boot)
+        telemetry::prepare(stack, port, recorder, settings, options)
     });
-    Some(Assembly {
-        robot,
-        port: UdpPort::bind(stack, network.rsi_port, queues).ok()?,
-        telemetry,
-    })
+    let queue = telemetry.map(|(queue, encoder, transmitter)| {
+        send(background, encoder_task(encoder));
+        spawn(spawner, transmitter_task(transmitter));
+        queue
+    });
+    Some((runner, Robot { task, port, queue }))
 }
 
 /// Spawns a task of this executor. There is one of each, so there is room.

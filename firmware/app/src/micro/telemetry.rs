@@ -1,7 +1,8 @@
 //! Telemetry of a microcontroller: its memory, its socket, and its two tasks.
 
-use super::boot::Identity;
 use super::clock::UptimeClock;
+use super::start::Options;
+use super::udp;
 use crate::board::{DatagramSink, IoError};
 use crate::image::{IMAGE_MAX_BYTES, Image};
 use crate::settings::BoardSettings;
@@ -10,8 +11,8 @@ use crate::telemetry::{
 };
 use core::fmt::Write;
 use core::net::{SocketAddr, SocketAddrV4};
+use embassy_net::Stack;
 use embassy_net::udp::{PacketMetadata, UdpSocket};
-use embassy_net::{IpAddress, IpEndpoint, Stack};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::zerocopy_channel::{Channel, Receiver, Sender};
 use static_cell::StaticCell;
@@ -26,9 +27,9 @@ const IDENTITY_BYTES: usize = 96;
 /// The robot task's end of the telemetry.
 pub type Queue = RecordQueue<'static, CriticalSectionRawMutex>;
 
-/// Makes datagrams of records; for the executor of what may wait.
+/// State of [`encoder_task`].
 #[derive(Debug)]
-pub struct Encoder {
+pub(super) struct Encoder {
     slots: Receiver<'static, CriticalSectionRawMutex, Slot>,
     datagrams: Sender<'static, CriticalSectionRawMutex, Datagram>,
     boot: u32,
@@ -36,22 +37,21 @@ pub struct Encoder {
     identity: heapless::String<IDENTITY_BYTES>,
 }
 
-/// Sends datagrams; for the executor of the network.
-pub struct Transmitter {
+/// State of [`transmitter_task`].
+pub(super) struct Transmitter {
     datagrams: Receiver<'static, CriticalSectionRawMutex, Datagram>,
     socket: Socket,
     recorder: SocketAddr,
 }
 
 /// Makes everything ready, once; none if it was done before, or the settings may not be used.
-/// `boot` is a number that no other boot has, `port` the board's own.
-pub fn prepare(
+/// `port` is the board's own.
+pub(super) fn prepare(
     stack: Stack<'static>,
     port: u16,
     recorder: SocketAddrV4,
     settings: &BoardSettings,
-    identity: &Identity,
-    boot: u32,
+    options: Options,
 ) -> Option<(Queue, Encoder, Transmitter)> {
     static SLOT_MEMORY: StaticCell<[Slot; SLOTS]> = StaticCell::new();
     static RECORDS: StaticCell<Channel<'static, CriticalSectionRawMutex, Slot>> = StaticCell::new();
@@ -68,21 +68,15 @@ pub fn prepare(
     let settings = settings.clone();
     let sequence = 0;
     let length = Image { sequence, settings }.encode(image).ok()?;
-    let mut text = heapless::String::new();
-    let Identity {
-        version,
-        git,
-        board,
-        ..
-    } = identity;
+    let mut identity = heapless::String::new();
     // A longer one is cut off.
-    let _ = write!(text, "softdock {version} ({git}) on {board}");
+    let _ = write!(identity, "{}", options.identity);
     let encoder = Encoder {
         slots: taken,
         datagrams: made,
-        boot,
+        boot: options.boot,
         image: image.get(..length)?,
-        identity: text,
+        identity,
     };
     let transmitter = Transmitter {
         datagrams: waiting,
@@ -92,30 +86,23 @@ pub fn prepare(
     Some((RecordQueue::new(records), encoder, transmitter))
 }
 
-impl Encoder {
-    /// Runs for ever.
-    pub async fn run(self) {
-        let announcement = Announcement {
-            image: self.image,
-            identity: &self.identity,
-        };
-        let stream = Stream::new(self.boot);
-        encode(
-            self.slots,
-            self.datagrams,
-            &UptimeClock,
-            stream,
-            &announcement,
-        )
-        .await;
-    }
+/// Makes datagrams of records for ever; for the executor of what may wait.
+#[embassy_executor::task]
+pub(super) async fn encoder_task(encoder: Encoder) {
+    let announcement = Announcement {
+        image: encoder.image,
+        identity: &encoder.identity,
+    };
+    let stream = Stream::new(encoder.boot);
+    let (slots, datagrams) = (encoder.slots, encoder.datagrams);
+    encode(slots, datagrams, &UptimeClock, stream, &announcement).await;
 }
 
-impl Transmitter {
-    /// Runs for ever.
-    pub async fn run(mut self) {
-        transmit(self.datagrams, &mut self.socket, self.recorder).await;
-    }
+/// Sends datagrams for ever; for the executor of the network.
+#[embassy_executor::task]
+pub(super) async fn transmitter_task(mut transmitter: Transmitter) {
+    let socket = &mut transmitter.socket;
+    transmit(transmitter.datagrams, socket, transmitter.recorder).await;
 }
 
 /// A socket that only sends.
@@ -141,13 +128,6 @@ impl Socket {
 
 impl DatagramSink for Socket {
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
-        let SocketAddr::V4(to) = to else {
-            return Err(IoError::Lost);
-        };
-        let to = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
-        self.0
-            .send_to(datagram, to)
-            .await
-            .map_err(|_| IoError::Lost)
+        udp::send(&self.0, datagram, to).await
     }
 }

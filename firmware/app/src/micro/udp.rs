@@ -6,9 +6,10 @@ use crate::settings::Network;
 use core::net::SocketAddr;
 use core::task::Poll;
 use embassy_futures::poll_once;
-use embassy_net::udp::{BindError, PacketMetadata, UdpMetadata, UdpSocket};
+use embassy_net::udp::{PacketMetadata, UdpMetadata, UdpSocket};
 use embassy_net::{Config, IpAddress, IpEndpoint, Ipv4Cidr, Stack, StaticConfigV4};
 use softdock_link::rsi::SEN_MAX_BYTES;
+use static_cell::{ConstStaticCell, StaticCell};
 
 /// Datagrams that may wait; the robot task answers the newest and counts the others. Half a cycle
 /// of a flood of 8,000 datagrams per second.
@@ -17,7 +18,7 @@ const RECEIVE_QUEUE: usize = 16;
 const SEND_QUEUE: usize = 4;
 
 /// A static address, from settings.
-pub fn static_address(network: &Network) -> Config {
+pub(super) fn static_address(network: &Network) -> Config {
     Config::ipv4_static(StaticConfigV4 {
         address: Ipv4Cidr::new(network.address, network.prefix_bits),
         gateway: network.gateway,
@@ -25,64 +26,43 @@ pub fn static_address(network: &Network) -> Config {
     })
 }
 
-const RECEIVED_BYTES: usize = RECEIVE_QUEUE * TELEGRAM_BYTES;
-/// Bytes of the datagrams in both queues of a [`UdpPort`], about 27 kB.
-pub const UDP_BYTES: usize = RECEIVED_BYTES + SEND_QUEUE * SEN_MAX_BYTES;
-
-/// Lengths and senders of the datagrams.
-#[derive(Debug)]
-pub struct UdpMetadataQueues {
-    received_from: [PacketMetadata; RECEIVE_QUEUE],
-    sent_to: [PacketMetadata; SEND_QUEUE],
-}
-
-impl UdpMetadataQueues {
-    /// Empty queues.
-    pub const fn new() -> Self {
-        Self {
-            received_from: [PacketMetadata::EMPTY; RECEIVE_QUEUE],
-            sent_to: [PacketMetadata::EMPTY; SEND_QUEUE],
-        }
-    }
-}
-
-impl Default for UdpMetadataQueues {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// Memory of a [`UdpPort`].
-#[derive(Debug)]
-pub struct UdpQueues {
-    /// Lengths and senders.
-    pub metadata: &'static mut UdpMetadataQueues,
-    /// The datagrams.
-    pub bytes: &'static mut [u8; UDP_BYTES],
-}
-
 /// A socket on a port of the board.
-pub struct UdpPort<'a> {
-    socket: UdpSocket<'a>,
-}
+pub struct UdpPort(UdpSocket<'static>);
 
-impl<'a> UdpPort<'a> {
-    /// Takes port `port`.
-    ///
-    /// # Errors
-    /// The port is 0.
-    pub fn bind(stack: Stack<'a>, port: u16, queues: UdpQueues) -> Result<Self, BindError> {
-        let (received, sent) = queues.bytes.split_at_mut(RECEIVED_BYTES);
+impl UdpPort {
+    /// Takes port `port`, once; none if it is 0. The queues take about 27 kB.
+    pub(super) fn bind(stack: Stack<'static>, port: u16) -> Option<Self> {
+        type Received = [u8; RECEIVE_QUEUE * TELEGRAM_BYTES];
+        type Sent = [u8; SEND_QUEUE * SEN_MAX_BYTES];
+        static FROM: StaticCell<[PacketMetadata; RECEIVE_QUEUE]> = StaticCell::new();
+        static RECEIVED: ConstStaticCell<Received> =
+            ConstStaticCell::new([0; RECEIVE_QUEUE * TELEGRAM_BYTES]);
+        static TO: StaticCell<[PacketMetadata; SEND_QUEUE]> = StaticCell::new();
+        static SENT: ConstStaticCell<Sent> = ConstStaticCell::new([0; SEND_QUEUE * SEN_MAX_BYTES]);
         let mut socket = UdpSocket::new(
             stack,
-            &mut queues.metadata.received_from,
-            received,
-            &mut queues.metadata.sent_to,
-            sent,
+            FROM.try_init_with(|| [PacketMetadata::EMPTY; RECEIVE_QUEUE])?,
+            RECEIVED.try_take()?,
+            TO.try_init_with(|| [PacketMetadata::EMPTY; SEND_QUEUE])?,
+            SENT.try_take()?,
         );
-        socket.bind(port)?;
-        Ok(Self { socket })
+        socket.bind(port).ok()?;
+        Some(Self(socket))
     }
+}
+
+/// Hands a datagram to the network's stack; waits for room in the socket's queue.
+pub(super) async fn send(
+    socket: &UdpSocket<'_>,
+    datagram: &[u8],
+    to: SocketAddr,
+) -> Result<(), IoError> {
+    let SocketAddr::V4(to) = to else {
+        return Err(IoError::Lost);
+    };
+    let to = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
+    let sent = socket.send_to(datagram, to).await;
+    sent.map_err(|_| IoError::Lost)
 }
 
 fn sender(metadata: UdpMetadata) -> SocketAddr {
@@ -90,9 +70,9 @@ fn sender(metadata: UdpMetadata) -> SocketAddr {
     SocketAddr::new(address.into(), metadata.endpoint.port)
 }
 
-impl DatagramSocket for UdpPort<'_> {
+impl DatagramSocket for UdpPort {
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError> {
-        match self.socket.recv_from(buffer).await {
+        match self.0.recv_from(buffer).await {
             Ok((length, metadata)) => Ok((length, sender(metadata))),
             // `TELEGRAM_BYTES` hold every datagram of an Ethernet frame; fragments are not put
             // together.
@@ -108,11 +88,6 @@ impl DatagramSocket for UdpPort<'_> {
     }
 
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
-        let SocketAddr::V4(to) = to else {
-            return Err(IoError::Lost);
-        };
-        let to = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
-        let sent = self.socket.send_to(datagram, to).await;
-        sent.map_err(|_| IoError::Lost)
+        send(&self.0, datagram, to).await
     }
 }

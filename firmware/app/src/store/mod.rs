@@ -17,10 +17,12 @@
 mod confirmation;
 mod slot;
 mod trial;
+mod word_flash;
 
 pub use confirmation::WORD_BYTES;
 pub use slot::{Slots, StoreError};
 pub use trial::{TRIAL_BYTES, Trial};
+pub use word_flash::{FlashWords, WordFlash};
 
 use crate::image::{IMAGE_MAX_BYTES, Image, ImageError, Slot, newer};
 use crate::settings::BoardSettings;

@@ -32,7 +32,7 @@ pub(crate) fn stranger() -> SocketAddr {
     "192.168.1.66:49152".parse().unwrap()
 }
 
-/// Settings of a craft that flies at 10 mm/s along x.
+/// Settings of a spacecraft that moves at 10 mm/s along x.
 pub(crate) fn flying() -> BoardSettings {
     let mut settings = BoardSettings::default();
     settings.control.body_k.velocity_m_s = [0.01, 0.0, 0.0];

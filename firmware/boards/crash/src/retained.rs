@@ -38,7 +38,7 @@ fn with<R>(change: impl FnOnce(&mut Kept) -> R) -> R {
 }
 
 /// Hands bytes over to the next start, if it comes by a reset.
-pub fn retain(bytes: [u8; RETAINED_BYTES]) {
+pub(crate) fn retain(bytes: [u8; RETAINED_BYTES]) {
     with(|kept| kept.bytes = bytes);
 }
 

@@ -90,17 +90,17 @@ impl<S: Scalar> Session<S> {
             record: None,
             cost: Cost::default(),
         };
-        let mut laps = Laps::start(counter);
+        let mut meter = CostMeter::start(counter);
         match self.0.receive(&step.datagram, sender(step), step.now_us) {
             Incoming::Telegram(telegram) => {
                 if let Some(sequence) = self.0.follow(&telegram) {
-                    laps.lap(0);
+                    meter.finish(0);
                     let (sample, command) = (step.sample, step.command);
                     let record = self
                         .0
-                        .run_cycle_counted(&telegram, sequence, sample, command, &mut laps);
-                    laps.lap(PARTS.len() - 1);
-                    done.cost = laps.cost;
+                        .run_cycle_counted(&telegram, sequence, sample, command, &mut meter);
+                    meter.finish(PARTS.len() - 1);
+                    done.cost = meter.cost;
                     done.record = Some(record);
                 }
                 done.answer = self.0.last_answer().clone();
@@ -120,13 +120,13 @@ fn sender(step: &Step) -> SocketAddr {
 }
 
 /// Counts at the end of each part.
-struct Laps<'a, C: Counter> {
+struct CostMeter<'a, C: Counter> {
     counter: &'a mut C,
     last: u32,
     cost: Cost,
 }
 
-impl<'a, C: Counter> Laps<'a, C> {
+impl<'a, C: Counter> CostMeter<'a, C> {
     fn start(counter: &'a mut C) -> Self {
         let last = counter.count();
         Self {
@@ -137,7 +137,7 @@ impl<'a, C: Counter> Laps<'a, C> {
     }
 
     /// Ends a part, an index of [`PARTS`].
-    fn lap(&mut self, part: usize) {
+    fn finish(&mut self, part: usize) {
         let now = self.counter.count();
         if let Some(cost) = self.cost.get_mut(part) {
             *cost = now.wrapping_sub(self.last);
@@ -146,10 +146,10 @@ impl<'a, C: Counter> Laps<'a, C> {
     }
 }
 
-impl<C: Counter> Probe for Laps<'_, C> {
+impl<C: Counter> Probe for CostMeter<'_, C> {
     fn finished(&mut self, phase: Phase) {
         let index = Phase::ALL.iter().position(|known| *known == phase);
-        self.lap(1 + index.unwrap_or(0));
+        self.finish(1 + index.unwrap_or(0));
     }
 }
 

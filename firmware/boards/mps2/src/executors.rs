@@ -1,29 +1,26 @@
-//! Three executors at three priorities, each in an interrupt that no device uses. The control cycle
-//! interrupts everything that is not needed for it, and everything interrupts the service.
+//! Three executors at three priorities, each in an interrupt that no device uses; [`interrupts`]
+//! gives the priorities.
 //!
 //! In thread mode, an executor would idle in WFE, which QEMU takes for a busy processor.
+//!
+//! [`interrupts`]: crate::interrupts
 #![allow(unsafe_code, reason = "Embassy's contract for executors in interrupts")]
 
 use crate::interrupts::{Interrupt, Interrupt as interrupt};
-use embassy_executor::{InterruptExecutor, SendSpawner, Spawner};
+use embassy_executor::{InterruptExecutor, Spawner};
+use softdock_app::micro::start::Spawners;
 
-static HIGH: InterruptExecutor = InterruptExecutor::new();
-static LOW: InterruptExecutor = InterruptExecutor::new();
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 static SERVICE: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts the executor of network, sensor and robot.
-pub(crate) fn start_high() -> SendSpawner {
-    HIGH.start(Interrupt::EXECUTOR_HIGH)
-}
-
-/// Starts the executor of everything that may wait.
-pub(crate) fn start_low() -> SendSpawner {
-    LOW.start(Interrupt::EXECUTOR_LOW)
-}
-
-/// Starts the executor of the service.
-pub(crate) fn start_service() -> SendSpawner {
-    SERVICE.start(Interrupt::EXECUTOR_SERVICE)
+/// Starts them.
+pub(crate) fn start() -> Spawners {
+    Spawners {
+        control: CONTROL.start(Interrupt::EXECUTOR_CONTROL),
+        background: BACKGROUND.start(Interrupt::EXECUTOR_BACKGROUND),
+        service: SERVICE.start(Interrupt::EXECUTOR_SERVICE),
+    }
 }
 
 /// The spawner of the executor that runs the calling task, for tasks that cannot be sent from
@@ -34,19 +31,19 @@ pub(crate) async fn local() -> Spawner {
 }
 
 #[cortex_m_rt::interrupt]
-fn EXECUTOR_HIGH() {
-    // SAFETY: this is the executor's handler, and `start_high` unmasks it.
-    unsafe { HIGH.on_interrupt() }
+fn EXECUTOR_CONTROL() {
+    // SAFETY: this is the executor's handler, and `start` unmasks it.
+    unsafe { CONTROL.on_interrupt() }
 }
 
 #[cortex_m_rt::interrupt]
-fn EXECUTOR_LOW() {
-    // SAFETY: this is the executor's handler, and `start_low` unmasks it.
-    unsafe { LOW.on_interrupt() }
+fn EXECUTOR_BACKGROUND() {
+    // SAFETY: this is the executor's handler, and `start` unmasks it.
+    unsafe { BACKGROUND.on_interrupt() }
 }
 
 #[cortex_m_rt::interrupt]
 fn EXECUTOR_SERVICE() {
-    // SAFETY: this is the executor's handler, and `start_service` unmasks it.
+    // SAFETY: this is the executor's handler, and `start` unmasks it.
     unsafe { SERVICE.on_interrupt() }
 }

@@ -3,11 +3,11 @@
 
 use crate::chip;
 use core::ptr;
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::NorFlashErrorKind;
 use softdock_app::emulated_flash::{
     BOOT_OPTIONS_BYTES, BOOT_OPTIONS_OFFSET, BootOptions, SETTINGS_OFFSET, SLOT_BYTES,
 };
-use softdock_app::store::WORD_BYTES;
+use softdock_app::store::{FlashWords, WORD_BYTES};
 
 /// Erased flash.
 const ERASED: u8 = 0xff;
@@ -20,68 +20,51 @@ pub(crate) fn boot_options() -> BootOptions {
 }
 
 fn read(offset: usize, bytes: &mut [u8]) {
-    for (place, byte) in (chip::PSRAM + offset..).zip(bytes) {
+    for (address, byte) in (chip::PSRAM + offset..).zip(bytes) {
         // SAFETY: the callers stay in the 16 MiB of the PSRAM, which is readable memory.
-        *byte = unsafe { ptr::read_volatile(place as *const u8) };
+        *byte = unsafe { ptr::read_volatile(address as *const u8) };
     }
 }
 
 fn write(offset: usize, bytes: impl Iterator<Item = u8>) {
-    for (place, byte) in (chip::PSRAM + offset..).zip(bytes) {
+    for (address, byte) in (chip::PSRAM + offset..).zip(bytes) {
         // SAFETY: the callers stay in the slots of the settings, and the firmware has no reference
         // into them.
-        unsafe { ptr::write_volatile(place as *mut u8, byte) }
+        unsafe { ptr::write_volatile(address as *mut u8, byte) }
     }
 }
 
 /// The two slots for settings. There is one of it.
-pub(crate) struct Slots(());
+pub(crate) struct Psram(());
 
-impl Slots {
+impl Psram {
     /// To be called once.
     pub(crate) fn new() -> Self {
         Self(())
     }
+}
 
-    fn check(&self, offset: u32, length: usize) -> Result<usize, NorFlashErrorKind> {
-        let offset = offset as usize;
-        match offset.saturating_add(length) <= self.capacity() {
-            true => Ok(SETTINGS_OFFSET + offset),
-            false => Err(NorFlashErrorKind::OutOfBounds),
-        }
+impl FlashWords for Psram {
+    const SLOT_BYTES: usize = SLOT_BYTES;
+
+    fn read_word(&mut self, offset: usize) -> Result<[u8; WORD_BYTES], NorFlashErrorKind> {
+        let mut word = [0; WORD_BYTES];
+        read(SETTINGS_OFFSET + offset, &mut word);
+        Ok(word)
     }
-}
 
-impl ErrorType for Slots {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Slots {
-    const READ_SIZE: usize = 1;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        read(self.check(offset, bytes.len())?, bytes);
+    async fn write_word(
+        &mut self,
+        offset: usize,
+        word: &[u8; WORD_BYTES],
+    ) -> Result<(), NorFlashErrorKind> {
+        write(SETTINGS_OFFSET + offset, word.iter().copied());
         Ok(())
     }
 
-    fn capacity(&self) -> usize {
-        2 * SLOT_BYTES
-    }
-}
-
-impl NorFlash for Slots {
-    const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = SLOT_BYTES;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let length = to.saturating_sub(from) as usize;
-        let at = self.check(from, length)?;
-        write(at, core::iter::repeat_n(ERASED, length));
-        Ok(())
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        write(self.check(offset, bytes.len())?, bytes.iter().copied());
+    async fn erase_slot(&mut self, offset: usize) -> Result<(), NorFlashErrorKind> {
+        let erased = core::iter::repeat_n(ERASED, SLOT_BYTES);
+        write(SETTINGS_OFFSET + offset, erased);
         Ok(())
     }
 }

@@ -10,9 +10,9 @@ const INTERRUPTS: usize = 32;
 /// Above the executors: handlers that only move bytes and wake tasks.
 const DEVICES: u8 = 0x20;
 /// Network, sensor and robot.
-const HIGH: u8 = 0x40;
+const CONTROL: u8 = 0x40;
 /// What may wait for the control cycle.
-const LOW: u8 = 0x80;
+const BACKGROUND: u8 = 0x80;
 /// The service, which formats texts and writes flash.
 const SERVICE: u8 = 0xC0;
 
@@ -57,11 +57,11 @@ interrupts! {
     /// Sensor: a byte was sent.
     UARTTX0 = 1 at DEVICES;
     /// Log: a byte was sent. Lowest of all: the log waits for everybody.
-    UARTTX1 = 3 at LOW;
+    UARTTX1 = 3 at BACKGROUND;
     /// Service: a byte was received.
     UARTRX2 = 4 at DEVICES;
     /// Service: a byte was sent.
-    UARTTX2 = 5 at LOW;
+    UARTTX2 = 5 at BACKGROUND;
     /// The alarm of the time driver.
     TIMER0 = 8 at DEVICES;
     /// A frame was received.
@@ -69,9 +69,9 @@ interrupts! {
     /// Not wired: the executor of the service.
     EXECUTOR_SERVICE = 29 at SERVICE;
     /// Not wired: the executor of the control cycle.
-    EXECUTOR_HIGH = 30 at HIGH;
+    EXECUTOR_CONTROL = 30 at CONTROL;
     /// Not wired: the executor of everything else.
-    EXECUTOR_LOW = 31 at LOW;
+    EXECUTOR_BACKGROUND = 31 at BACKGROUND;
 }
 
 // SAFETY: the numbers are those of the lines.

@@ -22,19 +22,35 @@ mod interrupts;
 mod lan9118;
 mod logger;
 mod register;
-mod tasks;
 mod time;
 mod uart;
 
+use chip::Number;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SCB;
-use softdock_app::micro::boot::{self, Identity};
-use softdock_app::micro::service;
-use softdock_app::micro::start::send;
-use softdock_app::store::{Origin, Store, Trial};
+use embassy_executor::SendSpawner;
+use embassy_net::Runner;
+use flash::Psram;
+use lan9118::Lan9118;
+use softdock_app::micro::SHARED;
+use softdock_app::micro::boot::{self, Before, Identity};
+use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::monitor::monitor;
+use softdock_app::micro::service::{self, Prepared};
+use softdock_app::micro::start::{Options, RobotTask, assemble, send, spawn};
+use softdock_app::micro::telemetry::Queue;
+use softdock_app::micro::udp::UdpPort;
+use softdock_app::sensor;
+use softdock_app::settings::BoardSettings;
+use softdock_app::slcan_bus::SlcanBus;
+use softdock_app::store::{Origin, Store, WordFlash};
 use static_cell::StaticCell;
+use uart::{UartReader, UartWriter};
 
-static STORE: StaticCell<Store<flash::Slots>> = StaticCell::new();
+type Flash = WordFlash<Psram>;
+type CanBus = SlcanBus<UartReader, UartWriter>;
+
+static STORE: StaticCell<Store<Flash>> = StaticCell::new();
 
 const IDENTITY: Identity = Identity {
     version: env!("CARGO_PKG_VERSION"),
@@ -42,6 +58,9 @@ const IDENTITY: Identity = Identity {
     board: chip::NAME,
     processor: chip::PROCESSOR,
 };
+
+/// Locally administered; QEMU's network is private to the board.
+const HARDWARE_ADDRESS: [u8; 6] = [0x02, 0x00, 0x00, 0x00, 0x00, 0x01];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -62,27 +81,72 @@ fn start() {
     interrupts::set_priorities(&mut core.NVIC);
     time::start();
     let _ = uart::LOG.open();
-    boot::report_identity(&IDENTITY);
-    let crash = softdock_crash::take_message();
-    boot::report_crash(crash.as_deref());
-
     let options = flash::boot_options();
+    let crash = softdock_crash::take_message();
     if let Some(kind) = options.crash.filter(|_| crash.is_none()) {
         crash::crash(kind);
     }
+    let before = Before {
+        crash: crash.as_deref(),
+        retained: softdock_crash::take_retained(),
+    };
     // The launcher's number is that of all starts of this launch.
     let number = options.boot.wrapping_add(softdock_crash::count_start());
-    let trial = Trial::decode(&softdock_crash::take_retained());
-    let store = STORE.init_with(|| Store::new(flash::Slots::new()));
-    let prepared = service::prepare(store, trial, number, &IDENTITY, crash.as_deref());
-    let Some((start, prepared)) = prepared else {
+    let store = STORE.init_with(|| Store::new(WordFlash::new(Psram::new())));
+    let Some((start, prepared)) = boot::boot(&IDENTITY, store, before, number) else {
         SCB::sys_reset();
     };
-    boot::report_settings(&start, IDENTITY.processor);
-    let (high, low) = (executors::start_high(), executors::start_low());
     let keeps_up = IDENTITY.processor.accepts(&start.settings).is_ok();
-    let auto_start = options.start && keeps_up && !matches!(start.origin, Origin::Defaults(_));
-    send(high, tasks::start(start.settings, auto_start, number, low));
-    send(low, tasks::watch());
-    send(executors::start_service(), tasks::serve(prepared));
+    let options = Options {
+        identity: &IDENTITY,
+        auto_start: options.start && keeps_up && !matches!(start.origin, Origin::Defaults(_)),
+        boot: number,
+    };
+    let spawners = executors::start();
+    let control = control(start.settings, options, spawners.background);
+    send(spawners.control, control);
+    send(spawners.background, monitor());
+    send(spawners.service, serve(prepared));
+}
+
+/// Starts network, sensor and robot on the executor that it runs on.
+#[embassy_executor::task]
+async fn control(settings: BoardSettings, options: Options, background: SendSpawner) {
+    let spawner = executors::local().await;
+    let ethernet = Lan9118::start(HARDWARE_ADDRESS);
+    let assembled = assemble(&settings, ethernet, options, &spawner, background);
+    let Some((network, robot)) = assembled else {
+        return boot::report_unusable();
+    };
+    let (reader, writer) = uart::CAN.open();
+    spawn(&spawner, network_task(network));
+    spawn(
+        &spawner,
+        sensor_task(settings, SlcanBus::new(reader, writer)),
+    );
+    spawn(&spawner, robot_task(robot.task, robot.port, robot.queue));
+    boot::report_ready();
+}
+
+#[embassy_executor::task]
+async fn network_task(mut network: Runner<'static, Lan9118>) -> ! {
+    network.run().await
+}
+
+#[embassy_executor::task]
+async fn sensor_task(settings: BoardSettings, mut bus: CanBus) {
+    sensor::run(&SHARED, &mut bus, &UptimeClock, settings.can.driver()).await;
+}
+
+#[embassy_executor::task]
+async fn robot_task(task: RobotTask<Number>, mut port: UdpPort, mut queue: Option<Queue>) {
+    task.run(&mut port, &UptimeClock, &mut queue).await;
+}
+
+/// Runs the parameter service until the board is to start over.
+#[embassy_executor::task]
+async fn serve(prepared: Prepared<Flash>) {
+    let (reader, writer) = uart::SERVICE.open();
+    let trial = service::serve(prepared, reader, writer).await;
+    softdock_crash::restart(trial.map(|trial| trial.encode()));
 }

@@ -20,8 +20,8 @@ use embassy_stm32::pac::FLASH as REGISTERS;
 use embassy_stm32::pac::flash::Bank;
 use embassy_stm32::peripherals::FLASH;
 use embassy_time::{Duration, Instant, Timer};
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use softdock_app::store::WORD_BYTES;
+use embedded_storage_async::nor_flash::NorFlashErrorKind;
+use softdock_app::store::{FlashWords, WORD_BYTES};
 
 /// Start of the region SETTINGS of memory.x.
 const START: usize = 0x081C_0000;
@@ -34,23 +34,51 @@ const ERASE: Duration = Duration::from_secs(6);
 /// Longest time for a word to be written.
 const WRITE: Duration = Duration::from_millis(10);
 
-/// The two slots.
-pub(crate) struct Slots(Peri<'static, FLASH>);
+/// The two sectors, a slot each.
+pub(crate) struct Sectors(Peri<'static, FLASH>);
 
-impl Slots {
+impl Sectors {
     pub(crate) fn new(flash: Peri<'static, FLASH>) -> Self {
         Self(flash)
     }
+}
 
-    fn place(&self, offset: u32, length: usize) -> Result<usize, NorFlashErrorKind> {
-        let offset = offset as usize;
-        match offset + length <= self.capacity() {
-            true => Ok(START + offset),
-            false => Err(NorFlashErrorKind::OutOfBounds),
-        }
+impl FlashWords for Sectors {
+    const SLOT_BYTES: usize = SLOT_BYTES;
+
+    fn read_word(&mut self, offset: usize) -> Result<[u8; WORD_BYTES], NorFlashErrorKind> {
+        read_word(START + offset).ok_or(NorFlashErrorKind::Other)
     }
 
-    async fn erase_sector(&mut self, sector: u8) -> Result<(), NorFlashErrorKind> {
+    async fn write_word(
+        &mut self,
+        offset: usize,
+        word: &[u8; WORD_BYTES],
+    ) -> Result<(), NorFlashErrorKind> {
+        let bank = unlocked();
+        bank.cr().modify(|w| {
+            w.set_pg(true);
+            w.set_psize(3);
+        });
+        barrier();
+        let address = START + offset;
+        for (at, bytes) in (address..).step_by(4).zip(word.as_chunks::<4>().0) {
+            // SAFETY: the address is that of a word of the slots, which nobody has a reference
+            // into. The eighth write begins the programming.
+            unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*bytes)) }
+        }
+        barrier();
+        let outcome = finished(bank, WRITE, Duration::from_micros(50)).await;
+        bank.cr().modify(|w| w.set_pg(false));
+        lock(bank);
+        outcome
+    }
+
+    async fn erase_slot(&mut self, offset: usize) -> Result<(), NorFlashErrorKind> {
+        let sector = match offset {
+            0 => FIRST_SECTOR,
+            _ => FIRST_SECTOR + 1,
+        };
         let bank = unlocked();
         bank.cr().modify(|w| {
             w.set_ser(true);
@@ -61,29 +89,6 @@ impl Slots {
         bank.cr().modify(|w| w.set_start(true));
         let outcome = finished(bank, ERASE, Duration::from_millis(5)).await;
         bank.cr().modify(|w| w.set_ser(false));
-        lock(bank);
-        outcome
-    }
-
-    async fn write_word(
-        &mut self,
-        place: usize,
-        word: &[u8; WORD_BYTES],
-    ) -> Result<(), NorFlashErrorKind> {
-        let bank = unlocked();
-        bank.cr().modify(|w| {
-            w.set_pg(true);
-            w.set_psize(3);
-        });
-        barrier();
-        for (at, bytes) in (place..).step_by(4).zip(word.as_chunks::<4>().0) {
-            // SAFETY: `place` is that of a word of the slots, which nobody has a reference into. The
-            // eighth write begins the programming.
-            unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*bytes)) }
-        }
-        barrier();
-        let outcome = finished(bank, WRITE, Duration::from_micros(50)).await;
-        bank.cr().modify(|w| w.set_pg(false));
         lock(bank);
         outcome
     }
@@ -145,20 +150,20 @@ async fn finished(bank: Bank, longest: Duration, pause: Duration) -> Result<(), 
 }
 
 /// Reads a word of flash; none if its check code is wrong.
-fn read_word(place: usize) -> Option<[u8; WORD_BYTES]> {
+fn read_word(address: usize) -> Option<[u8; WORD_BYTES]> {
     const IGNORE_BUS_FAULTS: u32 = 1 << 8;
     const BUS_FAULTS: u32 = 0xff00;
     let bank = REGISTERS.bank(1);
     clear_errors(bank);
     let mut word = [0; WORD_BYTES];
-    // SAFETY: `place` is that of a word of the slots. In a critical section nobody else changes these
+    // SAFETY: the address is that of a word of the slots. In a critical section nobody else changes these
     // registers; with FAULTMASK set, BFHFNMIGN makes the processor go on behind a bus fault
     // (Armv7-M Architecture Reference Manual, B3.2.8), and the fault that it noted is cleared.
     cortex_m::interrupt::free(|_| unsafe {
         let scb = &*SCB::PTR;
         scb.ccr.modify(|control| control | IGNORE_BUS_FAULTS);
         asm!("cpsid f", "dsb", "isb");
-        for (at, byte) in (place..).zip(&mut word) {
+        for (at, byte) in (address..).zip(&mut word) {
             *byte = ptr::read_volatile(at as *const u8);
         }
         asm!("dsb", "isb");
@@ -169,56 +174,4 @@ fn read_word(place: usize) -> Option<[u8; WORD_BYTES]> {
     let torn = bank.sr().read().dbeccerr();
     clear_errors(bank);
     (!torn).then_some(word)
-}
-
-impl ErrorType for Slots {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Slots {
-    const READ_SIZE: usize = WORD_BYTES;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        let place = self.place(offset, bytes.len())?;
-        for (at, bytes) in (place..)
-            .step_by(WORD_BYTES)
-            .zip(bytes.chunks_mut(WORD_BYTES))
-        {
-            let word = read_word(at).ok_or(NorFlashErrorKind::Other)?;
-            for (byte, value) in bytes.iter_mut().zip(word) {
-                *byte = value;
-            }
-        }
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        2 * SLOT_BYTES
-    }
-}
-
-impl NorFlash for Slots {
-    const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = SLOT_BYTES;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let sectors = [(0, FIRST_SECTOR), (SLOT_BYTES as u32, FIRST_SECTOR + 1)];
-        for (start, sector) in sectors {
-            if (from..to).contains(&start) {
-                self.erase_sector(sector).await?;
-            }
-        }
-        Ok(())
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let place = self.place(offset, bytes.len())?;
-        for (at, word) in (place..)
-            .step_by(WORD_BYTES)
-            .zip(bytes.as_chunks::<WORD_BYTES>().0)
-        {
-            self.write_word(at, word).await?;
-        }
-        Ok(())
-    }
 }

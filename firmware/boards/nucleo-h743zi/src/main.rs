@@ -5,13 +5,13 @@
 //! | sensor | FDCAN1, PD0 (RX) and PD1 (TX), through a transceiver, 1 Mbit/s | [`can`] |
 //! | robot, recorder | Ethernet (CN14), static address from the settings | [`ethernet`] |
 //! | log | defmt over RTT, through the ST-Link (CN1) | |
-//! | lamps | LD1 green, LD2 yellow, LD3 red | [`lamps`] |
-//! | parameter service | USART3, through the ST-Link (CN1), 115,200 bit/s | [`line`] |
+//! | LEDs | LD1 green, LD2 yellow, LD3 red | [`leds`] |
+//! | parameter service | USART3, through the ST-Link (CN1), 115,200 bit/s | [`serial`] |
 //! | settings | two slots in the last sectors of flash | [`flash`] |
 //! | watchdog | IWDG, fed by completed work | [`watchdog`] |
 //!
-//! Network, sensor and robot have the upper executor; log, lamps and watchdog the lower one; the
-//! service the lowest. Between interrupts the processor sleeps. Nothing allocates.
+//! Network, sensor and robot have the executor of highest priority; log, LEDs and watchdog the next;
+//! the service the lowest. Between interrupts the processor sleeps. Nothing allocates.
 #![no_std]
 #![no_main]
 
@@ -20,24 +20,36 @@ mod clocks;
 mod ethernet;
 mod executors;
 mod flash;
-mod lamps;
-mod line;
-mod tasks;
+mod leds;
+mod serial;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
+use embassy_executor::SendSpawner;
+use embassy_net::Runner;
 use embassy_stm32::peripherals::RNG;
 use embassy_stm32::rng::{self, Rng};
 use embassy_stm32::{Peri, bind_interrupts};
-use lamps::Leds;
-use softdock_app::micro::boot::{self, Identity};
-use softdock_app::micro::service;
+use flash::Sectors;
+use leds::Leds;
+use softdock_app::micro::SHARED;
+use softdock_app::micro::boot::{self, Before, Identity};
+use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::monitor::monitor;
+use softdock_app::micro::service::{self, Prepared};
+use softdock_app::micro::start::{Options, RobotTask, assemble, send, spawn};
+use softdock_app::micro::telemetry::Queue;
+use softdock_app::micro::udp::UdpPort;
 use softdock_app::processor::Processor;
-use softdock_app::store::{Store, Trial};
+use softdock_app::sensor;
+use softdock_app::settings::BoardSettings;
+use softdock_app::store::{Store, WordFlash};
 use static_cell::StaticCell;
 
-static STORE: StaticCell<Store<flash::Slots>> = StaticCell::new();
+type Flash = WordFlash<Sectors>;
+
+static STORE: StaticCell<Store<Flash>> = StaticCell::new();
 
 bind_interrupts!(struct Irqs {
     RNG => rng::InterruptHandler<RNG>;
@@ -67,19 +79,23 @@ fn start() {
     };
     softdock_crash::arm(&mut core.SCB, &mut core.MPU);
     let p = clocks::start(&mut core.SCB);
-    boot::report_identity(&IDENTITY);
     let crash = softdock_crash::take_message();
-    boot::report_crash(crash.as_deref());
-
+    let before = Before {
+        crash: crash.as_deref(),
+        retained: softdock_crash::take_retained(),
+    };
     let number = boot_number(p.RNG);
-    let trial = Trial::decode(&softdock_crash::take_retained());
-    let store = STORE.init_with(|| Store::new(flash::Slots::new(p.FLASH)));
-    let prepared = service::prepare(store, trial, number, &IDENTITY, crash.as_deref());
-    let Some((start, prepared)) = prepared else {
+    let store = STORE.init_with(|| Store::new(WordFlash::new(Sectors::new(p.FLASH))));
+    let Some((start, prepared)) = boot::boot(&IDENTITY, store, before, number) else {
         SCB::sys_reset();
     };
-    boot::report_settings(&start, IDENTITY.processor);
-    let pins = ethernet::Pins {
+    let options = Options {
+        identity: &IDENTITY,
+        // A real robot is started by a person.
+        auto_start: false,
+        boot: number,
+    };
+    let ethernet = ethernet::Pins {
         eth: p.ETH,
         sma: p.ETH_SMA,
         ref_clk: p.PA1,
@@ -94,18 +110,70 @@ fn start() {
     };
     let bus = can::Bus::start(p.FDCAN1, p.PD0, p.PD1);
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
-    let line = line::Pins {
+    let serial = serial::Pins {
         usart: p.USART3,
         rx: p.PD9,
         tx: p.PD8,
     };
-    let (high, low) = (executors::start_high(), executors::start_low());
-    tasks::start_high((high, low), start.settings, pins, bus, number);
-    tasks::start_low(low, leds, p.IWDG1);
-    tasks::start_service(executors::start_service(), prepared, line);
+    let spawners = executors::start();
+    let background = spawners.background;
+    let control = control(start.settings, options, ethernet, bus, background);
+    send(spawners.control, control);
+    send(background, monitor());
+    send(background, leds::show(leds));
+    send(background, watchdog::feed(p.IWDG1));
+    send(spawners.service, serve(prepared, serial));
 }
 
 /// A number that differs from boot to boot.
 fn boot_number(rng: Peri<'static, RNG>) -> u32 {
     Rng::new(rng, Irqs).next_u32()
+}
+
+/// Starts network, sensor and robot on the executor that it runs on.
+#[embassy_executor::task]
+async fn control(
+    settings: BoardSettings,
+    options: Options,
+    pins: ethernet::Pins,
+    bus: can::Bus,
+    background: SendSpawner,
+) {
+    let spawner = executors::local().await;
+    spawn(&spawner, watchdog::beat());
+    let ethernet = ethernet::start(pins);
+    let assembled = assemble(&settings, ethernet, options, &spawner, background);
+    let Some((network, robot)) = assembled else {
+        return boot::report_unusable();
+    };
+    spawn(&spawner, network_task(network));
+    spawn(&spawner, sensor_task(settings, bus));
+    spawn(&spawner, robot_task(robot.task, robot.port, robot.queue));
+    boot::report_ready();
+}
+
+#[embassy_executor::task]
+async fn network_task(mut network: Runner<'static, ethernet::Driver>) -> ! {
+    network.run().await
+}
+
+#[embassy_executor::task]
+async fn sensor_task(settings: BoardSettings, mut bus: can::Bus) {
+    sensor::run(&SHARED, &mut bus, &UptimeClock, settings.can.driver()).await;
+}
+
+#[embassy_executor::task]
+async fn robot_task(task: RobotTask<f64>, mut port: UdpPort, mut queue: Option<Queue>) {
+    task.run(&mut port, &UptimeClock, &mut queue).await;
+}
+
+/// Runs the parameter service until the board is to start over.
+#[embassy_executor::task]
+async fn serve(prepared: Prepared<Flash>, pins: serial::Pins) {
+    let Ok((reader, writer)) = serial::open(pins) else {
+        defmt::error!("the serial port cannot be opened: no parameter service");
+        return;
+    };
+    let trial = service::serve(prepared, reader, writer).await;
+    softdock_crash::restart(trial.map(|trial| trial.encode()));
 }

@@ -13,7 +13,6 @@ mod failure;
 mod motion;
 mod noise;
 mod notes;
-mod page;
 pub mod phases;
 mod regime;
 mod residual_tests;
@@ -23,23 +22,22 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use explain::{Estimate, Explanation};
-pub use failure::{Failure, PhaseShare};
-pub use noise::{NoiseLevel, NoiseVerdict};
-pub use phases::Phase;
-pub use regime::{Bin, Dependence, Interval, Quantity, Regime};
-pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
-
-use crate::model::prediction::Prediction;
+pub use crate::model::prediction::Prediction;
 use crate::model::prediction::signals::Signals;
 use crate::model::{Axis, Channel, Model, prediction};
 use crate::recording::Recording;
 use contact::Contacts;
 use errors::AxisError;
+pub use explain::{Estimate, Explanation};
+pub use failure::{Failure, PhaseShare};
 use motion::Motion;
+pub use noise::{NoiseLevel, NoiseVerdict};
+pub use phases::Phase;
 use regime::Regimes;
+pub use regime::{Bin, Dependence, Interval, Quantity, Regime, Spectrum};
+pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
 use serde::Serialize;
-use series::Series;
+pub use series::Series;
 
 /// Error of one axis of a channel over the whole recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -127,19 +125,26 @@ pub struct Comparison {
     pub cycles: usize,
     /// Values for the plots.
     #[serde(skip)]
-    detail: Detail,
+    pub detail: Detail,
 }
 
 /// Everything that the report draws.
 #[derive(Clone, Debug)]
-struct Detail {
-    prediction: Prediction,
-    phases: Vec<Phase>,
-    series: Vec<Series>,
-    identity: String,
-    settings_toml: String,
-    scenario_toml: Option<String>,
-    model_toml: String,
+pub struct Detail {
+    /// Every channel, measured and predicted.
+    pub prediction: Prediction,
+    /// Phase of each cycle.
+    pub phases: Vec<Phase>,
+    /// Error of each axis.
+    pub series: Vec<Series>,
+    /// Firmware or program that made the recording.
+    pub identity: String,
+    /// Settings of the board.
+    pub settings_toml: String,
+    /// Scenario of a simulated rig.
+    pub scenario_toml: Option<String>,
+    /// The model.
+    pub model_toml: String,
 }
 
 /// What errors are explained from.
@@ -279,7 +284,7 @@ fn phase_errors(
 }
 
 /// Stretches of cycles in phases that `wanted` accepts.
-fn windows(
+pub fn windows(
     prediction: &Prediction,
     phases: &[Phase],
     wanted: impl Fn(Phase) -> bool,

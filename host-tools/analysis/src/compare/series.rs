@@ -15,13 +15,16 @@ pub(super) const ROUND_OFF_SIGMA: f64 = 1e-6;
 
 /// Error of an axis in units of the noise to expect; NaN where nothing is predicted.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
-    pub(super) channel: Channel,
-    pub(super) axis: Axis,
-    pub(super) relative: Vec<f64>,
+pub struct Series {
+    /// Its channel.
+    pub channel: Channel,
+    /// Its axis.
+    pub axis: Axis,
+    /// Values.
+    pub relative: Vec<f64>,
     /// Correlation of the expected noise at the lags 1 and 2: what is made from differences of
     /// noisy values is not white.
-    pub(super) noise: [f64; 2],
+    pub noise: [f64; 2],
 }
 
 impl Series {
@@ -32,7 +35,7 @@ impl Series {
     }
 
     /// Whether there is more than round-off.
-    pub(super) fn is_there(&self) -> bool {
+    pub fn is_there(&self) -> bool {
         let (squares, count) = self.squares();
         squares > ROUND_OFF_SIGMA * ROUND_OFF_SIGMA * count as f64
     }

@@ -14,7 +14,8 @@ impl Comparison {
         vec![self.channel_table(), self.phase_table()]
     }
 
-    pub(super) fn channel_table(&self) -> Table {
+    /// The error of each channel and axis.
+    pub fn channel_table(&self) -> Table {
         let mut table = Table::new(vec![
             Column::text("Channel"),
             Column::text("Axis"),
@@ -55,7 +56,8 @@ impl Comparison {
         table
     }
 
-    pub(super) fn phase_table(&self) -> Table {
+    /// How the error is spread over the phases.
+    pub fn phase_table(&self) -> Table {
         let mut table = Table::new(vec![
             Column::text("Phase"),
             Column::number("Cycles", ""),
@@ -83,7 +85,7 @@ impl Comparison {
     }
 
     /// The best regimes of each axis in which the model fails.
-    pub(super) fn regime_table(&self) -> Table {
+    pub fn regime_table(&self) -> Table {
         let mut table = Table::new(vec![
             Column::text("Error of"),
             Column::text("Regime"),
@@ -113,7 +115,7 @@ impl Comparison {
     }
 
     /// Noise, whiteness and independence of each axis.
-    pub(super) fn test_table(&self) -> Table {
+    pub fn test_table(&self) -> Table {
         let mut table = Table::new(vec![
             Column::text("Error of"),
             Column::number("Measured noise", "data sheets"),

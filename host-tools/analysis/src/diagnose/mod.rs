@@ -31,7 +31,6 @@ mod finding;
 mod named;
 pub(crate) mod optimise;
 mod outcome;
-pub mod page;
 mod ranking;
 mod regions;
 mod rivals;

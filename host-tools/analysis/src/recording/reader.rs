@@ -4,7 +4,7 @@
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
 use super::cdr::Decoder;
-use super::schema::ros2msg;
+use super::schema::{declarations, ros2msg};
 use super::topics::{Row, Topic};
 use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{FORMAT, Header, PROFILE, Recording};
@@ -232,13 +232,17 @@ impl Loader {
         let Some(topic) = Topic::from_name(&channel.topic) else {
             return Ok(());
         };
-        let (name, encoding) = (topic.schema_name(), SCHEMA_ENCODING);
         let schema = self.schemas.get(&channel.schema_id);
-        let form = topic.forms().into_iter().find(|form| {
-            let expected = (name.into(), encoding.into(), ros2msg(*form).into_bytes());
-            schema == Some(&expected) && channel.message_encoding == MESSAGE_ENCODING
-        });
-        let Some(form) = form else {
+        let is = |form: &Topic| {
+            schema.is_some_and(|(name, encoding, text)| {
+                name == topic.schema_name()
+                    && encoding == SCHEMA_ENCODING
+                    && declarations(&String::from_utf8_lossy(text))
+                        .eq(declarations(&ros2msg(*form)))
+            })
+        };
+        let form = topic.forms().into_iter().find(is);
+        let Some(form) = form.filter(|_| channel.message_encoding == MESSAGE_ENCODING) else {
             bail!(
                 "topic `{}` has other fields than those of format `{FORMAT}`{}",
                 topic.name(),

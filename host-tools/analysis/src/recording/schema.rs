@@ -85,6 +85,15 @@ impl Visitor for Describer {
     }
 }
 
+/// The fields of a schema and their units, without the words about them: a better word for a field
+/// makes no other field of it.
+pub(super) fn declarations(schema: &str) -> impl Iterator<Item = &str> {
+    schema.lines().map(|line| match line.strip_prefix('#') {
+        Some(about) => about.rsplit(';').next().unwrap_or_default(),
+        None => line,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,6 +150,15 @@ uint8 mode
         ] {
             assert!(text.contains(status) && text.contains(gauges), "{text}");
         }
+    }
+
+    #[test]
+    fn words_about_a_field_may_change_and_its_unit_may_not() {
+        let same = |a, b| declarations(a).eq(declarations(b));
+        let schema = "# time of the cycle; s\nfloat64 time_s\n";
+        assert!(same(schema, "# when; it was; s\nfloat64 time_s\n"));
+        assert!(!same(schema, "# time of the cycle; ms\nfloat64 time_s\n"));
+        assert!(!same(schema, "# time of the cycle; s\nfloat32 time_s\n"));
     }
 
     #[test]

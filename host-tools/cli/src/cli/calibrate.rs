@@ -208,7 +208,7 @@ impl Sensor {
             found.residual_table(),
             number::significant(found.condition, 2)
         );
-        let page = || found.page(origin);
+        let page = || crate::pages::calibration::page(found, origin);
         self.to.give(found, &found.fragment(origin), page, &text)
     }
 

@@ -38,7 +38,7 @@ impl Compare {
         let comparison = compare(&model, &recording)?;
         if let Some(path) = &self.report {
             refuse_overwrite(path, self.force)?;
-            comparison.page()?.write(path)?;
+            crate::pages::comparison::page(&comparison)?.write(path)?;
             eprintln!("report: {}", path.display());
         }
         if self.json {

@@ -5,7 +5,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
 use softdock_report::{Cell, Column, Format, Table};
-use softdock_rig::firmware::{Elf, NUCLEO_H743ZI, Usage, build, regions, repository, usage};
+use softdock_rig::firmware::{
+    Elf, NUCLEO_H743ZI, RELEASED, Usage, build, regions, repository, usage,
+};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -31,7 +33,7 @@ struct Built {
 
 impl Firmware {
     pub(super) fn execute(self) -> Result<()> {
-        let image = build(&NUCLEO_H743ZI)?;
+        let image = build(&NUCLEO_H743ZI, RELEASED)?;
         let script = repository()?.join("memory.x");
         let regions = std::fs::read_to_string(&script)
             .map_err(anyhow::Error::from)

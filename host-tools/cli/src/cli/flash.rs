@@ -5,7 +5,7 @@ use clap::Args;
 use softdock_analysis::input;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
-use softdock_rig::firmware::{Elf, NUCLEO_H743ZI, Region, build, regions, repository};
+use softdock_rig::firmware::{Elf, NUCLEO_H743ZI, RELEASED, Region, build, regions, repository};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -37,7 +37,7 @@ impl Flash {
         let regions = regions(&script).context("memory.x")?;
         let image = match self.image {
             Some(path) => path,
-            None => build(&NUCLEO_H743ZI)?,
+            None => build(&NUCLEO_H743ZI, RELEASED)?,
         };
         Elf::open(&image)?
             .ensure_in(region(&regions, "FLASH")?)

@@ -131,7 +131,7 @@ impl Actuator {
             eprintln!("note: {note}");
         }
         let text = format!("{}\n\n{}\n", found.sentence(), found.table());
-        let page = || found.page(origin);
+        let page = || crate::pages::identification::page(found, origin);
         self.to.give(found, &found.fragment(origin), page, &text)
     }
 }

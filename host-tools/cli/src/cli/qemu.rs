@@ -18,7 +18,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// flash, and prints its log. The addresses are those of `softdock board`: the robot sends its RSI
 /// telegrams to --robot, the sensor's side connects to --can and speaks SLCAN. Seen from the
 /// firmware, whoever sends from this computer has the address 10.0.2.2. Ctrl-C ends it. In the
-/// repository, `cargo qemu -- ..` is the same.
+/// repository, `cargo qemu -- ..` is the same. With SOFTDOCK_FIRMWARE_PROFILE=dev in the environment
+/// the firmware is built unoptimised, for tests; what goes to a board never is.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: softdock qemu --settings host-tools/scenarios/board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"

@@ -17,8 +17,16 @@ pub struct BoardImage {
     pub features: &'static [&'static str],
 }
 
-/// The profile of all boards.
-const PROFILE: &str = "firmware";
+/// Cargo's profile of what goes to a board, and of what is measured.
+pub const RELEASED: &str = "firmware";
+/// The environment variable that names another profile for boards in QEMU: `dev` shares macros
+/// and build scripts with the programs of the host.
+const PROFILE: &str = "SOFTDOCK_FIRMWARE_PROFILE";
+
+/// The profile of boards in QEMU.
+pub fn emulated_profile() -> String {
+    std::env::var(PROFILE).unwrap_or_else(|_| RELEASED.to_owned())
+}
 
 /// A line of cargo's messages, as far as it matters here.
 #[derive(Deserialize)]
@@ -26,15 +34,15 @@ struct Message {
     executable: Option<PathBuf>,
 }
 
-/// Builds an image and gives the program (ELF). Cargo's own messages go to standard
+/// Builds an image with a profile and gives the program (ELF). Cargo's own messages go to standard
 /// error.
-pub fn build(board: &BoardImage) -> Result<PathBuf> {
+pub fn build(board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let root = repository()?;
     ensure_target(board.target)?;
     eprintln!("building {} for {}", board.package, board.target);
     let mut cargo = Command::new(cargo())
         .current_dir(&root)
-        .args(["build", "--quiet", "--profile", PROFILE])
+        .args(["build", "--quiet", "--profile", profile])
         .args(["--package", board.package, "--target", board.target])
         .arg(format!("--features={}", board.features.join(",")))
         .arg("--message-format=json-render-diagnostics")

@@ -1,84 +1,43 @@
-//! A program for a board: an ELF file, read and checked.
+//! An image for a board, an ELF file: read and checked.
 
 use super::Region;
-use super::thumb::Holds;
 use anyhow::{Context, Result, bail, ensure};
-use object::{Architecture, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+use object::{Architecture, Object, ObjectSection, ObjectSymbol, RelocationFlags};
+use object::{RelocationTarget, SectionFlags, elf};
+use std::cmp::Reverse;
 use std::path::Path;
 
-/// A part of a program that takes memory.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Section {
-    /// Name, with its dot.
-    pub name: String,
-    /// Where it is when the program runs.
-    pub address: u64,
-    /// Bytes.
-    pub bytes: u64,
-    /// Its contents are in the file; the others are cleared or left as they are.
-    pub loaded: bool,
-    /// It can be written to: what is loaded as well, is copied from flash.
-    pub writable: bool,
-}
-
-/// A named place in memory.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Symbol {
-    /// Name as the linker knows it.
-    pub name: String,
-    /// Address.
-    pub address: u64,
-    /// Bytes.
-    pub bytes: u64,
+/// A section or symbol of a program.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) name: String,
+    pub(super) address: u64,
+    pub(super) bytes: u64,
+    /// Its contents are in the file.
+    pub(super) loaded: bool,
+    /// In RAM; what is loaded as well is copied from flash.
+    pub(super) writable: bool,
 }
 
 /// What is needed of a program.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct Elf {
-    /// Where it begins.
-    pub entry: u64,
-    /// Parts that take memory.
-    pub sections: Vec<Section>,
-    /// Statics and functions.
-    pub symbols: Vec<Symbol>,
-    /// What of it is in flash: code and constants.
-    pub(super) code: Vec<Code>,
-}
-
-/// A section of code or constants.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Code {
-    pub(super) address: u64,
-    pub(super) bytes: Vec<u8>,
-    /// From where on it holds what, sorted by address; constants before the first mark.
-    pub(super) marks: Vec<(u64, Holds)>,
-}
-
-impl Code {
-    pub(super) fn contains(&self, address: u64) -> bool {
-        (self.address..self.address + self.bytes.len() as u64).contains(&address)
-    }
-
-    /// Address, contents and kind of each stretch between two marks.
-    pub(super) fn stretches(&self) -> impl Iterator<Item = (u64, &[u8], Holds)> {
-        let first = std::iter::once((self.address, Holds::Data));
-        let starts: Vec<_> = first.chain(self.marks.iter().copied()).collect();
-        let end = self.address + self.bytes.len() as u64;
-        let ends: Vec<u64> = starts.iter().skip(1).map(|s| s.0).chain([end]).collect();
-        starts
-            .into_iter()
-            .zip(ends)
-            .filter_map(|((from, holds), to)| {
-                let part = (from - self.address) as usize..(to - self.address) as usize;
-                Some((from, self.bytes.get(part)?, holds))
-            })
-    }
+    pub(super) entry: u64,
+    /// What takes memory, sorted by address.
+    pub(super) sections: Vec<Piece>,
+    /// Functions, constants and statics, sorted by address.
+    pub(super) symbols: Vec<Piece>,
+    /// Addresses in flash, and those that are mentioned there.
+    pub(super) mentions: Vec<(u64, u64)>,
 }
 
 impl Elf {
     /// Reads a program for an ARM processor.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is something else.
     pub fn open(path: &Path) -> Result<Self> {
-        let read = || -> Result<Self> {
+        let read = || {
             let bytes = std::fs::read(path)?;
             let file = object::File::parse(&*bytes)
                 .context("expected a program as an ELF file, as `cargo firmware` builds it")?;
@@ -87,17 +46,22 @@ impl Elf {
                 "expected a program for an ARM processor; this one is for {:?}",
                 file.architecture()
             );
+            let mut sections: Vec<Piece> = file.sections().filter_map(|s| section(&s)).collect();
+            sections.sort_by_key(|section| section.address);
             Ok(Self {
                 entry: file.entry(),
-                sections: file.sections().filter_map(|s| section(&s)).collect(),
-                symbols: file.symbols().filter_map(|s| symbol(&s)).collect(),
-                code: code(&file)?,
+                symbols: symbols(&file, &sections),
+                mentions: mentions(&file)?,
+                sections,
             })
         };
         read().with_context(|| path.display().to_string())
     }
 
     /// Refuses a program that does not begin in a region, that of the chip's flash.
+    ///
+    /// # Errors
+    /// It does not.
     pub fn ensure_in(&self, flash: &Region) -> Result<()> {
         if flash.contains(self.entry) {
             return Ok(());
@@ -112,47 +76,12 @@ impl Elf {
     }
 }
 
-/// The sections that are in flash and stay there.
-fn code(file: &object::File) -> Result<Vec<Code>> {
-    let mut marks: Vec<(u64, Holds)> = file
-        .symbols()
-        .filter_map(|symbol| {
-            let holds = match symbol.name().ok()?.get(..2)? {
-                "$t" => Holds::Code,
-                "$d" => Holds::Data,
-                _ => return None,
-            };
-            Some((symbol.address(), holds))
-        })
-        .collect();
-    marks.sort_by_key(|mark| mark.0);
-    let sections = file
-        .sections()
-        .filter(|s| section(s).is_some_and(|s| s.loaded && !s.writable));
-    sections
-        .map(|section| {
-            let address = section.address();
-            let inside = address..address + section.size();
-            Ok(Code {
-                address,
-                bytes: section.data()?.to_vec(),
-                marks: marks
-                    .iter()
-                    .filter(|m| inside.contains(&m.0))
-                    .copied()
-                    .collect(),
-            })
-        })
-        .collect()
-}
-
-fn section<'a>(section: &impl ObjectSection<'a>) -> Option<Section> {
+fn section<'a>(section: &impl ObjectSection<'a>) -> Option<Piece> {
     let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
         return None;
     };
     let has = |flag: elf::SectionFlags| sh_flags.0 & flag.0 != 0;
-    let takes_memory = has(elf::SHF_ALLOC) && section.size() > 0;
-    takes_memory.then(|| Section {
+    (has(elf::SHF_ALLOC) && section.size() > 0).then(|| Piece {
         name: section.name().unwrap_or("?").to_owned(),
         address: section.address(),
         bytes: section.size(),
@@ -161,11 +90,77 @@ fn section<'a>(section: &impl ObjectSection<'a>) -> Option<Section> {
     })
 }
 
-fn symbol<'a>(symbol: &impl ObjectSymbol<'a>) -> Option<Symbol> {
-    let name = symbol.name().ok()?;
-    (symbol.size() > 0).then(|| Symbol {
-        name: name.to_owned(),
-        address: symbol.address(),
-        bytes: symbol.size(),
-    })
+/// What has a name and a size; functions with equal code are one piece with several names.
+fn symbols(file: &object::File, sections: &[Piece]) -> Vec<Piece> {
+    let named = file.symbols().filter(|symbol| symbol.size() > 0);
+    let mut found: Vec<Piece> = named
+        .filter_map(|symbol| {
+            // Bit 0 says that a function is Thumb.
+            let address = symbol.address() & !1;
+            let holder = &sections[holder(sections, address)?];
+            let name = symbol.name().ok()?;
+            Some(Piece {
+                name: format!("{:#}", rustc_demangle::demangle(name)),
+                address,
+                bytes: symbol.size(),
+                ..holder.clone()
+            })
+        })
+        .collect();
+    found.sort_by_key(|symbol| (symbol.address, Reverse(symbol.bytes)));
+    found.dedup_by_key(|symbol| symbol.address);
+    found
+}
+
+/// What code and constants mention, by the relocations that the linker keeps for it (`--emit-relocs`
+/// in the board's build script; ELF for the Arm architecture, 5.6.1).
+fn mentions(file: &object::File) -> Result<Vec<(u64, u64)>> {
+    let mut found = Vec::new();
+    for section in file.sections() {
+        if self::section(&section).is_none_or(|piece| piece.writable || !piece.loaded) {
+            continue;
+        }
+        let data = section.data()?;
+        // The lower half of the address that each register is being loaded with.
+        let mut lower = [0; 16];
+        for (at, relocation) in section.relocations() {
+            let offset = (at - section.address()) as usize;
+            let Some(bytes) = data.get(offset..).and_then(<[u8]>::first_chunk::<4>) else {
+                continue;
+            };
+            let word = u32::from_le_bytes(*bytes);
+            let register = &mut lower[(word >> 24 & 0xf) as usize];
+            let RelocationFlags::Elf { r_type } = relocation.flags() else {
+                continue;
+            };
+            let to = match (r_type, relocation.target()) {
+                (elf::R_ARM_THM_PC22 | elf::R_ARM_THM_JUMP24, RelocationTarget::Symbol(to)) => {
+                    file.symbol_by_index(to)?.address()
+                }
+                (elf::R_ARM_ABS32, _) => word.into(),
+                (elf::R_ARM_THM_MOVW_ABS_NC, _) => {
+                    *register = immediate(word);
+                    continue;
+                }
+                (elf::R_ARM_THM_MOVT_ABS, _) => immediate(word) << 16 | *register,
+                _ => continue,
+            };
+            found.push((at, to & !1));
+        }
+    }
+    Ok(found)
+}
+
+/// The 16 bits that MOVW (T3) and MOVT (T1) load (Armv7-M Architecture Reference Manual, A7.7.76).
+fn immediate(word: u32) -> u64 {
+    let (first, second) = (word & 0xffff, word >> 16);
+    let value = (first & 0xf) << 12 | (first >> 10 & 1) << 11 | (second >> 12 & 7) << 8;
+    u64::from(value | second & 0xff)
+}
+
+/// The piece that an address lies in.
+pub(super) fn holder(pieces: &[Piece], address: u64) -> Option<usize> {
+    let after = pieces.partition_point(|piece| piece.address <= address);
+    let last = after.checked_sub(1)?;
+    (address < pieces[last].address + pieces[last].bytes).then_some(last)
 }

@@ -24,15 +24,25 @@ impl Region {
 }
 
 /// The regions of a linker script: its lines `NAME : ORIGIN = .., LENGTH = ..`.
+///
+/// # Errors
+/// There is none, or a number of one is wrong.
 pub fn regions(script: &str) -> Result<Vec<Region>> {
     let found: Vec<Region> = script
         .lines()
         .filter_map(|line| {
             let (name, rest) = line.split_once(':')?;
-            let rest = rest.trim().strip_prefix("ORIGIN")?.trim_start();
-            Some((name.trim(), rest.strip_prefix('=')?))
+            let rest = rest.trim().strip_prefix("ORIGIN = ")?;
+            Some((name.trim(), rest.split_once(", LENGTH = ")?))
         })
-        .map(|(name, rest)| region(name, rest).with_context(|| format!("the region {name}")))
+        .map(|(name, (origin, length))| {
+            let number = |text| number(text).with_context(|| format!("the region {name}"));
+            Ok(Region {
+                name: name.to_owned(),
+                origin: number(origin)?,
+                length: number(length)?,
+            })
+        })
         .collect::<Result<_>>()?;
     ensure!(
         !found.is_empty(),
@@ -41,29 +51,12 @@ pub fn regions(script: &str) -> Result<Vec<Region>> {
     Ok(found)
 }
 
-fn region(name: &str, rest: &str) -> Result<Region> {
-    let (origin, length) = rest
-        .split_once(',')
-        .context("expected ORIGIN and LENGTH, separated by a comma")?;
-    let length = length
-        .split_once('=')
-        .filter(|(word, _)| word.trim() == "LENGTH")
-        .context("expected LENGTH = .. after the comma")?
-        .1;
-    Ok(Region {
-        name: name.to_owned(),
-        origin: number(origin)?,
-        length: number(length)?,
-    })
-}
-
 /// A number as linkers read it: decimal or 0x.., with K for 1024 and M for 1024².
 fn number(text: &str) -> Result<u64> {
-    let text = text.trim();
-    let (digits, unit) = match text.strip_suffix(['K', 'M']) {
-        Some(digits) if text.ends_with('K') => (digits, 1 << 10),
-        Some(digits) => (digits, 1 << 20),
-        None => (text, 1),
+    let (digits, unit) = match (text.strip_suffix('K'), text.strip_suffix('M')) {
+        (Some(digits), _) => (digits, 1 << 10),
+        (_, Some(digits)) => (digits, 1 << 20),
+        _ => (text, 1),
     };
     let value = match digits.strip_prefix("0x") {
         Some(hex) => u64::from_str_radix(hex, 16),

@@ -3,11 +3,9 @@
 mod build;
 mod image;
 mod memory;
-mod reach;
-mod thumb;
 mod usage;
 
-pub use build::{BoardImage, build, repository};
+pub use build::{BoardImage, RELEASED, build, emulated_profile, repository};
 pub use image::Elf;
 pub use memory::{Region, regions};
 pub use usage::{Usage, usage};

@@ -7,21 +7,21 @@ use embassy_futures::block_on;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embedded_io_async::{ErrorKind, ErrorType};
 
-/// A line on which a host says all at once; the answers.
+/// A line on which a host sends all at once; the answers.
 struct Host {
-    says: Vec<u8>,
-    heard: RefCell<Vec<u8>>,
+    sends: Vec<u8>,
+    received: RefCell<Vec<u8>>,
 }
 
-/// What the host says; and whether the line ends then.
-struct Ear<'a>(&'a [u8], bool);
-struct Mouth<'a>(&'a RefCell<Vec<u8>>);
+/// What the host sends; and whether the line ends then.
+struct Input<'a>(&'a [u8], bool);
+struct Output<'a>(&'a RefCell<Vec<u8>>);
 
-impl ErrorType for Ear<'_> {
+impl ErrorType for Input<'_> {
     type Error = ErrorKind;
 }
 
-impl Read for Ear<'_> {
+impl Read for Input<'_> {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
         if self.0.is_empty() && self.1 {
             return Ok(0);
@@ -37,11 +37,11 @@ impl Read for Ear<'_> {
     }
 }
 
-impl ErrorType for Mouth<'_> {
+impl ErrorType for Output<'_> {
     type Error = ErrorKind;
 }
 
-impl Write for Mouth<'_> {
+impl Write for Output<'_> {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
         self.0.borrow_mut().extend_from_slice(bytes);
         Ok(bytes.len())
@@ -66,7 +66,7 @@ impl Clock for Quick {
 }
 
 impl Host {
-    fn says(requests: &[Request<'_>]) -> Self {
+    fn sends(requests: &[Request<'_>]) -> Self {
         let schema = crate::image::schema();
         let frames = requests.iter().zip(1..).flat_map(|(request, sequence)| {
             let frame = Frame {
@@ -79,16 +79,16 @@ impl Host {
             frame.encode().unwrap()
         });
         Self {
-            says: frames.collect(),
-            heard: RefCell::default(),
+            sends: frames.collect(),
+            received: RefCell::default(),
         }
     }
 
     /// The answers, as text.
-    fn heard(&self) -> Vec<String> {
+    fn received(&self) -> Vec<String> {
         let mut frames = FrameReader::new();
         let mut answers = Vec::new();
-        for byte in self.heard.borrow().iter() {
+        for byte in self.received.borrow().iter() {
             if let Some(frame) = frames.push(*byte) {
                 let payload = frame.unwrap().payload;
                 let answer: Answer<'_> = postcard::from_bytes(payload).unwrap();
@@ -116,8 +116,8 @@ fn run(flash: &mut Flash, trial: Option<Trial>, status: Status, host: &Host) -> 
     };
     let clock = Quick(Cell::new(0));
     let end = block_on(service.run(
-        Ear(&host.says, !host.says.is_empty()),
-        Mouth(&host.heard),
+        Input(&host.sends, !host.sends.is_empty()),
+        Output(&host.received),
         &clock,
     ));
     assert_eq!(shared.status().restarting, end != End::Closed);
@@ -131,26 +131,26 @@ fn settings_are_tried_and_kept_or_given_up() {
     let mut flash = Flash::erased();
     let path = "control.body_k.mass_kg";
     let value = Value::Real(22.0);
-    let host = Host::says(&[
+    let host = Host::sends(&[
         Request::Begin,
         Request::Set { path, value },
         Request::Validate,
         COMMIT,
     ]);
     let (end, _, _) = run(&mut flash, None, Status::default(), &host);
-    assert_eq!(host.heard(), ["Done", "Done", "Done", "Restarting"]);
+    assert_eq!(host.received(), ["Done", "Done", "Done", "Restarting"]);
     let End::Restart(Some(trial)) = end else {
         panic!("{end:?}");
     };
-    // Nobody says anything.
-    let silent = Host::says(&[]);
+    // Nobody sends anything.
+    let silent = Host::sends(&[]);
     let (end, at_us, mass) = run(&mut flash, Some(trial), Status::default(), &silent);
     assert_eq!((end, mass), (End::Restart(None), 22.0));
     assert!((30_000_000..30_200_000).contains(&at_us), "{at_us}");
     let after = boot(&mut flash, None);
     assert!(matches!(after.origin, Origin::Defaults(_)), "{after:?}");
     // Tried anew it is confirmed, and cannot be given up any more.
-    let host = Host::says(&[
+    let host = Host::sends(&[
         Request::Confirm,
         Request::Get(path),
         Request::Confirm,
@@ -164,7 +164,7 @@ fn settings_are_tried_and_kept_or_given_up() {
         "Refused(NotOnTrial)",
         "Refused(NoDraft)",
     ];
-    assert_eq!(host.heard(), answers);
+    assert_eq!(host.received(), answers);
     let after = boot(&mut flash, None);
     assert_eq!(after.settings, with_mass(22.0));
 }

@@ -9,7 +9,7 @@
 //! - `outliers` leaves out groups in which somebody leaned on the tool.
 //! - `advice` says which pose is missing, `plan` which poses to take, `live` which comes next while
 //!   the robot is there.
-//! - `outcome` is the answer, `page` and `settings` write it down.
+//! - `outcome` is the answer, `tables` and `settings` write it down.
 //!
 //! The signs are those of the board's own compensation: [`Calibration::settings`] in
 //! [`softdock_control::wrench::Compensation`] leaves nothing of readings without noise.
@@ -26,15 +26,15 @@ pub mod live;
 mod motion;
 mod outcome;
 mod outliers;
-mod page;
 pub mod plan;
 mod settings;
 pub mod source;
 mod standstill;
+mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use outcome::{Calibration, Intervals, LeftOut};
+pub use outcome::{Calibration, Intervals, LeftOut, Residual};
 pub use standstill::rests;
 
 use crate::diagnose::optimise::golden;

@@ -20,13 +20,13 @@ mod latency;
 pub mod live;
 mod misfit;
 mod outcome;
-mod page;
 mod reversals;
 mod settings;
 mod structure;
+mod tables;
 mod track;
 
-pub use outcome::{AxisActuator, Estimate, Identification};
+pub use outcome::{AxisActuator, Estimate, Evidence, Identification};
 
 use crate::model::Model;
 use crate::model::log::Log;

@@ -104,12 +104,12 @@ pub struct AxisActuator {
     pub feedback_latency: Option<Estimate>,
     /// What the report draws.
     #[serde(skip)]
-    pub(super) evidence: Evidence,
+    pub evidence: Evidence,
 }
 
 /// What the report draws of an axis.
 #[derive(Clone, Debug)]
-pub(super) struct Evidence {
+pub struct Evidence {
     /// Time of the judged positions, s.
     pub time_s: Vec<f64>,
     /// What is left of them, m or rad.

@@ -17,17 +17,18 @@ const BAND: f64 = 0.2;
 const COMMANDED: f64 = 4.0;
 
 /// Frequencies and power of a series over that of its noise.
-pub(in crate::compare) struct Spectrum {
+pub struct Spectrum {
     /// Distance of the lines, Hz.
-    pub(in crate::compare) step_hz: f64,
+    pub step_hz: f64,
     /// Power, whose mean is the variance over the noise's.
-    pub(in crate::compare) power: Vec<f64>,
+    pub power: Vec<f64>,
     /// That of the noise to expect.
-    pub(in crate::compare) noise: Vec<f64>,
+    pub noise: Vec<f64>,
 }
 
 impl Spectrum {
-    pub(in crate::compare) fn of(series: &Series, cycle_s: f64) -> Self {
+    /// Of a series of cycles.
+    pub fn of(series: &Series, cycle_s: f64) -> Self {
         let power = periodogram(&series.relative);
         let count = series.relative.len().max(1) as f64;
         let noise = (1..=power.len())

@@ -11,7 +11,7 @@ use super::motion::Motion;
 use super::series::Series;
 use crate::model::{Axis, Channel};
 use candidates::Candidate;
-pub(super) use frequency::Spectrum;
+pub use frequency::Spectrum;
 use serde::Serialize;
 pub(super) use words::quantity;
 

@@ -223,7 +223,7 @@ fn the_json_has_the_keys_that_programs_rely_on() {
 }
 
 #[test]
-fn page_and_tables_show_the_finding() {
+fn tables_show_the_finding() {
     let rig = Rig {
         late_cycles: 8,
         ..Rig::default()
@@ -231,10 +231,6 @@ fn page_and_tables_show_the_finding() {
     let mut model = rig.model();
     model.actuator.transport_delay_s = 0.0;
     let comparison = compare(&model, &rig.record()).unwrap();
-    let html = comparison.page().unwrap().to_html();
-    assert!(html.contains("behind the command there"));
-    assert!(html.contains("<svg") && html.contains("turning point"));
-    assert!(html.contains("body_k"), "the settings are in the page");
     let tables = comparison.tables();
     assert!(tables[0].to_string().contains("executed_velocity"));
     assert!(tables[1].to_string().contains("zero crossing"));

@@ -5,11 +5,11 @@ use crate::cli::{print, print_json};
 use crate::experiment::demo::{self, Answer, Bounce, Run};
 use crate::experiment::diagnosis::{self, Part};
 use crate::experiment::impacts::Impact;
+use crate::pages::{self, diagnosis::Identity};
 use anyhow::Result;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_analysis::compare::{Comparison, compare};
-use softdock_analysis::diagnose::page::{self, Identity};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
 use softdock_analysis::model::Model;
 use softdock_control::delay::actuator::ActuatorSettings;
@@ -106,7 +106,7 @@ impl Story<'_> {
     fn compare(&self, model: &Model, runs: &Recordings) -> Result<Comparison> {
         write(&self.files.model_before, diagnosis::MODEL)?;
         let comparison = compare(model, &runs.test.recording)?;
-        comparison.page()?.write(&self.files.compare)?;
+        pages::comparison::page(&comparison)?.write(&self.files.compare)?;
         self.say(&format!(
             "\n4. Compare with the model. Where does it fail?\n   {}\n",
             comparison.sentence
@@ -175,7 +175,7 @@ impl Story<'_> {
             settings_toml: runs.test.recording.header.settings_toml.clone(),
         };
         let (before, after) = (&report.before_prediction, &report.after_prediction);
-        let page = page::page(&report.diagnosis, before, after, &identity)?;
+        let page = pages::diagnosis::page(&report.diagnosis, before, after, &identity)?;
         let what = match report.diagnosis.verdict {
             Verdict::Named => format!(
                 "Add it to {}, compare again, and watch the error fall:",

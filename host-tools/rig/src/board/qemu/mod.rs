@@ -17,7 +17,7 @@ mod ports;
 
 pub use chip::Chip;
 
-use crate::firmware::build;
+use crate::firmware::{build, emulated_profile};
 use anyhow::{Context, Result, bail};
 use emulator::Emulator;
 use log::Log;
@@ -65,7 +65,7 @@ impl Qemu {
         let flash = flash::content(&self.settings, self.start, self.crash)?;
         let ports = Ports::check(self.robot, self.can, self.service)?;
         emulator::find()?;
-        let elf = build(&self.chip.image())?;
+        let elf = build(&self.chip.image(), &emulated_profile())?;
         let log = Log::of(&elf)?;
 
         // Removed with everything in it when this function ends.

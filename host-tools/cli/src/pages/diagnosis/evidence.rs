@@ -1,8 +1,8 @@
 //! The evidence: how the error falls, which hypotheses were tried, and the closest rival.
 
-use super::super::{BeforeAfter, ChannelLevels, Ranked, Verdict};
 use super::{Source, words};
-use crate::model::Channel;
+use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Ranked, Verdict};
+use softdock_analysis::model::Channel;
 use softdock_report::{
     Bar, BarChart, Cell, Column, Format, Hue, Level, Mark, Page, Table, Waterfall, number,
 };

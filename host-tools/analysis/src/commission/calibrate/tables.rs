@@ -1,13 +1,7 @@
-//! The report of a calibration, and its tables for the terminal.
+//! A calibration in sentences and tables.
 
 use super::Calibration;
-use super::outcome::Residual;
-use crate::identity;
-use anyhow::Result;
-use softdock_report::{
-    Cell, Column, Interval, IntervalChart, Mark, Page, Plot, Series, Style, Table,
-};
-use softdock_report::{Hue, number};
+use softdock_report::{Cell, Column, Table, number};
 
 /// Significant digits of an interval's width.
 const DIGITS: usize = 2;
@@ -87,47 +81,8 @@ impl Calibration {
             .collect()
     }
 
-    /// The report.
-    ///
-    /// # Errors
-    ///
-    /// If a plot cannot be drawn.
-    pub fn page(&self, origin: &str) -> Result<Page> {
-        let mut page = Page::new("Calibration of the sensor");
-        let (mark, badge) = match self.left_out.len() {
-            0 => (Mark::Good, "calibrated".to_owned()),
-            n => (Mark::Neutral, format!("calibrated, {n} left out")),
-        };
-        page.verdict(mark, &badge, &self.sentence());
-        page.paragraph(&format!(
-            "From {origin}: {} used, condition {}.",
-            self.used,
-            number::significant(self.condition, 2)
-        ));
-        page.list(&self.remarks());
-        page.section("What was found");
-        page.table(&self.table());
-        let intervals = self.rows().into_iter().map(|row| Interval {
-            label: row.label,
-            value: row.value,
-            low: row.low,
-            high: row.high,
-        });
-        page.intervals(&IntervalChart::new(
-            "How well the readings determine each number (95 % intervals)",
-            intervals.collect(),
-        ))?;
-        page.section("What is left");
-        page.table(&self.residual_table());
-        page.columns(&self.plots(0, "force", "N"))?;
-        page.columns(&self.plots(3, "torque", "N·m"))?;
-        page.section("Settings");
-        page.code(&self.fragment(origin).text());
-        page.identity(&identity::text());
-        Ok(page)
-    }
-
-    fn rows(&self) -> Vec<Row> {
+    /// All numbers of the answer.
+    pub fn rows(&self) -> Vec<Row> {
         let of = &self.intervals;
         let row = |label: String, value: f64, [low, high]: [f64; 2], unit: &'static str| Row {
             label,
@@ -158,44 +113,19 @@ impl Calibration {
         }
         rows
     }
-
-    /// What is left of the three axes of one kind.
-    fn plots(&self, first: usize, kind: &str, unit: &str) -> Vec<Plot> {
-        let is_pose = self.residuals.iter().all(|r| r.pose.is_some());
-        let at = |r: &Residual| match r.pose {
-            Some(pose) if is_pose => pose as f64,
-            _ => r.time_s,
-        };
-        let x_label = if is_pose { "pose" } else { "time [s]" };
-        AXES.iter()
-            .enumerate()
-            .map(|(axis, name)| {
-                let points = |used: bool| {
-                    let own = self.residuals.iter().filter(move |r| r.used == used);
-                    own.map(|r| (at(r), r.wrench[first + axis])).collect()
-                };
-                let mut plot = Plot::new(
-                    format!("{kind} {name}"),
-                    x_label,
-                    format!("{kind} left [{unit}]"),
-                );
-                plot.series
-                    .push(Series::new("used", Style::Points, points(true)));
-                let left_out = Series::new("left out", Style::Points, points(false));
-                if !left_out.points.is_empty() {
-                    plot.series.push(left_out.colored(Hue::of_series(1)));
-                }
-                plot
-            })
-            .collect()
-    }
 }
 
 /// A number of the answer.
-struct Row {
-    label: String,
-    value: f64,
-    low: f64,
-    high: f64,
-    unit: &'static str,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// What it is.
+    pub label: String,
+    /// Estimate.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Its unit.
+    pub unit: &'static str,
 }

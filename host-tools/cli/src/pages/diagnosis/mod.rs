@@ -11,10 +11,10 @@ mod plots;
 mod provenance;
 mod words;
 
-use super::{Diagnosis, Verdict};
-use crate::model::prediction::Prediction;
 use anyhow::ensure;
 use focus::Focus;
+use softdock_analysis::diagnose::{Diagnosis, Verdict};
+use softdock_analysis::model::prediction::Prediction;
 use softdock_report::{Mark, Page};
 
 /// What a diagnosis was made from, so that a reader can repeat it.

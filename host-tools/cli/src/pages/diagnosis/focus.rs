@@ -1,9 +1,9 @@
 //! Where to look: the axis with the largest error, and the time around its worst moment.
 
-use super::super::{Region, Verdict};
 use super::Source;
-use crate::model::prediction::Prediction;
-use crate::model::{Axis, Channel};
+use softdock_analysis::diagnose::{Region, Verdict};
+use softdock_analysis::model::prediction::Prediction;
+use softdock_analysis::model::{Axis, Channel};
 use std::ops::Range;
 
 /// Time shown before and after a failing window, s.

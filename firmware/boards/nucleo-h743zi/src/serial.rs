@@ -1,4 +1,4 @@
-//! The line of the parameter service: USART3, which the ST-Link shows as a serial port on USB (CN1).
+//! The serial port of the parameter service: USART3, which the ST-Link hands on to USB (CN1).
 
 use embassy_stm32::peripherals::{PD8, PD9, USART3};
 use embassy_stm32::usart::{
@@ -12,7 +12,7 @@ const BAUD_RATE: u32 = 115_200;
 /// Bytes that may wait for the service: 40 ms, while it is interrupted or writes flash; what is lost
 /// is sent again.
 const RECEIVE_BYTES: usize = 512;
-/// Bytes that may wait for the line.
+/// Bytes that may wait to be sent.
 const SEND_BYTES: usize = 256;
 
 bind_interrupts!(struct Irqs {
@@ -26,7 +26,7 @@ pub(crate) struct Pins {
     pub(crate) tx: Peri<'static, PD8>,
 }
 
-/// Opens the line. To be called once.
+/// Opens the port. To be called once.
 pub(crate) fn open(
     pins: Pins,
 ) -> Result<(BufferedUartRx<'static>, BufferedUartTx<'static>), ConfigError> {

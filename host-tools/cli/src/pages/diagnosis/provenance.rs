@@ -1,8 +1,8 @@
 //! Notes, data, settings and the model: what a reader needs to repeat the diagnosis.
 
-use super::super::Verdict;
 use super::{Source, words};
-use crate::identity;
+use softdock_analysis::diagnose::Verdict;
+use softdock_analysis::identity;
 use softdock_report::{Cell, Column, Page, Table, number};
 
 impl Source<'_> {

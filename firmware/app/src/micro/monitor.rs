@@ -1,23 +1,27 @@
-//! The onlooker: logs changes of the shared state. It runs below the control cycle, which writes
-//! no log itself.
+//! The monitor: logs changes of the shared state. It runs below the control cycle, which writes no
+//! log itself.
 
+use super::SHARED;
+use super::clock::UptimeClock;
 use crate::board::Clock;
-use crate::shared::{LinkCounters, Shared, Status};
+use crate::shared::{LinkCounters, Status};
 use defmt::{Debug2Format, error, info, warn};
-use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_link::sensor::SensorCounters;
 
-/// How often it looks, µs.
+/// How often the state is compared, µs.
 const PERIOD_US: u64 = 50_000;
 /// Least time between two lines of the link's counters, µs: a flood of bad telegrams must not
 /// become a flood of lines.
 const LINK_PERIOD_US: u64 = 1_000_000;
 /// Least time between two lines of the sensor's counters, µs. They rise all the time while no
-/// sensor is connected, which the sensor's state tells already.
+/// sensor is connected, which the sensor's state says already.
 const SENSOR_PERIOD_US: u64 = 10_000_000;
 
-/// Logs changes of mode, faults, refused commands, robot, sensor and counters for ever.
-pub async fn run<M: RawMutex>(shared: &Shared<M>, clock: &impl Clock) -> ! {
+/// Logs changes of mode, faults, refused commands, robot, sensor and counters for ever; for the
+/// executor of what may wait.
+#[embassy_executor::task]
+pub async fn monitor() -> ! {
+    let (shared, clock) = (&SHARED, &UptimeClock);
     // From the state at boot on: a quick start is a change as well.
     let mut last = Status::default();
     let mut link = Counted::new(LINK_PERIOD_US, LinkCounters::default());
@@ -28,7 +32,7 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, clock: &impl Clock) -> ! {
         report_changes(&last, &now);
         let robot_left = last.connected && !now.connected;
         last = now;
-        // Cycles are counted while all is well; they are told with the others.
+        // Cycles are counted while all is well; they are logged with the others.
         let troubles = LinkCounters {
             cycles: 0,
             ..now.link
@@ -44,27 +48,27 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>, clock: &impl Clock) -> ! {
     }
 }
 
-/// Counters as they were told last.
+/// Counters as they were logged last.
 struct Counted<T> {
     period_us: u64,
-    told: T,
+    logged: T,
     next_us: u64,
 }
 
 impl<T: PartialEq> Counted<T> {
-    fn new(period_us: u64, told: T) -> Self {
+    fn new(period_us: u64, logged: T) -> Self {
         Self {
             period_us,
-            told,
+            logged,
             next_us: 0,
         }
     }
 
-    /// Whether they have changed and may be told again.
+    /// Whether they have changed and may be logged again.
     fn is_due(&mut self, now: T, now_us: u64) -> bool {
-        let due = now != self.told && now_us >= self.next_us;
+        let due = now != self.logged && now_us >= self.next_us;
         if due {
-            self.told = now;
+            self.logged = now;
             self.next_us = now_us + self.period_us;
         }
         due

@@ -1,24 +1,26 @@
-//! What three lamps say about the board, to somebody who stands beside the rig.
+//! What three LEDs say about the board, to somebody who stands beside the rig.
 //!
-//! | lamp | dark | blinks | lit |
+//! | LED | dark | blinks | lit |
 //! |---|---|---|---|
 //! | green | idle | hold: ready to be armed; fast: armed | the loop is closed or a jog runs, the robot moves |
 //! | yellow | no telegrams of the robot | telegrams, but no sensor data | robot and sensor are there |
 //! | red | no fault | a command was refused | a fault is latched: reset it |
 
-use crate::shared::Status;
+use crate::board::Clock;
+use crate::shared::{Shared, Status};
+use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::modes::Mode;
 use softdock_link::sensor::SensorState;
 
-/// How often the lamps are set, ms: half of the faster blinking.
-pub const LAMP_PERIOD_MS: u32 = 125;
+/// How often the LEDs are set, µs: half of the faster blinking.
+const PERIOD_US: u64 = 125_000;
 
 /// Ticks of a half period of slow blinking.
 const SLOW_TICKS: u32 = 4;
 
-/// Whether each lamp is lit.
+/// Whether each LED is lit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Lamps {
+pub struct Leds {
     /// The mode.
     pub green: bool,
     /// The links.
@@ -27,12 +29,28 @@ pub struct Lamps {
     pub red: bool,
 }
 
-/// The lamps at a tick of [`LAMP_PERIOD_MS`].
-pub fn lamps(status: &Status, tick: u32) -> Lamps {
+/// Keeps `set` informed of the board's state, for ever.
+pub async fn show<M: RawMutex>(
+    shared: &Shared<M>,
+    clock: &impl Clock,
+    mut set: impl FnMut(Leds),
+) -> ! {
+    let mut next_us = clock.now_us();
+    let mut tick = 0_u32;
+    loop {
+        set(leds(&shared.status(), tick));
+        tick = tick.wrapping_add(1);
+        next_us += PERIOD_US;
+        clock.wait_until(next_us).await;
+    }
+}
+
+/// The LEDs at a tick of [`PERIOD_US`].
+fn leds(status: &Status, tick: u32) -> Leds {
     let fast = tick.is_multiple_of(2);
     let slow = (tick / SLOW_TICKS).is_multiple_of(2);
     let sensor = status.sensor == Some(SensorState::Running);
-    Lamps {
+    Leds {
         green: match status.mode {
             Mode::Idle | Mode::Fault => false,
             Mode::Hold => slow,
@@ -49,9 +67,9 @@ mod tests {
     use super::*;
     use softdock_control::modes::{Fault, FaultCode};
 
-    /// Ticks in two seconds in which a lamp is lit, of 16.
-    fn lit(status: &Status, lamp: impl Fn(Lamps) -> bool) -> usize {
-        (0..16).filter(|tick| lamp(lamps(status, *tick))).count()
+    /// Ticks in two seconds in which an LED is lit, of 16.
+    fn lit(status: &Status, led: impl Fn(Leds) -> bool) -> usize {
+        (0..16).filter(|tick| led(leds(status, *tick))).count()
     }
 
     #[test]
@@ -66,7 +84,7 @@ mod tests {
             Mode::Jogging,
         ] {
             status.mode = mode;
-            let green: Vec<bool> = (0..16).map(|tick| lamps(&status, tick).green).collect();
+            let green: Vec<bool> = (0..16).map(|tick| leds(&status, tick).green).collect();
             changes.push(green.windows(2).filter(|pair| pair[0] != pair[1]).count());
         }
         assert_eq!(changes, [0, 3, 15, 0, 0]);

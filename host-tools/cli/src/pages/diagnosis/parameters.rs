@@ -1,7 +1,7 @@
 //! Parameters of the named effects with their intervals.
 
-use super::super::Estimate;
 use super::Source;
+use softdock_analysis::diagnose::Estimate;
 use softdock_report::{Cell, Column, Interval, IntervalChart, Page, Table};
 
 /// Significant digits of an interval's width.

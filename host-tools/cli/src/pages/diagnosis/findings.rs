@@ -1,8 +1,8 @@
 //! Where the error shows, and how quiet the log is.
 
-use super::super::{Region, Verdict};
 use super::{Source, focus, words};
-use crate::model::prediction::Prediction;
+use softdock_analysis::diagnose::{Region, Verdict};
+use softdock_analysis::model::prediction::Prediction;
 use softdock_report::{Cell, Column, Mark, Page, Table};
 
 /// Windows that are listed; the number of the others is said.

@@ -1,11 +1,12 @@
 //! What shows that an error is one: along the regime that explains it, against itself, and by
 //! frequency.
 
-use crate::compare::regime::Spectrum;
-use crate::compare::series::Series as ErrorSeries;
-use crate::compare::{Comparison, Dependence, Regime};
-use crate::model::{Axis, Channel};
-use crate::statistics::{autocorrelation, whiteness};
+use super::Source;
+use softdock_analysis::compare::Series as ErrorSeries;
+use softdock_analysis::compare::Spectrum;
+use softdock_analysis::compare::{Dependence, Regime};
+use softdock_analysis::model::{Axis, Channel};
+use softdock_analysis::statistics::{autocorrelation, whiteness};
 use softdock_report::{Hue, Plot, Series};
 
 /// Longest lag that is drawn, s.
@@ -17,15 +18,15 @@ const POINTS: usize = 150;
 /// Spectra end at this level, dB.
 const LEAST_DB: f64 = -20.0;
 
-impl Comparison {
+impl Source<'_> {
     /// The plots for one axis.
     pub(super) fn evidence(&self, channel: Channel, axis: Axis) -> Vec<Plot> {
         let mut plots = Vec::new();
-        let failure = self.failures.iter();
+        let failure = self.comparison.failures.iter();
         let mut failure = failure.filter(|f| f.channel == channel && f.axis == axis);
         let regime = failure.next().and_then(|f| f.regime.as_ref());
         plots.extend(regime.and_then(along_regime));
-        let series = self.detail.series.iter();
+        let series = self.comparison.detail.series.iter();
         let mut series = series.filter(|s| s.channel == channel && s.axis == axis);
         if let Some(series) = series.next().filter(|s| s.is_there()) {
             plots.extend(self.correlation(series));
@@ -36,7 +37,7 @@ impl Comparison {
 
     /// Autocorrelation of the error with the band of noise.
     fn correlation(&self, series: &ErrorSeries) -> Option<Plot> {
-        let cycle_s = self.detail.prediction.cycle_s;
+        let cycle_s = self.comparison.detail.prediction.cycle_s;
         let band = whiteness(&series.relative, series.noise.len())?.band * TWO_SIDED_99;
         let lags = (LAG_S / cycle_s) as usize;
         let found = autocorrelation(&series.relative, lags);
@@ -57,7 +58,7 @@ impl Comparison {
 
     /// Spectrum of the error over that of the noise.
     fn spectrum(&self, series: &ErrorSeries) -> Plot {
-        let spectrum = Spectrum::of(series, self.detail.prediction.cycle_s);
+        let spectrum = Spectrum::of(series, self.comparison.detail.prediction.cycle_s);
         let width = (spectrum.power.len() / POINTS).max(1);
         let db = |power: &[f64]| {
             let mean = power.iter().sum::<f64>() / power.len().max(1) as f64;

@@ -2,8 +2,8 @@
 
 mod evidence;
 
-use crate::compare::{Comparison, Phase, Window, windows};
-use crate::model::{Axis, Channel};
+use softdock_analysis::compare::{Comparison, Phase, Window, windows};
+use softdock_analysis::model::{Axis, Channel};
 use softdock_report::{Band, Bar, BarChart, Format, Page, Plot, Series};
 use std::ops::Range;
 
@@ -16,23 +16,32 @@ const CLOSE_UP_S: f64 = 2.0;
 /// Windows of more than this number are not shaded: they could not be told apart.
 const MOST_BANDS: usize = 80;
 
-impl Comparison {
-    /// The report.
-    ///
-    /// # Errors
-    ///
-    /// If a plot cannot be drawn.
-    pub fn page(&self) -> anyhow::Result<Page> {
+/// The report.
+///
+/// # Errors
+///
+/// If a plot cannot be drawn.
+pub fn page(comparison: &Comparison) -> anyhow::Result<Page> {
+    Source { comparison }.page()
+}
+
+/// What is drawn.
+struct Source<'a> {
+    comparison: &'a Comparison,
+}
+
+impl Source<'_> {
+    fn page(&self) -> anyhow::Result<Page> {
         let mut page = Page::new("Model against recording");
-        page.headline(&self.sentence);
-        for note in &self.notes {
+        page.headline(&self.comparison.sentence);
+        for note in &self.comparison.notes {
             page.paragraph(note);
         }
         page.section("Where the error stands");
-        if !self.at_noise {
+        if !self.comparison.at_noise {
             page.bars(&self.shares())?;
         }
-        page.table(&self.phase_table());
+        page.table(&self.comparison.phase_table());
         for (channel, axis, worst) in self.drawn() {
             page.section(&format!("{} {axis}", channel.name().replace('_', " ")));
             page.columns(&self.evidence(channel, axis))?;
@@ -41,33 +50,36 @@ impl Comparison {
                 page.plot(&self.overlay(channel, axis, &cycles, "where the error is largest"))?;
                 page.plot(&self.residual(channel, axis, &cycles, "where it is largest"))?;
             }
-            let all = 0..self.cycles;
+            let all = 0..self.comparison.cycles;
             page.plot(&self.overlay(channel, axis, &all, "whole recording"))?;
             page.plot(&self.residual(channel, axis, &all, "whole recording"))?;
         }
         page.section("Error of each channel and axis");
-        page.table(&self.channel_table());
+        page.table(&self.comparison.channel_table());
         page.section("What explains each error");
-        page.table(&self.regime_table());
+        page.table(&self.comparison.regime_table());
         page.section("Is the rest noise?");
-        page.table(&self.test_table());
-        page.details("Model", &self.detail.model_toml);
-        page.details("Settings of the board", &self.detail.settings_toml);
-        if let Some(scenario) = &self.detail.scenario_toml {
+        page.table(&self.comparison.test_table());
+        page.details("Model", &self.comparison.detail.model_toml);
+        page.details(
+            "Settings of the board",
+            &self.comparison.detail.settings_toml,
+        );
+        if let Some(scenario) = &self.comparison.detail.scenario_toml {
             page.details("Scenario of the simulated rig", scenario);
         }
-        page.identity(&self.detail.identity);
+        page.identity(&self.comparison.detail.identity);
         Ok(page)
     }
 
     /// Channels and axes to draw, with the window to look at.
     fn drawn(&self) -> Vec<(Channel, Axis, Option<Window>)> {
-        let failing = self.failures.iter().take(DRAWN);
+        let failing = self.comparison.failures.iter().take(DRAWN);
         let mut drawn: Vec<_> = failing
             .map(|f| (f.channel, f.axis, Some(f.worst)))
             .collect();
         if drawn.is_empty() {
-            let mut errors: Vec<_> = self.channels.iter().collect();
+            let mut errors: Vec<_> = self.comparison.channels.iter().collect();
             errors.sort_by(|a, b| b.rms_expected_sigma.total_cmp(&a.rms_expected_sigma));
             drawn.extend(errors.iter().take(DRAWN).map(|e| (e.name, e.axis, None)));
         }
@@ -77,7 +89,7 @@ impl Comparison {
     fn close_up(&self, worst: &Window) -> Range<usize> {
         let from_s = worst.from_s - CLOSE_UP_MARGIN_S;
         let to_s = (worst.to_s + CLOSE_UP_MARGIN_S).min(from_s + CLOSE_UP_S);
-        let time = &self.detail.prediction.time_s;
+        let time = &self.comparison.detail.prediction.time_s;
         time.partition_point(|t| *t < from_s)..time.partition_point(|t| *t <= to_s)
     }
 
@@ -88,6 +100,7 @@ impl Comparison {
             Format::Percent(1),
         );
         chart.bars = self
+            .comparison
             .phases
             .iter()
             .filter(|phase| phase.cycles > 0)
@@ -97,7 +110,7 @@ impl Comparison {
     }
 
     fn overlay(&self, channel: Channel, axis: Axis, cycles: &Range<usize>, title: &str) -> Plot {
-        let values = self.detail.prediction.channel(channel);
+        let values = self.comparison.detail.prediction.channel(channel);
         let i = axis.index();
         let measured = |n: usize| values.measured.get(n).map_or(f64::NAN, |v| v[i]);
         let predicted = |n: usize| {
@@ -122,7 +135,7 @@ impl Comparison {
     }
 
     fn residual(&self, channel: Channel, axis: Axis, cycles: &Range<usize>, title: &str) -> Plot {
-        let values = self.detail.prediction.channel(channel);
+        let values = self.comparison.detail.prediction.channel(channel);
         let mut plot = self.plot(
             channel,
             axis,
@@ -153,7 +166,7 @@ impl Comparison {
     }
 
     fn points(&self, cycles: &Range<usize>, value: impl Fn(usize) -> f64) -> Vec<(f64, f64)> {
-        let time = &self.detail.prediction.time_s;
+        let time = &self.comparison.detail.prediction.time_s;
         let known = cycles.clone().filter_map(|n| Some((n, *time.get(n)?)));
         known.map(|(n, t)| (t, value(n))).collect()
     }
@@ -161,12 +174,16 @@ impl Comparison {
     /// Phases other than free flight within these cycles.
     fn bands(&self, cycles: &Range<usize>) -> Vec<Band> {
         let (time_s, cycle_s) = (
-            &self.detail.prediction.time_s,
-            self.detail.prediction.cycle_s,
+            &self.comparison.detail.prediction.time_s,
+            self.comparison.detail.prediction.cycle_s,
         );
         let mut bands = Vec::new();
         for phase in Phase::ALL.into_iter().filter(|p| *p != Phase::FreeFlight) {
-            for part in windows(&self.detail.prediction, &self.detail.phases, |p| p == phase) {
+            for part in windows(
+                &self.comparison.detail.prediction,
+                &self.comparison.detail.phases,
+                |p| p == phase,
+            ) {
                 let (from, to) = (part.start.max(cycles.start), part.end.min(cycles.end));
                 if from < to {
                     bands.push(Band {

@@ -1,0 +1,79 @@
+//! The report of a calibration.
+
+use anyhow::Result;
+use softdock_analysis::commission::calibrate::{Calibration, Residual};
+use softdock_analysis::identity;
+use softdock_report::{Hue, Interval, IntervalChart, Mark, Page, Plot, Series, Style, number};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The report.
+///
+/// # Errors
+///
+/// If a plot cannot be drawn.
+pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
+    let mut page = Page::new("Calibration of the sensor");
+    let (mark, badge) = match found.left_out.len() {
+        0 => (Mark::Good, "calibrated".to_owned()),
+        n => (Mark::Neutral, format!("calibrated, {n} left out")),
+    };
+    page.verdict(mark, &badge, &found.sentence());
+    page.paragraph(&format!(
+        "From {origin}: {} used, condition {}.",
+        found.used,
+        number::significant(found.condition, 2)
+    ));
+    page.list(&found.remarks());
+    page.section("What was found");
+    page.table(&found.table());
+    let intervals = found.rows().into_iter().map(|row| Interval {
+        label: row.label,
+        value: row.value,
+        low: row.low,
+        high: row.high,
+    });
+    page.intervals(&IntervalChart::new(
+        "How well the readings determine each number (95 % intervals)",
+        intervals.collect(),
+    ))?;
+    page.section("What is left");
+    page.table(&found.residual_table());
+    page.columns(&plots(found, 0, "force", "N"))?;
+    page.columns(&plots(found, 3, "torque", "N·m"))?;
+    page.section("Settings");
+    page.code(&found.fragment(origin).text());
+    page.identity(&identity::text());
+    Ok(page)
+}
+
+/// What is left of the three axes of one kind.
+fn plots(found: &Calibration, first: usize, kind: &str, unit: &str) -> Vec<Plot> {
+    let is_pose = found.residuals.iter().all(|r| r.pose.is_some());
+    let at = |r: &Residual| match r.pose {
+        Some(pose) if is_pose => pose as f64,
+        _ => r.time_s,
+    };
+    let x_label = if is_pose { "pose" } else { "time [s]" };
+    AXES.iter()
+        .enumerate()
+        .map(|(axis, name)| {
+            let points = |used: bool| {
+                let own = found.residuals.iter().filter(move |r| r.used == used);
+                own.map(|r| (at(r), r.wrench[first + axis])).collect()
+            };
+            let mut plot = Plot::new(
+                format!("{kind} {name}"),
+                x_label,
+                format!("{kind} left [{unit}]"),
+            );
+            plot.series
+                .push(Series::new("used", Style::Points, points(true)));
+            let left_out = Series::new("left out", Style::Points, points(false));
+            if !left_out.points.is_empty() {
+                plot.series.push(left_out.colored(Hue::of_series(1)));
+            }
+            plot
+        })
+        .collect()
+}

@@ -1,0 +1,76 @@
+//! The report of an identification.
+
+use anyhow::Result;
+use softdock_analysis::commission::identify::{AxisActuator, Identification};
+use softdock_analysis::identity;
+use softdock_analysis::model::actuator::{Reading, Timing, simulate};
+use softdock_report::{Mark, Page, Plot, Series, Style};
+
+/// Length of the step response that is drawn, s.
+const STEP_RESPONSE_S: f64 = 0.25;
+
+/// The report.
+///
+/// # Errors
+///
+/// If a plot cannot be drawn.
+pub fn page(found: &Identification, origin: &str) -> Result<Page> {
+    let mut page = Page::new("How the robot follows");
+    page.verdict(Mark::Good, "identified", &found.sentence());
+    page.paragraph(&format!("From {origin}."));
+    page.list(&found.notes);
+    page.section("All axes");
+    page.table(&found.table());
+    for axis in &found.axes {
+        page.section(&format!("Axis {}", axis.axis));
+        page.columns(&[step_response(axis, found.cycle_s), left(axis)])?;
+        if let Some(form) = &axis.pause_form {
+            page.paragraph(&format!("Pause: {form}."));
+        }
+    }
+    page.section("Settings");
+    page.code(&found.fragment(origin).text());
+    page.identity(&identity::text());
+    Ok(page)
+}
+
+/// What the axis makes of a step of the velocity.
+fn step_response(axis: &AxisActuator, cycle_s: f64) -> Plot {
+    let cycles = (STEP_RESPONSE_S / cycle_s).ceil() as usize;
+    let sent = vec![axis.tried_velocity; cycles];
+    let timing = Timing::uniform(cycle_s);
+    let executed = simulate(&axis.evidence.chain, &sent, &timing, Reading::AtEnd);
+    let points = |values: &[f64]| {
+        let scale = 1.0 / axis.tried_velocity;
+        let points = values.iter().enumerate();
+        points
+            .map(|(n, v)| (n as f64 * cycle_s, v * scale))
+            .collect()
+    };
+    let mut plot = Plot::new(
+        "Response to a step of the fastest velocity",
+        "time [s]",
+        "executed / sent",
+    );
+    plot.series = vec![
+        Series::new("sent", Style::Step, points(&sent)),
+        Series::line("executed", points(&executed)),
+    ];
+    plot
+}
+
+fn left(axis: &AxisActuator) -> Plot {
+    let unit = if axis.axis.index() < 3 { "m" } else { "rad" };
+    let mut plot = Plot::new(
+        "Measured minus simulated place",
+        "time [s]",
+        format!("place left [{unit}]"),
+    );
+    let evidence = &axis.evidence;
+    let points = evidence.time_s.iter().copied();
+    plot.series.push(Series::line(
+        "left",
+        points.zip(evidence.residual.iter().copied()).collect(),
+    ));
+    plot
+}
