@@ -332,8 +332,8 @@ impl<S: Scalar> Run<S> {
             return;
         };
         let next = frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
-        let (now, next) = (lock.sine(&self.orientation), lock.sine(&next));
-        if next > *largest && next > now {
+        let next = lock.sine(&next);
+        if next > *largest && next > lock.sine(&self.orientation) {
             sent.angular = Vector3::zeros();
             flags.set(LimitFlags::BOX);
         }
