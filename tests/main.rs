@@ -5,6 +5,8 @@
 mod check;
 mod cli;
 mod commissioning;
+mod delay_laws;
+mod delay_predictor;
 mod diagnosis;
 mod faults;
 mod known_answers;

@@ -1,6 +1,6 @@
 //! Delay × stiffness × mass × damping: the predicted restitution of every law against the simulated.
 
-use super::rig::{CYCLE_S, Case, Rebound};
+use crate::delay_laws::case::{CYCLE_S, Case, Rebound};
 use softdock::check::{Check, Contact, Rig, check};
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;

@@ -2,6 +2,3 @@
 
 mod files;
 mod grid;
-#[path = "../../firmware/control/tests/delay_laws/rig.rs"]
-#[allow(dead_code)] // The laws' own tests use more of it.
-mod rig;

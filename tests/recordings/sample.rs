@@ -2,7 +2,7 @@
 
 use softdock_analysis::recording::{Header, Recording, TruthRecord};
 use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
-use softdock_control::delay::status::{LawFlags, LawStatus, Rung};
+use softdock_control::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
@@ -15,11 +15,11 @@ const MODES: [Mode; 5] = [
     Mode::Fault,
 ];
 
-const RUNGS: [Rung; 4] = [
-    Rung::NoLadder,
-    Rung::Watching,
-    Rung::Identifying,
-    Rung::Leading,
+const LEVELS: [ConfidenceLevel; 4] = [
+    ConfidenceLevel::NotAssessed,
+    ConfidenceLevel::Unverified,
+    ConfidenceLevel::Verified,
+    ConfidenceLevel::Fallback,
 ];
 
 const REFUSALS: [Refusal; 7] = [
@@ -147,7 +147,7 @@ impl Source {
             model_velocity: self.reals(),
             law_parts: core::array::from_fn(|_| self.reals()),
             law_status: LawStatus {
-                rung: self.any(&RUNGS),
+                confidence: self.any(&LEVELS),
                 flags: LawFlags(self.bits() as u16),
                 stiffness_n_per_m: self.real(),
                 damping_n_s_per_m: self.real(),

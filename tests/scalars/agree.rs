@@ -160,7 +160,6 @@ fn fixed_point(law: LawName) -> Deviation {
         ..usual
     };
     match law {
-        LawName::None | LawName::Seed | LawName::Lead => usual,
         LawName::Polynomial | LawName::Ats | LawName::Smith => some_digits,
         LawName::Passivity => Deviation {
             position_m: 1e-5,
@@ -173,6 +172,7 @@ fn fixed_point(law: LawName) -> Deviation {
             velocity_m_s: 5e-6,
             ..usual
         },
+        _ => usual,
     }
 }
 

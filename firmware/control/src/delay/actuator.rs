@@ -1,4 +1,4 @@
-//! What is believed about the robot: how late, and in which way, it does what it is told.
+//! What is believed about the robot: how late, and with which dynamics, it does what it is told.
 //!
 //! In the order of the chain: a transport delay, a first-order lag, a second-order servo, and a
 //! pause when the executed velocity crosses zero. `softdock identify actuator` measures them. The

@@ -2,7 +2,7 @@
 //!
 //! The measured wrench itself tells the direction: its force and its lever, averaged over some
 //! cycles. Along a contact a law works with numbers instead of vectors, in any pose and for two
-//! free craft. A contact opens when the force exceeds a threshold while the craft approach, and is
+//! free spacecraft. A contact opens when the force exceeds a threshold while they approach, and is
 //! followed until the law closes it. A load that is a torque alone is no contact here.
 
 use super::LawInput;
@@ -11,8 +11,8 @@ use crate::frames::{Pose, Twist, Wrench};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
 
-/// Part of the averaged wrench that is kept in a cycle: ten cycles of memory.
-const KEPT: f64 = 0.9;
+/// Of the averaged wrench, per cycle: ten cycles of memory.
+const FORGETTING_FACTOR: f64 = 0.9;
 /// Largest force along a contact that a law deals with, N.
 const LARGEST_N: f64 = 1e5;
 /// Largest lever, m.
@@ -27,7 +27,7 @@ pub(super) struct ContactLine<S: Scalar> {
     latency: usize,
     /// Sum of the wrench that forgets.
     average: Wrench<S>,
-    /// Force part of length 1, along the push of the wall; axes of M.
+    /// Force part of length 1, along the push of the surface; axes of M.
     direction: Wrench<S>,
     /// Measured pose of the last cycle.
     last_pose: Option<Pose<S>>,
@@ -37,7 +37,7 @@ pub(super) struct ContactLine<S: Scalar> {
     quiet_cycles: u32,
 }
 
-/// A cycle of a contact, seen along its direction. Away from the wall is positive.
+/// A cycle of a contact, seen along its direction. Away from the surface is positive.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Along<S: Scalar> {
     /// The contact opened in this cycle.
@@ -72,7 +72,7 @@ impl<S: Scalar> ContactLine<S> {
     /// Takes a cycle in; an open contact's numbers.
     pub(super) fn update(&mut self, input: &LawInput<'_, S>) -> Option<Along<S>> {
         let before = self.last_pose.replace(*input.measured);
-        self.average = self.average * S::of(KEPT) + *input.wrench;
+        self.average = self.average * S::of(FORGETTING_FACTOR) + *input.wrench;
         let force = length(&input.wrench.force);
         let mut opened = false;
         if force >= self.threshold {
@@ -125,7 +125,7 @@ impl<S: Scalar> ContactLine<S> {
         self.direction.force.dot(&linear) + self.direction.torque.dot(&motion.angular)
     }
 
-    /// The motion that a push along the contact gives the craft, per unit along the contact.
+    /// The motion that a push along the contact gives the spacecraft, per unit along the contact.
     pub(super) fn push(&self, input: &LawInput<'_, S>) -> Twist<S> {
         let answer = input.bodies.mobility(input.state, &self.direction);
         let size = self.dot(&answer);
@@ -192,7 +192,7 @@ fn step<S: Scalar>(before: &Pose<S>, now: &Pose<S>) -> Twist<S> {
     }
 }
 
-/// Length by way of the largest component: squares might leave fixed point.
+/// Length, scaled by the largest component: squares might leave fixed point.
 fn length<S: Scalar>(v: &Vector3<S>) -> S {
     let largest = v.amax();
     if largest <= S::zero() {

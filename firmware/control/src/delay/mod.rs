@@ -2,22 +2,24 @@
 //!
 //! A law turns the velocity that the model wants into the velocity that the robot is told. It
 //! sees what it may need and nothing else ([`LawInput`]): the model's velocity, the contact
-//! wrench, both craft, the measured and the commanded pose, and the commands that were sent and may
+//! wrench, both spacecraft, the measured and the commanded pose, and the commands that were sent and may
 //! not have been executed yet.
 //!
-//! Each cycle asks a law twice: [`Law::condition`] before the two craft are moved, which wrench they
-//! feel, and [`Law::step`] after that, which velocity the robot is told. Most laws leave the wrench
+//! Each cycle asks a law twice: [`Law::condition`] before the two spacecraft are moved, which wrench
+//! they feel, and [`Law::step`] after that, which velocity the robot is told. Most laws leave the wrench
 //! as it is measured. Momentum that a law adds is in the trace of every cycle
 //! (`unaccounted_impulse`).
+//!
+//! **A new law** is its file here, its lines in this file, its page `docs/delay/<law>.md` and its row in
+//! `docs/delay/README.md`. Commands, parameter service, benchmarks and tests of all laws go through
+//! [`LawName::ALL`] and [`DelaySettings::DESCRIPTIONS`].
 
 pub mod actuator;
 pub mod ats;
 mod axes;
 mod contact;
 pub mod guarded;
-mod horizon;
 pub mod lead;
-mod list;
 pub mod passivity;
 pub mod polynomial;
 pub mod predictor;
@@ -25,6 +27,7 @@ pub mod seed;
 pub mod smith;
 pub mod status;
 
+use crate::described::Description;
 use crate::dynamics::{TwoBody, TwoBodyState};
 use crate::frames::{Pose, Twist, Wrench};
 use crate::modes::Fault;
@@ -37,7 +40,7 @@ use nalgebra::UnitQuaternion;
 use passivity::{Passivity, PassivitySettings};
 use polynomial::{Polynomial, PolynomialSettings};
 use predictor::{Predictor, PredictorSettings};
-use seed::{Seed, SeedSettings};
+use seed::{Seed, SeedCoefficients, SeedSettings};
 use smith::{Smith, SmithSettings};
 use status::LawStatus;
 
@@ -67,9 +70,51 @@ pub enum LawName {
     Smith,
     /// Time-domain passivity.
     Passivity,
-    /// Twin of the robot, contact identified as it happens, impulse balance.
+    /// Model predictive control with a robot model, a contact estimator and impulse matching.
     #[default]
     Predictor,
+}
+
+impl LawName {
+    /// Every law, in the order of tables.
+    pub const ALL: [Self; 8] = [
+        Self::None,
+        Self::Seed,
+        Self::Lead,
+        Self::Polynomial,
+        Self::Ats,
+        Self::Smith,
+        Self::Passivity,
+        Self::Predictor,
+    ];
+
+    /// The name in settings, on the command line and in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Seed => "seed",
+            Self::Lead => "lead",
+            Self::Polynomial => "polynomial",
+            Self::Ats => "ats",
+            Self::Smith => "smith",
+            Self::Passivity => "passivity",
+            Self::Predictor => "predictor",
+        }
+    }
+
+    /// The law of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.name() == name)
+    }
+
+    /// Whether the law works with the measured pose: it is of no use on a robot that does not
+    /// report where it is, or that reports what it was told.
+    pub const fn needs_position(self) -> bool {
+        match self {
+            Self::None | Self::Seed | Self::Lead | Self::Polynomial => false,
+            Self::Ats | Self::Smith | Self::Passivity | Self::Predictor => true,
+        }
+    }
 }
 
 /// Which velocity of the model stands for a cycle.
@@ -116,6 +161,20 @@ pub struct DelaySettings {
 }
 
 impl DelaySettings {
+    /// The doc comments of these settings, of the robot's and of those of all laws.
+    pub const DESCRIPTIONS: &[Description] = &[
+        Self::DESCRIPTION,
+        ActuatorSettings::DESCRIPTION,
+        SeedSettings::DESCRIPTION,
+        SeedCoefficients::DESCRIPTION,
+        LeadSettings::DESCRIPTION,
+        PolynomialSettings::DESCRIPTION,
+        AtsSettings::DESCRIPTION,
+        SmithSettings::DESCRIPTION,
+        PassivitySettings::DESCRIPTION,
+        PredictorSettings::DESCRIPTION,
+    ];
+
     /// Checks every field.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.actuator.validate()?;
@@ -127,9 +186,24 @@ impl DelaySettings {
         self.smith.validate()?;
         self.passivity.validate()
     }
+
+    /// Time from the instant that the model's velocity stands for to its execution, s: the mean
+    /// delay of the robot ([`ActuatorSettings::mean_delay_s`]), and half a cycle if the model's
+    /// velocity is the mean over the cycle that has just passed (A11).
+    pub fn horizon_s(&self, cycle_s: f64) -> f64 {
+        self.actuator.mean_delay_s() + self.half_cycle_s(cycle_s)
+    }
+
+    /// The part of the horizon that is the model's, s.
+    fn half_cycle_s(&self, cycle_s: f64) -> f64 {
+        match self.model_velocity {
+            ModelVelocity::Mean => 0.5 * cycle_s,
+            ModelVelocity::End => 0.0,
+        }
+    }
 }
 
-/// What a law gets to see in a cycle: before the two craft are moved for [`Law::condition`], after
+/// What a law gets to see in a cycle: before the two spacecraft are moved for [`Law::condition`], after
 /// it for [`Law::step`].
 #[derive(Debug)]
 pub struct LawInput<'a, S: Scalar> {
@@ -145,7 +219,7 @@ pub struct LawInput<'a, S: Scalar> {
     pub commanded: &'a Pose<S>,
     /// Velocities sent in earlier cycles.
     pub sent: &'a SentHistory<S>,
-    /// The two craft.
+    /// The two spacecraft.
     pub bodies: &'a TwoBody<S>,
     /// Their motion.
     pub state: &'a TwoBodyState<S>,
@@ -237,7 +311,7 @@ impl<S: Scalar> Law<S> {
         }
     }
 
-    /// The wrench that the two craft feel in this cycle, at M in axes of M: for most laws the
+    /// The wrench that the two spacecraft feel in this cycle, at M in axes of M: for most laws the
     /// measured one. Not called while the start ramp runs or the model is frozen.
     pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         match self {

@@ -21,7 +21,7 @@
 //!   come back while the model moves out.
 //!
 //! It can only remove energy. The rebound of an elastic contact comes out right; force, duration
-//! and the motion in between do not. A contact with damping ends too slow or sticks: what the wall
+//! and the motion in between do not. A contact with damping ends too slow or does not end: what the wall
 //! really dissipates is counted as energy that the model may not have.
 
 use super::contact::{Along, ContactLine, LATENCIES, saturated};

@@ -8,8 +8,8 @@
 //! Horiuchi, Inoue, Konno and Namita, "Real-time hybrid experimental system with actuator delay
 //! compensation", Earthquake Engng Struct. Dyn. 28 (1999) 1121. It needs neither acceleration nor
 //! measured motion. The law is linear and its weights add up to 1, so that the same sum of
-//! velocities commands the same motion without an anchor; before the start the craft is taken to
-//! have flown with its first velocity. τ is any real number of cycles: between two cycles the
+//! velocities commands the same motion without an anchor; before the start the spacecraft is
+//! taken to have flown with its first velocity. τ is any real number of cycles: between two cycles the
 //! velocity is interpolated, which is exact for the position of a velocity held over a cycle.
 
 use super::axes::{components, saturated, twist};

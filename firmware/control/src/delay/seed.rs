@@ -8,7 +8,7 @@
 //!
 //! with dv the change of the model's velocity in a cycle, s_v = −sign(v_model) and s_dv the sign
 //! of dv beyond a threshold. The printed coefficients hold for mm/s and mm/s per 4 ms cycle
-//! (A1): this file is the one place of the control code where they appear. Angular components
+//! (A1): this file is the only file of the control code in which they appear. Angular components
 //! are in mrad/s, which is mm/s at one metre.
 //!
 //! What the paper leaves open is a named setting: the numbers of "a combination of a low-pass
@@ -21,14 +21,14 @@
 //!
 //! Why the defaults: with a pure delay of 32 ms, a pause of 16 ms and an elastic contact of 150 ms
 //! (21 rad/s) a low-pass of 7 Hz, then the saturation at 0.16, and a threshold of 0.005 keep the
-//! restitution of 1 to 15 mm/s within 13 % of 1 at the best place of the touch within a cycle. The
-//! law works in whole cycles: at the worst place it is 18 %. Neighbouring settings
-//! (6 to 6.5 Hz, 0.165) are no better than 16 % over all places. Saturating dv before the
+//! restitution of 1 to 15 mm/s within 13 % of 1 at the best phase of the onset within a cycle. The
+//! law works in whole cycles: at the worst phase it is 18 %. Neighbouring settings
+//! (6 to 6.5 Hz, 0.165) are no better than 16 % over all phases. Saturating dv before the
 //! low-pass is worse (up to 80 %), and so is the sign of the unfiltered velocity, which turns
 //! before dv does (it runs away at 1 mm/s). The threshold matters little below 0.01.
 //!
 //! Known failings that stay, because they are the law's: it is not frame-invariant, an axis that
-//! starts from rest is pushed the wrong way, and a velocity offset remains after the contact.
+//! starts from rest is pushed in the wrong direction, and a velocity offset remains after the contact.
 
 use super::{LawOutput, PARTS};
 use crate::frames::Twist;

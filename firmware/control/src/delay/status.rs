@@ -1,19 +1,24 @@
 //! What a law tells about itself in each cycle, for the trace.
 
-/// How much a law trusts what it has found out about robot and contact: the steps of its ladder.
+/// How much a law trusts what it has found out about robot and contact. In recordings and JSON it keeps the
+/// names `no_ladder`, `watching`, `identifying` and `leading` of the field `rung`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Rung {
+pub enum ConfidenceLevel {
     /// The law finds out nothing.
     #[default]
-    NoLadder,
+    #[cfg_attr(feature = "serde", serde(rename = "NoLadder"))]
+    NotAssessed,
     /// The robot's answer to the approach is being compared with what is believed of it.
-    Watching,
+    #[cfg_attr(feature = "serde", serde(rename = "Watching"))]
+    Unverified,
     /// The robot does as believed; the contact is identified as it happens.
-    Identifying,
+    #[cfg_attr(feature = "serde", serde(rename = "Identifying"))]
+    Verified,
     /// The identification of a contact did not fit: the next one is led by the model's velocity and
     /// acceleration alone, and guarded.
-    Leading,
+    #[cfg_attr(feature = "serde", serde(rename = "Leading"))]
+    Fallback,
 }
 
 /// What a law noticed or did in a cycle, one bit each.
@@ -24,19 +29,18 @@ pub struct LawFlags(pub u16);
 impl LawFlags {
     /// A contact is going on.
     pub const CONTACT: Self = Self(1);
-    /// Force in free flight that is not the beginning of a contact was left out.
-    pub const GHOST: Self = Self(1 << 1);
+    /// A spurious load, in free flight and not the beginning of a contact, was left out.
+    pub const SPURIOUS_LOAD: Self = Self(1 << 1);
     /// The rebound was corrected to the one that the identified contact has.
     pub const GUARD_IDENTIFIED: Self = Self(1 << 2);
     /// The rebound was bounded to what a passive contact can give; the identification did not fit.
     pub const GUARD_PASSIVE: Self = Self(1 << 3);
-    /// A wall that was touched before is expected.
+    /// A contact that is remembered is expected.
     pub const MEMORY: Self = Self(1 << 4);
     /// The robot's delay was followed to the end of the range in which it is followed.
     pub const DELAY_AT_BOUND: Self = Self(1 << 5);
     /// The command is at the largest speed that the law asks for.
     pub const SPEED_LIMIT: Self = Self(1 << 6);
-
     /// The robot's delay was found to be another one in a contact, and is followed.
     pub const DELAY_FOLLOWED: Self = Self(1 << 7);
 
@@ -44,6 +48,7 @@ impl LawFlags {
     pub fn set(&mut self, flags: Self) {
         self.0 |= flags.0;
     }
+
     /// Whether any of `flags` is set.
     pub fn has(self, flags: Self) -> bool {
         self.0 & flags.0 != 0
@@ -54,8 +59,9 @@ impl LawFlags {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LawStatus {
-    /// Step of the ladder.
-    pub rung: Rung,
+    /// Confidence level.
+    #[cfg_attr(feature = "serde", serde(rename = "rung"))]
+    pub confidence: ConfidenceLevel,
     /// What was noticed or done.
     pub flags: LawFlags,
     /// Stiffness along the direction of contact, N/m.

@@ -1,7 +1,7 @@
 //! Codes and words of the enumerations in a recording. The words stand in CSV files, the codes
 //! in messages; both are part of the format and never change their meaning.
 
-use softdock_control::delay::status::Rung;
+use softdock_control::delay::status::ConfidenceLevel;
 use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 
@@ -64,11 +64,11 @@ words! { Mode {
     5 "jogging" Mode::Jogging,
 } }
 
-words! { Rung {
-    0 "no_ladder" Rung::NoLadder,
-    1 "watching" Rung::Watching,
-    2 "identifying" Rung::Identifying,
-    3 "leading" Rung::Leading,
+words! { ConfidenceLevel {
+    0 "no_ladder" ConfidenceLevel::NotAssessed,
+    1 "watching" ConfidenceLevel::Unverified,
+    2 "identifying" ConfidenceLevel::Verified,
+    3 "leading" ConfidenceLevel::Fallback,
 } }
 
 words! { Command, none {
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn a_code_is_the_place_of_its_word() {
         check::<Mode>();
-        check::<Rung>();
+        check::<ConfidenceLevel>();
         check::<Option<Command>>();
         check::<Option<Refusal>>();
         check::<Option<FaultCode>>();

@@ -11,7 +11,7 @@
 //! The law needs position feedback.
 //!
 //! Choices that the equation leaves open:
-//! - Command and measurement pass the same low-pass (`filter`), which gives the derivatives of
+//! - Command and measurement pass the same low-pass (`estimator`), which gives the derivatives of
 //!   the measurement and leaves the relation between the two as it is.
 //! - The window is one that forgets (`window_s`). A ridge draws the coefficients to the believed
 //!   1, τ, τ²/2: an approach at constant speed tells nothing of a₂.
@@ -21,11 +21,10 @@
 //!   [`super::lead`].
 //! - One component learns per cycle, in turns: a solution takes a dozen divisions.
 //!
-//! Position that is lost in a pause at reversal is no delay, but is taken for one until it is
+//! Displacement that is lost in a pause at reversal is no delay, but is taken for one until it is
 //! forgotten.
 
-mod filter;
-mod regression;
+mod estimator;
 
 use super::axes::{components, saturated, twist};
 use super::status::LawStatus;
@@ -33,8 +32,7 @@ use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::Pose;
 use crate::range::{FieldName, SettingsError, in_range};
 use crate::scalar::Scalar;
-use filter::LowPass;
-use regression::Regression;
+use estimator::{Gains, LowPass, Regression};
 
 crate::described! {
 /// Settings of the adaptive time series.
@@ -99,7 +97,7 @@ pub struct Ats<S: Scalar> {
 struct Shared<S> {
     ts: S,
     per_s: S,
-    filter: filter::Gains<S>,
+    filter: Gains<S>,
     /// Part of the sums that is kept in a cycle.
     kept: S,
     ridge: S,
@@ -140,7 +138,7 @@ impl<S: Scalar> Ats<S> {
             shared: Shared {
                 ts: S::of(cycle_s),
                 per_s: S::of(1.0 / cycle_s),
-                filter: filter::Gains::new(own.filter_hz, cycle_s),
+                filter: Gains::new(own.filter_hz, cycle_s),
                 kept: S::of(kept),
                 ridge: S::of(ridge_mm * ridge_mm / (1.0 - kept)),
                 scale: [1.0, scale, 0.5 * scale * scale].map(S::of),
@@ -294,4 +292,89 @@ fn fastest<S: Scalar>(velocity: &[S; 6]) -> usize {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::delay::SentHistory;
+    use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
+    use crate::frames::{Twist, Wrench};
+    use crate::scalar::Fixed;
+    use crate::settings::BodySettings;
+    use nalgebra::UnitQuaternion;
+
+    /// Flies to and fro in front of a robot that is late by whole cycles; the delay that was learned, s.
+    fn learned<S: Scalar>(believed_s: f64, true_cycles: usize, latency: u8) -> f64 {
+        let ts = 0.004;
+        let mut settings = DelaySettings::default();
+        settings.actuator.delay_s = believed_s;
+        settings.actuator.feedback_latency_cycles = latency;
+        let mut law = Ats::<S>::new(&settings, ts);
+        let body = BodySettings::default();
+        let bodies = TwoBody::new(&body, &body, ts);
+        let at_rest = BodyState::initial(&body);
+        let state = TwoBodyState {
+            k: at_rest,
+            q: at_rest,
+        };
+        let mut sent = SentHistory::new();
+        let mut positions = vec![0.0];
+        let mut answer = 0.0;
+        for n in 0..750 {
+            let t = f64::from(n) * ts;
+            let model = Twist::of(&[0.01 * (8.0 * t).sin(), 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let at = |back: usize| positions[positions.len().saturating_sub(1 + back)];
+            let pose = |x: f64| {
+                Pose::from_parts(
+                    nalgebra::Vector3::new(S::of(x), S::zero(), S::zero()).into(),
+                    UnitQuaternion::identity(),
+                )
+            };
+            let input = LawInput {
+                model,
+                model_end: model,
+                wrench: &Wrench::zero(),
+                measured: &pose(at(true_cycles + usize::from(latency))),
+                commanded: &pose(at(0)),
+                sent: &sent,
+                bodies: &bodies,
+                state: &state,
+                c_from_q: UnitQuaternion::identity(),
+                released: true,
+                frozen: false,
+            };
+            let output = law.step(&input);
+            answer = output.status.delay_s;
+            sent.write(output.command);
+            positions.push(at(0) + output.command.linear.x.get() * ts);
+        }
+        answer
+    }
+
+    #[test]
+    fn the_delay_of_the_robot_is_learned() {
+        for (believed, cycles) in [(0.032, 8), (0.032, 10), (0.032, 6), (0.024, 8)] {
+            let wanted = cycles as f64 * 0.004;
+            let found = learned::<f64>(believed, cycles, 0);
+            assert!(
+                (found - wanted).abs() < 1.5e-3,
+                "{believed} {cycles}: {found}"
+            );
+            let found = learned::<Fixed>(believed, cycles, 0);
+            assert!(
+                (found - wanted).abs() < 1.5e-3,
+                "{believed} {cycles}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_known_latency_of_the_pose_is_no_delay_of_the_robot() {
+        let found = learned::<f64>(0.032, 8, 3);
+        assert!((found - 0.032).abs() < 1.5e-3, "{found}");
+    }
+
+    #[test]
+    fn what_is_learned_stays_within_its_bounds() {
+        let found = learned::<f64>(0.016, 30, 0);
+        assert!(found <= 0.016 * 1.5 / 0.95 + 1e-9, "{found}");
+    }
+}

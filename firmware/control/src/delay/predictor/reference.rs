@@ -1,6 +1,7 @@
-//! The motion that the two craft would have: straight, through a spring and a damper, straight.
+//! The reference: the motion that the two spacecraft would have. Straight, through a spring and a damper,
+//! straight.
 //!
-//! Along the direction of contact, from the touch on (Kelvin-Voigt, never pulling):
+//! Along the direction of contact, from the onset on (Kelvin-Voigt model that never pulls):
 //!
 //! ```text
 //! s(t) = V/ω_d e^(−ζωt) sin ω_d t   until k s + c s' = 0 at T = (π − 2 asin ζ)/ω_d, then −e V
@@ -11,31 +12,30 @@
 //! a force along the contact pushes, d · a = 1.
 
 use super::V6;
+use super::contact_estimator::Estimate;
+use super::tuning::*;
 use nalgebra::ComplexField;
 
-/// A contact as a spring and a damper against the effective mass.
+/// A spring and a damper against the effective mass.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Spring {
+pub(super) struct KelvinVoigt {
     /// ω, ζ, ω_d; rad/s.
-    pub(super) omega: f64,
+    omega: f64,
     pub(super) zeta: f64,
     damped: f64,
-    /// Duration of the contact, s.
-    pub(super) contact_s: f64,
-    /// Restitution.
+    /// T: duration of the contact, s.
+    contact_s: f64,
+    /// e.
     pub(super) restitution: f64,
     /// s at the end of the contact, in units of V, s.
     end: f64,
 }
 
-/// Heaviest damping ratio: the contact of a critically damped one does not end.
-const HEAVIEST: f64 = 0.95;
-
-impl Spring {
+impl KelvinVoigt {
     /// From stiffness (N/m), damping (N·s/m) and effective mass (kg).
     pub(super) fn new(stiffness: f64, damping: f64, mass: f64) -> Self {
         let omega = ComplexField::sqrt((stiffness / mass).max(1e-6));
-        let zeta = (damping / (2.0 * mass * omega)).clamp(0.0, HEAVIEST);
+        let zeta = (damping / (2.0 * mass * omega)).clamp(0.0, DAMPING_RATIO_LIMIT);
         let root = ComplexField::sqrt(1.0 - zeta * zeta);
         let angle = core::f64::consts::PI - 2.0 * ComplexField::asin(zeta);
         let damped = omega * root;
@@ -53,7 +53,7 @@ impl Spring {
         }
     }
 
-    /// s and s' at `count` times from `t_s` on, `step_s` apart, for V = 1.
+    /// s and s' at `N` times from `t_s` on, `step_s` apart, for V = 1.
     fn sample<const N: usize>(&self, t_s: f64, step_s: f64) -> [(f64, f64); N] {
         let mut values = [(0.0, 0.0); N];
         // e^(−ζωt) (cos, sin)(ω_d t) of the next time within the contact.
@@ -91,54 +91,90 @@ impl Spring {
 /// The motion of the axes that is wanted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
-    /// Time of the touch, cycles; without a contact any time.
-    pub(super) touch: f64,
+    /// Time of the onset, cycles; without a contact any time.
+    pub(super) onset: f64,
     /// Position at that time and velocity before it.
     pub(super) position: V6,
     pub(super) velocity: V6,
-    /// Into which a force along the contact pushes; d · a = 1.
+    /// d: into which a force along the contact pushes; d · a = 1.
     pub(super) push: V6,
-    /// Closing velocity, m/s.
+    /// V: closing velocity, m/s.
     pub(super) closing: f64,
     /// The contact; none: straight on.
-    pub(super) spring: Option<Spring>,
+    pub(super) contact: Option<KelvinVoigt>,
 }
 
-/// A time of the reference.
+/// What the contact takes away of straight flight.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Lag {
-    /// V t − s(t), m: the way that the contact takes away.
-    pub(super) way: f64,
+pub(super) struct Deviation {
+    /// V t − s(t), m.
+    pub(super) displacement: f64,
     /// V − s'(t), m/s.
     pub(super) velocity: f64,
 }
 
 impl Reference {
+    /// Straight on, from a position at a cycle.
+    pub(super) fn straight(cycle: usize, position: V6, velocity: V6) -> Self {
+        Self {
+            onset: cycle as f64,
+            position,
+            velocity,
+            push: V6::zeros(),
+            closing: 0.0,
+            contact: None,
+        }
+    }
+
+    /// Into a contact that begins at a time (cycles) and position, with a velocity and closing velocity.
+    pub(super) fn into_contact(
+        estimate: &Estimate,
+        (onset, position): (f64, V6),
+        (velocity, closing): (V6, f64),
+    ) -> Self {
+        let (k, c, mass) = (estimate.stiffness, estimate.damping, estimate.mass);
+        Self {
+            onset,
+            position,
+            velocity,
+            push: estimate.push,
+            closing,
+            contact: Some(KelvinVoigt::new(k, c, mass)),
+        }
+    }
+
     /// What the contact takes away at times from `cycle` on, one cycle apart.
-    pub(super) fn lags<const N: usize>(&self, cycle: f64, cycle_s: f64) -> [Lag; N] {
-        let Some(spring) = &self.spring else {
-            return [Lag::default(); N];
+    pub(super) fn deviations<const N: usize>(&self, cycle: f64, cycle_s: f64) -> [Deviation; N] {
+        let Some(contact) = &self.contact else {
+            return [Deviation::default(); N];
         };
-        let begin = (cycle - self.touch) * cycle_s;
-        let samples = spring.sample::<N>(begin, cycle_s);
+        let begin = (cycle - self.onset) * cycle_s;
+        let samples = contact.sample::<N>(begin, cycle_s);
         core::array::from_fn(|i| {
             let t = begin + cycle_s * i as f64;
             let (s, rate) = samples[i];
-            Lag {
-                way: self.closing * (t - s),
+            Deviation {
+                displacement: self.closing * (t - s),
                 velocity: self.closing * (1.0 - rate),
             }
         })
     }
 
-    /// Position at a cycle, of which the contact has taken away so much way.
-    pub(super) fn position(&self, cycle: f64, lag: &Lag, cycle_s: f64) -> V6 {
-        self.position + self.velocity * ((cycle - self.touch) * cycle_s) - self.push * lag.way
+    /// Position at a cycle.
+    pub(super) fn position_at(&self, cycle: f64, cycle_s: f64) -> V6 {
+        let [taken] = self.deviations::<1>(cycle, cycle_s);
+        let straight = self.position + self.velocity * ((cycle - self.onset) * cycle_s);
+        straight - self.push * taken.displacement
+    }
+
+    /// Restitution of the contact.
+    pub(super) fn restitution(&self) -> f64 {
+        self.contact.map_or(1.0, |contact| contact.restitution)
     }
 
     /// End of the contact, cycles.
     pub(super) fn end(&self, cycle_s: f64) -> f64 {
-        self.touch + self.spring.map_or(0.0, |spring| spring.contact_s) / cycle_s
+        self.onset + self.contact.map_or(0.0, |contact| contact.contact_s) / cycle_s
     }
 }
 
@@ -151,7 +187,7 @@ mod tests {
     fn restitution_and_duration_are_those_of_the_damped_contact() {
         let (mass, omega) = (500.0, 21.0);
         for zeta in [0.0, 0.1, 0.3, 0.5, 0.8] {
-            let spring = Spring::new(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
+            let spring = KelvinVoigt::new(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
             let bounce = Bounce::new(mass, mass * omega * omega, zeta, 0.005);
             assert!(
                 (spring.restitution - bounce.restitution).abs() < 1e-12,
@@ -167,7 +203,7 @@ mod tests {
     /// The recursion gives the motion: its end is the rebound, and s' is the derivative of s.
     #[test]
     fn the_motion_is_consistent() {
-        let spring = Spring::new(220_500.0, 6300.0, 500.0);
+        let spring = KelvinVoigt::new(220_500.0, 6300.0, 500.0);
         let step = 1e-4;
         let samples = spring.sample::<2000>(-0.003, step);
         for pair in samples.windows(2) {

@@ -11,24 +11,23 @@
 //! feedback.
 //!
 //! Choices that the sum leaves open:
-//! - The wall is found at the touch. By then the model, which is ahead of the robot by the delay, has
+//! - The surface is found at the onset. By then the model, which is ahead of the robot by the delay, has
 //!   flown through it: without a correction the rebound would be √(1 + φ²) too fast. The contact is
-//!   therefore integrated anew in each cycle (`replay`), from the touch, a delay earlier in the
+//!   therefore integrated anew in each cycle (`contact_model`), from the onset, a delay earlier in the
 //!   model's time, with F̂ and with the misfit F_meas − F̂(x_exec) of every cycle since. The model
 //!   gets the velocity that results.
-//! - Stiffness and wall are identified on the samples of the contact (`spring`), from the given
+//! - Stiffness and surface are identified on the samples of the contact, from the given
 //!   stiffness as a prior, or the stiffness is taken as it is given.
-//! - The model never flies more than a tenth faster than it came: a wall that was identified wrongly
+//! - The model never flies more than a tenth faster than it came: a surface that was identified wrongly
 //!   must not add energy without end.
-//! - The robot is led back to where the model is with a time constant: at the touch the commands on
-//!   their way carry it deeper.
+//! - The robot is led back to where the model is with a time constant: at the onset the commands
+//!   that are sent carry it deeper.
 //!
 //! During the contact a part of the impulse is the model's own, F̂(x_model) − F̂(x_exec). With the
 //! right delay and a spring it comes back to nearly nothing; with a wrong delay it does not, and the
 //! rebound looks perfect all the same. `unaccounted_impulse` in the trace is that part.
 
-mod replay;
-mod spring;
+mod contact_model;
 
 use super::contact::{Along, ContactLine, saturated};
 use super::status::{LawFlags, LawStatus};
@@ -36,7 +35,7 @@ use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::{Twist, Wrench};
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
-use replay::Replay;
+use contact_model::Replay;
 
 /// Quiet cycles after which a contact that the model has left is over.
 const QUIET_CYCLES: u32 = 8;
@@ -146,7 +145,7 @@ impl<S: Scalar> Smith<S> {
         measured + wrench
     }
 
-    /// One cycle: the model's velocity, and in a contact the way back to its position (part 0).
+    /// One cycle: the model's velocity, and in a contact what leads back to its position (part 0).
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         let mut output = LawOutput::of(input.model);
         output.status = self.status();
@@ -159,7 +158,7 @@ impl<S: Scalar> Smith<S> {
     }
 
     /// The push along the contact that is missing from the measured one for a velocity, m/s away
-    /// from the wall, after this cycle.
+    /// from the surface, after this cycle.
     fn added(&self, along: &Along<S>, wanted: S) -> Wrench<S> {
         let answer = saturated(along.load * along.mobility, 1e5) * self.ts;
         let missing = wanted - along.velocity - answer;
@@ -168,7 +167,7 @@ impl<S: Scalar> Smith<S> {
         self.line.wrench(saturated(force, 1e6))
     }
 
-    /// Velocity along the contact towards the model's position, m/s away from the wall.
+    /// Velocity along the contact towards the model's position, m/s away from the surface.
     fn catch_up(&self, input: &LawInput<'_, S>) -> S {
         let Some(reported) = self.replay.reported_depth() else {
             return S::zero();
@@ -180,7 +179,7 @@ impl<S: Scalar> Smith<S> {
             .take(whole)
             .fold(S::zero(), |sum, sent| sum + along(sent));
         let oldest = newest_first().nth(whole).map_or(S::zero(), along) * rest;
-        // Away from the wall is less depth.
+        // Away from the surface is less depth.
         let commanded = reported - (sum + oldest) * self.ts * S::of(1e3);
         let missing = (self.replay.depth() - commanded) * S::of(1e-3);
         let fastest = self.replay.approach() * S::of(1e-3);

@@ -1,0 +1,460 @@
+//! The contact estimator: recursive least squares with a prior, once for each latency of the reported pose.
+//!
+//! Along the direction h of its load a contact is a spring and a damper,
+//!
+//! ```text
+//! λ = κ · (p − p₀) + c (s' − V) + b
+//! ```
+//!
+//! with λ the load along h, p the six positions and s' − V the change of the closing velocity since the onset,
+//! so that b is c V and an offset. κ is six numbers because with friction the force does not point to where its
+//! stiffness does. From κ follow the stiffness k = κ·Bh / h·Bh, the gradient a = κ/k and the effective mass
+//! 1/(a·Bh), where B is the velocity per impulse of the six axes (Kelvin-Voigt model; regularised recursive
+//! least squares in information form, with a forgetting factor from contact to contact).
+//!
+//! The pose may be older than the force by a number of cycles that nobody knows: the same estimate is made
+//! for each (a bank of models, Magill 1965), and the one that leaves the smallest squared error is believed.
+
+use super::least_squares::{Ldlt, shrunk};
+use super::observer::AtForce;
+use super::tuning::*;
+use super::{M6, V6};
+use nalgebra::{ComplexField, SMatrix, SVector};
+
+/// Unknowns: κ (6), c, b.
+const UNKNOWNS: usize = 8;
+pub(super) const DAMPING: usize = 6;
+const OFFSET: usize = 7;
+pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
+
+/// What has been measured of a contact: the sums of the normal equations.
+#[derive(Clone, Debug)]
+pub(super) struct Information {
+    /// p₀: positions count from here, m; in a contact the position where it began.
+    pub(super) origin: V6,
+    /// Weight of the onset against that of a load.
+    onset: f64,
+    products: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
+    with_load: Unknowns,
+    load_squared: f64,
+    samples: f64,
+}
+
+/// What is expected of any contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prior {
+    /// Stiffness, N/m.
+    stiffness: f64,
+    /// Error of a load, N.
+    pub(super) sigma: f64,
+    /// h: direction of the load, with a force part of 1.
+    direction: V6,
+    /// Bh: velocity of the axes per impulse along that direction.
+    mobility: V6,
+}
+
+/// A contact as identified.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    /// N/m and N·s/m.
+    pub(super) stiffness: f64,
+    pub(super) damping: f64,
+    /// a, and s = a · p at which the spring is free, m.
+    pub(super) gradient: V6,
+    pub(super) surface: f64,
+    /// Effective mass along a, kg.
+    pub(super) mass: f64,
+    /// d: into which a force along the contact pushes; d · a = 1.
+    pub(super) push: V6,
+    /// Misfit, as a part of the load.
+    pub(super) misfit: f64,
+    /// Standard deviation of the residuals, N.
+    pub(super) error: f64,
+    /// Sum of squared residuals of the best fit, before its damping is shrunk, N².
+    squared_error: f64,
+}
+
+impl Prior {
+    /// For a contact at a closing velocity (m/s), with the error of a load by noise (N) and h and Bh.
+    pub(super) fn new(stiffness: f64, noise: f64, closing: f64, (h, bh): (V6, V6)) -> Self {
+        let inverse_mass = h.dot(&bh).max(1e-9);
+        let peak = closing.abs() * ComplexField::sqrt(stiffness / inverse_mass);
+        let part = MODEL_ERROR * peak;
+        Self {
+            stiffness,
+            sigma: ComplexField::sqrt(noise * noise + part * part).max(1e-9),
+            direction: h,
+            mobility: bh,
+        }
+    }
+
+    /// Velocity along the direction per impulse along it, 1/kg.
+    fn inverse_mass(&self) -> f64 {
+        self.direction.dot(&self.mobility).max(1e-9)
+    }
+
+    /// Adds its information, in units of 1/σ².
+    fn add_to(&self, information: &mut SMatrix<f64, UNKNOWNS, UNKNOWNS>, target: &mut Unknowns) {
+        let (k0, sigma, h) = (self.stiffness, self.sigma, &self.direction);
+        let squared = h.norm_squared();
+        let weight = |spread: f64| {
+            let ratio = sigma / (spread * k0);
+            ratio * ratio / squared
+        };
+        let (along, across) = (weight(PRIOR_SPREAD_ALONG), weight(PRIOR_SPREAD_ACROSS));
+        let tilt = (along - across) / squared;
+        for i in 0..6 {
+            for j in 0..=i {
+                information[(i, j)] += tilt * h[i] * h[j];
+            }
+            information[(i, i)] += across;
+            target[i] += along * k0 * h[i];
+        }
+        let critical = 2.0 * ComplexField::sqrt(k0 / self.inverse_mass());
+        let ratio = sigma / (critical * PRIOR_DAMPING_RATIO);
+        information[(DAMPING, DAMPING)] += ratio * ratio;
+        // An offset is as good as unknown; the onset holds it.
+        information[(OFFSET, OFFSET)] += OFFSET_REGULARISATION;
+    }
+
+    /// k of the κ among the unknowns, N/m.
+    fn stiffness_of(&self, unknowns: &Unknowns) -> f64 {
+        let k = kappa(unknowns).dot(&self.mobility) / self.inverse_mass();
+        let [least, most] = STIFFNESS_RANGE;
+        k.clamp(least * self.stiffness, most * self.stiffness)
+    }
+}
+
+impl Information {
+    pub(super) fn new(origin: V6) -> Self {
+        Self {
+            origin,
+            onset: 0.0,
+            products: SMatrix::zeros(),
+            with_load: Unknowns::zeros(),
+            load_squared: 0.0,
+            samples: 0.0,
+        }
+    }
+
+    fn row(&self, position: &V6, closing: f64) -> Unknowns {
+        let p = position - self.origin;
+        Unknowns::from([p[0], p[1], p[2], p[3], p[4], p[5], closing, 1.0])
+    }
+
+    fn take(&mut self, row: &Unknowns, load: f64, weight: f64) {
+        for i in 0..UNKNOWNS {
+            let scaled = row[i] * weight;
+            for j in 0..=i {
+                self.products[(i, j)] += scaled * row[j];
+            }
+            self.with_load[i] += scaled * load;
+        }
+    }
+
+    /// A load λ (N) at a position, and by how much the closing velocity has changed in the contact (m/s).
+    ///
+    /// The change is along the contact, where the gradient is known. The velocity before is not: a
+    /// gradient that turns while the contact is identified would turn it into a damping.
+    pub(super) fn add(&mut self, position: &V6, change: f64, load: f64) {
+        let row = self.row(position, change);
+        self.take(&row, load, 1.0);
+        self.load_squared += load * load;
+        self.samples += 1.0;
+    }
+
+    /// A contact begins within half a cycle of a position: no force there, to `deviation` (N); in
+    /// units of the samples' error `sigma`. What is known already counts less, with velocities that
+    /// change from `closing` (m/s) on.
+    pub(super) fn begin(&mut self, position: &V6, closing: f64, deviation: f64, sigma: f64) {
+        self.products *= MEMORY_FORGETTING;
+        self.with_load *= MEMORY_FORGETTING;
+        self.load_squared *= MEMORY_FORGETTING;
+        self.samples *= MEMORY_FORGETTING;
+        let moved = self.origin - position;
+        self.shift(&moved, -closing);
+        self.origin = *position;
+        let ratio = sigma / deviation;
+        self.onset = ratio * ratio;
+    }
+
+    /// The contact has ended: velocities count from zero.
+    pub(super) fn end(&mut self, closing: f64) {
+        let mut row = Unknowns::zeros();
+        (row[DAMPING], row[OFFSET]) = (-closing, 1.0);
+        self.take(&row, 0.0, self.onset);
+        self.onset = 0.0;
+        self.shift(&V6::zeros(), closing);
+    }
+
+    /// As if all positions and velocities had been larger.
+    fn shift(&mut self, position: &V6, closing: f64) {
+        let by = self.row(&(position + self.origin), closing);
+        let of_one = Unknowns::from_fn(|j, _| self.products[(OFFSET, j)]);
+        let (weight, load) = (of_one[OFFSET], self.with_load[OFFSET]);
+        for i in 0..OFFSET {
+            for j in 0..=i {
+                self.products[(i, j)] += by[i] * (of_one[j] + by[j] * weight) + by[j] * of_one[i];
+            }
+            self.products[(OFFSET, i)] += by[i] * weight;
+            self.with_load[i] += by[i] * load;
+        }
+    }
+
+    /// The contact that fits best, of velocities that change from `closing` (m/s) on.
+    pub(super) fn solve(&self, prior: &Prior, closing: f64) -> Estimate {
+        let (factor, target) = self.normal_equations(prior, closing);
+        let mut unknowns = factor.solve(&target);
+        let column = covariance_of_damping(&factor);
+        let c = unknowns[DAMPING];
+        let variance = (column[DAMPING] * prior.sigma * prior.sigma).max(0.0);
+        let most = DAMPING_LIMIT
+            * ComplexField::sqrt(prior.stiffness_of(&unknowns) / prior.inverse_mass());
+        // Damping that cannot be told from an error of the onset is none.
+        let damping = shrunk(c, variance, DAMPING_SIGNIFICANCE).clamp(0.0, most);
+        let mut squared_error = 0.0;
+        if column[DAMPING] > 0.0 {
+            let with = |damping: f64| unknowns + column * ((damping - c) / column[DAMPING]);
+            squared_error = self.squared_error(&with(c.max(0.0)), closing);
+            unknowns = with(damping);
+        }
+        let left = self.squared_error(&unknowns, closing);
+        // The surface is where a robot that stands still feels nothing.
+        unknowns[OFFSET] -= damping * closing;
+        let stiffness = prior.stiffness_of(&unknowns);
+        let gradient = gradient(&unknowns, stiffness, prior);
+        Estimate {
+            stiffness,
+            damping: unknowns[DAMPING],
+            gradient,
+            surface: gradient.dot(&self.origin) - unknowns[OFFSET] / stiffness,
+            mass: 1.0 / prior.inverse_mass(),
+            push: prior.mobility / prior.inverse_mass(),
+            misfit: ComplexField::sqrt(left / self.load_squared.max(f64::MIN_POSITIVE)),
+            error: ComplexField::sqrt(left / self.samples.max(1.0)),
+            squared_error,
+        }
+    }
+
+    /// The normal equations with the prior, in units of 1/σ²: factor and right side.
+    pub(super) fn normal_equations(
+        &self,
+        prior: &Prior,
+        closing: f64,
+    ) -> (Ldlt<UNKNOWNS>, Unknowns) {
+        let (mut information, mut target) = (self.products, self.with_load);
+        information[(DAMPING, DAMPING)] += self.onset * closing * closing;
+        information[(OFFSET, DAMPING)] -= self.onset * closing;
+        information[(OFFSET, OFFSET)] += self.onset;
+        prior.add_to(&mut information, &mut target);
+        (Ldlt::new(&information), target)
+    }
+
+    /// Sum of squared residuals, with that of the onset, N².
+    fn squared_error(&self, u: &Unknowns, closing: f64) -> f64 {
+        let began = u[OFFSET] - u[DAMPING] * closing;
+        let mut quadratic = self.onset * began * began;
+        for i in 0..UNKNOWNS {
+            let mut row = self.products[(i, i)] * u[i];
+            for j in 0..i {
+                row += 2.0 * self.products[(i, j)] * u[j];
+            }
+            quadratic += row * u[i];
+        }
+        (self.load_squared - 2.0 * u.dot(&self.with_load) + quadratic).max(0.0)
+    }
+}
+
+/// Covariance of all unknowns with the damping, in units of σ².
+pub(super) fn covariance_of_damping(factor: &Ldlt<UNKNOWNS>) -> Unknowns {
+    let mut unit = Unknowns::zeros();
+    unit[DAMPING] = 1.0;
+    factor.solve(&unit)
+}
+
+fn kappa(unknowns: &Unknowns) -> V6 {
+    V6::from_iterator(unknowns.iter().take(6).copied())
+}
+
+/// a, from the unknowns and their stiffness within its bounds.
+fn gradient(unknowns: &Unknowns, stiffness: f64, prior: &Prior) -> V6 {
+    let kappa = kappa(unknowns);
+    let along = kappa.dot(&prior.mobility) / prior.inverse_mass();
+    // Loads that do not grow into the contact say nothing about its direction.
+    if along > GRADIENT_TRUST * stiffness {
+        kappa / along
+    } else {
+        prior.direction
+    }
+}
+
+/// h and Bh, from the running sum of the load.
+pub(super) fn direction(sum: &V6, mobility: &M6) -> (V6, V6) {
+    let force = sum.fixed_rows::<3>(0).norm();
+    let size = force.max(LEAST_FORCE_PART * sum.norm());
+    let h = sum / size.max(f64::MIN_POSITIVE);
+    (h, mobility * h)
+}
+
+/// The identification at one latency.
+#[derive(Clone, Debug)]
+pub(super) struct Hypothesis {
+    pub(super) information: Information,
+    pub(super) estimate: Estimate,
+}
+
+/// The multiple-model latency estimator.
+#[derive(Clone, Debug)]
+pub(super) struct LatencyEstimator {
+    hypotheses: [Hypothesis; LATENCIES],
+    loads: u32,
+}
+
+impl LatencyEstimator {
+    /// A new contact: it began between the positions before and now, with a closing velocity (m/s); there
+    /// is no force there, to a deviation (N).
+    pub(super) fn new(
+        previous: &[V6; LATENCIES],
+        now: &AtForce,
+        prior: &Prior,
+        (closing, deviation): (f64, f64),
+        remembered: Option<(usize, &Information)>,
+    ) -> Self {
+        let hypothesis = |l: usize| {
+            let middle = (previous[l] + now.position[l]) * 0.5;
+            let mut information = Information::new(middle);
+            if let Some((latency, known)) = remembered
+                && latency == l
+            {
+                information = known.clone();
+            }
+            information.begin(&middle, closing, deviation, prior.sigma);
+            let estimate = information.solve(prior, closing);
+            Hypothesis {
+                information,
+                estimate,
+            }
+        };
+        Self {
+            hypotheses: core::array::from_fn(hypothesis),
+            loads: 0,
+        }
+    }
+
+    /// The hypothesis of a latency.
+    pub(super) fn at(&self, latency: usize) -> &Hypothesis {
+        &self.hypotheses[latency.min(LATENCIES - 1)]
+    }
+
+    /// A load λ, N, in a contact that began with a velocity of the axes. `only` one hypothesis is worth
+    /// the work when the latency is known.
+    pub(super) fn add(
+        &mut self,
+        now: &AtForce,
+        load: f64,
+        (prior, before): (&Prior, &V6),
+        only: Option<usize>,
+    ) {
+        self.loads += 1;
+        for (l, hypothesis) in self.hypotheses.iter_mut().enumerate() {
+            if now.resumed[l] || only.is_some_and(|only| only != l) {
+                continue;
+            }
+            let Hypothesis {
+                information,
+                estimate,
+            } = hypothesis;
+            let (position, velocity) = (&now.position[l], &now.velocity[l]);
+            let gradient = estimate.gradient;
+            information.add(position, gradient.dot(&(velocity - before)), load);
+            *estimate = information.solve(prior, gradient.dot(before));
+        }
+    }
+
+    /// The latency to believe, given the present one, the noise of a load (N) and the closing velocity (m/s).
+    pub(super) fn choose(&self, present: usize, noise: f64, closing: f64) -> usize {
+        if self.loads < LATENCY_LOADS {
+            return present;
+        }
+        let floor_n = self.at(present).estimate.floor_n(noise, closing);
+        let floor = f64::from(self.loads) * floor_n * floor_n;
+        let cost = |l: usize| self.hypotheses[l].estimate.squared_error + floor;
+        let best = (0..LATENCIES).fold(present, |a, b| if cost(b) < cost(a) { b } else { a });
+        if cost(present) > LATENCY_EVIDENCE * cost(best) {
+            best
+        } else {
+            present
+        }
+    }
+
+    /// Loads taken.
+    pub(super) fn loads(&self) -> u32 {
+        self.loads
+    }
+}
+
+impl Estimate {
+    /// Error of a load that decides nothing, N.
+    fn floor_n(&self, noise: f64, closing: f64) -> f64 {
+        let inverse_mass = (1.0 / self.mass).max(1e-9);
+        let peak = closing * ComplexField::sqrt(self.stiffness / inverse_mass);
+        let (noise, part) = (LATENCY_FLOOR_NOISE * noise, LATENCY_FLOOR_PEAK * peak);
+        ComplexField::sqrt(noise * noise + part * part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prior() -> Prior {
+        let direction = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Prior {
+            stiffness: 2e5,
+            sigma: 1e-6,
+            direction,
+            mobility: direction / 500.0,
+        }
+    }
+
+    /// A contact at 5 mm/s of 220,500 N/m and 2,100 N·s/m whose surface is at `surface`.
+    fn contact(information: &mut Information, surface: f64) {
+        let at = |x: f64| V6::new(x, 0.0, 0.0, 0.0, 0.0, 0.0);
+        information.begin(&at(surface), 0.005, 1e-4, 1e-6);
+        for n in 1..30 {
+            let t = 0.004 * f64::from(n);
+            let (sin, cos) = (21.0 * t).sin_cos();
+            let (depth, closing) = (0.005 / 21.0 * sin, 0.005 * cos);
+            let load = 220_500.0 * depth + 2100.0 * closing;
+            information.add(&at(surface + depth), closing - 0.005, load);
+        }
+    }
+
+    fn assert_found(estimate: &Estimate, surface: f64) {
+        assert!((estimate.stiffness / 220_500.0 - 1.0).abs() < 1e-4);
+        assert!((estimate.damping / 2100.0 - 1.0).abs() < 1e-3);
+        assert!(
+            (estimate.surface - surface).abs() < 1e-7,
+            "{}",
+            estimate.surface
+        );
+    }
+
+    #[test]
+    fn a_contact_is_found_from_what_changes_in_it() {
+        let mut information = Information::new(V6::zeros());
+        contact(&mut information, 0.3);
+        assert_found(&information.solve(&prior(), 0.005), 0.3);
+    }
+
+    /// What is remembered of a contact is the same contact, wherever and however fast the next begins.
+    #[test]
+    fn a_contact_is_remembered() {
+        let mut information = Information::new(V6::zeros());
+        contact(&mut information, 0.3);
+        information.end(0.005);
+        let position = V6::new(0.2999, 0.0, 0.0, 0.0, 0.0, 0.0);
+        information.begin(&position, 0.003, 1.0, 1e-6);
+        assert_found(&information.solve(&prior(), 0.003), 0.3);
+    }
+}

@@ -1,0 +1,375 @@
+//! Dynamic matrix control of the six axes: where the robot will be with what was sent, where it should be, and
+//! the moves that bring it there.
+//!
+//! Over the prediction horizon the positions of an axis are x = x₀ + G U, with x₀ the free response (commands
+//! that are sent, then those of the reference one mean delay ahead; pauses included) and G the dynamic matrix
+//! from the robot model's response to one command. The moves that track the reference r with the least
+//!
+//! ```text
+//! ‖r − x‖² + ρ ‖U‖²        are        U = H⁻¹ Gᵀ (r − x₀),        H = Gᵀ G + ρ I
+//! ```
+//!
+//! (Cutler and Ramaker, "Dynamic matrix control: a computer control algorithm", Joint Automatic Control
+//! Conference, 1980), and the first of them is sent. There are no constraints in it; the sum is limited
+//! afterwards. On top of the moves comes a preload along the contact ([`ImpulseMatching`]).
+
+use super::V6;
+use super::contact_estimator::Estimate;
+use super::impulse_matching::{ImpulseMatching, Reversals};
+use super::least_squares::Ldlt;
+use super::reference::{Deviation, Reference};
+use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::tuning::*;
+use nalgebra::{SMatrix, SVector};
+
+type Moves = SVector<f64, CONTROL_HORIZON>;
+/// A quantity along the horizon: now, and after 1, 2 ... cycles.
+pub(super) type Trajectory = [f64; PREDICTION_HORIZON + 1];
+type Deviations = [Deviation; PREDICTION_HORIZON + 1];
+
+/// What depends on the robot model alone.
+#[derive(Clone, Debug)]
+pub(super) struct DynamicMatrix {
+    /// Displacement after j cycles of a command that lasts for the first one, cycles.
+    response: Trajectory,
+    /// Cycles at its beginning in which nothing moves.
+    dead: usize,
+    /// Gᵀ G, lower triangle.
+    gram: SMatrix<f64, CONTROL_HORIZON, CONTROL_HORIZON>,
+}
+
+/// The tracking law with the move suppression of this cycle.
+struct Tracking<'a> {
+    matrix: &'a DynamicMatrix,
+    factor: Ldlt<CONTROL_HORIZON>,
+    /// What the first move takes of an error at each time of the horizon, per cycle.
+    first_row: Trajectory,
+}
+
+impl DynamicMatrix {
+    /// Of a robot whose pose has a latency.
+    pub(super) fn new(model: &RobotModel, latency: usize) -> Self {
+        let response: Trajectory = model.linear.pulse_response(latency);
+        let dead = response.iter().take_while(|x| **x == 0.0).count();
+        let mut gram = SMatrix::zeros();
+        for lag in 0..CONTROL_HORIZON {
+            let products = response.iter().zip(&response[lag..]);
+            gram[(lag, 0)] = products.map(|(a, b)| a * b).sum();
+        }
+        // One move later, the sum ends one cycle earlier.
+        for j in 1..CONTROL_HORIZON {
+            for i in j..CONTROL_HORIZON {
+                let last =
+                    response[PREDICTION_HORIZON + 1 - i] * response[PREDICTION_HORIZON + 1 - j];
+                gram[(i, j)] = gram[(i - 1, j - 1)] - last;
+            }
+        }
+        Self {
+            response,
+            dead,
+            gram,
+        }
+    }
+
+    /// For a contact of this damping over stiffness, in cycles.
+    #[inline(never)]
+    fn tracking(&self, damping_cycles: f64) -> Tracking<'_> {
+        let rho = MOVE_SUPPRESSION + DAMPED_MOVE_SUPPRESSION * damping_cycles * damping_cycles;
+        let mut h = self.gram;
+        for i in 0..CONTROL_HORIZON {
+            h[(i, i)] += rho;
+        }
+        let factor = Ldlt::new(&h);
+        let mut unit = Moves::zeros();
+        unit[0] = 1.0;
+        let first_row = self.positions(&factor.solve(&unit));
+        Tracking {
+            matrix: self,
+            factor,
+            first_row,
+        }
+    }
+
+    /// G U.
+    fn positions(&self, moves: &Moves) -> Trajectory {
+        let mut positions = [0.0; PREDICTION_HORIZON + 1];
+        for (i, by) in moves.iter().enumerate() {
+            let moved = positions.get_mut(i + self.dead..).unwrap_or_default();
+            for (position, displacement) in moved.iter_mut().zip(self.alive()) {
+                *position += displacement * by;
+            }
+        }
+        positions
+    }
+
+    /// Gᵀ e.
+    fn gathered(&self, error: &Trajectory) -> Moves {
+        Moves::from_fn(|i, _| {
+            let errors = error.get(i + self.dead..).unwrap_or_default();
+            let products = errors.iter().zip(self.alive());
+            products.map(|(e, displacement)| e * displacement).sum()
+        })
+    }
+
+    /// The response from where something moves.
+    fn alive(&self) -> &[f64] {
+        self.response.get(self.dead..).unwrap_or_default()
+    }
+
+    /// Displacement by a preload whose first move is 1, cycles.
+    fn preload(&self) -> Trajectory {
+        let mut displacement = 0.0;
+        self.response.map(|response| {
+            displacement = PRELOAD_DECAY * displacement + response;
+            displacement
+        })
+    }
+
+    /// Displacement by a command of one cycle within the times for which `during` is 1.
+    fn authority(&self, during: &Trajectory) -> f64 {
+        (0..=PREDICTION_HORIZON)
+            .map(|t| self.response[t] * during[t])
+            .sum()
+    }
+}
+
+impl Tracking<'_> {
+    /// The positions that all tracking moves make.
+    #[inline(never)]
+    fn tracked(&self, error: &Trajectory) -> Trajectory {
+        self.matrix
+            .positions(&self.factor.solve(&self.matrix.gathered(error)))
+    }
+}
+
+/// What a command depends on.
+pub(super) struct ControlProblem<'a> {
+    pub(super) cycle: usize,
+    pub(super) model: &'a RobotModel,
+    pub(super) commands: &'a CommandHistory,
+    pub(super) matrix: &'a DynamicMatrix,
+    pub(super) latency: usize,
+    /// The robot at the time of the force.
+    pub(super) robot: RobotState,
+    /// Velocity of the model of the two spacecraft.
+    pub(super) velocity: V6,
+    pub(super) reference: Reference,
+    /// The contact that is going on or expected.
+    pub(super) contact: Option<Estimate>,
+    /// Displacement of the preload in it so far, m.
+    pub(super) preload: f64,
+    /// Axes that have reversed in it.
+    pub(super) reversals: Reversals,
+}
+
+/// The answer.
+pub(super) struct Command {
+    pub(super) velocity: V6,
+    /// Its parts beside the model's velocity: what tracks the reference, and the preload.
+    pub(super) tracking: V6,
+    pub(super) preload: V6,
+    /// The preload along the contact, m/s.
+    pub(super) preload_rate: f64,
+    pub(super) reversals: Reversals,
+    pub(super) at_speed_limit: bool,
+}
+
+/// The free response: the first tracking moves for it, m, and along the contact its error and position, m.
+struct FreeResponse {
+    first_move: V6,
+    error: Trajectory,
+    position: Trajectory,
+}
+
+impl ControlProblem<'_> {
+    /// Delay from a command to its execution, at the time of the force, cycles.
+    pub(super) fn delay(&self) -> f64 {
+        self.model.execution_delay(self.latency)
+    }
+
+    #[inline(never)]
+    pub(super) fn solve(&self) -> Command {
+        let cycle_s = self.model.cycle_s;
+        let now = self.cycle as f64;
+        let taken: Deviations = self.reference.deviations(now, cycle_s);
+        let ahead: Deviations = self.reference.deviations(now + self.delay(), cycle_s);
+        let damping_cycles = self.contact.map_or(0.0, |contact| {
+            contact.damping / (contact.stiffness * cycle_s)
+        });
+        let tracking = self.matrix.tracking(damping_cycles);
+        let gradient = self.contact.map_or(V6::zeros(), |contact| contact.gradient);
+        let free = self.free_response(&taken, &ahead, &gradient, &tracking.first_row);
+        let moves = free.first_move / cycle_s;
+        let preload_rate = self.contact.map_or(0.0, |contact| {
+            self.preload_rate(&contact, &free, &tracking, &taken)
+        });
+        let preload = self.reference.push * preload_rate;
+        let base = self.base(&ahead);
+        let (mut velocity, at_speed_limit) =
+            limited(base + moves + preload, &self.reference.velocity);
+        let mut reversals = self.reversals;
+        if self.contact.is_some() && self.model.pause > 0.0 && self.model.linear.is_dead_time() {
+            let answered = now + self.delay() + 0.5 * self.model.pause;
+            let [then] = self.reference.deviations(answered, cycle_s);
+            let since = now - self.reference.onset;
+            velocity = reversals.allow(&velocity, &self.reference, &then, since, cycle_s);
+        }
+        Command {
+            velocity,
+            tracking: base + moves - self.velocity,
+            preload,
+            preload_rate,
+            reversals,
+            at_speed_limit,
+        }
+    }
+
+    /// The preload for which the impulse to come is that of the rebound, m/s along the contact; none where no
+    /// command can reach the rest of the contact.
+    fn preload_rate(
+        &self,
+        contact: &Estimate,
+        free: &FreeResponse,
+        tracking: &Tracking<'_>,
+        taken: &Deviations,
+    ) -> f64 {
+        if self.matrix.authority(&self.during()) < LEAST_AUTHORITY {
+            return 0.0;
+        }
+        let tracked = tracking.tracked(&free.error);
+        let depth: Trajectory =
+            core::array::from_fn(|t| free.position[t] + tracked[t] - contact.surface);
+        let matching = ImpulseMatching {
+            depth: &depth,
+            preload: &self.matrix.preload(),
+            stiffness: contact.stiffness,
+            damping: contact.damping,
+            inverse_mass: 1.0 / contact.mass,
+            velocity: contact.gradient.dot(&self.velocity),
+            target: self.reference.closing - taken[PREDICTION_HORIZON].velocity,
+            cycle_s: self.model.cycle_s,
+        };
+        matching.solve(SPEED_LIMIT * self.reference.closing.max(SPEED_LIMIT_BASE))
+    }
+
+    /// Velocity of the reference, a delay ahead of this cycle.
+    fn base(&self, ahead: &Deviations) -> V6 {
+        let change = (ahead[1].displacement - ahead[0].displacement) / self.model.cycle_s;
+        self.reference.velocity - self.reference.push * change
+    }
+
+    /// Follows the robot through the commands that were sent, then the reference's.
+    ///
+    /// The reference is straight but for what the contact takes away along its push, so that only the
+    /// robot's own path needs all six axes at each time.
+    #[inline(never)]
+    fn free_response(
+        &self,
+        taken: &Deviations,
+        ahead: &Deviations,
+        gradient: &V6,
+        first_row: &Trajectory,
+    ) -> FreeResponse {
+        let Reference {
+            velocity, ref push, ..
+        } = self.reference;
+        let per_cycle = velocity * self.model.cycle_s;
+        // The preload stays: to take it back would take its impulse back.
+        let start = self.reference.position
+            + per_cycle * (self.cycle as f64 - self.reference.onset)
+            + push * self.preload;
+        let (mut sum, mut later, mut lost) = (0.0, 0.0, 0.0);
+        for (t, (first, taken)) in first_row.iter().zip(taken).enumerate() {
+            sum += first;
+            later += first * t as f64;
+            lost += first * taken.displacement;
+        }
+        let mut free = FreeResponse {
+            first_move: start * sum + per_cycle * later - push * lost,
+            error: [0.0; PREDICTION_HORIZON + 1],
+            position: [0.0; PREDICTION_HORIZON + 1],
+        };
+        let mut robot = self.robot;
+        let changes = self.changes(ahead);
+        let mut commands = [0.0; PREDICTION_HORIZON + 2];
+        for (i, axis) in robot.0.iter_mut().enumerate() {
+            self.executed(i, &changes, &mut commands);
+            let (mut moved, gradient) = (0.0, gradient[i]);
+            let [mut older, ref newer @ ..] = commands;
+            let along = first_row.iter().zip(&mut free.position);
+            for ((first, position), newer) in along.zip(newer) {
+                moved += first * axis.position;
+                *position += gradient * axis.position;
+                axis.step(self.model, older, *newer);
+                older = *newer;
+            }
+            free.first_move[i] -= moved;
+        }
+        let (start, rate, push) = (
+            gradient.dot(&start),
+            gradient.dot(&per_cycle),
+            gradient.dot(push),
+        );
+        for (t, (error, position)) in free.error.iter_mut().zip(&free.position).enumerate() {
+            *error = start + rate * t as f64 - push * taken[t].displacement - position;
+        }
+        free
+    }
+
+    /// What the contact takes away of the velocity of the reference, a delay ahead of each cycle of the
+    /// horizon.
+    fn changes(&self, ahead: &Deviations) -> Trajectory {
+        let per_displacement = 1.0 / self.model.cycle_s;
+        let mut changes = [ahead[PREDICTION_HORIZON].velocity; PREDICTION_HORIZON + 1];
+        for (change, pair) in changes.iter_mut().zip(ahead.windows(2)) {
+            if let [now, next] = pair {
+                *change = (next.displacement - now.displacement) * per_displacement;
+            }
+        }
+        changes
+    }
+
+    /// The commands that an axis executes: each cycle of the horizon begins with one of them and ends
+    /// with the next. First those that are sent, then the reference.
+    fn executed(
+        &self,
+        axis: usize,
+        changes: &Trajectory,
+        commands: &mut [f64; PREDICTION_HORIZON + 2],
+    ) {
+        let (velocity, push) = (self.reference.velocity[axis], self.reference.push[axis]);
+        let before = self.model.linear.whole as isize + 1 - self.latency as isize;
+        let (sent, later) = (before.max(0) as usize, (-before).max(0) as usize);
+        let sent = sent.min(commands.len());
+        let (old, new) = commands.split_at_mut(sent);
+        for (t, command) in old.iter_mut().enumerate() {
+            let cycle = (self.cycle + t).checked_add_signed(-before);
+            *command = cycle.map_or(0.0, |cycle| self.commands.of_axis(cycle, axis));
+        }
+        let [.., last] = *changes;
+        let changes = changes.iter().copied().skip(later);
+        for (command, change) in new.iter_mut().zip(changes.chain(core::iter::repeat(last))) {
+            *command = velocity - push * change;
+        }
+    }
+
+    /// 1 while the contact lasts.
+    fn during(&self) -> Trajectory {
+        let contact = self.reference.onset..=self.reference.end(self.model.cycle_s);
+        core::array::from_fn(|t| {
+            let within = contact.contains(&((self.cycle + t) as f64));
+            if within { 1.0 } else { 0.0 }
+        })
+    }
+}
+
+/// A command that is no faster than a multiple of the velocity before the contact, and whether it was.
+pub(super) fn limited(command: V6, before: &V6) -> (V6, bool) {
+    let most = SPEED_LIMIT * before.norm().max(SPEED_LIMIT_BASE);
+    let size = command.norm();
+    if size > most {
+        (command * (most / size), true)
+    } else {
+        (command, false)
+    }
+}

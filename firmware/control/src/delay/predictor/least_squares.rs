@@ -1,0 +1,66 @@
+//! Small least-squares problems: the factor of normal equations, and what of a solution is significant.
+
+use nalgebra::{SMatrix, SVector};
+
+/// A = L D Lᵀ of a positive definite matrix, without square roots.
+#[derive(Clone, Debug)]
+pub(super) struct Ldlt<const N: usize> {
+    lower: SMatrix<f64, N, N>,
+    inverse_diagonal: SVector<f64, N>,
+}
+
+impl<const N: usize> Ldlt<N> {
+    /// Only the lower triangle is read. A pivot that is not positive leaves its unknown at zero.
+    pub(super) fn new(a: &SMatrix<f64, N, N>) -> Self {
+        let mut lower = SMatrix::<f64, N, N>::zeros();
+        let mut inverse_diagonal = SVector::<f64, N>::zeros();
+        // Row j of L D, so that each product is made once.
+        let mut scaled = SVector::<f64, N>::zeros();
+        let mut diagonal = SVector::<f64, N>::zeros();
+        for j in 0..N {
+            let mut pivot = a[(j, j)];
+            for k in 0..j {
+                scaled[k] = lower[(j, k)] * diagonal[k];
+                pivot -= lower[(j, k)] * scaled[k];
+            }
+            diagonal[j] = pivot;
+            inverse_diagonal[j] = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
+            for i in j + 1..N {
+                let mut sum = a[(i, j)];
+                for k in 0..j {
+                    sum -= lower[(i, k)] * scaled[k];
+                }
+                lower[(i, j)] = sum * inverse_diagonal[j];
+            }
+        }
+        Self {
+            lower,
+            inverse_diagonal,
+        }
+    }
+
+    /// The x of A x = b.
+    pub(super) fn solve(&self, b: &SVector<f64, N>) -> SVector<f64, N> {
+        let mut x = *b;
+        for i in 0..N {
+            for k in 0..i {
+                x[i] -= self.lower[(i, k)] * x[k];
+            }
+        }
+        x.component_mul_assign(&self.inverse_diagonal);
+        for i in (0..N).rev() {
+            for k in i + 1..N {
+                x[i] -= self.lower[(k, i)] * x[k];
+            }
+        }
+        x
+    }
+}
+
+/// An estimate shrunk towards zero by its variance; zero within so many standard deviations of it
+/// (positive-part James-Stein).
+pub(super) fn shrunk(estimate: f64, variance: f64, significance: f64) -> f64 {
+    let squared = (estimate * estimate).max(f64::MIN_POSITIVE);
+    let doubt = significance * significance * variance / squared;
+    estimate * (1.0 - doubt).max(0.0)
+}

@@ -1,0 +1,300 @@
+//! What is set and tuned: the settings of the predictor, and the table of all its fixed numbers.
+//!
+//! Each entry gives the unit (none: a ratio), the reason for the value, and what a larger (↑) or a smaller (↓)
+//! one does. Numbers without a measurement beside them are engineering choices, held by the tests
+//! `delay_predictor`. A number that is the same as another by chance stands twice: it has another reason.
+
+use crate::range::{SettingsError, in_range};
+
+crate::described! {
+/// What the predictor cannot find out, or should not.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
+pub struct PredictorSettings {
+    /// Stiffness that is expected of the contact, N/m; it need not be better than a factor of
+    /// three. 0: derived from the masses and the robot's delay, as the stiffness at which the
+    /// contact lasts five delays.
+    pub contact_stiffness_n_per_m: f64,
+    /// Noise of a force, standard deviation, N: the least that is assumed. The approach to the first
+    /// contact shows whether it is more.
+    pub force_noise_n: f64,
+    /// The rebound is held to the identified contact, or to a passive one, where it departs from
+    /// it; each such action is reported.
+    pub guard: bool,
+    /// A robot that does not move as `delay.actuator` says latches a fault before the first contact.
+    pub interlock: bool,
+}
+}
+
+impl Default for PredictorSettings {
+    fn default() -> Self {
+        Self {
+            contact_stiffness_n_per_m: 0.0,
+            force_noise_n: 0.002,
+            guard: true,
+            interlock: true,
+        }
+    }
+}
+
+impl PredictorSettings {
+    /// Checks every field.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let stiffness = self.contact_stiffness_n_per_m;
+        let name = "delay.predictor.contact_stiffness_n_per_m";
+        in_range(name, stiffness, 0.0, 1e8)?;
+        let noise = self.force_noise_n;
+        in_range("delay.predictor.force_noise_n", noise, 1e-4, 100.0)
+    }
+}
+
+// Sizes.
+
+/// Prediction horizon, cycles: a dead time of 8 and the longer part of a contact of 37 (scenario S). ↑ costs
+/// time in proportion; ↓ 40 saves a sixth and costs accuracy in damped contacts.
+pub(super) const PREDICTION_HORIZON: usize = 48;
+/// Control horizon: free moves of the dynamic matrix control. ↑ brings nothing; ↓ tracks less closely.
+pub(super) const CONTROL_HORIZON: usize = 12;
+/// Latencies of the reported pose that are told apart, 0 to 4 cycles. ↑ costs an identification each per
+/// cycle.
+pub(super) const LATENCIES: usize = 5;
+/// Commands that are kept, cycles: longest dead time of the settings (50 cycles of 4 ms), the range in which
+/// it is tracked (10), the latency of the settings (8), the eight of [`LONGEST_DEAD_TIME`].
+pub(super) const COMMAND_HISTORY: usize = 76;
+/// Longest dead time that can be followed, cycles: the models of all latencies must find their commands.
+pub(super) const LONGEST_DEAD_TIME: usize = COMMAND_HISTORY - 8;
+/// Contacts that are remembered: the two ends of a run between two stops.
+pub(super) const REMEMBERED_CONTACTS: usize = 2;
+
+// Robot axes and robot model.
+
+/// Metres per radian: the lever of a docking mechanism, so that all six axes have errors of one size. ↑
+/// weighs rotations more against translations.
+pub(super) const ANGLE_LEVER_M: f64 = 0.3;
+/// Terms of the matrix exponential's series: with a norm of at most ½ the next one is below 1e-17.
+pub(super) const EXPONENTIAL_TERMS: u32 = 13;
+/// Below this a velocity has no sign, m/s: rounding must not look like a reversal, which costs a pause. ↑
+/// hides a real reversal of a slow axis.
+pub(super) const ZERO_VELOCITY: f64 = 1e-9;
+/// Instants closer than this are the same, cycles: rounding.
+pub(super) const SAME_INSTANT: f64 = 1e-9;
+
+// Observer.
+
+/// Gain of the position observer per cycle, without noise. ↑ follows the measurement, ↓ the model.
+pub(super) const OBSERVER_GAIN: f64 = 0.3;
+/// By how much noise lowers it: gain / (1 + this · σ / (v τ)); noise is weighed against the displacement in a
+/// delay. ↑ trusts the model more. Found with 5 and 20 µm of noise.
+pub(super) const OBSERVER_NOISE_WEIGHT: f64 = 112.0;
+/// A load this many standard deviations from zero is significant. ↑ a contact is noticed later; ↓ noise opens
+/// contacts.
+pub(super) const LOAD_SIGNIFICANCE: f64 = 4.5;
+/// Samples before the measured noise of the load counts: its variance is then known to 35 %.
+pub(super) const NOISE_SAMPLES: f64 = 16.0;
+
+// Identification of the approach.
+
+/// Window, cycles: start ramp, dead time and a straight part. ↑ needs a longer approach; ↓ knows the delay
+/// less well.
+pub(super) const APPROACH_WINDOW: usize = 88;
+/// First fit and cycles between fits, the last at the end of the window: six. ↑ saves time; ↓ corrects the
+/// delay sooner.
+pub(super) const APPROACH_FIRST_FIT: usize = 44;
+pub(super) const APPROACH_FIT_PERIOD: usize = 8;
+/// Cycles at its end in which the motion is straight: second differences are noise there, not motion.
+pub(super) const APPROACH_STRAIGHT: usize = 72;
+/// Range in which the delay is followed around the configured one, cycles: 8 to 72 ms around 32. ↑ explains
+/// other structures by a delay.
+pub(super) const DELAY_RANGE: [f64; 2] = [-6.0, 10.0];
+/// Change of the delay that is significant: cycles, and standard deviations of the fit with the largest
+/// deviation that counts, cycles. ↑ leaves a known error; ↓ moves the model by noise.
+pub(super) const APPROACH_DELAY_STEP: f64 = 0.002;
+pub(super) const APPROACH_SIGNIFICANCE: f64 = 1.5;
+pub(super) const APPROACH_DEVIATION_LIMIT: f64 = 0.3;
+/// Slowest approach that tells anything, m/s: 0.04 µm in a cycle.
+pub(super) const SLOWEST_APPROACH: f64 = 1e-5;
+/// Interlock: largest misfit beyond noise, by the displacement in a delay. A right structure leaves 0.0000, a
+/// wrong one 0.0046 (a servo of 10 Hz for a dead time) to 0.26. ↑ lets wrong models into contacts; ↓ refuses
+/// right ones.
+pub(super) const INTERLOCK_MISFIT: f64 = 0.0035;
+/// Start-up: mean delays, and cycles more, after which robot and model move with the same velocity. ↓ begins
+/// to track before the robot has its speed.
+pub(super) const START_UP_DELAYS: f64 = 3.0;
+pub(super) const START_UP_CYCLES: f64 = 8.0;
+
+// Tracking of the delay after the approach.
+
+/// Forgetting factor of an axis's offset x₀, per cycle: 64 cycles. ↑ a displacement that was lost counts
+/// longer.
+pub(super) const OFFSET_FORGETTING: f64 = 1.0 - 1.0 / 64.0;
+/// Forgetting factor of the products, per contact. ↑ less noise; ↓ a change is found in fewer contacts.
+pub(super) const CONTACT_FORGETTING: f64 = 0.6;
+/// Forgetting factor of an axis's peak velocity, per cycle: 50 cycles.
+pub(super) const PEAK_FORGETTING: f64 = 0.98;
+/// Below this part of its peak velocity an axis is near a reversal, where the robot may stand while the model
+/// does not. ↑ leaves out too much of the braking, which is the information; ↓ takes a pause for a delay.
+pub(super) const REVERSAL_BAND: f64 = 0.4;
+/// Smallest and largest change after a contact, cycles. A larger largest one follows an outlier.
+pub(super) const TRACKED_DELAY_STEP: f64 = 0.05;
+pub(super) const TRACKED_DELAY_LIMIT: f64 = 2.0;
+/// Cycles after a contact and a mean delay until the motion is straight.
+pub(super) const TRACKING_SETTLES: f64 = 12.0;
+/// A change within so many standard deviations of zero is shrunk to zero. ↑ slower under noise.
+pub(super) const TRACKED_DELAY_SIGNIFICANCE: f64 = 2.0;
+
+// Contact estimator.
+
+/// Expected ω τ where no stiffness is set: the geometric mean of those that can be compensated, 0.2 to 1.8.
+pub(super) const PRIOR_PHASE: f64 = 0.6;
+/// Prior standard deviation of the stiffness by the expected one, along the force: so wide that a factor of
+/// three does not matter. Across it: ↑ the direction wanders (restitution off by up to 1.8); ↓ a direction
+/// that friction turns away from the force is not found.
+pub(super) const PRIOR_SPREAD_ALONG: f64 = 2.0;
+pub(super) const PRIOR_SPREAD_ACROSS: f64 = 0.1;
+/// Prior standard deviation of the damping ratio: any.
+pub(super) const PRIOR_DAMPING_RATIO: f64 = 1.0;
+/// Force part of a load's direction, at least: a load that is a torque alone has a direction as well.
+pub(super) const LEAST_FORCE_PART: f64 = 0.1;
+/// Part of the bounded stiffness that the gradient must have along the force to be believed as a direction:
+/// loads that do not grow into the contact say nothing about it.
+pub(super) const GRADIENT_TRUST: f64 = 0.5;
+/// Information on the offset without an onset, loads: only that the equations stay regular.
+pub(super) const OFFSET_REGULARISATION: f64 = 1e-9;
+/// Bounds of the stiffness by the expected one.
+pub(super) const STIFFNESS_RANGE: [f64; 2] = [0.02, 50.0];
+/// Largest damping by √(k m): beyond 2 nothing bounces.
+pub(super) const DAMPING_LIMIT: f64 = 1.9;
+/// Damping within so many standard deviations of zero is shrunk to zero: it cannot be told from an error of
+/// the onset. ↑ hides real damping; ↓ at ω τ above 1.1 the onset passes for damping.
+pub(super) const DAMPING_SIGNIFICANCE: f64 = 1.5;
+/// Forgetting factor of what is remembered of a contact, per contact. ↑ slower on a contact that changes.
+pub(super) const MEMORY_FORGETTING: f64 = 0.5;
+/// Forgetting factor of the load's direction, per cycle: ten cycles. ↑ smoother; ↓ follows friction that
+/// turns.
+pub(super) const DIRECTION_FORGETTING: f64 = 0.9;
+/// Error of a load beside its noise, by the expected peak: no contact is quite a spring. ↓ the fit believes
+/// that the first loads are exact.
+pub(super) const MODEL_ERROR: f64 = 0.003;
+/// Standard deviation of the depth at an onset that lies anywhere within a cycle: its displacement by √12.
+pub(super) const ONSET_SPREAD: f64 = 3.5;
+/// Earliest onset before the first significant load, cycles. ↓ misses what a threshold far above noise hides.
+pub(super) const EARLIEST_ONSET: f64 = 8.0;
+
+// Multiple-model latency estimator.
+
+/// Loads before it may decide. ↓ decides by noise.
+pub(super) const LATENCY_LOADS: u32 = 3;
+/// A rival must be better by this factor of the squared error. ↑ decides later; ↓ changes to and fro.
+pub(super) const LATENCY_EVIDENCE: f64 = 2.0;
+/// Error of a load that decides nothing: by its noise, and by the expected peak. ↑ decides later.
+pub(super) const LATENCY_FLOOR_NOISE: f64 = 1.5;
+pub(super) const LATENCY_FLOOR_PEAK: f64 = 0.0002;
+
+// Course of a contact and contact memory.
+
+/// Cycles without a significant load after which a contact may be over, and after which, beyond the execution
+/// delay, it is over wherever the reference is. ↓ a pause of the load ends the contact.
+pub(super) const QUIET_CYCLES: u32 = 4;
+pub(super) const QUIET_CYCLES_LATE: f64 = 6.0;
+/// Longest contact: durations of the identified one, and time beyond and beyond the execution delay, s.
+pub(super) const DURATION_LIMIT: f64 = 2.2;
+pub(super) const DURATION_MARGIN_S: f64 = 0.05;
+/// Cosine between loads above which they come from the same contact: 18°.
+pub(super) const SAME_CONTACT: f64 = 0.95;
+/// Cycles beyond its position after which a remembered contact that is not felt is forgotten.
+pub(super) const MISSED_CONTACT: f64 = 6.0;
+/// Closing velocity by the velocity below which a remembered contact is not on the way.
+pub(super) const LEAST_CLOSING: f64 = 1e-3;
+
+// Reference.
+
+/// Largest damping ratio: a critically damped contact does not end.
+pub(super) const DAMPING_RATIO_LIMIT: f64 = 0.95;
+
+// Dynamic matrix control.
+
+/// Move suppression ρ, cycles²: what a command costs against an error of position. 1 is near deadbeat for a
+/// pure dead time; ↑ slower, ↓ amplifies noise and jitter. 3 is best with jitter.
+pub(super) const MOVE_SUPPRESSION: f64 = 3.0;
+/// More of it in a damped contact, where velocity is force: of (c/k Ts)². ↑ too slow at ζ = 0.5; ↓ spikes of
+/// force from ζ = 0.3 on.
+pub(super) const DAMPED_MOVE_SUPPRESSION: f64 = 0.3;
+/// Fastest command, in closing velocities, and the least velocity that this counts from, m/s: 0.2 mm/s.
+/// Needed at ω τ > 1 or ζ > 0.4 only. ↓ cannot retreat in time.
+pub(super) const SPEED_LIMIT: f64 = 4.0;
+pub(super) const SPEED_LIMIT_BASE: f64 = 2e-4;
+
+// Impulse matching.
+
+/// Each move of a preload by the one before: 1, ½, ¼. ↑ 0.7: contact time 0.60 to 0.67 % off instead of 0.53
+/// to 0.60 %; ↓ one single move: the same as ½.
+pub(super) const PRELOAD_DECAY: f64 = 0.5;
+/// Least displacement of a one-cycle command of 1 within the rest of the contact, cycles: below it there is
+/// no authority left.
+pub(super) const LEAST_AUTHORITY: f64 = 1.0;
+/// Evaluations of the predicted impulse per cycle; those that are left to the root search. ↑ costs time,
+/// brings nothing.
+pub(super) const EVALUATIONS: usize = 9;
+pub(super) const ROOT_EVALUATIONS: usize = 4;
+/// First step by the error, largest growth of a step while the sign is sought, and its margin beyond a linear
+/// guess.
+pub(super) const FIRST_STEP: f64 = 0.5;
+pub(super) const STEP_GROWTH: f64 = 2.5;
+pub(super) const STEP_MARGIN: f64 = 1.05;
+/// A velocity error that is none, by the velocities before and after. ↓ costs time.
+pub(super) const MATCHED: f64 = 1e-7;
+/// Cost of a preload by that of a velocity error of its size: of two equals the smaller one.
+pub(super) const PRELOAD_COST: f64 = 0.002;
+
+// One reversal per axis and contact.
+
+/// Slowest command on either side of the reversal: by the velocity of the axis, and in m/s, a last digit of a
+/// correction in 4 ms. What is rounded away turns the robot a cycle later than its model. ↑ moves the robot;
+/// ↓ pauses under noise.
+pub(super) const REVERSAL_SPEED: f64 = 0.005;
+pub(super) const REVERSAL_SPEED_M_S: f64 = 2.5e-5;
+/// A retreat that is meant, by the velocity of the axis; cycles after the onset and part of the contact
+/// before it is believed. ↓ turns by the first estimate of a contact.
+pub(super) const RETREAT_SPEED: f64 = 0.15;
+pub(super) const RETREAT_CYCLES: f64 = 2.0;
+pub(super) const RETREAT_PART: f64 = 0.25;
+/// Damping ratio from which on a contact needs an early retreat, and axes may turn freely. ↑ a damped rebound
+/// is too fast; ↓ estimates that waver cost a pause.
+pub(super) const FREE_REVERSAL_DAMPING: f64 = 0.25;
+/// An axis that keeps more than this part of its velocity in a damped contact is not to turn in it.
+pub(super) const ONWARD_PART: f64 = 0.1;
+/// An axis with less than this part of the motion has no direction of its own.
+pub(super) const AXIS_SHARE: f64 = 0.02;
+
+// Restitution: what noise hides, and the guard.
+
+/// How much more likely no damping is than one that happens to lie where it is found. ↑ hides small damping;
+/// ↓ noise passes for it.
+pub(super) const UNDAMPED_ODDS: f64 = 1000.0;
+/// Unknowns that a fit takes from its loads.
+pub(super) const FITTED_UNKNOWNS: f64 = 3.0;
+/// Standard deviations of a mean square that are still noise.
+pub(super) const RESIDUAL_SIGNIFICANCE: f64 = 3.0;
+/// Largest departure of the rebound that noise explains, standard deviations.
+pub(super) const NOISE_EXPLAINS: f64 = 4.0;
+/// Misfit of a contact up to which its identification is believed, and what noise adds to it. ↑ believes
+/// contacts that are no spring; ↓ drops to the fallback law for nothing.
+pub(super) const GUARD_MISFIT: f64 = 0.06;
+pub(super) const GUARD_MISFIT_NOISE: f64 = 1.5;
+/// Root mean square of a contact's load by its peak: noise over it is the misfit that noise makes.
+pub(super) const MEAN_LOAD: f64 = 0.7;
+/// Gain of speed that the guard leaves alone: no contact gives any.
+pub(super) const GUARD_GAIN: f64 = 0.008;
+/// Departure of the restitution that it leaves alone: of an exact fit, by the misfit, at most. ↑ leaves
+/// errors; ↓ acts where nothing is wrong.
+pub(super) const GUARD_TOLERANCE: f64 = 0.01;
+pub(super) const GUARD_TOLERANCE_OF_MISFIT: f64 = 2.0;
+pub(super) const GUARD_TOLERANCE_LIMIT: f64 = 0.03;
+/// Standard deviations of noise that both leave alone.
+pub(super) const GUARD_SIGNIFICANCE: f64 = 3.0;
+
+// Fallback.
+
+/// Cycles over which the law passes to the fallback and back. ↓ a jump of the command.
+pub(super) const BLEND_CYCLES: f64 = 10.0;

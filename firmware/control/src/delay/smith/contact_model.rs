@@ -1,0 +1,407 @@
+//! The contact model F̂, its identification, and the contact integrated anew from its onset with everything
+//! that is known by now. All per mass: accelerations in mm/s², depths in mm.
+
+use super::SmithSettings;
+use crate::delay::contact::{Along, saturated};
+use crate::scalar::Scalar;
+
+/// Cycles that are integrated anew; what is older stays as it was. 0.26 s at 4 ms.
+const LOG: usize = 64;
+/// Longest time before the first sample that is integrated, cycles.
+const LONGEST_HEAD: f64 = 72.0;
+/// Cycles by which the onset may lie before the first sample.
+const LONGEST_ONSET: f64 = 8.0;
+/// Integration steps per cycle.
+const SUB_STEPS: usize = 2;
+/// Largest rebound, in approach speeds. Above 1 by more than the noise of a bounce: a bound at 1 would
+/// slow every second bounce down.
+const FASTEST_REBOUND: f64 = 1.1;
+/// Ranges of depth, mm, speed, mm/s, and push per mass, mm/s².
+const DEEPEST_MM: f64 = 100.0;
+const FASTEST_MM_S: f64 = 1e4;
+const LARGEST_MM_S2: f64 = 1e5;
+/// Largest stiffness per mass, 1/s²: a natural frequency of 300 rad/s, beyond what a cycle of 4 ms
+/// can follow.
+const STIFFEST: f64 = 1e5;
+/// Range of the identified stiffness around the given one.
+const STIFFNESS_RANGE: [f64; 2] = [0.05, 20.0];
+/// Samples from which a stiffness is identified.
+const LEAST_SAMPLES: u32 = 3;
+
+/// A spring and damper behind a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spring<S> {
+    /// Given stiffness per mass, 1/s².
+    given: S,
+    /// Present stiffness per mass, 1/s².
+    pub(super) stiffness: S,
+    /// Damping per mass, 1/s.
+    pub(super) damping: S,
+    /// Position of the surface on the scale of the reported depth, mm; none before it is known.
+    pub(super) surface: Option<S>,
+    /// Weight of the given stiffness, mm².
+    ridge: S,
+    identify: bool,
+}
+
+impl<S: Scalar> Spring<S> {
+    /// Per mass, with the weight of the given stiffness in mm².
+    pub(super) fn new(stiffness: S, damping: S, ridge: S, identify: bool) -> Self {
+        let stiffness = stiffness.clamp(S::one(), S::of(STIFFEST));
+        Self {
+            given: stiffness,
+            stiffness,
+            damping: damping.min(S::of(1e3)),
+            surface: None,
+            ridge,
+            identify,
+        }
+    }
+
+    /// Push of the contact at a depth behind the surface; it never pulls. mm/s².
+    pub(super) fn push(&self, depth: S, speed: S) -> S {
+        if depth <= S::zero() {
+            return S::zero();
+        }
+        (self.stiffness * depth + self.damping * speed).max(S::zero())
+    }
+
+    /// Fits surface and stiffness to samples: (depth on the reported scale, push, speed).
+    pub(super) fn fit(&mut self, samples: impl Iterator<Item = (S, S, S)> + Clone) {
+        let (mut count, mut depth, mut push) = (0u32, S::zero(), S::zero());
+        let elastic = samples.map(|(s, a, v)| (s, a - self.damping * v));
+        for (s, a) in elastic.clone() {
+            (count, depth, push) = (count + 1, depth + s, push + a);
+        }
+        if count == 0 {
+            return;
+        }
+        let share = S::of(1.0 / f64::from(count));
+        let (depth, push) = (depth * share, push * share);
+        if self.identify && count >= LEAST_SAMPLES {
+            let (mut square, mut product) = (S::zero(), S::zero());
+            for (s, a) in elastic {
+                square += (s - depth) * (s - depth);
+                product += (s - depth) * (a - push);
+            }
+            let found = (self.given * self.ridge + product) / (self.ridge + square);
+            let [low, high] = STIFFNESS_RANGE.map(|factor| self.given * S::of(factor));
+            self.stiffness = found.clamp(low, high).clamp(S::one(), S::of(STIFFEST));
+        }
+        self.surface = Some(depth - push / self.stiffness);
+    }
+}
+
+/// Depth behind the surface, mm, and speed into it, mm/s.
+#[derive(Clone, Copy, Debug)]
+struct Motion<S> {
+    depth: S,
+    speed: S,
+}
+
+/// A contact and its log.
+#[derive(Clone, Debug)]
+pub(super) struct Replay<S: Scalar> {
+    latency: usize,
+    ts: S,
+    sub_step: S,
+    spring: Option<Spring<S>>,
+    /// Motion before the log, and the cycles from there to its first sample.
+    base: Motion<S>,
+    head: S,
+    lead: S,
+    /// Velocity of the model at the first sample, and before the onset, mm/s.
+    entry: S,
+    approach: S,
+    /// Push per mass, mm/s², of each cycle.
+    pushes: [S; LOG],
+    /// Reported depth, mm, in the same cycle; the last `latency` are not known yet.
+    depths: [S; LOG],
+    len: usize,
+    known: usize,
+    /// Reported depth, mm, from the cycle of the onset.
+    reported: S,
+    /// Cycles since the onset.
+    since: usize,
+    /// Smallest push that tells of the contact, mm/s².
+    least: S,
+    now: Motion<S>,
+    velocity: S,
+    misfit: S,
+    mass_kg: f64,
+}
+
+impl<S: Scalar> Replay<S> {
+    /// No contact yet.
+    pub(super) fn new(latency: usize, cycle_s: f64) -> Self {
+        let rest = Motion {
+            depth: S::zero(),
+            speed: S::zero(),
+        };
+        Self {
+            latency,
+            ts: S::of(cycle_s),
+            sub_step: S::of(cycle_s / SUB_STEPS as f64),
+            spring: None,
+            base: rest,
+            head: S::zero(),
+            lead: S::zero(),
+            entry: S::zero(),
+            approach: S::zero(),
+            pushes: [S::zero(); LOG],
+            depths: [S::zero(); LOG],
+            len: 0,
+            known: 0,
+            reported: S::zero(),
+            since: 0,
+            least: S::zero(),
+            now: rest,
+            velocity: S::zero(),
+            misfit: S::zero(),
+            mass_kg: 0.0,
+        }
+    }
+
+    /// A contact begins; `lead` is in cycles.
+    pub(super) fn open(&mut self, settings: &SmithSettings, along: &Along<S>, lead: S) {
+        // Once per contact, and in numbers that no scalar type rounds.
+        let mobility = along.mobility.get();
+        self.mass_kg = 1.0 / mobility;
+        // A quarter of the threshold stands for the noise; the given stiffness may be wrong by 2.
+        let doubt_mm = settings.threshold_n / settings.stiffness_n_per_m * 1e3 / 8.0;
+        self.spring = Some(Spring::new(
+            S::of(settings.stiffness_n_per_m * mobility),
+            S::of(settings.damping_n_s_per_m * mobility),
+            S::of((doubt_mm * doubt_mm).max(1e-8)),
+            settings.identify,
+        ));
+        self.entry = saturated(-along.velocity * S::of(1e3), FASTEST_MM_S);
+        self.approach = self.entry;
+        self.base = Motion {
+            depth: S::zero(),
+            speed: self.approach,
+        };
+        (self.lead, self.head) = (lead, lead);
+        (self.len, self.known, self.since) = (0, 0, 0);
+        self.reported = S::zero();
+        self.least = S::of(settings.threshold_n * mobility * 1e3);
+    }
+
+    /// A cycle of the contact.
+    pub(super) fn push(&mut self, along: &Along<S>) {
+        if self.since > 0 {
+            self.reported -= saturated(along.moved * S::of(1e3), DEEPEST_MM);
+            self.reported = saturated(self.reported, DEEPEST_MM);
+        }
+        if self.len == LOG {
+            self.forget_oldest();
+        }
+        let load = saturated(along.load * along.mobility, LARGEST_MM_S2 * 1e-3);
+        self.pushes[self.len] = load * S::of(1e3);
+        self.len += 1;
+        if self.since >= self.latency {
+            self.depths[self.known] = self.reported;
+            self.known += 1;
+        }
+        self.since = self.since.saturating_add(1);
+    }
+
+    /// Identifies the contact and integrates it up to now, and for one cycle more.
+    pub(super) fn run(&mut self) {
+        let Some(mut spring) = self.spring else {
+            return;
+        };
+        let touched = |(_, a, _): &(S, S, S)| *a >= self.least;
+        spring.fit((0..self.known).map(|i| self.sample(i)).filter(touched));
+        self.spring = Some(spring);
+        let mut motion = self.at_first_sample(&spring);
+        let (mut misfit, mut sum) = (S::zero(), S::zero());
+        for i in 0..self.len {
+            let rest = self.residual(i, &spring);
+            misfit += rest.abs();
+            sum += self.pushes[i].abs();
+            self.now = motion;
+            motion = self.cycle(motion, &spring, rest, self.sub_step);
+        }
+        self.misfit = if sum > self.least {
+            misfit / sum
+        } else {
+            S::zero()
+        };
+        // No contact gives back more than it got, whatever a wrong spring says.
+        let velocity = (motion.depth - self.now.depth) / self.ts;
+        let fastest = self.approach * S::of(FASTEST_REBOUND);
+        self.velocity = velocity.clamp(-fastest, fastest);
+    }
+
+    /// Depth of the model behind the surface, mm.
+    pub(super) fn depth(&self) -> S {
+        self.now.depth
+    }
+
+    /// Velocity of the model into the surface over the coming cycle, mm/s.
+    pub(super) fn velocity(&self) -> S {
+        self.velocity
+    }
+
+    /// Velocity before the onset, mm/s.
+    pub(super) fn approach(&self) -> S {
+        self.approach
+    }
+
+    /// Depth of the robot behind the surface by its reported pose, mm; none before the surface is known.
+    pub(super) fn reported_depth(&self) -> Option<S> {
+        let surface = self.spring?.surface?;
+        Some(self.reported - surface)
+    }
+
+    /// Stiffness of the present or last contact, N/m; 0 before the first.
+    pub(super) fn stiffness_n_per_m(&self) -> f64 {
+        self.spring
+            .map_or(0.0, |spring| spring.stiffness.get() * self.mass_kg)
+    }
+
+    /// Part of the measured push that the contact model does not explain.
+    pub(super) fn misfit(&self) -> S {
+        self.misfit
+    }
+
+    /// Motion in the model's time of the first sample: a delay after the onset.
+    fn at_first_sample(&mut self, spring: &Spring<S>) -> Motion<S> {
+        if self.head > S::zero() {
+            self.begin(spring);
+        }
+        let mut motion = self.base;
+        let mut left = self.head.min(S::of(LONGEST_HEAD));
+        let part = left - left.floor();
+        motion = self.cycle(motion, spring, S::zero(), self.sub_step * part);
+        left -= part;
+        while left > S::of(0.5) {
+            motion = self.cycle(motion, spring, S::zero(), self.sub_step);
+            left -= S::one();
+        }
+        motion
+    }
+
+    /// When and how fast the onset was, from the depth of the first sample that counted.
+    fn begin(&mut self, spring: &Spring<S>) {
+        let first = match spring.surface {
+            Some(surface) if self.known > 0 => self.depths[0] - surface,
+            _ => self.pushes[0] / spring.stiffness,
+        };
+        // Samples below the threshold have slowed the model already: κ Ts times the sum of their
+        // depths, which are a cycle's displacement apart.
+        let before = first - self.entry * self.ts;
+        self.approach = self.entry;
+        if before > S::zero() && first < self.entry * self.ts * S::of(LONGEST_ONSET) {
+            let slowed = spring.stiffness * before * (first / self.entry) * S::of(0.5);
+            self.approach += slowed.min(self.entry * S::of(0.25));
+        }
+        self.base.speed = self.approach;
+        self.head = self.lead + self.onset(first);
+    }
+
+    /// Cycles from the onset to a first sample at this depth.
+    fn onset(&self, depth: S) -> S {
+        let per_cycle = self.approach * self.ts;
+        if depth <= S::zero() {
+            S::zero()
+        } else if depth >= per_cycle * S::of(LONGEST_ONSET) {
+            S::of(LONGEST_ONSET)
+        } else {
+            depth / per_cycle
+        }
+    }
+
+    /// (reported depth, push, speed) of a cycle whose depth is known.
+    fn sample(&self, i: usize) -> (S, S, S) {
+        let speed = match i {
+            0 => self.approach,
+            _ => saturated(
+                (self.depths[i] - self.depths[i - 1]) / self.ts,
+                FASTEST_MM_S,
+            ),
+        };
+        (self.depths[i], self.pushes[i], speed)
+    }
+
+    /// F_meas − F̂(x_exec) of a cycle, per mass; 0 while it is not known.
+    fn residual(&self, i: usize, spring: &Spring<S>) -> S {
+        let Some(surface) = spring.surface.filter(|_| i < self.known) else {
+            return S::zero();
+        };
+        let (depth, push, speed) = self.sample(i);
+        push - spring.push(depth - surface, speed)
+    }
+
+    /// A cycle under F̂ of the motion's own depth and a further push (leapfrog).
+    fn cycle(&self, from: Motion<S>, spring: &Spring<S>, further: S, sub_step: S) -> Motion<S> {
+        let half = sub_step * S::of(0.5);
+        let mut motion = from;
+        for _ in 0..SUB_STEPS {
+            let middle = motion.depth + motion.speed * half;
+            let push = spring.push(middle, motion.speed) + further;
+            let push = saturated(push, LARGEST_MM_S2);
+            motion.speed = saturated(motion.speed - push * sub_step, FASTEST_MM_S);
+            motion.depth = saturated(middle + motion.speed * half, DEEPEST_MM);
+        }
+        motion
+    }
+
+    /// Integrates the oldest cycle for good.
+    fn forget_oldest(&mut self) {
+        if let Some(spring) = self.spring {
+            let start = self.at_first_sample(&spring);
+            let rest = self.residual(0, &spring);
+            self.base = self.cycle(start, &spring, rest, self.sub_step);
+        }
+        self.head = S::zero();
+        self.pushes.copy_within(1.., 0);
+        self.depths.copy_within(1.., 0);
+        self.len -= 1;
+        self.known = self.known.saturating_sub(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Fixed;
+
+    fn finds<S: Scalar>(tolerance: f64) {
+        let mut spring = Spring::<S>::new(S::of(300.0), S::zero(), S::of(1e-6), true);
+        let samples = (0..12).map(|i| {
+            let s = 0.01 * f64::from(i);
+            (S::of(s), S::of(441.0 * (s + 0.005)), S::zero())
+        });
+        spring.fit(samples);
+        assert!((spring.stiffness.get() / 441.0 - 1.0).abs() < tolerance);
+        let surface = spring.surface.unwrap().get();
+        assert!(
+            (surface + 0.005).abs() < 0.005 * 10.0 * tolerance,
+            "{surface}"
+        );
+    }
+
+    #[test]
+    fn stiffness_and_wall_are_found() {
+        finds::<f64>(1e-3);
+        finds::<f32>(1e-3);
+        finds::<Fixed>(1e-3);
+    }
+
+    #[test]
+    fn a_given_stiffness_is_kept() {
+        let mut spring = Spring::<f64>::new(300.0, 0.0, 1e-6, false);
+        spring.fit((0..12).map(|i| (f64::from(i), 441.0 * f64::from(i), 0.0)));
+        assert_eq!(spring.stiffness, 300.0);
+    }
+
+    #[test]
+    fn a_contact_never_pulls() {
+        let spring = Spring::<f64>::new(400.0, 10.0, 1e-6, false);
+        assert_eq!(spring.push(-1.0, 5.0), 0.0);
+        assert_eq!(spring.push(0.1, -50.0), 0.0);
+        assert_eq!(spring.push(0.1, 0.0), 40.0);
+    }
+}
