@@ -46,11 +46,11 @@ fn what_is_wrong_is_named() {
         }),
         ("robot cycle", |r| {
             for (n, cycle) in r.cycles.iter_mut().enumerate() {
-                cycle.inputs.robot.ipoc = 1000 + 12 * n as u64;
+                cycle.inputs.robot.counter = 1000 + 12 * n as u64;
             }
         }),
         ("robot pose", |r| r.cycles[9].inputs.robot.pose = None),
-        ("POSCORR", |r| r.cycles[9].inputs.robot.poscorr_stat = 3),
+        ("POSCORR", |r| r.cycles[9].inputs.robot.status = 3),
         ("sensor status", |r| {
             r.cycles[9].inputs.sensor.status = 0x4000
         }),

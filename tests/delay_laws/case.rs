@@ -1,7 +1,7 @@
 //! A test: what the board believes and what the plant is, and the contact that comes of it.
 
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;

@@ -3,8 +3,8 @@
 use super::case::{OMEGA, PURE, noise};
 use super::repeated::{between, between_walls, speeds};
 use super::run::Run;
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::status::LawFlags;
-use softdock_control::io::CycleRecord;
 use softdock_delay_plants::{Actuator, DelayChange, Measurement};
 
 /// The change, s: between the first contact and the second.

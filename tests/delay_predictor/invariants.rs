@@ -78,7 +78,7 @@ fn the_confidence_level_is_in_the_trace() {
     let status = last.expect("a run");
     assert!((status.delay_s - 0.032).abs() < 1e-4);
     let contact =
-        |r: &softdock_control::io::CycleRecord| r.trace.law_status.flags.has(LawFlags::CONTACT);
+        |r: &softdock_app::record::CycleRecord| r.trace.law_status.flags.has(LawFlags::CONTACT);
     assert!(outcome.run.records.iter().any(contact));
     let stiffness = status.stiffness_n_per_m;
     assert!((stiffness / 220_500.0 - 1.0).abs() < 0.01, "{stiffness}");

@@ -1,8 +1,8 @@
 //! A run with the predictor, and what came of it.
 
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
 use softdock_control::delay::status::LawFlags;
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_control::settings::Settings;
 use softdock_delay_plants::{Log, PlantSettings};

@@ -3,7 +3,7 @@
 use softdock_analysis::import::checks::{CheckError, Context, check};
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::Recording;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 
 const TS: f64 = 0.004;
 

@@ -4,8 +4,8 @@
 
 use nalgebra::Vector3;
 use softdock_analysis::import::mapping::import;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames;
-use softdock_control::io::CycleRecord;
 use softdock_tests::process::recorded_data;
 use std::path::Path;
 

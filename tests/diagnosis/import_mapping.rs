@@ -1,7 +1,7 @@
 //! Tables of other programs, imported through a mapping file.
 
 use softdock_analysis::import::mapping::{MappedLogs, import};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_tests::process::{scratch, softdock};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};

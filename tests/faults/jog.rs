@@ -1,7 +1,8 @@
 //! The operator's jog through the whole cycle: where it goes, what refuses it, what ends it.
 
-use softdock_control::cycle::Cycle;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
+use softdock_app::record::{CycleRecord, Inputs};
+use softdock_app::robot_cycle::RobotCycle;
+use softdock_control::io::Sequence;
 use softdock_control::jog::Jog;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
@@ -192,7 +193,7 @@ fn a_clamping_robot_ends_a_jog<S: Scalar>() {
     for _ in 0..100 {
         driver.step();
     }
-    driver.inputs.robot.poscorr_stat = 0b1000;
+    driver.inputs.robot.status = 0b1000;
     let modes: Vec<Mode> = (0..26).map(|_| driver.step().trace.mode).collect();
     assert_eq!(modes[24..], [Mode::Jogging, Mode::Fault]);
     let fault = driver.cycle.fault().map(|fault| fault.code);
@@ -263,7 +264,7 @@ fn what_the_limits_do_not_allow_is_refused_with_its_range() {
     for (change, says) in cases {
         let mut settings = Settings::default();
         change(&mut settings);
-        let error = Cycle::<f64>::new(&settings).unwrap_err().to_string();
+        let error = RobotCycle::<f64>::new(&settings).unwrap_err().to_string();
         assert!(
             error.starts_with(says),
             "expected `{says}`, found `{error}`"

@@ -1,6 +1,6 @@
 //! The operator's commands, the start ramp and the stop, through the whole cycle.
 
-use softdock_control::io::Inputs;
+use softdock_app::record::Inputs;
 use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;

@@ -99,11 +99,11 @@ fn a_pose_that_is_no_number_faults<S: Scalar>() {
 /// Bit 0 only says that POSCORR is active.
 fn a_robot_that_clamps_freezes_the_model<S: Scalar>() {
     let mut driver = cruising::<S>(&flying(SPEED_M_S));
-    let record = driver.step_with(|inputs| inputs.robot.poscorr_stat = 1);
+    let record = driver.step_with(|inputs| inputs.robot.status = 1);
     assert_eq!(record.output.correction[0], CRUISE_COUNTS);
     for bit in 1..8 {
         let mut driver = driver.clone();
-        driver.inputs.robot.poscorr_stat = 1 | 1 << bit;
+        driver.inputs.robot.status = 1 | 1 << bit;
         let body = driver.step().trace.body_k;
         let record = driver.step();
         assert!(record.trace.limits.has(LimitFlags::ROBOT_CLAMP));

@@ -1,6 +1,7 @@
 //! What a sensor does wrong, and what the cycle answers: each event through the whole cycle.
 
-use softdock_control::io::{Inputs, SensorSample};
+use softdock_app::record::Inputs;
+use softdock_control::io::SensorSample;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
@@ -69,7 +70,7 @@ fn a_sample_in_time_brings_the_rate_back<S: Scalar>() {
 fn a_frozen_sensor_faults<S: Scalar>() {
     let mut settings = flying(SPEED_M_S);
     settings.sensor.frozen_after_cycles = 10;
-    let frozen = |inputs: &mut Inputs| inputs.sensor.words = [7; 6];
+    let frozen = |inputs: &mut Inputs| inputs.sensor.counts = [7; 6];
     let mut driver = cruising::<S>(&settings);
     for _ in 0..11 {
         assert_eq!(driver.step_with(frozen).trace.fault, None);

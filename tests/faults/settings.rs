@@ -1,6 +1,6 @@
 //! Settings that no rig can have are refused by name.
 
-use softdock_control::cycle::Cycle;
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::settings::Settings;
 
 type Spoil = fn(&mut Settings);
@@ -71,11 +71,11 @@ fn each_bad_field_is_named() {
         (|s| s.start.ramp_cycles = 0, "start.ramp_cycles"),
         (|s| s.start.stop_time_s = 0.0, "start.stop_time_s"),
     ];
-    assert!(Cycle::<f64>::new(&Settings::default()).is_ok());
+    assert!(RobotCycle::<f64>::new(&Settings::default()).is_ok());
     for (spoil, field) in table {
         let mut settings = Settings::default();
         spoil(&mut settings);
-        let error = Cycle::<f64>::new(&settings).err();
+        let error = RobotCycle::<f64>::new(&settings).err();
         assert_eq!(error.map(|e| e.field), Some(field), "{error:?}");
     }
 }

@@ -1,8 +1,8 @@
 //! Elastic bounces on an ideal rig, which is where it was commanded to be at once.
 
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::{LawName, ModelVelocity};
-use softdock_control::io::CycleRecord;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 use softdock_tests::driver::Driver;

@@ -9,6 +9,7 @@ mod observation;
 mod rig_hidden;
 mod rig_motion_named;
 mod rotating_q;
+mod second_robot;
 mod seed_formula;
 mod seed_rig;
 mod two_body;

@@ -1,7 +1,8 @@
 //! Rules that hold while the robot moves by us, whatever the mode: a stop that fades out is
 //! guarded like a run, the box belongs to the RSI run, nothing moves between `arm` and `start`.
 
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_app::record::CycleRecord;
+use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_tests::driver::{Driver, cruising, flying};
 
@@ -16,7 +17,7 @@ fn follow(driver: &mut Driver<f64>, record: &CycleRecord) {
 
 #[test]
 fn a_fading_stop_is_guarded_like_a_run() {
-    type Spoil = fn(&mut softdock_control::io::Inputs);
+    type Spoil = fn(&mut softdock_app::record::Inputs);
     let cases: [(Spoil, FaultCode); 4] = [
         (|i| i.sensor.wrench[0] = 9000.0, FaultCode::Overload),
         (|i| i.sensor.saturated = true, FaultCode::SensorSaturated),

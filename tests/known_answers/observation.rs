@@ -48,7 +48,7 @@ fn before_the_start_the_initial_conditions_are_seen() {
     settings.frames.j_position_m = [0.25, 0.0, 0.0];
     settings.frames.p_position_m = [-0.25, 0.0, 0.0];
     let driver = Driver::<f64>::new(&settings);
-    let seen = driver.cycle.observe().p_from_j.translation.vector;
+    let seen = driver.cycle.cycle().observe().p_from_j.translation.vector;
     assert!(
         (seen - Vector3::new(-0.5, 0.0, 0.0)).norm() < 1e-12,
         "{seen}"

@@ -37,7 +37,7 @@ fn run(test: &str, cycles: usize, pause: Duration) {
     assert_eq!((recording.cut, recording.cycles.len()), (None, cycles));
     for (cycle, answer) in recording.cycles.iter().zip(&answers) {
         assert_eq!(
-            (cycle.inputs.robot.ipoc, cycle.output.correction),
+            (cycle.inputs.robot.counter, cycle.output.correction),
             (answer.ipoc, answer.correction)
         );
     }

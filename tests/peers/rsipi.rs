@@ -5,8 +5,8 @@
 //! does, and what is compared are the answers that it accepted.
 
 use softdock_analysis::recording::Recording;
-use softdock_control::correction::Counts;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::Correction;
+use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_tests::peers::python::{RsipiRobot, Verdict, sensor};
 use softdock_tests::peers::{BUSY_COMPUTER, Board, counts};
@@ -70,13 +70,13 @@ fn recorded(board: Board) -> Recording {
 
 /// Every answer that RSIPI accepted is the one that was recorded, and its robot stands where they
 /// add up to. Returns that sum.
-fn check_answers(verdict: &Verdict, recording: &Recording) -> Counts {
-    let sent: BTreeMap<u64, Counts> = recording
+fn check_answers(verdict: &Verdict, recording: &Recording) -> Correction {
+    let sent: BTreeMap<u64, Correction> = recording
         .cycles
         .iter()
-        .map(|c| (c.inputs.robot.ipoc, c.output.correction))
+        .map(|c| (c.inputs.robot.counter, c.output.correction))
         .collect();
-    let mut sum = Counts::default();
+    let mut sum = Correction::default();
     for (ipoc, correction) in &verdict.accepted {
         let received = AXES.map(|axis| counts(&correction[axis]));
         assert_eq!(Some(&received), sent.get(ipoc), "correction of {ipoc}");

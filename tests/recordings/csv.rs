@@ -58,9 +58,9 @@ fn a_wrong_cell_is_named_by_row_and_column() {
     assert!(error.contains(expected), "{error}");
 
     let error = changed("integer.csv", |_, text| {
-        with_cell(&text, 4, "inputs_sensor_gauge_2_counts", "32768")
+        with_cell(&text, 4, "inputs_sensor_gauge_2_counts", "2147483648")
     });
-    let expected = "row 4, column `inputs_sensor_gauge_2_counts`: expected a number (int16)";
+    let expected = "row 4, column `inputs_sensor_gauge_2_counts`: expected a number (int32)";
     assert!(error.contains(expected), "{error}");
 }
 

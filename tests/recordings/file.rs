@@ -3,7 +3,7 @@
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
 use softdock_analysis::recording::{FORMAT, Header, Recording, RecordingWriter};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

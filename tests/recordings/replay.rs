@@ -4,9 +4,10 @@ use super::sample::{file_of, read};
 use proptest::prelude::*;
 use softdock_analysis::recording::{Header, Recording};
 use softdock_analysis::replay::replay;
-use softdock_control::cycle::Cycle;
+use softdock_app::record::{CycleRecord, Inputs, RobotReport};
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::{CycleRecord, Inputs, RobotSample, SensorSample, Sequence};
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode};
 use softdock_control::settings::Settings;
 use std::sync::LazyLock;
@@ -40,7 +41,7 @@ static BOUNCE: LazyLock<Recording> = LazyLock::new(|| {
     settings.body_k.velocity_m_s = [0.015, 0.0, 0.0];
     settings.body_q.fixed = true;
     settings.delay.law = LawName::Seed;
-    let mut controller = Cycle::<f64>::new(&settings).unwrap();
+    let mut controller = RobotCycle::<f64>::new(&settings).unwrap();
     let mut robot_counts = 0;
     let cycles = (0..500).map(|i| {
         let position_m = robot_counts as f64 / COUNTS_PER_M;
@@ -62,20 +63,20 @@ fn inputs(cycle: u32, position_m: f64) -> Inputs {
     let force_n = -STIFFNESS_N_PER_M * (position_m - WALL_M).max(0.0);
     let word = (cycle % 7) as i16;
     Inputs {
-        robot: RobotSample {
-            ipoc: 4 * u64::from(cycle),
+        robot: RobotReport {
+            counter: 4 * u64::from(cycle),
             sequence: match cycle {
                 0 => Sequence::NewRun,
                 _ => Sequence::Next,
             },
             pose: Some([position_m, 0.1, 0.2, 0.3, 0.0, -0.1]),
             late_answers: 0,
-            poscorr_stat: 0,
+            status: 0,
         },
         sensor: SensorSample {
             counter: cycle + 1,
             wrench: [force_n, 0.0, 0.0, 0.0, 0.01, 0.0],
-            words: [word, 1, 2, 3, 4, 5],
+            counts: [word.into(), 1, 2, 3, 4, 5],
             status: 0,
             saturated: false,
         },

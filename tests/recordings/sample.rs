@@ -1,10 +1,9 @@
 //! Recordings for the tests.
 
 use softdock_analysis::recording::{Header, Recording, TruthRecord};
+use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
-use softdock_control::io::{
-    BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
-};
+use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 
@@ -101,18 +100,18 @@ impl Source {
         let gap = Sequence::Gap(self.bits() as u32);
         CycleRecord {
             inputs: Inputs {
-                robot: RobotSample {
-                    ipoc: self.bits(),
+                robot: RobotReport {
+                    counter: self.bits(),
                     sequence: self.any(&[Sequence::NewRun, Sequence::Next, gap]),
                     pose: self.maybe(Self::reals),
                     late_answers: self.bits() as u32,
-                    poscorr_stat: self.bits() as u32,
+                    status: self.bits() as u32,
                 },
                 sensor: SensorSample {
                     counter: self.bits() as u32,
                     wrench: self.reals(),
-                    words: core::array::from_fn(|_| self.bits() as i16),
-                    status: self.bits() as u16,
+                    counts: core::array::from_fn(|_| self.bits() as i32),
+                    status: self.bits() as u32,
                     saturated: self.below(2) == 0,
                 },
                 command: self.maybe(|s| s.any(&Command::WORDS).1),

@@ -140,32 +140,27 @@ fn stays_within<S: Scalar>(bound: impl Fn(LawName) -> Deviation) {
     }
 }
 
-/// Half of a least digit at 4 decimals of a millimetre, and 0.2 % of one per cycle, with the laws
-/// that multiply by at most 1337 what fixed point rounds at 2.3e-10. Polynomial and time series take
-/// differences of neighbouring samples, smith and passivity add small products up over the contact:
-/// there it is a few digits. A time series is fitted to rotations of some 1e-3 rad, whose squares
-/// fixed point resolves to a part in a thousand.
+/// A few least digits at 4 decimals of a millimetre: where one of them falls the other way in a cycle
+/// of the contact, the rod pushes a little more, or less. Without such a cycle half a digit, with the
+/// laws that multiply by at most 1337 what fixed point rounds at 2.3e-10. Polynomial and time series
+/// take differences of neighbouring samples, smith and passivity add small products up over the
+/// contact: there it is some more.
 fn fixed_point(law: LawName) -> Deviation {
     let usual = Deviation {
-        position_m: 5e-8,
+        position_m: 5e-7,
         orientation_rad: 2e-6,
-        velocity_m_s: 5e-8,
+        velocity_m_s: 5e-7,
         velocity_rad_s: 2e-6,
         restitution: 3e-5,
     };
     let some_digits = Deviation {
         position_m: 1e-6,
-        velocity_m_s: 3e-6,
+        velocity_m_s: 5e-6,
         restitution: 6e-4,
         ..usual
     };
     match law {
-        LawName::Polynomial | LawName::Smith => some_digits,
-        LawName::Ats => Deviation {
-            orientation_rad: 2e-4,
-            velocity_rad_s: 2e-4,
-            ..some_digits
-        },
+        LawName::Polynomial | LawName::Ats | LawName::Smith => some_digits,
         LawName::Passivity => Deviation {
             position_m: 1e-5,
             orientation_rad: 3e-6,

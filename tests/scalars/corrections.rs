@@ -2,7 +2,7 @@
 //! pose, for ever, and no turn of the model makes A or C jump.
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
-use softdock_control::correction::Counts;
+use softdock_app::record::Correction;
 use softdock_control::delay::LawName;
 use softdock_control::frames::abc_from_orientation;
 use softdock_control::modes::FaultCode;
@@ -11,7 +11,7 @@ use softdock_tests::driver::{Driver, flying};
 use softdock_tests::in_three_scalars;
 use softdock_tests::rig::{Case, Rig};
 
-/// Counts per metre and per degree at 4 decimals of mm and degrees.
+/// Correction per metre and per degree at 4 decimals of mm and degrees.
 const COUNTS_PER_M: f64 = 1e7;
 const COUNTS_PER_DEG: f64 = 1e4;
 
@@ -20,7 +20,7 @@ fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(x, y, z).into(), rotation)
 }
 
-fn add(sum: &mut Counts, correction: &Counts) {
+fn add(sum: &mut Correction, correction: &Correction) {
     sum.iter_mut().zip(correction).for_each(|(s, c)| *s += c);
 }
 

@@ -6,9 +6,10 @@
 //! alone is compared with f64: a wrap is an error of 4e9.
 
 use proptest::prelude::*;
-use softdock_control::cycle::Cycle;
+use softdock_app::record::{CycleRecord, Inputs};
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode};
 use softdock_control::scalar::{Fixed, Scalar};
@@ -57,7 +58,7 @@ fn extreme(kind: usize, n: usize, settings: &Settings, inputs: &mut Inputs) {
     match kind {
         0 => inputs.sensor.wrench = load(0.55),
         1 => inputs.sensor.wrench = load(0.55 * sign),
-        2 => inputs.robot.poscorr_stat = 0xfe,
+        2 => inputs.robot.status = 0xfe,
         3 => {
             inputs.robot.pose = Some([1e3, -1e3, 1e3, 10.0, -10.0, 10.0].map(|v| v * sign));
             let lost = if n.is_multiple_of(2) { 99 } else { u32::MAX };
@@ -100,7 +101,7 @@ fn is_flagged(settings: &Settings, record: &CycleRecord) -> Result<(), String> {
 /// An ordeal beside a cycle in f64 that gets the same inputs, with which fixed point is compared.
 struct Ordeal<S: Scalar> {
     bench: Bench<S>,
-    reference: Option<Cycle<f64>>,
+    reference: Option<RobotCycle<f64>>,
     settings: Settings,
 }
 
@@ -108,7 +109,7 @@ impl<S: Scalar> Ordeal<S> {
     fn new(settings: &Settings, compared: bool) -> Self {
         Self {
             bench: Bench::new(settings, START),
-            reference: compared.then(|| Cycle::new(settings).unwrap()),
+            reference: compared.then(|| RobotCycle::new(settings).unwrap()),
             settings: settings.clone(),
         }
     }
@@ -199,7 +200,7 @@ fn a_value_beyond_its_range_is_refused_by_name() {
                     "`{}` = {value}: {refused:?}",
                     field.name
                 );
-                assert!(Cycle::<Fixed>::new(&spoilt).is_err());
+                assert!(RobotCycle::<Fixed>::new(&spoilt).is_err());
             }
         }
     }

@@ -3,15 +3,17 @@
 //! one least digit of the integrated command, from 3 to 6 decimals, relative and absolute.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use softdock_control::correction::{Counts, Quantiser};
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{abc_from_orientation, orientation_from_abc};
-use softdock_control::io::{CycleRecord, Trace};
+use softdock_control::io::Trace;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::{Fixed, Scalar};
 use softdock_control::settings::{CorrectionMode, Settings};
 use softdock_link::decimal::Decimal;
-use softdock_link::rsi::{SEN_MAX_BYTES, SenTelegram, Tags, parse_sen, write_sen};
+use softdock_link::rsi::{
+    Corrections, Counts, SEN_MAX_BYTES, SenTelegram, Tags, parse_sen, write_sen,
+};
 use softdock_tests::driver::Driver;
 
 const CYCLES: u64 = 900_000;
@@ -178,7 +180,7 @@ fn an_hour<S: Scalar>(
         let ([x, y, z], q) = (integral.metres(), orientation(command_pose));
         let [a, b, c] = abc_from_orientation(&q);
         let meant = [x, y, z, a, b, c];
-        robot.take(record.inputs.robot.ipoc, &record.output.correction);
+        robot.take(record.inputs.robot.counter, &record.output.correction);
         hour.note(robot.digits_from(&meant));
         hour.turned_apart_rad = hour.turned_apart_rad.max(q.angle_to(&turned));
         each(&record, &meant, &mut hour);
@@ -206,7 +208,7 @@ fn f64_from_3_to_6_decimals_relative_and_absolute() {
         .filter(|other| *other != (CorrectionMode::Relative, 4))
         .map(|(mode, decimals)| {
             (
-                Quantiser::new(mode, decimals),
+                Corrections::new(mode == CorrectionMode::Absolute, decimals),
                 TextRobot::new(mode, decimals),
             )
         })
@@ -215,9 +217,9 @@ fn f64_from_3_to_6_decimals_relative_and_absolute() {
     others.iter_mut().for_each(|(q, _)| q.start([0.0; 3]));
     let hour = an_hour::<f64>(&settings(MODES[0], 4), |record, meant, hour| {
         let [x, y, z, a, b, c] = *meant;
-        for (quantiser, robot) in &mut others {
-            let counts = quantiser.advance([x, y, z], [a, b, c]);
-            robot.take(record.inputs.robot.ipoc, &counts);
+        for (corrections, robot) in &mut others {
+            let counts = corrections.advance([x, y, z], [a, b, c]);
+            robot.take(record.inputs.robot.counter, &counts);
             hour.note(robot.digits_from(meant));
         }
     });
@@ -258,7 +260,7 @@ fn restarts<S: Scalar>(mode: CorrectionMode) {
         driver.command(Command::Arm);
         let mut record = driver.command(Command::Start);
         for n in 0..100 {
-            robot.take(record.inputs.robot.ipoc, &record.output.correction);
+            robot.take(record.inputs.robot.counter, &record.output.correction);
             let [x, y, z, ..] = record.trace.command_pose;
             let (offset, meant) = (robot.offset(), [x, y, z]);
             for (is, meant) in offset.iter().zip(meant) {

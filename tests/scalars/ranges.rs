@@ -1,10 +1,10 @@
 //! The edges of the declared ranges: the lightest craft under the largest load with the widest
 //! limits, and a measured pose that jumps. Everything saturates; nothing wraps or becomes NaN.
 
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
 use softdock_control::dynamics::{BodyState, ObservationFrames, TwoBody, TwoBodyState};
 use softdock_control::frames::{Twist, Wrench, pose};
-use softdock_control::io::CycleRecord;
 use softdock_control::limits::LimitFlags;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::{BodySettings, DynamicCompensation, FrameSettings, Settings};

@@ -4,8 +4,9 @@
 
 use crate::driver::Driver;
 use nalgebra::Vector3;
+use softdock_app::record::{CycleRecord, Inputs};
 use softdock_control::frames::orientation_from_abc;
-use softdock_control::io::{CycleRecord, Inputs, Sequence, Trace};
+use softdock_control::io::{Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;

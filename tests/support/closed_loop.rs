@@ -1,7 +1,8 @@
 //! The control cycle in closed loop with a plant that shares no code with it.
 
-use softdock_control::cycle::Cycle;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
+use softdock_app::record::{CycleRecord, Inputs};
+use softdock_app::robot_cycle::RobotCycle;
+use softdock_control::io::Sequence;
 use softdock_control::modes::Command;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
@@ -13,7 +14,7 @@ const START: [Command; 3] = [Command::Hold, Command::Arm, Command::Start];
 /// Cycle and plant.
 pub struct ClosedLoop<S: Scalar> {
     /// The board.
-    pub cycle: Cycle<S>,
+    pub cycle: RobotCycle<S>,
     /// Robot and contact.
     pub plant: Plant,
     inputs: Inputs,
@@ -37,7 +38,7 @@ impl<S: Scalar> ClosedLoop<S> {
         let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
         let cycle_s = settings.robot.cycle_s;
         Self {
-            cycle: Cycle::new(settings).unwrap(),
+            cycle: RobotCycle::new(settings).unwrap(),
             plant,
             inputs,
             units: [digit * 1e-3, digit.to_radians()].map(|unit| unit / cycle_s),
@@ -48,9 +49,9 @@ impl<S: Scalar> ClosedLoop<S> {
 
     /// One cycle of both: idle, hold, arm and start first, then the test.
     pub fn step(&mut self) -> CycleRecord {
-        self.inputs.robot.ipoc += 4;
+        self.inputs.robot.counter += 4;
         self.inputs.sensor.counter += 1;
-        self.inputs.sensor.words[5] ^= 1;
+        self.inputs.sensor.counts[5] ^= 1;
         let command = self.cycles.checked_sub(self.idle);
         self.inputs.command = command.and_then(|n| START.get(n).copied());
         let record = self.cycle.step(&self.inputs);

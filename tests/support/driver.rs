@@ -1,8 +1,9 @@
 //! Drives the whole cycle with telegrams and samples that are healthy unless a test spoils them.
 
-use softdock_control::cycle::Cycle;
+use softdock_app::record::{CycleRecord, Inputs};
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::{CycleRecord, Inputs, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
@@ -11,7 +12,7 @@ use softdock_control::settings::Settings;
 #[derive(Clone, Debug)]
 pub struct Driver<S: Scalar> {
     /// The cycle under test.
-    pub cycle: Cycle<S>,
+    pub cycle: RobotCycle<S>,
     /// The next healthy inputs; what a test writes here stays.
     pub inputs: Inputs,
     period_ms: u64,
@@ -26,7 +27,7 @@ impl<S: Scalar> Driver<S> {
         let mut inputs = Inputs::default();
         inputs.robot.pose = Some([0.0; 6]);
         Self {
-            cycle: Cycle::new(settings).expect("valid settings"),
+            cycle: RobotCycle::new(settings).expect("valid settings"),
             inputs,
             period_ms: (settings.robot.cycle_s * 1e3) as u64,
         }
@@ -41,14 +42,14 @@ impl<S: Scalar> Driver<S> {
     pub fn step_with(&mut self, change: impl FnOnce(&mut Inputs)) -> CycleRecord {
         self.inputs.sensor.counter += 1;
         // A real gauge flickers.
-        self.inputs.sensor.words[5] ^= 1;
+        self.inputs.sensor.counts[5] ^= 1;
         self.step_stale(change)
     }
 
     /// One cycle without a new sensor sample.
     pub fn step_stale(&mut self, change: impl FnOnce(&mut Inputs)) -> CycleRecord {
         let mut inputs = self.inputs;
-        self.inputs.robot.ipoc += self.period_ms;
+        self.inputs.robot.counter += self.period_ms;
         self.inputs.robot.sequence = Sequence::Next;
         change(&mut inputs);
         self.cycle.step(&inputs)

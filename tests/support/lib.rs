@@ -18,3 +18,4 @@ pub mod plant;
 pub mod process;
 pub mod rig;
 pub mod scalars;
+pub mod twist_robot;

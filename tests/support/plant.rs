@@ -6,7 +6,7 @@
 //! elastically, `F = −k × depth`. The sub-step is 0.5 ms.
 
 use nalgebra::Vector3;
-use softdock_control::correction::Counts;
+use softdock_app::record::Correction;
 use std::collections::VecDeque;
 
 /// Interpolation cycle of the robot, s.
@@ -93,7 +93,7 @@ impl Plant {
     }
 
     /// Executes one relative correction during one cycle.
-    pub fn advance(&mut self, correction: &Counts) {
+    pub fn advance(&mut self, correction: &Correction) {
         for _ in 0..SUB_STEPS {
             for (i, axis) in self.axes.iter_mut().enumerate() {
                 let step_m = correction[i] as f64 * self.settings.metres_per_count;

@@ -3,8 +3,8 @@
 use crate::driver::Driver;
 use crate::plant::{CYCLE_S, Plant, PlantSettings};
 use nalgebra::Vector3;
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::{LawName, ModelVelocity};
-use softdock_control::io::CycleRecord;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 

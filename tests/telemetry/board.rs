@@ -3,9 +3,9 @@
 use softdock_analysis::recording::Recording;
 use softdock_analysis::telemetry::{Recorder, Summary};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
+use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
-use softdock_control::io::CycleRecord;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use tempfile::TempDir;

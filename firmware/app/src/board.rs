@@ -1,32 +1,33 @@
 //! What the tasks need from a board.
 
+use crate::record::CycleRecord;
 use core::net::SocketAddr;
-use softdock_control::io::CycleRecord;
-use softdock_link::can::Frame;
 
 /// Why a bus or socket gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IoError {
     /// It is gone for good; the task ends.
     Closed,
-    /// The CAN controller went bus-off; see [`CanBus::recover`].
+    /// The sensor's bus went off; see [`SensorBus::recover`].
     BusOff,
     /// Something was lost on the way; the task goes on.
     Lost,
 }
 
-/// A CAN bus with the sensor on it.
+/// The wire to the sensor: a CAN bus, or the exchange of process data with an EtherCAT SubDevice.
 #[allow(
     async_fn_in_trait,
     reason = "one executor, one thread: no Send is needed"
 )]
-pub trait CanBus {
+pub trait SensorBus {
+    /// What travels on it.
+    type Frame;
     /// Hands a frame to the controller. Waits only for room in the transmit queue. Cancel-safe: a
     /// dropped future has handed over the whole frame or nothing.
-    async fn send(&mut self, frame: &Frame) -> Result<(), IoError>;
+    async fn send(&mut self, frame: &Self::Frame) -> Result<(), IoError>;
     /// The next received frame. Cancel-safe: a dropped future loses no frame.
-    async fn receive(&mut self) -> Result<Frame, IoError>;
-    /// Brings the controller back after bus-off.
+    async fn receive(&mut self) -> Result<Self::Frame, IoError>;
+    /// Brings the bus back after it went off: a CAN controller from bus-off, a SubDevice to OP.
     async fn recover(&mut self) -> Result<(), IoError>;
 }
 

@@ -10,7 +10,7 @@ use crate::board::Clock;
 use crate::shared::{Shared, Status};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::modes::Mode;
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 /// How often the LEDs are set, µs: half of the faster blinking.
 const PERIOD_US: u64 = 125_000;

@@ -2,17 +2,20 @@
 
 use crate::auto_start::AutoStart;
 use crate::board::{Clock, DatagramSocket, IoError, Recorder};
+use crate::record::CycleRecord;
 use crate::robot_link::{Answer, Incoming, RobotLink};
+use crate::robot_protocol::RobotProtocol;
+use crate::rsi::Rsi;
 use crate::shared::{LastTelegram, Shared};
 use core::net::SocketAddr;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use softdock_control::io::{CycleRecord, SensorSample, Sequence};
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode, Refusal};
 use softdock_control::scalar::Scalar;
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
-/// Longest telegram that is read. A full RSI configuration stays below an Ethernet frame.
+/// Longest telegram that is read: an Ethernet frame, which no robot's exceeds.
 pub const TELEGRAM_BYTES: usize = 1500;
 
 /// Most queued datagrams that are looked at before one is answered, so that a flood of foreign
@@ -20,18 +23,18 @@ pub const TELEGRAM_BYTES: usize = 1500;
 const MOST_QUEUED: usize = 32;
 
 /// What the robot task owns.
-pub struct RobotTask<'a, M: RawMutex, S: Scalar> {
+pub struct RobotTask<'a, M: RawMutex, S: Scalar, P: RobotProtocol = Rsi> {
     /// State shared with the other tasks.
     pub shared: &'a Shared<M>,
     /// The link and the cycle.
-    pub link: RobotLink<S>,
+    pub link: RobotLink<S, P>,
     /// Commands without an operator.
     pub auto_start: AutoStart,
     /// Longest wait for the sample that a telegram asks for, µs.
     pub sample_wait_us: u64,
 }
 
-impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
+impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
     /// Runs until the socket is closed.
     pub async fn run(
         mut self,
@@ -126,7 +129,7 @@ impl<M: RawMutex, S: Scalar> RobotTask<'_, M, S> {
     ) -> (Answer, Option<CycleRecord>) {
         let telegram = match incoming {
             Incoming::Telegram(telegram) => telegram,
-            Incoming::Unreadable { ipoc } => return (self.link.resting_answer(ipoc), None),
+            Incoming::Unreadable { counter } => return (self.link.resting_answer(counter), None),
             Incoming::Ignored => return (Answer::new(), None),
         };
         let Some(sequence) = self.link.follow(&telegram) else {
@@ -194,7 +197,7 @@ fn last_telegram(record: &CycleRecord) -> LastTelegram {
     let robot = &record.inputs.robot;
     LastTelegram {
         late_answers: robot.late_answers,
-        poscorr_stat: robot.poscorr_stat,
+        status: robot.status,
         pose: robot.pose.is_some(),
     }
 }

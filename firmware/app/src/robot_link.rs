@@ -1,39 +1,48 @@
 //! From a datagram to its answer: sender, form, sequence, then one control cycle.
 //!
-//! Whatever comes, the robot gets an answer with its own IPOC as long as that can be read; a
+//! Whatever comes, the robot gets an answer with its own counter as long as that can be read; a
 //! sender that is not the robot gets none and changes nothing.
 
+use crate::record::{CycleRecord, Inputs, Output, RobotReport};
+use crate::robot_cycle::RobotCycle;
+use crate::robot_protocol::{Received, RobotProtocol};
+use crate::rsi::Rsi;
 use crate::settings::{BoardSettings, BoardSettingsError};
 use crate::shared::LinkCounters;
 use core::net::{IpAddr, SocketAddr};
-use softdock_control::correction::Counts;
 use softdock_control::cost::Probe;
 use softdock_control::cycle::Cycle;
-use softdock_control::io::{CycleRecord, Inputs, RobotSample, SensorSample, Sequence};
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode};
+use softdock_control::range::SettingsError;
 use softdock_control::scalar::Scalar;
-use softdock_link::decimal::Decimal;
-use softdock_link::rsi::{
-    self, RobTelegram, SEN_MAX_BYTES, SenTelegram, SequenceTracker, Tags, parse_rob, salvage_ipoc,
-    write_sen,
-};
+use softdock_control::settings::Settings;
+use softdock_link::rsi::SEN_MAX_BYTES;
 
 /// Cycles without a telegram after which the robot counts as silent.
 const SILENT_CYCLES: u64 = 3;
 
+/// Longest answer of any protocol.
+pub const ANSWER_MAX_BYTES: usize = SEN_MAX_BYTES;
+
 /// An answer as bytes.
-pub type Answer = heapless::Vec<u8, SEN_MAX_BYTES>;
+pub type Answer = heapless::Vec<u8, ANSWER_MAX_BYTES>;
+
+/// Who may be the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Senders {
+    /// Its address; none: the first sender of a telegram is the robot.
+    pub allowed: Option<IpAddr>,
+    /// Silence after which another sender may become the robot, µs.
+    pub silence_us: u64,
+}
 
 /// The robot's link and the control cycle behind it.
 #[derive(Clone, Debug)]
-pub struct RobotLink<S: Scalar> {
-    cycle: Cycle<S>,
-    tags: Tags,
-    decimals: u8,
-    sequence: SequenceTracker,
-    allowed: Option<IpAddr>,
+pub struct RobotLink<S: Scalar, P: RobotProtocol = Rsi> {
+    cycle: RobotCycle<S, P>,
+    senders: Senders,
     cycle_us: u64,
-    silence_us: u64,
     /// The robot's address and when it was last heard.
     robot: Option<(SocketAddr, u64)>,
     /// The answer of the last cycle, and whether it asks the robot to stop.
@@ -46,32 +55,39 @@ pub struct RobotLink<S: Scalar> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Incoming {
     /// A telegram of the robot; [`RobotLink::follow`] says where it stands in the sequence.
-    Telegram(RobTelegram),
-    /// A telegram of the robot of which only the time stamp can be read: no cycle is run, the
-    /// answer is [`RobotLink::resting_answer`]. The next telegram then follows a gap.
+    Telegram(RobotReport),
+    /// A telegram of the robot of which only the counter can be read: no cycle is run, the answer is
+    /// [`RobotLink::resting_answer`]. The next telegram then follows a gap.
     Unreadable {
-        /// Its time stamp, ms.
-        ipoc: u64,
+        /// Its counter.
+        counter: u64,
     },
     /// No answer.
     Ignored,
 }
 
-impl<S: Scalar> RobotLink<S> {
-    /// From settings, which are checked here.
+impl<S: Scalar> RobotLink<S, Rsi> {
+    /// To a KUKA robot, from settings, which are checked here.
     pub fn new(settings: &BoardSettings) -> Result<Self, BoardSettingsError> {
         settings.validate()?;
-        let robot = &settings.control.robot;
-        // Whole milliseconds: 4 or 12 on a KUKA controller.
-        let cycle_ms = (robot.cycle_s * 1e3 + 0.5) as u64;
-        Ok(Self {
-            cycle: Cycle::new(&settings.control)?,
-            tags: settings.rsi.tags()?,
-            decimals: robot.correction_decimals,
-            sequence: SequenceTracker::new(cycle_ms, settings.rsi.new_run_after_lost),
+        let protocol = Rsi::new(&settings.control.robot, &settings.rsi)?;
+        let senders = Senders {
             allowed: settings.rsi.robot_ip()?,
-            cycle_us: cycle_ms * 1000,
             silence_us: settings.rsi.silence_us(),
+        };
+        Ok(Self::with(&settings.control, protocol, senders)?)
+    }
+}
+
+impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
+    /// To any robot, from settings, which are checked here.
+    #[inline(always)] // or each level would hold a copy of the law on the stack
+    pub fn with(settings: &Settings, protocol: P, senders: Senders) -> Result<Self, SettingsError> {
+        let cycle_us = (protocol.interface().cycle_s * 1e6 + 0.5) as u64;
+        Ok(Self {
+            cycle: RobotCycle::with(settings, protocol)?,
+            senders,
+            cycle_us,
             robot: None,
             last_answer: Answer::new(),
             stop: false,
@@ -81,12 +97,12 @@ impl<S: Scalar> RobotLink<S> {
 
     /// The mode of the control cycle.
     pub fn mode(&self) -> Mode {
-        self.cycle.mode()
+        self.cycle().mode()
     }
 
     /// The control cycle, for observers.
     pub fn cycle(&self) -> &Cycle<S> {
-        &self.cycle
+        self.cycle.cycle()
     }
 
     /// What was counted.
@@ -113,40 +129,34 @@ impl<S: Scalar> RobotLink<S> {
             self.counters.foreign = self.counters.foreign.saturating_add(1);
             return Incoming::Ignored;
         }
-        match parse_rob(datagram, &self.tags) {
-            Ok(telegram) => {
+        match self.cycle.protocol().read(datagram) {
+            Received::Telegram(telegram) => {
                 self.connect(from, now_us);
                 Incoming::Telegram(telegram)
             }
-            Err(_) => self.malformed(datagram, from, now_us),
+            Received::Counter(counter) => self.malformed(Some(counter), from, now_us),
+            Received::Unreadable => self.malformed(None, from, now_us),
         }
     }
 
     /// Where a telegram stands in the sequence; none for the last one again, which is not to move
     /// anything a second time: its answer is [`Self::last_answer`].
-    pub fn follow(&mut self, telegram: &RobTelegram) -> Option<Sequence> {
+    pub fn follow(&mut self, telegram: &RobotReport) -> Option<Sequence> {
+        let sequence = self.cycle.protocol_mut().follow(telegram.counter);
         let counters = &mut self.counters;
-        match self.sequence.classify(telegram.ipoc) {
-            rsi::Sequence::First | rsi::Sequence::NewRun => {
-                counters.runs = counters.runs.saturating_add(1);
-                Some(Sequence::NewRun)
-            }
-            rsi::Sequence::Next => Some(Sequence::Next),
-            rsi::Sequence::Gap { lost } => {
-                counters.lost = counters.lost.saturating_add(lost);
-                Some(Sequence::Gap(lost))
-            }
-            rsi::Sequence::Duplicate => {
-                counters.duplicates = counters.duplicates.saturating_add(1);
-                None
-            }
+        match sequence {
+            Some(Sequence::NewRun) => counters.runs = counters.runs.saturating_add(1),
+            Some(Sequence::Next) => {}
+            Some(Sequence::Gap(lost)) => counters.lost = counters.lost.saturating_add(lost),
+            None => counters.duplicates = counters.duplicates.saturating_add(1),
         }
+        sequence
     }
 
     /// Runs the control cycle for a telegram; the answer is then [`Self::last_answer`].
     pub fn run_cycle(
         &mut self,
-        telegram: &RobTelegram,
+        telegram: &RobotReport,
         sequence: Sequence,
         sensor: SensorSample,
         command: Option<Command>,
@@ -157,29 +167,24 @@ impl<S: Scalar> RobotLink<S> {
     /// [`Self::run_cycle`], telling which phases of the cycle are finished.
     pub fn run_cycle_counted(
         &mut self,
-        telegram: &RobTelegram,
+        telegram: &RobotReport,
         sequence: Sequence,
         sensor: SensorSample,
         command: Option<Command>,
         probe: &mut impl Probe,
     ) -> CycleRecord {
-        let robot = RobotSample {
-            ipoc: telegram.ipoc,
+        let robot = RobotReport {
             sequence,
-            pose: telegram.actual_pose.map(si_pose),
-            late_answers: telegram.late_answers.unwrap_or_default(),
-            poscorr_stat: telegram.poscorr_stat.unwrap_or_default(),
+            ..*telegram
         };
-        let record = self.cycle.step_counted(
-            &Inputs {
-                robot,
-                sensor,
-                command,
-            },
-            probe,
-        );
+        let inputs = Inputs {
+            robot,
+            sensor,
+            command,
+        };
+        let record = self.cycle.step_counted(&inputs, probe);
         self.stop = record.output.stop;
-        self.last_answer = self.answer(telegram.ipoc, &record.output.correction);
+        self.last_answer = self.answer(telegram.counter, &record.output);
         self.counters.cycles += 1;
         record
     }
@@ -190,16 +195,22 @@ impl<S: Scalar> RobotLink<S> {
     }
 
     /// The answer that moves nothing, to a telegram that no cycle is run for.
-    pub fn resting_answer(&self, ipoc: u64) -> Answer {
-        self.answer(ipoc, &self.cycle.resting_correction())
+    pub fn resting_answer(&self, counter: u64) -> Answer {
+        let rest = Output {
+            correction: self.cycle.rest(),
+            stop: self.stop,
+        };
+        self.answer(counter, &rest)
     }
 
     /// Whether a datagram may be the robot's: its configured address, and the sender that is
     /// connected, unless that has been silent for too long.
     fn is_robot(&self, from: SocketAddr, now_us: u64) -> bool {
-        let allowed = self.allowed.is_none_or(|ip| ip == from.ip());
+        let allowed = self.senders.allowed.is_none_or(|ip| ip == from.ip());
         let free = match self.robot {
-            Some((robot, heard)) => robot == from || now_us.saturating_sub(heard) > self.silence_us,
+            Some((robot, heard)) => {
+                robot == from || now_us.saturating_sub(heard) > self.senders.silence_us
+            }
             None => true,
         };
         allowed && free
@@ -207,49 +218,29 @@ impl<S: Scalar> RobotLink<S> {
 
     fn connect(&mut self, from: SocketAddr, now_us: u64) {
         if self.robot.is_none_or(|(robot, _)| robot != from) {
-            self.sequence.reset();
+            self.cycle.protocol_mut().forget();
         }
         self.robot = Some((from, now_us));
     }
 
-    /// The connected robot gets an answer if its time stamp can be read.
-    fn malformed(&mut self, datagram: &[u8], from: SocketAddr, now_us: u64) -> Incoming {
+    /// The connected robot gets an answer if its counter can be read.
+    fn malformed(&mut self, counter: Option<u64>, from: SocketAddr, now_us: u64) -> Incoming {
         self.counters.malformed = self.counters.malformed.saturating_add(1);
         if self.robot.is_none_or(|(robot, _)| robot != from) {
             return Incoming::Ignored;
         }
         self.robot = Some((from, now_us));
-        match salvage_ipoc(datagram) {
-            Some(ipoc) => Incoming::Unreadable { ipoc },
+        match counter {
+            Some(counter) => Incoming::Unreadable { counter },
             None => Incoming::Ignored,
         }
     }
 
-    fn answer(&self, ipoc: u64, correction: &Counts) -> Answer {
-        let decimals = self.decimals;
-        let telegram = SenTelegram {
-            ipoc,
-            correction: correction.map(|counts| Decimal { counts, decimals }),
-            stop: self.stop,
-        };
-        let mut bytes = [0; SEN_MAX_BYTES];
-        // The buffer holds the longest answer, and counts of a limited step fit any digit: an
-        // error cannot occur. Were it to, no answer is better than a wrong one.
-        let length = write_sen(&telegram, &self.tags, &mut bytes).unwrap_or(0);
+    fn answer(&self, counter: u64, output: &Output) -> Answer {
+        let mut bytes = [0; ANSWER_MAX_BYTES];
+        // The buffer holds the longest answer: an error cannot occur. Were it to, no answer is
+        // better than a wrong one.
+        let length = self.cycle.protocol().write(counter, output, &mut bytes);
         Answer::from_slice(bytes.get(..length).unwrap_or_default()).unwrap_or_default()
     }
-}
-
-/// mm and degrees of a telegram in m and rad.
-fn si_pose(pose: [f64; 6]) -> [f64; 6] {
-    let [x, y, z, a, b, c] = pose;
-    let m = |mm: f64| mm * 1e-3;
-    [
-        m(x),
-        m(y),
-        m(z),
-        a.to_radians(),
-        b.to_radians(),
-        c.to_radians(),
-    ]
 }

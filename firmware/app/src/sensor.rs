@@ -1,11 +1,11 @@
-//! The sensor task: keeps the newest force sample up to date.
+//! The sensor task: keeps the newest force sample up to date, whatever the sensor's wire.
 
-use crate::board::{CanBus, Clock, IoError};
+use crate::board::{Clock, IoError, SensorBus};
 use crate::shared::{LastSample, Shared};
 use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::io::SensorSample;
-use softdock_link::can::{SensorDriver, SensorFault, SensorReading, SensorState};
+use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorState};
 
 /// Pause after bus-off before the controller tries again, µs: a broken cable must not keep the
 /// controller busy.
@@ -14,11 +14,11 @@ const BUS_OFF_PAUSE_US: u64 = 100_000;
 const BUS_OFF_RETRIES: u32 = 10;
 
 /// Runs until the bus is closed.
-pub async fn run<M: RawMutex>(
+pub async fn run<M: RawMutex, B: SensorBus>(
     shared: &Shared<M>,
-    bus: &mut impl CanBus,
+    bus: &mut B,
     clock: &impl Clock,
-    mut driver: SensorDriver,
+    mut driver: impl SensorDriver<Frame = B::Frame>,
 ) {
     let mut recoveries = 0;
     loop {
@@ -48,11 +48,11 @@ pub async fn run<M: RawMutex>(
 
 /// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that
 /// asks for a sample, or the operator's reset. True: it was a frame.
-async fn exchange<M: RawMutex>(
+async fn exchange<M: RawMutex, B: SensorBus>(
     shared: &Shared<M>,
-    bus: &mut impl CanBus,
+    bus: &mut B,
     clock: &impl Clock,
-    driver: &mut SensorDriver,
+    driver: &mut impl SensorDriver<Frame = B::Frame>,
 ) -> Result<bool, IoError> {
     let due = driver.poll_transmit(clock.now_us());
     shared.update_status(|status| {
@@ -93,7 +93,7 @@ async fn exchange<M: RawMutex>(
 async fn bus_off<M: RawMutex>(
     shared: &Shared<M>,
     clock: &impl Clock,
-    driver: &mut SensorDriver,
+    driver: &mut impl SensorDriver,
     recoveries: &mut u32,
 ) {
     shared.update_status(|status| {
@@ -123,7 +123,7 @@ fn sample(reading: &SensorReading) -> SensorSample {
     SensorSample {
         counter: reading.counter,
         wrench: reading.wrench,
-        words: reading.gauges,
+        counts: reading.counts,
         status: reading.status,
         saturated: reading.flags.saturated,
     }

@@ -6,7 +6,7 @@ pub use network::{Network, NetworkSettings};
 
 use softdock_control::range::{SettingsError, in_range};
 use softdock_control::settings::Settings;
-use softdock_link::can::SensorDriver;
+use softdock_link::can::CanSensor;
 use softdock_link::can::ati::{AtiConfig, AtiDriver};
 use softdock_link::can::sri::{SriConfig, SriDriver};
 use softdock_link::rsi::{Name, TagError, Tags};
@@ -227,9 +227,9 @@ impl BoardSettings {
 
 impl CanSettings {
     /// The driver of the chosen sensor.
-    pub fn driver(&self) -> SensorDriver {
+    pub fn driver(&self) -> CanSensor {
         match self.sensor {
-            SensorKind::Ati => SensorDriver::Ati(AtiDriver::new(AtiConfig {
+            SensorKind::Ati => CanSensor::Ati(AtiDriver::new(AtiConfig {
                 base_id: self.base_id,
                 poll_period_us: microseconds(self.poll_period_s),
                 answer_timeout_us: microseconds(self.answer_timeout_s),
@@ -237,7 +237,7 @@ impl CanSettings {
             })),
             SensorKind::Sri => {
                 let (f, t) = (self.saturation_force_n, self.saturation_torque_n_m);
-                SensorDriver::Sri(SriDriver::new(SriConfig {
+                CanSensor::Sri(SriDriver::new(SriConfig {
                     stream_timeout_us: microseconds(self.stream_timeout_s),
                     pairing_window_us: microseconds(self.pairing_window_s),
                     saturation: [f, f, f, t, t, t],

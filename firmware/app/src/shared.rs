@@ -7,7 +7,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Fault, Mode, Refusal};
-use softdock_link::can::{SensorCounters, SensorState};
+use softdock_link::sensor::{SensorCounters, SensorState};
 
 /// Commands that may wait for the next telegram.
 const COMMANDS: usize = 8;
@@ -27,7 +27,7 @@ pub struct LinkCounters {
     pub foreign: u32,
     /// Telegrams that were overtaken by a newer one before they could be answered.
     pub overtaken: u32,
-    /// New RSI runs.
+    /// Times that the robot began, or began anew.
     pub runs: u32,
 }
 
@@ -36,8 +36,8 @@ pub struct LinkCounters {
 pub struct LastTelegram {
     /// Its counter of late or rejected answers.
     pub late_answers: u32,
-    /// Status bits of its POSCORR object.
-    pub poscorr_stat: u32,
+    /// Its status bits, see [`RobotReport::status`](crate::record::RobotReport::status).
+    pub status: u32,
     /// It sent its pose.
     pub pose: bool,
 }
@@ -50,7 +50,7 @@ pub struct LastSample {
     /// When it was taken, µs.
     pub at_us: u64,
     /// Status word of the sensor.
-    pub status: u16,
+    pub status: u32,
     /// A gauge is at its range.
     pub saturated: bool,
 }
@@ -157,7 +157,7 @@ impl<M: RawMutex> Shared<M> {
 const NO_SAMPLE: SensorSample = SensorSample {
     counter: 0,
     wrench: [0.0; 6],
-    words: [0; 6],
+    counts: [0; 6],
     status: 0,
     saturated: false,
 };

@@ -1,7 +1,7 @@
 //! A CAN bus behind a serial line: the board is an SLCAN adapter, and what the client on the other
 //! end puts on the bus is the bus. For boards without a CAN controller, and for tests.
 
-use crate::board::{CanBus, IoError};
+use crate::board::{IoError, SensorBus};
 use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read, Write};
 use heapless::{Deque, Vec};
@@ -88,7 +88,9 @@ impl<R: Read, W: Write> SlcanBus<R, W> {
     }
 }
 
-impl<R: Read, W: Write> CanBus for SlcanBus<R, W> {
+impl<R: Read, W: Write> SensorBus for SlcanBus<R, W> {
+    type Frame = Frame;
+
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         let mut line = Vec::<u8, MAX_LINE_BYTES>::new();
         if self.adapter.encode(frame, &mut line).is_err() {

@@ -1,17 +1,15 @@
-//! The control cycle: sensor sample and robot telegram in, correction out.
+//! The control cycle: sensor sample and robot telegram in, motion of the robot out.
 
-use crate::correction::{Counts, Quantiser};
 use crate::cost::{Phase, Probe};
 use crate::dynamics::{BodyState, Observation, ObservationFrames, TwoBody, TwoBodyState};
-use crate::frames::{
-    self, Pose, Wrench, abc_from_orientation, orientation_from_abc, pose_components,
-};
+use crate::frames::{self, Pose, Wrench, pose_components, pose_from_components};
 use crate::health::{Health, plausible};
-use crate::io::{BodyTrace, CycleRecord, Inputs, Output, RobotSample, Sequence, Trace};
+use crate::io::{BodyTrace, Inputs, Motion, Output, RobotSample, Sequence, Trace};
 use crate::jog::JogRun;
 use crate::limits::{LimitFlags, load_beyond};
 use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
 use crate::range::SettingsError;
+use crate::robot::RobotInterface;
 use crate::run::{LoopInput, Plan, Run};
 use crate::scalar::Scalar;
 use crate::settings::Settings;
@@ -28,6 +26,7 @@ const LARGEST_READING: f64 = 1.0e6;
 #[derive(Clone, Debug)]
 pub struct Cycle<S: Scalar> {
     settings: Settings,
+    robot: RobotInterface,
     compensation: Compensation<S>,
     observers: ObservationFrames<S>,
     plan: Plan<S>,
@@ -37,46 +36,47 @@ pub struct Cycle<S: Scalar> {
     rest_mean: RestMean<S>,
     run: Run<S>,
     jog: Option<JogRun>,
-    /// Measured pose of M when RSI began.
+    /// Measured pose of M when the robot began.
     box_center: Option<Pose<S>>,
     /// The robot is asked to stop.
     stop: bool,
-    quantiser: Quantiser,
     cycle: u64,
 }
 
 impl<S: Scalar> Cycle<S> {
-    /// Builds the controller in mode Idle.
+    /// Builds the controller in mode Idle. The cycle's length is the robot's, whatever the settings
+    /// say.
     #[inline(always)] // or each level would hold a copy of the law on the stack
-    pub fn new(settings: &Settings) -> Result<Self, SettingsError> {
+    pub fn new(settings: &Settings, robot: &RobotInterface) -> Result<Self, SettingsError> {
+        let mut settings = settings.clone();
+        settings.robot.cycle_s = robot.cycle_s;
         settings.validate()?;
-        let (sensor, robot) = (&settings.sensor, &settings.robot);
+        let sensor = &settings.sensor;
         Ok(Self {
             compensation: Compensation::new(sensor),
             observers: ObservationFrames::new(&settings.frames),
-            plan: Plan::new(settings),
-            health: Health::new(sensor, robot),
+            plan: Plan::new(&settings, robot),
+            health: Health::new(sensor, &settings.robot),
             modes: Modes::default(),
             estimator: MotionEstimator::new(sensor.acceleration_bandwidth_hz, robot.cycle_s),
             rest_mean: RestMean::new(),
-            run: Run::new(settings, &Pose::identity(), &Pose::identity()),
+            run: Run::new(&settings, &Pose::identity(), &Pose::identity()),
             jog: None,
             box_center: None,
             stop: false,
-            quantiser: Quantiser::new(robot.correction_mode, robot.correction_decimals),
             cycle: 0,
-            settings: settings.clone(),
+            robot: *robot,
+            settings,
         })
     }
 
-    /// One cycle. It must end before the robot's next telegram (4 ms); a later answer is rejected
-    /// by the robot and counted in its `Delay`.
-    pub fn step(&mut self, inputs: &Inputs) -> CycleRecord {
+    /// One cycle. It must end before the robot's next telegram, for a later answer is worth nothing.
+    pub fn step(&mut self, inputs: &Inputs) -> (Output, Trace) {
         self.step_counted(inputs, &mut ())
     }
 
     /// [`Self::step`], telling which phases are finished.
-    pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> CycleRecord {
+    pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> (Output, Trace) {
         let mut trace = Trace {
             cycle: self.cycle,
             time_s: self.cycle as f64 * self.settings.robot.cycle_s,
@@ -95,12 +95,12 @@ impl<S: Scalar> Cycle<S> {
         probe.finished(Phase::Wrench);
 
         // Obey and judge.
-        self.obey(inputs, &pose, &wrench.at_m, &mut trace);
+        let start = self.obey(inputs, &pose, &wrench.at_m, &mut trace);
         if let Some(fault) = fault.or_else(|| self.load_fault(&wrench.at_m)) {
             self.latch(fault);
         }
 
-        // Integrate, compensate the delay, limit, round.
+        // Integrate, compensate the delay, limit.
         let moved = match self.modes.mode() {
             Mode::Running => {
                 let freeze = self.freeze(&inputs.robot);
@@ -117,21 +117,17 @@ impl<S: Scalar> Cycle<S> {
             Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, &mut trace),
             Mode::Fault => Ok(false),
         };
-        let correction = self.correction(moved);
+        let output = Output {
+            start,
+            motion: self.motion(moved),
+            stop: self.stop,
+        };
         probe.finished(Phase::Limits);
 
         // Log.
-        let output = Output {
-            correction,
-            stop: self.stop,
-        };
         self.finish(inputs, &mut trace);
         probe.finished(Phase::Trace);
-        CycleRecord {
-            inputs: *inputs,
-            output,
-            trace,
-        }
+        (output, trace)
     }
 
     /// The present mode.
@@ -154,17 +150,12 @@ impl<S: Scalar> Cycle<S> {
         (&self.plan.bodies, &self.run.state)
     }
 
-    /// The answer that moves nothing, for telegrams that no cycle is run for (malformed ones).
-    pub fn resting_correction(&self) -> Counts {
-        self.quantiser.rest()
-    }
-
-    /// A new RSI run forgets all corrections; a start pose taken before it is worth nothing.
+    /// A robot that began anew has forgotten all commands; a start pose taken before is worth
+    /// nothing.
     fn follow_sequence(&mut self, sequence: Sequence) {
         if sequence != Sequence::NewRun {
             return;
         }
-        self.quantiser.new_run();
         self.estimator.reset();
         self.rest_mean = RestMean::new();
         self.box_center = None;
@@ -192,10 +183,8 @@ impl<S: Scalar> Cycle<S> {
             Sequence::Gap(lost) => lost.saturating_add(1),
             Sequence::Next | Sequence::NewRun => 1,
         };
-        let pose = robot.pose.filter(plausible).map(|[x, y, z, a, b, c]| {
-            let rotation = orientation_from_abc(&[a, b, c]);
-            Pose::from_parts(frames::vector(&[x, y, z]).into(), rotation)
-        });
+        let pose = robot.pose.filter(plausible);
+        let pose = pose.map(|pose| pose_from_components(&pose));
         self.estimator.update(pose.as_ref(), cycles);
         let pose = self.estimator.last_pose();
         self.box_center.get_or_insert(pose);
@@ -231,19 +220,25 @@ impl<S: Scalar> Cycle<S> {
         wrench
     }
 
-    /// Carries out the operator's command, or notes why not.
-    fn obey(&mut self, inputs: &Inputs, pose: &Pose<S>, at_m: &Wrench<S>, trace: &mut Trace) {
+    /// Carries out the operator's command, or notes why not. True if displacements count anew.
+    fn obey(
+        &mut self,
+        inputs: &Inputs,
+        pose: &Pose<S>,
+        at_m: &Wrench<S>,
+        trace: &mut Trace,
+    ) -> bool {
         let Some(command) = inputs.command else {
-            return;
+            return false;
         };
         let ready = self.ready(command, inputs, pose, at_m);
         if let Err(refusal) = self.modes.command(command, ready) {
             trace.refusal = Some(refusal);
-            return;
+            return false;
         }
         match command {
-            Command::Arm => self.take_start_pose(&inputs.robot, pose),
-            Command::Jog(jog) => self.begin_jog(jog, &inputs.robot, pose),
+            Command::Arm => self.take_start_pose(pose),
+            Command::Jog(jog) => self.begin_jog(jog, pose),
             Command::Zero => {
                 let mean = self.rest_mean.get().unwrap_or_else(Wrench::zero);
                 self.compensation.shift_bias(&mean);
@@ -252,14 +247,13 @@ impl<S: Scalar> Cycle<S> {
             Command::Reset => self.stop = false,
             Command::Hold | Command::Start | Command::Stop => {}
         }
+        matches!(command, Command::Arm | Command::Jog(_))
     }
 
-    /// Corrections count from here.
-    fn take_start_pose(&mut self, robot: &RobotSample, pose: &Pose<S>) {
+    /// Displacements count from here.
+    fn take_start_pose(&mut self, pose: &Pose<S>) {
         let center = self.box_center.unwrap_or(*pose);
         self.run.restart(&self.settings, pose, &center);
-        let [_, _, _, a, b, c] = robot.pose.unwrap_or_default();
-        self.quantiser.start([a, b, c]);
     }
 
     /// Whether the present data allow a command.
@@ -337,27 +331,23 @@ impl<S: Scalar> Cycle<S> {
         if self.health.stale() {
             flags.set(LimitFlags::SENSOR_STALE);
         }
-        // Bit 0 says that POSCORR is active, bits 1 to 7 that it clamps.
-        if robot.poscorr_stat & 0xfe != 0 {
+        if robot.clamped {
             flags.set(LimitFlags::ROBOT_CLAMP);
         }
         flags
     }
 
-    /// The rounded correction if the commanded pose moved; else the one that moves nothing.
-    fn correction(&mut self, moved: Result<bool, Fault>) -> Counts {
+    /// The commanded pose if it moved.
+    fn motion(&mut self, moved: Result<bool, Fault>) -> Motion {
         let moved = moved.unwrap_or_else(|fault| {
             self.latch(fault);
             false
         });
         if moved {
-            let abc = abc_from_orientation(&self.run.orientation);
-            return self
-                .quantiser
-                .advance(self.run.displacement_m(&self.plan), abc);
+            return self.run.motion(&self.plan);
         }
         self.run.halt();
-        self.quantiser.rest()
+        Motion::Rest
     }
 
     fn finish(&self, inputs: &Inputs, trace: &mut Trace) {

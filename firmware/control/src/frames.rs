@@ -23,7 +23,7 @@
 //!
 //! Conventions: `x_from_y` maps coordinates of y into x. Quaternions are Hamilton, w first.
 //! Linear velocity is expressed in C, angular velocity in the body's own axes (A17, A19: the
-//! paper does not say). Roll-pitch-yaw of the robot is KUKA's A, B, C: rotation about z, then
+//! paper does not say). Roll-pitch-yaw of the robot is A, B, C, as KUKA's: rotation about z, then
 //! the new y, then the new x.
 
 use crate::scalar::Scalar;
@@ -181,6 +181,13 @@ pub fn pose_components<S: Scalar>(pose: &Pose<S>) -> [f64; 7] {
     [x, y, z, q.w.get(), q.i.get(), q.j.get(), q.k.get()]
 }
 
+/// The pose of [`pose_components`], as it is: the quaternion is not normalised.
+pub fn pose_from_components<S: Scalar>(pose: &[f64; 7]) -> Pose<S> {
+    let [x, y, z, w, i, j, k] = pose.map(S::of);
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
+    Pose::from_parts(Translation3::new(x, y, z), rotation)
+}
+
 /// The rotation by a small rotation vector (rad), exact to 1e-10 up to 0.1 rad.
 ///
 /// The increments of a cycle are tiny, and their squares vanish in fixed point: a general
@@ -232,7 +239,7 @@ pub fn rotated<S: Scalar>(
     renormalised(&product(orientation.quaternion(), turn.quaternion()))
 }
 
-/// KUKA's A, B, C (rad) of an orientation: R = Rz(A) Ry(B) Rx(C), B in ±90°.
+/// The angles A, B, C (rad) about z, y and x of an orientation: R = Rz(A) Ry(B) Rx(C), B in ±90°.
 pub fn abc_from_orientation<S: Scalar>(orientation: &UnitQuaternion<S>) -> [S; 3] {
     let r = orientation.to_rotation_matrix();
     let across = (r[(0, 0)] * r[(0, 0)] + r[(1, 0)] * r[(1, 0)]).sqrt();
@@ -243,7 +250,7 @@ pub fn abc_from_orientation<S: Scalar>(orientation: &UnitQuaternion<S>) -> [S; 3
     ]
 }
 
-/// The orientation of KUKA's A, B, C (rad): R = Rz(A) Ry(B) Rx(C).
+/// The orientation of the angles A, B, C (rad) about z, y and x: R = Rz(A) Ry(B) Rx(C).
 pub fn orientation_from_abc<S: Scalar>(abc_rad: &[f64; 3]) -> UnitQuaternion<S> {
     let [a, b, c] = abc_rad.map(S::of);
     UnitQuaternion::from_axis_angle(&Vector3::z_axis(), a)

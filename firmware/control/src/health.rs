@@ -7,34 +7,24 @@ use crate::io::{Inputs, SensorSample, Sequence};
 use crate::modes::{Fault, FaultCode, Mode, Readiness, Refusal};
 use crate::settings::{RobotSettings, SensorSettings};
 
-/// Largest |B| at which the robot may be armed and up to which it may turn, rad (80°): near 90° A
-/// and C are not defined, and a small rotation takes a large step of both.
-pub(crate) const LARGEST_B_RAD: f64 = 1.4;
-
-/// Largest coordinate (m) and angle (rad) of a measured pose that is believed: no robot reaches
-/// farther, and KUKA's angles stay within ±π.
+/// Largest coordinate of a measured position that is believed, m: no robot reaches farther.
 const FARTHEST_M: f64 = 1.0e3;
-const LARGEST_ANGLE_RAD: f64 = 10.0;
+/// Largest square of a measured quaternion beyond which it is no rotation, less 1.
+const LARGEST_EXCESS: f64 = 1.0e-6;
 
-/// Whether a measured pose (x y z in m, A B C in rad) is finite and within its declared range.
-pub fn plausible(pose: &[f64; 6]) -> bool {
+/// Whether a measured pose is finite and within its declared range.
+pub(crate) fn plausible(pose: &[f64; 7]) -> bool {
     implausible(pose).is_none()
 }
 
-/// The first coordinate beyond its range: (limit, value).
-fn implausible([x, y, z, a, b, c]: &[f64; 6]) -> Option<(f64, f64)> {
-    let (far, wide) = (FARTHEST_M, LARGEST_ANGLE_RAD);
-    [
-        (x, far),
-        (y, far),
-        (z, far),
-        (a, wide),
-        (b, wide),
-        (c, wide),
-    ]
-    .into_iter()
-    .find(|(value, limit)| !value.is_finite() || value.abs() > *limit)
-    .map(|(value, limit)| (limit, *value))
+/// The first number beyond its range: (limit, value). Of a quaternion that is its square.
+fn implausible([x, y, z, q @ ..]: &[f64; 7]) -> Option<(f64, f64)> {
+    let excess = q.iter().map(|v| v * v).sum::<f64>() - 1.0;
+    let far = FARTHEST_M;
+    [(*x, far), (*y, far), (*z, far), (excess, LARGEST_EXCESS)]
+        .into_iter()
+        .find(|(value, limit)| !value.is_finite() || value.abs() > *limit)
+        .map(|(value, limit)| (limit, value))
 }
 
 /// Remembers what the checks need from cycle to cycle.
@@ -43,7 +33,7 @@ pub struct Health {
     stale_after: u32,
     fault_after: u32,
     frozen_after: u32,
-    ignored_status: u16,
+    ignored_status: u32,
     lost_fault: u32,
     late_fault: u32,
     age: u32,
@@ -111,7 +101,7 @@ impl Health {
         }
         match inputs.robot.pose {
             None => Err(Refusal::NoPose),
-            Some(pose) if pose[4].abs() > LARGEST_B_RAD => Err(Refusal::OrientationSingular),
+            Some(_) if inputs.robot.gimbal_locked => Err(Refusal::OrientationSingular),
             Some(_) => Ok(()),
         }
     }
@@ -121,7 +111,7 @@ impl Health {
             self.age = self.age.saturating_add(1);
             return;
         }
-        let identical = sample.words == self.last.words && sample.wrench == self.last.wrench;
+        let identical = sample.counts == self.last.counts && sample.wrench == self.last.wrench;
         self.identical = if identical {
             self.identical.saturating_add(1)
         } else {
@@ -135,7 +125,7 @@ impl Health {
         if inputs.sensor.wrench.iter().any(|v| !v.is_finite()) {
             return Some(Fault::new(FaultCode::Numeric, 0.0, 0.0));
         }
-        let (limit, value) = implausible(&inputs.robot.pose.unwrap_or_default())?;
+        let (limit, value) = implausible(inputs.robot.pose.as_ref()?)?;
         let received = if value.is_finite() { value } else { 0.0 };
         let expected = if value.is_finite() { limit } else { 0.0 };
         Some(Fault::new(FaultCode::Numeric, expected, received))
@@ -167,7 +157,7 @@ impl Health {
             Some(Fault::new(code, f64::from(expected), f64::from(received)))
         };
         if status != 0 {
-            fault(FaultCode::SensorStatus, 0, u32::from(status))
+            fault(FaultCode::SensorStatus, 0, status)
         } else if sample.saturated {
             fault(FaultCode::SensorSaturated, 0, 1)
         } else if self.age > self.fault_after {

@@ -1,17 +1,16 @@
-//! What goes into a cycle and what comes out of it, as plain numbers: this is what a recording
-//! holds and what a replay feeds back.
+//! What goes into a cycle and what comes out of it, as plain numbers: what any robot says and any
+//! sensor, and what a robot shall do.
 
-use crate::correction::Counts;
 use crate::delay::PARTS;
 use crate::delay::status::LawStatus;
 use crate::limits::LimitFlags;
 use crate::modes::{Command, Fault, Mode, Refusal};
 
-/// Where a telegram stands in the robot's sequence (IPOC).
+/// Where a telegram stands in the robot's sequence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Sequence {
-    /// The first telegram, or the first of a new RSI run (backwards, or a jump).
+    /// The first telegram, or the first after the robot began anew: it has forgotten all commands.
     #[default]
     NewRun,
     /// One cycle after the last.
@@ -20,20 +19,20 @@ pub enum Sequence {
     Gap(u32),
 }
 
-/// The robot's part of a cycle's input.
+/// The robot's part of a cycle's input: what its link made of a telegram.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotSample {
-    /// Time stamp of the telegram, ms; echoed in the answer.
-    pub ipoc: u64,
-    /// Where it stands in the sequence.
+    /// Where the telegram stands in the sequence.
     pub sequence: Sequence,
-    /// Measured pose of M in C (RIst): x y z in m, A B C in rad. None if not in the telegram.
-    pub pose: Option<[f64; 6]>,
-    /// The robot's counter of late or rejected answers (Delay D).
+    /// Measured pose of M in C: position (m) and unit quaternion (w x y z). None if not in the
+    /// telegram; NaN where a telegram holds no number.
+    pub pose: Option<[f64; 7]>,
+    /// The pose is too near the gimbal lock of the robot's angles to begin a motion there.
+    pub gimbal_locked: bool,
+    /// The robot's counter of late or rejected answers.
     pub late_answers: u32,
-    /// POSCORR status bits: 1-3 lower, 4-6 upper X Y Z, 7 rotation clamped.
-    pub poscorr_stat: u32,
+    /// The robot keeps its motion within limits of its own, and does not follow the commands.
+    pub clamped: bool,
 }
 
 /// The newest sensor sample that has arrived.
@@ -44,17 +43,16 @@ pub struct SensorSample {
     pub counter: u32,
     /// Raw wrench in S: forces in N, torques in N·m.
     pub wrench: [f64; 6],
-    /// Raw words (gauge counts) for the log and for the frozen check.
-    pub words: [i16; 6],
+    /// Raw counts of its gauges or axes, for the log and for the frozen check.
+    pub counts: [i32; 6],
     /// Status word of the sensor.
-    pub status: u16,
+    pub status: u32,
     /// A gauge is at its range: all six axes are invalid, because the matrix couples them.
     pub saturated: bool,
 }
 
 /// Everything that a cycle may depend on, besides settings and state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inputs {
     /// This cycle's telegram.
     pub robot: RobotSample,
@@ -64,12 +62,31 @@ pub struct Inputs {
     pub command: Option<Command>,
 }
 
+/// What the robot shall do until its next telegram.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Motion {
+    /// Stand still where the commands so far have led.
+    #[default]
+    Rest,
+    /// Go on. A link sends what its robot takes, and makes up in the next cycle for what it rounds
+    /// away in this one.
+    Move {
+        /// Commanded translation of M since the start, m, axes of C.
+        displacement_m: [f64; 3],
+        /// Commanded orientation of M in C, unit quaternion (w x y z).
+        orientation_wxyz: [f64; 4],
+        /// Commanded velocity of M that led there: linear in C (m/s), angular in M (rad/s).
+        velocity: [f64; 6],
+    },
+}
+
 /// The answer of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output {
-    /// Correction X Y Z A B C in units of the last digit of mm and degrees.
-    pub correction: Counts,
+    /// Displacements count anew, from the measured pose of this cycle.
+    pub start: bool,
+    /// The robot's motion.
+    pub motion: Motion,
     /// Ask the robot to stop.
     pub stop: bool,
 }
@@ -132,16 +149,4 @@ pub struct Trace {
     pub sent_velocity: [f64; 6],
     /// Commanded pose of M in C: position (m), quaternion (w x y z).
     pub command_pose: [f64; 7],
-}
-
-/// One cycle as it is recorded.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CycleRecord {
-    /// What went in.
-    pub inputs: Inputs,
-    /// What went out.
-    pub output: Output,
-    /// What happened in between.
-    pub trace: Trace,
 }

@@ -2,9 +2,9 @@
 
 use crate::excitation::{Excitation, FASTEST, FORWARD, LARGEST_JUMP};
 use crate::frames::{self, Pose, Twist};
-use crate::health::LARGEST_B_RAD;
 use crate::limits::{LimitSettings, angle};
 use crate::range::{FieldName, SettingsError, in_range};
+use crate::robot::GimbalLock;
 use crate::scalar::Scalar;
 use crate::settings::Settings;
 
@@ -13,8 +13,7 @@ const SEED: u32 = 1;
 /// Slowest mean speed, m/s and rad/s: below what any allowed limit could ask for.
 const SLOWEST: f64 = 1.0e-7;
 
-/// Axis and direction of a jog. X, Y and Z are the axes of C; A, B and C turn about z, y and x of M,
-/// as KUKA's angles do where all three are zero.
+/// Axis and direction of a jog. X, Y and Z are the axes of C; A, B and C turn about z, y and x of M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the names say it")]
@@ -181,9 +180,11 @@ impl Bounds {
     }
 }
 
-/// Whether a jog from a measured pose keeps within the box around `center`, and off B = ±90°.
+/// Whether a jog from a measured pose keeps within the box around `center`, and off the gimbal lock
+/// of the robot's angles.
 pub(crate) fn has_room<S: Scalar>(
     settings: &Settings,
+    gimbal_lock: Option<&GimbalLock>,
     jog: Jog,
     pose: &Pose<S>,
     center: &Pose<S>,
@@ -191,9 +192,9 @@ pub(crate) fn has_room<S: Scalar>(
     let ((axis, sign), (_, reach)) = (jog.component(), settings.jog.motion(jog));
     if jog.is_rotation() {
         let turned = angle(&(center.rotation.inverse() * pose.rotation)).get();
-        let [_, b, _] = frames::abc_from_orientation(&pose.rotation);
-        let near = b.get().abs() + reach <= LARGEST_B_RAD;
-        return near && turned + reach <= settings.limits.box_rad;
+        let clear =
+            gimbal_lock.is_none_or(|lock| lock.sine(&pose.rotation) <= lock.largest_sine(reach));
+        return clear && turned + reach <= settings.limits.box_rad;
     }
     let [from, to] = [center, pose].map(|p| frames::components(&p.translation.vector));
     let (from, to) = (from.get(axis), to.get(axis));

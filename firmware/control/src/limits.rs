@@ -27,7 +27,7 @@ pub struct LimitSettings {
     /// Largest angular acceleration, rad/s².
     pub acceleration_rad_s2: f64,
     /// Half-widths of the box around the start position, axes of C, m. Smaller than the robot's
-    /// POSCORR limits, which clamp silently.
+    /// own limits, which may clamp silently (POSCORR).
     pub box_m: [f64; 3],
     /// Largest rotation away from the start orientation, rad.
     pub box_rad: f64,
@@ -103,7 +103,7 @@ impl LimitFlags {
     pub const ACCELERATION: Self = Self(1 << 1);
     /// Box around the start pose, or B near ±90°.
     pub const BOX: Self = Self(1 << 2);
-    /// The robot reports that it clamps (POSCORR `Stat`); the model's integration is frozen.
+    /// The robot reports that it clamps; the model's integration is frozen.
     pub const ROBOT_CLAMP: Self = Self(1 << 3);
     /// The sensor is stale; the rate is ramped down.
     pub const SENSOR_STALE: Self = Self(1 << 4);

@@ -107,7 +107,7 @@ pub enum Refusal {
     SensorStale,
     /// The sensor reports an error or is saturated.
     SensorUnhealthy,
-    /// The telegrams carry no pose (RIst).
+    /// The telegrams carry no pose.
     NoPose,
     /// The contact force or torque is too large.
     ForceTooLarge,
@@ -117,9 +117,10 @@ pub enum Refusal {
     MovedSinceArmed,
     /// Too few good samples since the run began for a mean.
     TooFewSamples,
-    /// B is near ±90°, where A and C cannot be told apart.
+    /// The robot's angles are near their gimbal lock, where two of them cannot be told apart.
     OrientationSingular,
-    /// The jog could leave the box around the pose in which RSI began, or bring B near ±90°.
+    /// The jog could leave the box around the pose in which the robot began, or come near the gimbal
+    /// lock of its angles.
     NoRoom,
 }
 
@@ -143,7 +144,7 @@ pub enum FaultCode {
     Numeric,
     /// Too many telegrams lost in a row (limit; lost).
     TelegramsLost,
-    /// The robot started a new RSI run while the loop was closed (expected IPOC; received).
+    /// The robot began anew while the loop was closed.
     RobotRestarted,
     /// The robot counts late answers (most; count).
     LateAnswers,

@@ -8,10 +8,10 @@ use crate::delay::guarded::Guarded;
 use crate::delay::{LawInput, LawOutput, ModelVelocity, SentHistory};
 use crate::dynamics::{BodyState, TwoBody, TwoBodyState, advanced, relative_velocity};
 use crate::frames::{self, Pose, Twist, Wrench};
-use crate::health::LARGEST_B_RAD;
-use crate::io::Trace;
+use crate::io::{Motion, Trace};
 use crate::limits::{LimitFlags, Limits};
 use crate::modes::{Fault, FaultCode};
+use crate::robot::{GimbalLock, RobotInterface};
 use crate::scalar::Scalar;
 use crate::settings::Settings;
 use crate::sum::VelocitySum;
@@ -36,7 +36,8 @@ pub(crate) struct Plan<S: Scalar> {
     ramp_cycles: u32,
     stop_cycles: u32,
     clamp_fault_cycles: u32,
-    largest_sine_of_b: S,
+    /// With the largest sine that is allowed.
+    gimbal_lock: Option<(GimbalLock, S)>,
     /// Part of the rate that a cycle with a stale sensor takes away.
     authority_step: S,
 }
@@ -71,7 +72,7 @@ pub(crate) struct Run<S: Scalar> {
     c_from_q: UnitQuaternion<S>,
     /// Measured pose of M when armed.
     start: Pose<S>,
-    /// Measured pose of M when RSI began: the box is around it, as the robot's POSCORR limits are.
+    /// Measured pose of M when the robot began: the box is around it, as the robot's own limits are.
     box_center: Pose<S>,
     /// Cycles since the start.
     cycles: u32,
@@ -85,7 +86,7 @@ pub(crate) struct Run<S: Scalar> {
 
 impl<S: Scalar> Plan<S> {
     /// From validated settings.
-    pub(crate) fn new(settings: &Settings) -> Self {
+    pub(crate) fn new(settings: &Settings, robot: &RobotInterface) -> Self {
         let (cycle_s, start) = (settings.robot.cycle_s, &settings.start);
         let grace = settings.sensor.fault_after_cycles - settings.sensor.stale_after_cycles;
         Self {
@@ -98,7 +99,7 @@ impl<S: Scalar> Plan<S> {
             ramp_cycles: start.ramp_cycles,
             stop_cycles: ((start.stop_time_s / cycle_s) as u32).max(1),
             clamp_fault_cycles: settings.limits.clamp_fault_cycles,
-            largest_sine_of_b: S::of(nalgebra::ComplexField::sin(LARGEST_B_RAD)),
+            gimbal_lock: robot.gimbal_lock.map(|lock| (lock, lock.largest_sine(0.0))),
             authority_step: S::of(1.0 / f64::from(grace.max(1))),
         }
     }
@@ -177,8 +178,18 @@ impl<S: Scalar> Run<S> {
         [x + dx, y + dy, z + dz, w, i, j, k]
     }
 
+    /// What the robot shall do now.
+    pub(crate) fn motion(&self, plan: &Plan<S>) -> Motion {
+        let q = &self.orientation;
+        Motion::Move {
+            displacement_m: self.displacement_m(plan),
+            orientation_wxyz: [q.w, q.i, q.j, q.k].map(S::get),
+            velocity: self.last_sent.get(),
+        }
+    }
+
     /// Commanded translation since the start, m, axes of C, without the rounding of the scalar.
-    pub(crate) fn displacement_m(&self, plan: &Plan<S>) -> [f64; 3] {
+    fn displacement_m(&self, plan: &Plan<S>) -> [f64; 3] {
         self.travelled.translation_m(plan.cycle_s)
     }
 
@@ -314,12 +325,15 @@ impl<S: Scalar> Run<S> {
         }
     }
 
-    /// The correction is sent as A, B, C: a rotation that would bring B near ±90° is left out, as
-    /// at the edge of the box.
-    fn keep_off_singularity(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
+    /// A rotation towards the gimbal lock of the robot's angles is left out, as at the edge of the
+    /// box.
+    fn keep_off_gimbal_lock(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
+        let Some((lock, largest)) = &plan.gimbal_lock else {
+            return;
+        };
         let next = frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
-        let (now, next) = (sine_of_b(&self.orientation).abs(), sine_of_b(&next).abs());
-        if next > plan.largest_sine_of_b && next > now {
+        let next = lock.sine(&next);
+        if next > *largest && next > lock.sine(&self.orientation) {
             sent.angular = Vector3::zeros();
             flags.set(LimitFlags::BOX);
         }
@@ -338,7 +352,7 @@ impl<S: Scalar> Run<S> {
         let (mut sent, mut flags) =
             plan.limits
                 .apply(&command, &self.last_sent, &displacement, &turn);
-        self.keep_off_singularity(plan, &mut sent, &mut flags);
+        self.keep_off_gimbal_lock(plan, &mut sent, &mut flags);
         flags.set(reasons);
         trace.limits = flags;
         if !sent.get().iter().all(|v| v.is_finite()) {
@@ -367,12 +381,6 @@ impl<S: Scalar> Run<S> {
         self.sent.write(sent);
         Ok(())
     }
-}
-
-/// sin B of KUKA's A, B, C.
-fn sine_of_b<S: Scalar>(orientation: &UnitQuaternion<S>) -> S {
-    let q = orientation;
-    (q.w * q.j - q.i * q.k) * S::of(2.0)
 }
 
 fn write_trace<S: Scalar>(trace: &mut Trace, model: &Twist<S>, law: &LawOutput<S>) {

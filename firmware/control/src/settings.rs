@@ -35,15 +35,16 @@ pub struct Settings {
 }
 }
 
-/// Whether a correction is added each cycle or is the total offset (RSI_ON's argument).
+/// Whether a correction is added each cycle or is the total offset. The cycle does not look at it: it
+/// is the link's, as are the decimals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum CorrectionMode {
-    /// `#RELATIVE`: each correction is added; needs HOLDON=0.
+    /// Each correction is added (RSI: `#RELATIVE`; needs HOLDON=0).
     #[default]
     Relative,
-    /// `#ABSOLUTE`: the correction is the total offset; needs HOLDON=1.
+    /// The correction is the total offset (RSI: `#ABSOLUTE`; needs HOLDON=1).
     Absolute,
 }
 
@@ -53,7 +54,7 @@ crate::described! {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct RobotSettings {
-    /// Interpolation cycle of the robot, s (0.004 for IPO_FAST, 0.012 for IPO).
+    /// Time between two telegrams of the robot, s (RSI: 0.004 for IPO_FAST, 0.012 for IPO).
     pub cycle_s: f64,
     /// Relative or absolute corrections.
     pub correction_mode: CorrectionMode,
@@ -127,7 +128,7 @@ pub struct SensorSettings {
     /// real gauge flickers by a count; a silent simulation may not.
     pub frozen_after_cycles: u32,
     /// Status bits that are reported but do not fault.
-    pub ignored_status_bits: u16,
+    pub ignored_status_bits: u32,
 }
 }
 

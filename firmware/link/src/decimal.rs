@@ -93,21 +93,28 @@ impl Decimal {
         if scaled.is_nan() || scaled.abs() >= Self::EXACT_F64_COUNTS {
             return Err(DecimalError::OutOfRange);
         }
-        let whole = scaled as i64;
-        let rest = scaled - whole as f64;
-        let counts = if rest >= 0.5 {
-            whole + 1
-        } else if rest <= -0.5 {
-            whole - 1
-        } else {
-            whole
-        };
-        Ok(Self { counts, decimals })
+        Ok(Self {
+            counts: nearest(scaled),
+            decimals,
+        })
     }
 
     /// The nearest `f64`; the same number that a reader of the text would get for counts up to 2^53.
     pub fn to_f64(self) -> f64 {
         self.counts as f64 / power_of_ten(self.decimals) as f64
+    }
+}
+
+/// The nearest integer, halves away from zero; saturates, and is 0 for NaN.
+pub(crate) fn nearest(value: f64) -> i64 {
+    let whole = value as i64;
+    let rest = value - whole as f64;
+    if rest >= 0.5 {
+        whole.saturating_add(1)
+    } else if rest <= -0.5 {
+        whole.saturating_sub(1)
+    } else {
+        whole
     }
 }
 

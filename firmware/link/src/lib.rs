@@ -7,6 +7,7 @@
 //! |---|---|---|
 //! | [`decimal`] | finite decimal numbers as integers | the correction text of an RSI answer |
 //! | [`rsi`] | KUKA Robot Sensor Interface, XML over UDP | KUKA RSI 3.x, public drivers named in `rsi` |
+//! | [`sensor`] | what every force/torque sensor looks like | |
 //! | [`can`] | CAN frames, ATI NETCANOEM and SRI M8123B2 sensors | ATI 9610-05-1030, public SRI drivers |
 //! | [`slcan`] | Lawicel serial-line CAN, adapter and client side | Lawicel CAN232/CANUSB manual |
 //! | [`service`] | the parameter service on a serial line | here |
@@ -16,5 +17,6 @@
 pub mod can;
 pub mod decimal;
 pub mod rsi;
+pub mod sensor;
 pub mod service;
 pub mod slcan;

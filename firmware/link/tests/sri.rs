@@ -8,7 +8,8 @@
 
 use proptest::prelude::*;
 use softdock_link::can::sri::{SriConfig, SriDriver, is_start_command, stream_frames};
-use softdock_link::can::{Frame, Id, SensorReading, SensorState};
+use softdock_link::can::{Frame, Id};
+use softdock_link::sensor::{SensorReading, SensorState};
 
 const WRENCH: [f32; 6] = [1.5, -2.0, 300.0, 0.25, -0.5, 4.0];
 
@@ -51,7 +52,7 @@ fn starts_the_stream_and_reads_it() {
     assert_eq!(reading.wrench, wide(WRENCH));
     assert_eq!(reading.valid_wrench(), Some(wide(WRENCH)));
     assert_eq!((reading.counter, reading.at_us), (1, 1_000));
-    assert_eq!((reading.gauges, reading.status), ([0; 6], 0));
+    assert_eq!((reading.counts, reading.status), ([0; 6], 0));
     assert_eq!(driver.state(), SensorState::Running);
     assert_eq!(driver.counters(), Default::default());
 }

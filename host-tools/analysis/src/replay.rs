@@ -4,7 +4,7 @@
 use crate::recording::{Comparison, Difference, Recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
-use softdock_control::cycle::Cycle;
+use softdock_app::robot_cycle::RobotCycle;
 
 /// What a replay found.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -81,7 +81,7 @@ pub fn replay(recording: &Recording) -> anyhow::Result<ReplayReport> {
     }
     let settings = recording.header.control_settings()?;
     let mut controller =
-        Cycle::<f64>::new(&settings).context("the settings in the recording are not valid")?;
+        RobotCycle::<f64>::new(&settings).context("the settings in the recording are not valid")?;
 
     let mut comparison = Comparison::default();
     for (recorded, cycles) in recording.cycles.iter().zip(1..) {

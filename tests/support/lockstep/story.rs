@@ -2,9 +2,9 @@
 //! of the sensor and of the line, strangers, garbage.
 
 use crate::rig::{Case, Rig};
+use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::ModelVelocity;
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Command;
 use softdock_link::rsi::{RobTelegram, write_rob};
 use softdock_lockstep::Step;
@@ -61,7 +61,7 @@ fn step(settings: &BoardSettings, n: usize, record: &CycleRecord) -> Step {
     let length = write_rob(&telegram, DECIMALS, &tags, &mut bytes).expect("a telegram");
     let mut sample = record.inputs.sensor;
     sample.counter = n as u32 + 1;
-    sample.words = [n as i16, 1, 2, 3, 4, 5];
+    sample.counts = [i32::from(n as i16), 1, 2, 3, 4, 5];
     for (torque, turn) in sample.wrench[3..].iter_mut().zip(turn) {
         *torque = 0.2 * turn;
     }

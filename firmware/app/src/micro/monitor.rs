@@ -6,7 +6,7 @@ use super::clock::UptimeClock;
 use crate::board::Clock;
 use crate::shared::{LinkCounters, Status};
 use defmt::{Debug2Format, error, info, warn};
-use softdock_link::can::SensorCounters;
+use softdock_link::sensor::SensorCounters;
 
 /// How often the state is compared, µs.
 const PERIOD_US: u64 = 50_000;

@@ -53,7 +53,7 @@ pub(super) fn health(now: &Now) -> Health {
         cycles: status.link.cycles,
         robot: status.telegram.map(|telegram| RobotHealth {
             late_answers: telegram.late_answers,
-            poscorr_stat: telegram.poscorr_stat,
+            poscorr_stat: telegram.status,
             pose: telegram.pose,
         }),
         sensor: status.sample.map(|sample| SensorHealth {

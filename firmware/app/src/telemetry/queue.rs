@@ -1,9 +1,9 @@
 //! The records that wait for the encoder.
 
 use crate::board::Recorder;
+use crate::record::CycleRecord;
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::zerocopy_channel::Sender;
-use softdock_control::io::CycleRecord;
 
 /// Room for a record. Slots are made once, at boot, as the buffer of a
 /// [`zerocopy_channel::Channel`](embassy_sync::zerocopy_channel::Channel); 64 of them (about 85 kB)

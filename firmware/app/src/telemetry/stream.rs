@@ -2,7 +2,7 @@
 
 use super::datagram::{Kind, PAYLOAD_MAX_BYTES, Part};
 use super::message::{Announcement, MESSAGE_MAX_BYTES, MessageError, schema};
-use softdock_control::io::CycleRecord;
+use crate::record::CycleRecord;
 
 /// All messages of a boot, one after the other.
 #[derive(Clone, Debug)]

@@ -3,11 +3,11 @@
 use crate::world::{Event, Handle, Sent, Task, World, run};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_app::auto_start::AutoStart;
+use softdock_app::record::CycleRecord;
 use softdock_app::robot::RobotTask;
 use softdock_app::robot_link::RobotLink;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::{Shared, Status};
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::{Command, FaultCode, Mode};
 use softdock_link::rsi::{RobTelegram, SenTelegram, Tags, parse_sen, write_rob};
 use std::cell::RefMut;
@@ -102,6 +102,11 @@ impl Bench {
         bench.cycles(START_CYCLES);
         assert_eq!(bench.status().mode, Mode::Running);
         bench
+    }
+
+    /// A further handle on the world, for a task.
+    pub(crate) fn handle(&self) -> Handle {
+        self.world.clone()
     }
 
     pub(crate) fn world(&self) -> RefMut<'_, World> {

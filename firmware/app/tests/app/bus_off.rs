@@ -5,7 +5,7 @@ use crate::sensor::opcode;
 use crate::world::Event;
 use softdock_app::board::IoError;
 use softdock_control::modes::{Command, FaultCode, Mode};
-use softdock_link::can::{SensorFault, SensorState};
+use softdock_link::sensor::{SensorFault, SensorState};
 
 const PAUSE_US: u64 = 100_000;
 const RETRIES: usize = 10;

@@ -12,6 +12,7 @@ mod world;
 
 mod bus_off;
 mod operator;
+mod process_data;
 mod queue;
 mod recorder;
 mod sampling;

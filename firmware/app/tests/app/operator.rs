@@ -4,7 +4,7 @@ use crate::bench::{Bench, START_CYCLES, counts, flying};
 use crate::sensor::{Behaviour, opcode};
 use softdock_app::auto_start::AutoStart;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 const RESET: u16 = 0xC;
 

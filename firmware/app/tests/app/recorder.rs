@@ -21,7 +21,7 @@ fn each_cycle_is_recorded_once() {
     assert_eq!(cycles, (0..40).collect::<Vec<u64>>());
     let ipocs = world.records.windows(2).map(|pair| {
         let [a, b] = pair else { panic!() };
-        a.inputs.robot.ipoc < b.inputs.robot.ipoc
+        a.inputs.robot.counter < b.inputs.robot.counter
     });
     assert!(ipocs.min().unwrap());
 }

@@ -3,7 +3,7 @@
 use crate::bench::{Bench, CYCLE_US, START_CYCLES, flying, robot};
 use crate::sensor::{Behaviour, EXCHANGE_US, opcode};
 use crate::world::Event;
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 /// Times of the answers after their telegrams, µs.
 fn delays_us(bench: &Bench, first_telegram_us: u64) -> Vec<u64> {

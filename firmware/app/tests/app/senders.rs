@@ -74,7 +74,7 @@ fn another_sender_becomes_the_robot_after_a_silence_only() {
     let telegram = bench.telegram();
     assert_eq!(bench.datagram(&telegram, stranger()), None);
     // Its time stamp would be the robot's next one.
-    let ipoc = bench.last_record().inputs.robot.ipoc + 4;
+    let ipoc = bench.last_record().inputs.robot.counter + 4;
     let telegram = bench.telegram_at(ipoc);
     let answer = bench.datagram(&telegram, stranger()).unwrap();
     assert_eq!(answer.to, stranger());

@@ -5,7 +5,7 @@ use crate::sensor::Behaviour;
 use softdock_app::settings::SensorKind;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
-use softdock_link::can::SensorState;
+use softdock_link::sensor::SensorState;
 
 /// One exchange fails in this way, then the sensor is healthy again; the counters.
 fn fails_once(behaviour: Behaviour) -> Bench {
@@ -18,7 +18,7 @@ fn fails_once(behaviour: Behaviour) -> Bench {
     assert_eq!(bench.status().mode, Mode::Running, "{behaviour:?}");
     assert_eq!(bench.status().sensor, Some(SensorState::Running));
     let sample = bench.last_record().inputs.sensor;
-    assert_eq!((sample.words[0], sample.wrench[0]), (500, 5.0));
+    assert_eq!((sample.counts[0], sample.wrench[0]), (500, 5.0));
     bench
 }
 
@@ -75,7 +75,7 @@ fn a_status_bit_faults_at_once_and_is_kept() {
         bench.world().sensor.status = status;
         assert_eq!(counts(&bench.cycle()), [0; 6]);
         bench.assert_fault(FaultCode::SensorStatus, 0.0, f64::from(status));
-        assert_eq!(bench.last_record().inputs.sensor.status, status);
+        assert_eq!(bench.last_record().inputs.sensor.status, u32::from(status));
         bench.world().sensor.status = 0;
         bench.cycles(10);
         assert_eq!(bench.fault(), Some(FaultCode::SensorStatus), "latched");
@@ -111,7 +111,7 @@ fn frozen_words_fault() {
     bench.world().sensor.flickers = false;
     // The first sample may still differ from the last that flickered.
     bench.cycle();
-    let words = bench.last_record().inputs.sensor.words;
+    let words = bench.last_record().inputs.sensor.counts;
     let first = u32::from(
         bench
             .world()
@@ -122,7 +122,7 @@ fn frozen_words_fault() {
             .unwrap()
             .inputs
             .sensor
-            .words
+            .counts
             == words,
     );
     bench.cycles(20 - first as usize);

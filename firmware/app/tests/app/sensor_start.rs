@@ -5,7 +5,7 @@ use crate::sensor::{Behaviour, calibration, opcode};
 use softdock_app::settings::SensorKind;
 use softdock_control::modes::Mode;
 use softdock_link::can::ati::{AtiDevice, ForceUnit, TorqueUnit};
-use softdock_link::can::{SensorFault, SensorState};
+use softdock_link::sensor::{SensorFault, SensorState};
 
 const GAUGES: [i16; 6] = [100, -200, 300, -400, 500, -600];
 const WRENCH: [f64; 6] = [1.0, -2.0, 3.0, -0.4, 0.5, -0.6];
@@ -32,7 +32,7 @@ fn matrix_counts_and_units_are_asked_for_and_used() {
         let rows = world.requests.iter().filter(|(_, f)| opcode(f) == 2);
         assert!(rows.map(|(_, f)| f.data()[0]).eq(0..6));
         let sample = bench.shared.sample();
-        assert_eq!((sample.words, sample.status), (GAUGES, 0));
+        assert_eq!((sample.counts, sample.status), (GAUGES.map(i32::from), 0));
         assert!(sample.counter > 0 && !sample.saturated);
         for (received, expected) in sample.wrench.iter().zip(WRENCH) {
             // Counts per unit are whole numbers on the wire.

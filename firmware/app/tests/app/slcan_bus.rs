@@ -4,7 +4,7 @@
 use embassy_futures::poll_once;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
-use softdock_app::board::{CanBus, IoError};
+use softdock_app::board::{IoError, SensorBus};
 use softdock_app::slcan_bus::SlcanBus;
 use softdock_link::can::{Frame, Id};
 use std::task::Poll;

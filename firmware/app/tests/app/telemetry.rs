@@ -5,11 +5,11 @@ use crate::world::{Handle, Task, run};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::zerocopy_channel::Channel;
 use softdock_app::board::{DatagramSink, IoError, Recorder};
+use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{
     ANNOUNCE_PERIOD_US, Announcement, Datagram, Kind, Part, RecordQueue, Slot, Stream, encode,
     read_record, schema, transmit,
 };
-use softdock_control::io::CycleRecord;
 use std::cell::{Cell, RefCell};
 use std::future::poll_fn;
 use std::net::SocketAddr;

@@ -4,8 +4,8 @@
 //! time has happened before any task is polled.
 
 use crate::sensor::Sensor;
-use softdock_app::board::{CanBus, Clock, DatagramSocket, IoError, Recorder};
-use softdock_control::io::CycleRecord;
+use softdock_app::board::{Clock, DatagramSocket, IoError, Recorder, SensorBus};
+use softdock_app::record::CycleRecord;
 use softdock_link::can::Frame;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -136,7 +136,9 @@ impl World {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Handle(pub(crate) Rc<RefCell<World>>);
 
-impl CanBus for Handle {
+impl SensorBus for Handle {
+    type Frame = Frame;
+
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         if self.0.borrow().transmit_full {
             return pending().await;

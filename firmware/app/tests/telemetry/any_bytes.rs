@@ -1,11 +1,11 @@
 //! Whatever comes from the network, it is read or refused.
 
 use proptest::prelude::*;
+use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{
     Announcement, DATAGRAM_MAX_BYTES, Datagram, DatagramError, HEADER_BYTES, Kind, MAGIC,
     MessageError, Part, VERSION, read_record,
 };
-use softdock_control::io::CycleRecord;
 
 fn example() -> Datagram {
     let part = Part {

@@ -2,12 +2,13 @@
 
 use proptest::prelude::*;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
+use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{
     Announcement, DATAGRAM_MAX_BYTES, Datagram, Kind, MESSAGE_MAX_BYTES, MessageError,
     PAYLOAD_MAX_BYTES, Part, Stream, read_record, schema,
 };
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 
@@ -40,12 +41,12 @@ fn any_record() -> impl Strategy<Value = CycleRecord> {
     )
         .prop_map(|(reals, counts, [cycle, ipoc], word, there)| {
             let mut record = CycleRecord::default();
-            record.inputs.robot.ipoc = ipoc;
+            record.inputs.robot.counter = ipoc;
             record.inputs.robot.sequence = Sequence::Gap(word);
             record.inputs.robot.pose = there.then(|| core::array::from_fn(|i| reals[i]));
             record.inputs.robot.late_answers = word;
             record.inputs.sensor.wrench = core::array::from_fn(|i| reals[6 + i]);
-            record.inputs.sensor.words = counts.map(|count| count as i16);
+            record.inputs.sensor.counts = counts.map(|count| count as i32);
             record.inputs.command = there.then_some(Command::Zero);
             record.output.correction = counts;
             record.output.stop = there;

@@ -10,10 +10,11 @@
 
 use core::net::{IpAddr, Ipv4Addr, SocketAddr};
 use serde::{Deserialize, Serialize};
+use softdock_app::record::CycleRecord;
 use softdock_app::robot_link::{Answer, Incoming, RobotLink};
 use softdock_app::settings::{BoardSettings, BoardSettingsError};
 use softdock_control::cost::{Phase, Probe};
-use softdock_control::io::{CycleRecord, SensorSample};
+use softdock_control::io::SensorSample;
 use softdock_control::modes::Command;
 use softdock_control::scalar::Scalar;
 
@@ -104,7 +105,7 @@ impl<S: Scalar> Session<S> {
                 }
                 done.answer = self.0.last_answer().clone();
             }
-            Incoming::Unreadable { ipoc } => done.answer = self.0.resting_answer(ipoc),
+            Incoming::Unreadable { counter } => done.answer = self.0.resting_answer(counter),
             Incoming::Ignored => {}
         }
         done

@@ -6,7 +6,7 @@ use embassy_stm32::can::frame::{Frame as FdcanFrame, Header};
 use embassy_stm32::can::{self, Can, CanConfigurator, OperatingMode};
 use embassy_stm32::peripherals::{FDCAN1, PD0, PD1};
 use embassy_stm32::{Peri, bind_interrupts, pac};
-use softdock_app::board::{CanBus, IoError};
+use softdock_app::board::{IoError, SensorBus};
 use softdock_link::can::{Frame, Id};
 
 /// Bits per second; the rate of both supported sensors.
@@ -48,7 +48,9 @@ impl Bus {
     }
 }
 
-impl CanBus for Bus {
+impl SensorBus for Bus {
+    type Frame = Frame;
+
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         self.check()?;
         let frame = to_fdcan(frame).ok_or(IoError::Lost)?;

@@ -11,15 +11,16 @@ impl<S: Scalar> Cycle<S> {
     /// Whether a jog may begin at this pose.
     pub(super) fn jog_allowed(&self, jog: Jog, pose: &Pose<S>) -> Readiness {
         let center = self.box_center.unwrap_or(*pose);
-        match has_room(&self.settings, jog, pose, &center) {
+        let gimbal_lock = self.robot.gimbal_lock.as_ref();
+        match has_room(&self.settings, gimbal_lock, jog, pose, &center) {
             true => Ok(()),
             false => Err(Refusal::NoRoom),
         }
     }
 
-    /// Corrections count from this pose, and the jog begins with the present cycle.
-    pub(super) fn begin_jog(&mut self, jog: Jog, robot: &RobotSample, pose: &Pose<S>) {
-        self.take_start_pose(robot, pose);
+    /// Displacements count from this pose, and the jog begins with the present cycle.
+    pub(super) fn begin_jog(&mut self, jog: Jog, pose: &Pose<S>) {
+        self.take_start_pose(pose);
         self.jog = Some(JogRun::new(&self.settings, jog));
     }
 

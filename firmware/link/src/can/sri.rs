@@ -6,7 +6,8 @@
 //!
 //! Source: two public drivers of the sensor.
 
-use super::{Frame, Id, ReadingFlags, SensorCounters, SensorReading, SensorState};
+use super::{Frame, Id};
+use crate::sensor::{ReadingFlags, SensorCounters, SensorReading, SensorState};
 
 const START_ID: Id = Id::Standard(0x80);
 const START_DATA: [u8; 1] = [0x02];
@@ -45,7 +46,7 @@ struct Partial {
     count: usize,
 }
 
-/// Driver of one sensor; see [`SensorDriver`](super::SensorDriver) for how to use it.
+/// Driver of one sensor; see [`SensorDriver`](crate::sensor::SensorDriver) for how to use it.
 #[derive(Clone, Debug)]
 pub struct SriDriver {
     config: SriConfig,
@@ -72,7 +73,7 @@ impl SriDriver {
         }
     }
 
-    /// See [`SensorDriver::poll_transmit`](super::SensorDriver::poll_transmit).
+    /// See [`SensorDriver::poll_transmit`](crate::sensor::SensorDriver::poll_transmit).
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<Frame> {
         if now_us < self.next_start_us {
             return None;
@@ -90,12 +91,12 @@ impl SriDriver {
         Frame::new(START_ID, &START_DATA).ok()
     }
 
-    /// See [`SensorDriver::next_deadline_us`](super::SensorDriver::next_deadline_us).
+    /// See [`SensorDriver::next_deadline_us`](crate::sensor::SensorDriver::next_deadline_us).
     pub fn next_deadline_us(&self) -> u64 {
         self.next_start_us
     }
 
-    /// See [`SensorDriver::receive`](super::SensorDriver::receive).
+    /// See [`SensorDriver::receive`](crate::sensor::SensorDriver::receive).
     pub fn receive(&mut self, frame: &Frame, now_us: u64) -> Option<SensorReading> {
         let Some((part, values)) = decode(frame) else {
             count(&mut self.counters.unknown);

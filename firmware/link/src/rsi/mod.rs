@@ -17,8 +17,10 @@
 //! | `scan` | XML into events, without allocation |
 //! | `fields` | element content into numbers |
 //! | `rob`, `sen` | reading and writing the robot's telegram and our answer |
+//! | `correction` | what was meant into digits of the wire, without drift |
 //! | `sequence` | what the next `IPOC` says about loss and restarts |
 
+mod correction;
 mod error;
 mod fields;
 mod rob;
@@ -29,12 +31,17 @@ mod tags;
 mod telegram;
 mod writer;
 
+pub use correction::{Corrections, Counts};
 pub use error::{Field, RsiError};
 pub use rob::{parse_rob, salvage_ipoc, write_rob};
 pub use sen::{SEN_MAX_BYTES, parse_sen, write_sen, write_sen_with_message};
 pub use sequence::{Sequence, SequenceTracker};
 pub use tags::{Name, TagError, Tags};
-pub use telegram::{RobTelegram, SenTelegram};
+pub use telegram::{RobTelegram, SenTelegram, poscorr_clamps};
+
+/// Largest |B| up to which the robot is turned, rad (80°): near 90° A and C are not defined, and a small rotation takes
+/// a large step of both.
+pub const LARGEST_B_RAD: f64 = 1.4;
 
 /// Sensor cycle in `#IPO_FAST`, the default mode. `#IPO` has 12 ms.
 pub const RSI_CYCLE_MS: u64 = 4;

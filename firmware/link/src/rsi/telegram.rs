@@ -6,6 +6,11 @@ use crate::decimal::Decimal;
 /// 7 rotation. Bit 0 only says that the object is active.
 const POSCORR_CLAMP_BITS: u32 = 0b1111_1110;
 
+/// Whether the bits of POSCORR's `Stat` say that the correction is cut off at its box.
+pub fn poscorr_clamps(stat: u32) -> bool {
+    stat & POSCORR_CLAMP_BITS != 0
+}
+
 /// One telegram of the robot, `<Rob>`.
 ///
 /// Everything but [`ipoc`](Self::ipoc) depends on the SEND list of the robot's configuration file.
@@ -19,15 +24,23 @@ pub struct RobTelegram {
     pub setpoint_pose: Option<[f64; 6]>,
     /// `Delay D`: answers that the robot counted as late or rejected.
     pub late_answers: Option<u32>,
-    /// Bits of POSCORR's `Stat`, where the configuration sends them. See [`Self::is_correction_clamped`].
+    /// Bits of POSCORR's `Stat`, where the configuration sends them. See [`poscorr_clamps`].
     pub poscorr_stat: Option<u32>,
 }
 
 impl RobTelegram {
-    /// Whether the robot says that POSCORR cuts the correction off at its box; `false` where it does not say.
-    pub fn is_correction_clamped(&self) -> bool {
-        self.poscorr_stat
-            .is_some_and(|stat| stat & POSCORR_CLAMP_BITS != 0)
+    /// The actual pose: X, Y, Z in m, A, B, C in rad.
+    pub fn pose_si(&self) -> Option<[f64; 6]> {
+        let [x, y, z, a, b, c] = self.actual_pose?;
+        let m = |mm: f64| mm * 1e-3;
+        Some([
+            m(x),
+            m(y),
+            m(z),
+            a.to_radians(),
+            b.to_radians(),
+            c.to_radians(),
+        ])
     }
 }
 
@@ -48,18 +61,10 @@ mod tests {
 
     #[test]
     fn only_limit_bits_mean_clamped() {
-        let clamped = |poscorr_stat| {
-            RobTelegram {
-                poscorr_stat,
-                ..Default::default()
-            }
-            .is_correction_clamped()
-        };
-        assert!(!clamped(None));
-        assert!(!clamped(Some(0b0000_0001)));
+        assert!(!poscorr_clamps(0b0000_0001));
         for bit in 1..=7 {
-            assert!(clamped(Some(1 << bit)));
+            assert!(poscorr_clamps(1 << bit));
         }
-        assert!(!clamped(Some(1 << 8)));
+        assert!(!poscorr_clamps(1 << 8));
     }
 }

@@ -37,7 +37,7 @@ pub struct SensorHealth {
     /// Time since it was taken, ms.
     pub age_ms: u32,
     /// Status word of the sensor.
-    pub status: u16,
+    pub status: u32,
     /// A gauge is at its range: all axes are wrong.
     pub saturated: bool,
 }

@@ -3,7 +3,8 @@
 use softdock_link::can::ati::{
     AtiCalibration, AtiConfig, AtiDevice, AtiDriver, ForceUnit, TorqueUnit,
 };
-use softdock_link::can::{Frame, Id, SensorReading, SensorState};
+use softdock_link::can::{Frame, Id};
+use softdock_link::sensor::{SensorReading, SensorState};
 
 pub(crate) const GAUGES: [i16; 6] = [1, -2, 3, -4, 5, -6];
 

@@ -1,7 +1,7 @@
 //! Status bits, saturation, restart, and a sensor that changes under the driver's hands.
 
 use softdock_link::can::ati::{AtiConfig, AtiDriver, ForceUnit, TorqueUnit};
-use softdock_link::can::{ReadingFlags, SensorFault, SensorState};
+use softdock_link::sensor::{ReadingFlags, SensorFault, SensorState};
 
 use crate::bench::{Bench, GAUGES, calibration, device_in, frame, opcode};
 
@@ -12,7 +12,7 @@ fn every_status_bit_is_a_fault() {
         let status = 1 << bit;
         let reading = bench.step(GAUGES, status).unwrap();
         let critical = matches!(bit, 1..=7 | 11 | 12);
-        assert_eq!(reading.status, status);
+        assert_eq!(reading.status, u32::from(status));
         assert_eq!(
             reading.flags,
             ReadingFlags {
@@ -58,10 +58,11 @@ fn reads_the_recorded_sample() {
     let odd = frame(0x201, &[0x04, 0xFA, 0xFA, 0x93, 0x01, 0x43]);
     assert_eq!(bench.driver.receive(&even, bench.now_us), None);
     let reading = bench.driver.receive(&odd, bench.now_us).unwrap();
-    assert_eq!(reading.gauges, [18, 1274, -454, -1389, -6488, 323]);
+    let gauges = [18, 1274, -454, -1389, -6488, 323];
+    assert_eq!(reading.counts, gauges.map(i32::from));
     assert_eq!(reading.status, 0x4000);
     assert!(reading.flags.fault);
-    assert_eq!(reading.wrench, calibration().wrench(&reading.gauges));
+    assert_eq!(reading.wrench, calibration().wrench(&gauges));
 }
 
 #[test]

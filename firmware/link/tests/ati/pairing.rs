@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use proptest::prelude::*;
 use softdock_link::can::ati::{AtiConfig, AtiDriver};
-use softdock_link::can::{Frame, Id, SensorState};
+use softdock_link::can::{Frame, Id};
+use softdock_link::sensor::SensorState;
 
 use crate::bench::{Bench, GAUGES, calibration, device, opcode};
 
@@ -24,7 +25,7 @@ fn a_late_pair_is_not_the_answer_to_the_next_request() {
         assert_eq!(bench.driver.receive(&answer, bench.now_us), None);
     }
     assert_eq!(bench.driver.state(), SensorState::Running);
-    assert_eq!(bench.step([22; 6], 0).unwrap().gauges, [22; 6]);
+    assert_eq!(bench.step([22; 6], 0).unwrap().counts, [22; 6]);
     let counters = bench.driver.counters();
     assert_eq!(
         (counters.timeouts, counters.retries, counters.late),
@@ -124,8 +125,8 @@ fn survive(weather: &[Weather]) -> Result<u32, TestCaseError> {
                 on_the_bus.pop_front();
                 now_us = now_us.max(at_us);
                 if let Some(reading) = driver.receive(&frame, now_us) {
-                    let number = usize::try_from(reading.gauges[0]).unwrap();
-                    prop_assert_eq!(reading.gauges, [number as i16; 6], "gauges mixed");
+                    let number = usize::try_from(reading.counts[0]).unwrap();
+                    prop_assert_eq!(reading.counts, [number as i32; 6], "gauges mixed");
                     prop_assert_eq!(reading.at_us, asked_at_us[number], "old sample, new time");
                     prop_assert_eq!(driver.calibration(), Some(&calibration()), "rows mixed");
                     readings += 1;

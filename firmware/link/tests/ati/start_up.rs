@@ -3,7 +3,7 @@
 use softdock_link::can::ati::{
     AtiCalibration, AtiConfig, AtiDevice, AtiDeviceError, AtiDriver, ForceUnit, TorqueUnit,
 };
-use softdock_link::can::{SensorFault, SensorState};
+use softdock_link::sensor::{SensorFault, SensorState};
 
 use crate::bench::{Bench, GAUGES, calibration, device_in, frame, opcode};
 
@@ -21,7 +21,7 @@ fn reads_the_calibration_and_then_the_gauges() {
 
     let first = bench.step(GAUGES, 0).unwrap();
     let first_at_us = bench.now_us;
-    assert_eq!(first.gauges, GAUGES);
+    assert_eq!(first.counts, GAUGES.map(i32::from));
     assert_eq!(first.wrench, calibration().wrench(&GAUGES));
     assert_eq!(first.valid_wrench(), Some(first.wrench));
     assert_eq!((first.counter, first.at_us), (1, first_at_us));

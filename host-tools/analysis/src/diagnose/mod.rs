@@ -51,7 +51,7 @@ use crate::recording::Recording;
 use anyhow::{bail, ensure};
 pub use engine::Pair;
 use engine::{Question, WrenchFinding};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::time::Instant;
 
 /// Share of a log that is held back where no unseen log is given.

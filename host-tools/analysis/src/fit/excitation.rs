@@ -5,8 +5,8 @@ use crate::model::load::Wall;
 use crate::model::prediction::signals::Signals;
 use crate::recording::Recording;
 use anyhow::bail;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::Twist;
-use softdock_control::io::CycleRecord;
 
 /// A name for one of the quantities of a cycle, and its six values.
 type Quantity = (&'static str, fn(&CycleRecord) -> &[f64]);

@@ -9,7 +9,7 @@ mod units;
 
 use crate::model::Model;
 use crate::recording::Recording;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 
 /// Fewest rows of a log of a motion: less than half a second of a 4 ms cycle shows no effect.
 const FEWEST_ROWS: usize = 100;

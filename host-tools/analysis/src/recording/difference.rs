@@ -4,7 +4,7 @@ use super::cdr::Encoder;
 use super::field::{Field, Number, Visitor};
 use super::text::{CellWriter, columns};
 use super::topics::{Row, Topic};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::convert::Infallible;
 
 /// A number that differs.

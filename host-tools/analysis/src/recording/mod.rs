@@ -23,7 +23,7 @@ pub use difference::{Comparison, Difference};
 pub use writer::RecordingWriter;
 
 use crate::input;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
 
 /// Name and version of the format, in every recording.

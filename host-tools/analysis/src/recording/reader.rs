@@ -233,20 +233,24 @@ impl Loader {
             return Ok(());
         };
         let schema = self.schemas.get(&channel.schema_id);
-        let ours = ros2msg(topic);
-        let is_ours = schema.is_some_and(|(name, encoding, text)| {
-            name == topic.schema_name()
-                && encoding == SCHEMA_ENCODING
-                && declarations(&String::from_utf8_lossy(text)).eq(declarations(&ours))
-        });
-        ensure!(
-            channel.message_encoding == MESSAGE_ENCODING && is_ours,
-            "topic `{}` has other fields than those of format `{FORMAT}`{}",
-            topic.name(),
-            self.other_version()
-        );
+        let is = |form: &Topic| {
+            schema.is_some_and(|(name, encoding, text)| {
+                name == topic.schema_name()
+                    && encoding == SCHEMA_ENCODING
+                    && declarations(&String::from_utf8_lossy(text))
+                        .eq(declarations(&ros2msg(*form)))
+            })
+        };
+        let form = topic.forms().into_iter().find(is);
+        let Some(form) = form.filter(|_| channel.message_encoding == MESSAGE_ENCODING) else {
+            bail!(
+                "topic `{}` has other fields than those of format `{FORMAT}`{}",
+                topic.name(),
+                self.other_version()
+            );
+        };
         self.truth |= topic == Topic::Truth;
-        self.channels.insert(channel.id, topic);
+        self.channels.insert(channel.id, form);
         Ok(())
     }
 

@@ -140,6 +140,18 @@ uint8 mode
         }
     }
 
+    /// What recordings of before have in their sensor's schema, and what new ones have.
+    #[test]
+    fn the_sensor_has_a_form_of_16_and_of_32_bits() {
+        let [now, before] = Topic::Sensor.forms().map(ros2msg);
+        for (text, status, gauges) in [
+            (now, "\nuint32 status\n", "\nint32[6] gauge_counts\n"),
+            (before, "\nuint16 status\n", "\nint16[6] gauge_counts\n"),
+        ] {
+            assert!(text.contains(status) && text.contains(gauges), "{text}");
+        }
+    }
+
     #[test]
     fn words_about_a_field_may_change_and_its_unit_may_not() {
         let same = |a, b| declarations(a).eq(declarations(b));

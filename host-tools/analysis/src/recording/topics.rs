@@ -6,11 +6,10 @@
 use super::TruthRecord;
 use super::field::{Field, Number, Unit, Visitor};
 use super::words::Word;
+use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::PARTS;
 use softdock_control::delay::status::{LawFlags, LawStatus};
-use softdock_control::io::{
-    BodyTrace, CycleRecord, Inputs, Output, RobotSample, SensorSample, Sequence, Trace,
-};
+use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::Fault;
 
@@ -42,6 +41,8 @@ pub(super) enum Topic {
     Status,
     /// Only in recordings of a simulated rig.
     Truth,
+    /// [`Self::Sensor`] as versions of before wrote it: status and counts have 16 bits.
+    SensorOf16Bits,
 }
 
 impl Topic {
@@ -74,7 +75,7 @@ impl Topic {
     fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::Robot => ("/inputs/robot", "softdock/msg/Robot"),
-            Self::Sensor => ("/inputs/sensor", "softdock/msg/Sensor"),
+            Self::Sensor | Self::SensorOf16Bits => ("/inputs/sensor", "softdock/msg/Sensor"),
             Self::Operator => ("/inputs/command", "softdock/msg/Operator"),
             Self::Output => ("/output", "softdock/msg/Output"),
             Self::Wrench => ("/wrench", "softdock/msg/Wrench"),
@@ -111,9 +112,20 @@ impl Topic {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 
-    /// One bit for each topic.
+    /// One bit for each topic, whatever its form.
     pub(super) fn bit(self) -> u16 {
-        1 << self as u16
+        match self {
+            Self::SensorOf16Bits => Self::Sensor.bit(),
+            _ => 1 << self as u16,
+        }
+    }
+
+    /// The forms that its messages may have in a file.
+    pub(super) fn forms(self) -> [Self; 2] {
+        match self {
+            Self::Sensor => [Self::Sensor, Self::SensorOf16Bits],
+            only => [only, only],
+        }
     }
 
     /// Goes through all fields of the topic's message.
@@ -126,7 +138,8 @@ impl Topic {
         } = cycle;
         match self {
             Self::Robot => robot(v, &mut inputs.robot),
-            Self::Sensor => sensor(v, &mut inputs.sensor),
+            Self::Sensor => sensor::<V, u32, i32>(v, &mut inputs.sensor),
+            Self::SensorOf16Bits => sensor::<V, u16, i16>(v, &mut inputs.sensor),
             Self::Operator => operator(v, inputs),
             Self::Output => answer(v, output),
             Self::Wrench => wrench(v, trace),
@@ -164,9 +177,9 @@ const LAW_PARTS: [LawPart; PARTS] = [
 /// Names of a part of the law, linear and angular, and its term in the paper.
 struct LawPart(&'static str, &'static str, &'static str);
 
-fn robot<V: Visitor>(v: &mut V, robot: &mut RobotSample) -> Result<(), V::Error> {
+fn robot<V: Visitor>(v: &mut V, robot: &mut RobotReport) -> Result<(), V::Error> {
     let about = "time stamp of the telegram";
-    scalar(v, ("ipoc", Unit::MILLISECOND, about), &mut robot.ipoc)?;
+    scalar(v, ("ipoc", Unit::MILLISECOND, about), &mut robot.counter)?;
 
     let (mut code, mut lost) = match robot.sequence {
         Sequence::NewRun => (0, 0),
@@ -202,22 +215,33 @@ fn robot<V: Visitor>(v: &mut V, robot: &mut RobotSample) -> Result<(), V::Error>
     let late = &mut robot.late_answers;
     scalar(v, ("late_answers", Unit::NONE, about), late)?;
     let about = "POSCORR status bits: 1-3 lower, 4-6 upper X Y Z, 7 rotation clamped";
-    let stat = &mut robot.poscorr_stat;
+    let stat = &mut robot.status;
     scalar(v, ("poscorr_stat", Unit::NONE, about), stat)
 }
 
-fn sensor<V: Visitor>(v: &mut V, sensor: &mut SensorSample) -> Result<(), V::Error> {
+fn sensor<V, Status, Count>(v: &mut V, sensor: &mut SensorSample) -> Result<(), V::Error>
+where
+    V: Visitor,
+    Status: Number + Default + Into<u32> + TryFrom<u32>,
+    Count: Number + Default + Into<i32> + TryFrom<i32>,
+{
     let about = "number of the newest sample; 0 before the first";
     let counter = &mut sensor.counter;
     scalar(v, ("counter", Unit::NONE, about), counter)?;
     let about = "status word of the sensor";
-    scalar(v, ("status", Unit::NONE, about), &mut sensor.status)?;
+    let mut status = Status::try_from(sensor.status).unwrap_or_default();
+    scalar(v, ("status", Unit::NONE, about), &mut status)?;
+    sensor.status = status.into();
     let about = "a gauge is at its range";
     let saturated = &mut sensor.saturated;
     scalar(v, ("saturated", Unit::NONE, about), saturated)?;
     let about = "raw words of the six gauges";
     let field = array("gauge", Unit::COUNTS, GAUGES, about);
-    v.numbers(&field, &mut sensor.words)?;
+    let mut counts = sensor
+        .counts
+        .map(|count| Count::try_from(count).unwrap_or_default());
+    v.numbers(&field, &mut counts)?;
+    sensor.counts = counts.map(Into::into);
     let names = ["force", "torque"];
     loads(v, names, "raw, in S", &mut sensor.wrench)
 }

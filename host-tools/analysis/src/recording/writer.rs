@@ -11,7 +11,7 @@ use anyhow::{Context, ensure};
 use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -28,7 +28,7 @@ const NS_PER_S: f64 = 1e9;
 /// ```no_run
 /// # fn main() -> anyhow::Result<()> {
 /// use softdock_analysis::recording::{Header, RecordingWriter};
-/// use softdock_control::io::CycleRecord;
+/// use softdock_app::record::CycleRecord;
 /// let mut writer = RecordingWriter::create("run.mcap".as_ref(), &Header::default())?;
 /// writer.push(&CycleRecord::default(), None)?;
 /// writer.finish()?;

@@ -3,7 +3,7 @@
 use crate::recording::{Header, RecordingWriter};
 use anyhow::Result;
 use serde::Serialize;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

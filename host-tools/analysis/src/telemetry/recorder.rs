@@ -6,8 +6,8 @@ use super::stream::Stream;
 use crate::identity;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
+use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{DatagramError, Part};
-use softdock_control::io::CycleRecord;
 use std::net::SocketAddr;
 use std::path::Path;
 

@@ -7,8 +7,8 @@ use super::window::Window;
 use crate::recording::Header;
 use anyhow::Result;
 use softdock_app::image::Image;
+use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{Announcement, Kind, Part, read_record, schema};
-use softdock_control::io::CycleRecord;
 
 /// Cycles that wait for the settings, which are announced every second: 20 s, about 7 MB. Then
 /// they are written without.

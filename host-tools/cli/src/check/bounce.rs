@@ -3,9 +3,10 @@
 use super::loop_stability::Contact;
 use super::rig_file::Rig;
 use anyhow::{Result, anyhow};
-use softdock_control::cycle::Cycle;
+use softdock_app::record::Inputs;
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::{Inputs, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, Fault, Mode};
 use softdock_control::settings::{BodySettings, RobotSettings, SensorSettings, Settings};
 use softdock_rig::rig::drive::Drive;
@@ -125,7 +126,7 @@ fn alone(law: LawName, settings: &Settings, rig: &Rig) -> Settings {
 /// A running test.
 struct Test<'a> {
     rig: &'a Rig,
-    cycle: Cycle<f64>,
+    cycle: RobotCycle<f64>,
     cycle_s: f64,
     drive: Drive,
     wall_m: f64,
@@ -148,7 +149,7 @@ impl<'a> Test<'a> {
         let flight_s = (ramp + FLIGHT_CYCLES + place) * cycle_s;
         let mut test = Self {
             rig,
-            cycle: Cycle::new(settings)?,
+            cycle: RobotCycle::new(settings)?,
             cycle_s,
             drive: Drive::new(&robot, [0.0; 6])?,
             wall_m: rig.approach_speed_m_s * flight_s,
@@ -211,7 +212,7 @@ impl<'a> Test<'a> {
         let record = self.cycle.step(inputs);
         inputs.command = None;
         inputs.robot.sequence = Sequence::Next;
-        inputs.robot.ipoc += (self.cycle_s * 1e3).round() as u64;
+        inputs.robot.counter += (self.cycle_s * 1e3).round() as u64;
         let impulse = record.trace.unaccounted_impulse[0];
         let momentum = 2.0 * self.rig.contact.mass_kg * self.rig.approach_speed_m_s;
         self.bounce.unaccounted += impulse / momentum;

@@ -8,8 +8,9 @@ use anyhow::{Result, bail, ensure};
 use softdock_analysis::identity;
 use softdock_analysis::model::Axis;
 use softdock_analysis::recording::{Header, Recording};
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{orientation_from_abc, pose_components};
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::jog::Jog;
 use softdock_control::modes::Mode;
 use softdock_rig::rig::settings::CorrectionMode;
@@ -134,7 +135,7 @@ impl Recorder {
     fn push(&mut self, pose: [f64; 6], sent: [f64; 6], wrench: [f64; 6]) {
         let n = self.recording.cycles.len() as u64;
         let mut cycle = CycleRecord::default();
-        cycle.inputs.robot.ipoc = FIRST_IPOC + 4 * n;
+        cycle.inputs.robot.counter = FIRST_IPOC + 4 * n;
         cycle.inputs.robot.sequence = if n == 0 {
             Sequence::NewRun
         } else {

@@ -5,8 +5,8 @@ use super::reproduce::{Bounces, Flight, Reproduction};
 use anyhow::Result;
 use softdock_analysis::identity;
 use softdock_analysis::recording::Recording;
+use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_report::{Band, Cell, Column, Mark, Page, Plot, Series, Table};
 

@@ -4,7 +4,7 @@ use super::scenario::Scenario;
 use anyhow::{Context, Result};
 use softdock_analysis::identity;
 use softdock_analysis::recording::{Header, Recording, TruthRecord};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
 use softdock_rig::board::virtual_time::{Simulation, simulate};

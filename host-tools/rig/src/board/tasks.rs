@@ -5,12 +5,13 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_app::auto_start::AutoStart;
-use softdock_app::board::{CanBus, Clock, DatagramSocket, Recorder};
+use softdock_app::board::{Clock, DatagramSocket, Recorder, SensorBus};
 use softdock_app::robot::RobotTask;
 use softdock_app::robot_link::RobotLink;
 use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::Shared;
+use softdock_link::can::Frame;
 
 /// Boards that may run at the same time in this process.
 pub(super) const MAX_BOARDS: usize = 64;
@@ -19,7 +20,7 @@ pub(super) const MAX_BOARDS: usize = 64;
 pub(super) async fn sensor<M: RawMutex>(
     shared: &Shared<M>,
     settings: BoardSettings,
-    mut bus: impl CanBus,
+    mut bus: impl SensorBus<Frame = Frame>,
     clock: impl Clock,
 ) {
     sensor::run(shared, &mut bus, &clock, settings.can.driver()).await;

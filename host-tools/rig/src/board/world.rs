@@ -4,9 +4,9 @@
 //! Everything lives on one thread. `activity` rises whenever a task touches anything here, which
 //! is how the simulation knows that all tasks have come to rest.
 
-use softdock_app::board::{CanBus, Clock, DatagramSocket, IoError, Recorder};
+use softdock_app::board::{Clock, DatagramSocket, IoError, Recorder, SensorBus};
+use softdock_app::record::CycleRecord;
 use softdock_app::robot_link::Answer;
-use softdock_control::io::CycleRecord;
 use softdock_link::can::Frame;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -118,7 +118,9 @@ impl Handle {
     }
 }
 
-impl CanBus for Handle {
+impl SensorBus for Handle {
+    type Frame = Frame;
+
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         self.touch(|world| world.frames_from_board.push_back(*frame));
         Ok(())

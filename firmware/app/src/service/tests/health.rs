@@ -23,7 +23,7 @@ fn robot_and_sensor_are_told_as_of_their_last_word() {
     desk.now.status.link.cycles = 9;
     desk.now.status.telegram = Some(LastTelegram {
         late_answers: 3,
-        poscorr_stat: 2,
+        status: 2,
         pose: true,
     });
     desk.now.status.sample = Some(LastSample {

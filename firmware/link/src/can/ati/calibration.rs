@@ -1,6 +1,6 @@
 //! Units, calibration matrix, and strain gauges into a wrench.
 
-use crate::can::SensorFault;
+use crate::sensor::SensorFault;
 
 /// Standard gravity (m/s²), exact by definition (3rd CGPM, 1901).
 const STANDARD_GRAVITY: f64 = 9.806_65;

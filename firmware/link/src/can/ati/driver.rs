@@ -9,7 +9,8 @@
 use super::calibration::AtiCalibration;
 use super::protocol::{Answer, MAX_BASE_ID, Request};
 use super::start_up::{AtiIdentity, Progress, Scale, StartUp};
-use crate::can::{Frame, ReadingFlags, SensorCounters, SensorFault, SensorReading, SensorState};
+use crate::can::Frame;
+use crate::sensor::{ReadingFlags, SensorCounters, SensorFault, SensorReading, SensorState};
 
 /// Timeout of a start-up query; reading the EEPROM may take longer than reading gauges.
 const QUERY_TIMEOUT_US: u64 = 50_000;
@@ -82,7 +83,7 @@ struct Pending {
     deadline_us: u64,
 }
 
-/// Driver of one sensor; see [`SensorDriver`](crate::can::SensorDriver) for how to use it.
+/// Driver of one sensor; see [`SensorDriver`](crate::sensor::SensorDriver) for how to use it.
 #[derive(Clone, Debug)]
 pub struct AtiDriver {
     config: AtiConfig,
@@ -123,7 +124,7 @@ impl AtiDriver {
         }
     }
 
-    /// See [`SensorDriver::poll_transmit`](crate::can::SensorDriver::poll_transmit).
+    /// See [`SensorDriver::poll_transmit`](crate::sensor::SensorDriver::poll_transmit).
     pub fn poll_transmit(&mut self, now_us: u64) -> Option<Frame> {
         self.expire(now_us);
         if self.pending.is_some() || now_us < self.next_send_us {
@@ -160,7 +161,7 @@ impl AtiDriver {
         request.encode(self.config.base_id)
     }
 
-    /// See [`SensorDriver::next_deadline_us`](crate::can::SensorDriver::next_deadline_us).
+    /// See [`SensorDriver::next_deadline_us`](crate::sensor::SensorDriver::next_deadline_us).
     pub fn next_deadline_us(&self) -> u64 {
         match (&self.mode, &self.pending) {
             (Mode::Refused(_), _) => u64::MAX,
@@ -169,7 +170,7 @@ impl AtiDriver {
         }
     }
 
-    /// See [`SensorDriver::receive`](crate::can::SensorDriver::receive).
+    /// See [`SensorDriver::receive`](crate::sensor::SensorDriver::receive).
     pub fn receive(&mut self, frame: &Frame, now_us: u64) -> Option<SensorReading> {
         self.expire(now_us);
         let Some(answer) = Answer::decode(self.config.base_id, frame) else {
@@ -188,7 +189,7 @@ impl AtiDriver {
         None
     }
 
-    /// See [`SensorDriver::hurry`](crate::can::SensorDriver::hurry).
+    /// See [`SensorDriver::hurry`](crate::sensor::SensorDriver::hurry).
     pub fn hurry(&mut self, now_us: u64) {
         if matches!(self.mode, Mode::Running { .. }) {
             self.next_send_us = self.next_send_us.min(now_us);
@@ -317,8 +318,8 @@ impl AtiDriver {
         let limit = self.config.saturation_counts.unsigned_abs();
         Some(SensorReading {
             wrench: calibration.wrench(&gauges),
-            gauges,
-            status,
+            counts: gauges.map(i32::from),
+            status: status.into(),
             counter: self.readings,
             at_us,
             flags: ReadingFlags {

@@ -2,7 +2,7 @@
 
 use super::calibration::{AtiCalibration, ForceUnit, TorqueUnit};
 use super::protocol::{Answer, Request};
-use crate::can::SensorFault;
+use crate::sensor::SensorFault;
 
 /// What a sensor says about itself, where it does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use super::rests;
 use super::source::{Mounting, Reading};
 use anyhow::Result;
 use nalgebra::{UnitQuaternion, Vector3};
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{Pose, Wrench, abc_from_orientation, orientation_from_abc};
-use softdock_control::io::CycleRecord;
 use softdock_control::settings::SensorSettings;
 
 /// Poses at least: with one more than are needed, one in which somebody leaned on the tool can be

@@ -2,7 +2,8 @@
 
 use super::Check;
 use crate::recording::Recording;
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_app::record::CycleRecord;
+use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
 use softdock_report::number;
 
@@ -13,7 +14,7 @@ pub(super) const CLAMPS: u32 = 0xfe;
 
 pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<Check> {
     let cycles = recording.cycles.as_slice();
-    if cycles.iter().all(|c| c.inputs.robot.ipoc == 0) {
+    if cycles.iter().all(|c| c.inputs.robot.counter == 0) {
         return vec![Check::warning(
             "robot link",
             "no telegram of a robot is recorded",
@@ -39,7 +40,7 @@ fn pace(cycles: &[CycleRecord], cycle_s: f64) -> Check {
     });
     let mut histogram = std::collections::BTreeMap::<u64, usize>::new();
     for pair in steps {
-        let (before, after) = (pair[0].inputs.robot.ipoc, pair[1].inputs.robot.ipoc);
+        let (before, after) = (pair[0].inputs.robot.counter, pair[1].inputs.robot.counter);
         *histogram.entry(after.wrapping_sub(before)).or_default() += 1;
     }
     let words: Vec<String> = histogram
@@ -123,7 +124,7 @@ fn clamp(cycles: &[CycleRecord]) -> Check {
     let name = "POSCORR";
     let clamped = cycles
         .iter()
-        .filter(|c| c.inputs.robot.poscorr_stat & CLAMPS != 0)
+        .filter(|c| c.inputs.robot.status & CLAMPS != 0)
         .count();
     match clamped {
         0 => Check::good(name, "did not clamp, as far as its status is sent"),

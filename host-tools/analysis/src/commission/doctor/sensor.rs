@@ -3,7 +3,7 @@
 use super::Check;
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
 use softdock_report::number;
 
@@ -75,7 +75,7 @@ fn status(cycles: &[CycleRecord], settings: &Settings) -> Check {
             format!("status bits {bits:#06x} were set and are ignored"),
         );
     }
-    let words = |c: &CycleRecord| c.inputs.sensor.words;
+    let words = |c: &CycleRecord| c.inputs.sensor.counts;
     let counted = cycles.iter().any(|c| words(c) != [0; 6]);
     let frozen = counted
         && cycles

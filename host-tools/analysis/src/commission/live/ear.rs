@@ -3,7 +3,7 @@
 use crate::recording::Recording;
 use crate::telemetry::{Listener, Recorder, Summary};
 use anyhow::{Context, Result, bail, ensure};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -3,7 +3,8 @@
 use super::synthetic::{Rig, TS, board_settings_toml};
 use super::*;
 use proptest::prelude::*;
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_app::record::CycleRecord;
+use softdock_control::io::Sequence;
 use softdock_control::modes::Mode;
 
 #[test]
@@ -148,7 +149,7 @@ prop_compose! {
     ) -> CycleRecord {
         let mut cycle = CycleRecord::default();
         let six = |k: usize| -> [f64; 6] { std::array::from_fn(|i| numbers[k + i]) };
-        cycle.inputs.robot.ipoc = n;
+        cycle.inputs.robot.counter = n;
         cycle.inputs.robot.sequence = match sequence {
             0 => Sequence::NewRun,
             1 => Sequence::Gap(u32::MAX),

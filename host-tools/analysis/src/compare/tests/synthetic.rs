@@ -7,9 +7,10 @@ use crate::model::{
 use crate::recording::{Header, Recording};
 use crate::statistics::RandomStream;
 use nalgebra::Vector3;
+use softdock_app::record::{Inputs, RobotReport};
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_app::settings::BoardSettings;
-use softdock_control::cycle::Cycle;
-use softdock_control::io::{Inputs, RobotSample, SensorSample, Sequence};
+use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::Command;
 use softdock_control::settings::Settings;
 use std::collections::VecDeque;
@@ -121,7 +122,7 @@ impl Rig {
     /// Runs the controller on this rig and records every cycle.
     pub(super) fn record(&self) -> Recording {
         let settings = self.settings();
-        let mut controller = Cycle::<f64>::new(&settings).unwrap();
+        let mut controller = RobotCycle::<f64>::new(&settings).unwrap();
         let mut random = RandomStream::new(self.seed, 0);
         let mut robot = Robot::new(self);
         let cycles = (self.seconds / TS) as u64;
@@ -159,20 +160,20 @@ impl Rig {
             pose[i + 3] = noise.angle_rad * random.normal();
         }
         Inputs {
-            robot: RobotSample {
-                ipoc: 1000 + 4 * n,
+            robot: RobotReport {
+                counter: 1000 + 4 * n,
                 sequence: if n == 0 {
                     Sequence::NewRun
                 } else {
                     Sequence::Next
                 },
                 pose: Some(pose),
-                ..RobotSample::default()
+                ..RobotReport::default()
             },
             sensor: SensorSample {
                 counter: n as u32 + 1,
                 wrench,
-                words: [n as i16; 6],
+                counts: [n as i32; 6],
                 ..SensorSample::default()
             },
             command: match n {

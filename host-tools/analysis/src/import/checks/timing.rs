@@ -1,7 +1,7 @@
 //! Does the time rise, and in equal steps?
 
 use super::{CheckError, Context};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_report::number;
 
 /// How far the mean step may be from the promised one, relative: clocks are better than that.

@@ -2,7 +2,7 @@
 
 use super::Context;
 use crate::model::Axis;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 
 /// No docking rig reaches farther, m.
 const FARTHEST_M: f64 = 50.0;

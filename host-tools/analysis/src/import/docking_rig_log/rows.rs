@@ -2,7 +2,7 @@
 
 use crate::import::table::{Dialect, Table};
 use crate::recording::{Header, Recording};
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 
 /// Columns in the order in which they are read.

@@ -12,8 +12,8 @@ use super::file::{Frame, Mapping};
 use super::shape::sample_time_s;
 use anyhow::ensure;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, Twist, Wrench};
-use softdock_control::io::CycleRecord;
 use softdock_control::modes::Mode;
 
 /// The cycles. `m_from_s` is the orientation of the sensor in M.

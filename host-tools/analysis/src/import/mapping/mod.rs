@@ -36,8 +36,8 @@ use anyhow::{Context, bail, ensure};
 use channels::Channels;
 use file::{Mapping, Split};
 use nalgebra::UnitQuaternion;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames;
-use softdock_control::io::CycleRecord;
 use source::Source;
 use std::path::Path;
 

@@ -7,8 +7,8 @@
 use super::signals::{Signals, Step, VelocityMeaning};
 use crate::model::Model;
 use nalgebra::UnitQuaternion;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, pose_components};
-use softdock_control::io::CycleRecord;
 
 /// Value of a clock's parameter in the model; 0 without it.
 pub(crate) fn clock_value(model: &Model, id: &str, name: &str) -> f64 {

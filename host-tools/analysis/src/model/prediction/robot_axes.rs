@@ -6,7 +6,7 @@
 //! velocity that was sent is that of the rounded correction.
 
 use super::Six;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use softdock_control::settings::{CorrectionMode, Settings};
 use std::f64::consts::{PI, TAU};
 

@@ -6,8 +6,9 @@ use crate::model::prediction::{Six, six};
 use crate::recording::Recording;
 use anyhow::{bail, ensure};
 use nalgebra::Vector6;
+use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, Twist};
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
 
 /// What the recorded velocity of cycle n is.
@@ -85,7 +86,7 @@ impl<'a> Signals<'a> {
             "the time in the recording does not rise from cycle to cycle (found {cycle_s} s); \
              expected a column with the time in seconds"
         );
-        let telegrams = cycles.iter().any(|c| c.inputs.robot.ipoc != 0);
+        let telegrams = cycles.iter().any(|c| c.inputs.robot.counter != 0);
         let answered = telegrams && cycles.iter().any(|c| c.output.correction != [0; 6]);
         Ok(Self {
             axes: settings.as_ref().filter(|_| answered).map(RobotAxes::new),

@@ -3,7 +3,8 @@
 use super::*;
 use crate::model::{BodyModel, GuideModel, WallModel};
 use crate::recording::Recording;
-use softdock_control::io::{CycleRecord, Sequence};
+use softdock_app::record::CycleRecord;
+use softdock_control::io::Sequence;
 use softdock_control::modes::Mode;
 
 const TS: f64 = 0.004;
@@ -29,7 +30,7 @@ fn log(cycles: usize, fill: impl Fn(usize, &mut CycleRecord)) -> Recording {
 /// The same with telegrams, as a board records them.
 fn telegrams(recording: &mut Recording) {
     for (n, cycle) in recording.cycles.iter_mut().enumerate() {
-        cycle.inputs.robot.ipoc = 4 * n as u64 + 4;
+        cycle.inputs.robot.counter = 4 * n as u64 + 4;
         cycle.inputs.robot.pose = Some([0.0; 6]);
         cycle.inputs.robot.sequence = if n == 0 {
             Sequence::NewRun

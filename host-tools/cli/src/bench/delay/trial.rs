@@ -4,9 +4,10 @@ use super::case::Case;
 use super::scene::End;
 use anyhow::{Result, anyhow};
 use nalgebra::Vector3;
-use softdock_control::cycle::Cycle;
+use softdock_app::record::Inputs;
+use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::{LawName, ModelVelocity};
-use softdock_control::io::{Inputs, Sequence};
+use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, Fault, Mode};
 use softdock_control::settings::Settings;
 use softdock_delay_plants::{Axes, Log, Measurement, Plant, PlantSettings, RobotPose, Sample};
@@ -158,7 +159,7 @@ fn cycles(case: &Case, settings: &Settings, flight_s: f64) -> usize {
 
 /// The board with the healthy inputs that it gets.
 struct Board {
-    cycle: Cycle<f64>,
+    cycle: RobotCycle<f64>,
     inputs: Inputs,
     cycle_s: f64,
     /// Metres and radians of the last digit of a correction.
@@ -168,7 +169,7 @@ struct Board {
 impl Board {
     fn new(settings: &Settings) -> Result<Self> {
         let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
-        let cycle = Cycle::new(settings).map_err(|error| anyhow!("{error:?}"))?;
+        let cycle = RobotCycle::new(settings).map_err(|error| anyhow!("{error:?}"))?;
         Ok(Self {
             cycle,
             inputs: Inputs::default(),
@@ -184,7 +185,7 @@ impl Board {
     /// One cycle: the velocity of X Y Z A B C that goes to the robot.
     fn cycle(&mut self, n: usize, sample: &Sample) -> Result<(Axes, Moment)> {
         let inputs = &mut self.inputs;
-        inputs.robot.ipoc += (self.cycle_s * 1e3).round() as u64;
+        inputs.robot.counter += (self.cycle_s * 1e3).round() as u64;
         inputs.robot.sequence = if n == 0 {
             Sequence::NewRun
         } else {
@@ -194,7 +195,7 @@ impl Board {
         inputs.sensor.counter += 1;
         inputs.sensor.wrench = sample.wrench;
         // A real gauge flickers.
-        inputs.sensor.words[5] ^= 1;
+        inputs.sensor.counts[5] ^= 1;
         inputs.command = match n {
             0 => Some(Command::Hold),
             1 => Some(Command::Arm),

@@ -3,7 +3,7 @@
 use super::telemetry;
 use anyhow::Result;
 use softdock_app::board::Recorder;
-use softdock_control::io::CycleRecord;
+use softdock_app::record::CycleRecord;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread;
 

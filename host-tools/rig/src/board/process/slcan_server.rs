@@ -3,7 +3,7 @@
 
 use super::mailbox::Mailbox;
 use anyhow::{Context, Result};
-use softdock_app::board::{CanBus, IoError};
+use softdock_app::board::{IoError, SensorBus};
 use softdock_link::can::Frame;
 use softdock_link::slcan::{MAX_LINE_BYTES, Slcan, SlcanEvent};
 use std::io::{ErrorKind, Read, Write};
@@ -125,7 +125,9 @@ fn read(stream: &mut TcpStream, client: &Mutex<Option<Client>>, received: &Mailb
     replies.is_empty() || stream.write_all(&replies).is_ok()
 }
 
-impl CanBus for SlcanBus {
+impl SensorBus for SlcanBus {
+    type Frame = Frame;
+
     async fn send(&mut self, frame: &Frame) -> Result<(), IoError> {
         let mut client = lock(&self.client);
         let Some(Client { stream, adapter }) = client.as_mut() else {

@@ -9,17 +9,15 @@
 //! Rotations: the robot adds A, B and C of the correction to its own A, B and C, component by
 //! component. Corrections are therefore differences of A, B, C, not rotation vectors.
 
-use crate::scalar::Scalar;
-use crate::settings::CorrectionMode;
-use nalgebra::ComplexField;
+use crate::decimal::nearest;
 
 /// Components X Y Z A B C of a correction, in units of the last digit of mm and degrees.
 pub type Counts = [i64; 6];
 
 /// Rounds and remembers what was sent.
 #[derive(Clone, Debug)]
-pub struct Quantiser {
-    mode: CorrectionMode,
+pub struct Corrections {
+    absolute: bool,
     counts_per_m: f64,
     counts_per_rad: f64,
     counts_per_turn: i64,
@@ -31,12 +29,13 @@ pub struct Quantiser {
     origin: Counts,
 }
 
-impl Quantiser {
-    /// For a number of decimals on the wire.
-    pub fn new(mode: CorrectionMode, decimals: u8) -> Self {
+impl Corrections {
+    /// For a number of decimals on the wire. `absolute`: each correction is the total offset (`#ABSOLUTE`), not
+    /// added to those before (`#RELATIVE`).
+    pub fn new(absolute: bool, decimals: u8) -> Self {
         let digit = (0..decimals).fold(1.0, |d, _| d * 10.0);
         Self {
-            mode,
+            absolute,
             counts_per_m: 1000.0 * digit,
             counts_per_rad: digit * 180.0 / core::f64::consts::PI,
             counts_per_turn: 360 * digit as i64,
@@ -60,30 +59,31 @@ impl Quantiser {
 
     /// The answer that moves nothing: zero, or the offset that is held in absolute mode.
     pub fn rest(&self) -> Counts {
-        match self.mode {
-            CorrectionMode::Relative => [0; 6],
-            CorrectionMode::Absolute => self.total,
-        }
+        if self.absolute { self.total } else { [0; 6] }
     }
 
     /// The answer that brings the robot to a displacement since the start (m in C) and to A, B, C
     /// (rad, absolute).
-    pub fn advance<S: Scalar>(&mut self, displacement_m: [f64; 3], abc_rad: [S; 3]) -> Counts {
+    pub fn advance(&mut self, displacement_m: [f64; 3], abc_rad: [f64; 3]) -> Counts {
+        let [x, y, z] = displacement_m.map(|metres| nearest(metres * self.counts_per_m));
+        let mut wanted = [x, y, z, 0, 0, 0];
+        let angles = abc_rad.iter().zip(&self.start_abc);
+        for (counts, (angle, start)) in wanted.iter_mut().skip(3).zip(angles) {
+            *counts = nearest((angle - start) * self.counts_per_rad);
+        }
         let mut delta = [0; 6];
-        for i in 0..3 {
-            let linear = ComplexField::round(displacement_m[i] * self.counts_per_m) as i64;
-            delta[i] = self.origin[i] + linear - self.total[i];
-            let angle = (abc_rad[i].get() - self.start_abc[i]) * self.counts_per_rad;
-            let turned = self.origin[i + 3] + ComplexField::round(angle) as i64 - self.total[i + 3];
-            delta[i + 3] = shortest(turned, self.counts_per_turn);
+        for (i, (delta, wanted)) in delta.iter_mut().zip(wanted).enumerate() {
+            let [origin, total] =
+                [self.origin, self.total].map(|sum| sum.get(i).copied().unwrap_or(0));
+            *delta = origin + wanted - total;
+            if i >= 3 {
+                *delta = shortest(*delta, self.counts_per_turn);
+            }
         }
-        for (total, d) in self.total.iter_mut().zip(delta) {
-            *total += d;
+        for (total, delta) in self.total.iter_mut().zip(delta) {
+            *total += delta;
         }
-        match self.mode {
-            CorrectionMode::Relative => delta,
-            CorrectionMode::Absolute => self.total,
-        }
+        if self.absolute { self.total } else { delta }
     }
 }
 
@@ -101,8 +101,8 @@ mod tests {
         /// The sum of what was sent stays within half a digit of what was meant, for ever.
         #[test]
         fn never_drifts(steps in prop::collection::vec(-1e-5..1e-5f64, 1..500)) {
-            let mut quantiser = Quantiser::new(CorrectionMode::Relative, 4);
-            quantiser.start([3.1, 0.0, 0.0]);
+            let mut corrections = Corrections::new(false, 4);
+            corrections.start([3.1, 0.0, 0.0]);
             let (mut meant, mut sent) = (0.0, [0_i64; 6]);
             for step in steps {
                 meant += step;
@@ -110,7 +110,7 @@ mod tests {
                 if a > core::f64::consts::PI {
                     a -= core::f64::consts::TAU;
                 }
-                let delta = quantiser.advance([meant, 0.0, 0.0], [a, 0.0, 0.0]);
+                let delta = corrections.advance([meant, 0.0, 0.0], [a, 0.0, 0.0]);
                 for (s, d) in sent.iter_mut().zip(delta) {
                     *s += d;
                 }
@@ -123,14 +123,14 @@ mod tests {
 
     #[test]
     fn absolute_mode_holds_the_offset_at_rest_and_forgets_it_in_a_new_run() {
-        let mut quantiser = Quantiser::new(CorrectionMode::Absolute, 3);
-        quantiser.start([0.0; 3]);
-        let sent = quantiser.advance([0.001, 0.0, 0.0], [0.0; 3]);
+        let mut corrections = Corrections::new(true, 3);
+        corrections.start([0.0; 3]);
+        let sent = corrections.advance([0.001, 0.0, 0.0], [0.0; 3]);
         assert_eq!(sent[0], 1000);
-        assert_eq!(quantiser.rest()[0], 1000);
-        quantiser.start([0.0; 3]);
-        assert_eq!(quantiser.advance([0.001, 0.0, 0.0], [0.0; 3])[0], 2000);
-        quantiser.new_run();
-        assert_eq!(quantiser.rest(), [0; 6]);
+        assert_eq!(corrections.rest()[0], 1000);
+        corrections.start([0.0; 3]);
+        assert_eq!(corrections.advance([0.001, 0.0, 0.0], [0.0; 3])[0], 2000);
+        corrections.new_run();
+        assert_eq!(corrections.rest(), [0; 6]);
     }
 }

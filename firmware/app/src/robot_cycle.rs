@@ -1,0 +1,96 @@
+//! The control cycle behind a robot's protocol: a report in, a correction out, and the record of
+//! both. No datagrams: this is what a replay recomputes.
+
+use crate::record::{Correction, CycleRecord, Inputs, Output};
+use crate::robot_protocol::RobotProtocol;
+use crate::rsi::Rsi;
+use softdock_control::cost::Probe;
+use softdock_control::cycle::Cycle;
+use softdock_control::io;
+use softdock_control::modes::{Fault, Mode};
+use softdock_control::range::SettingsError;
+use softdock_control::scalar::Scalar;
+use softdock_control::settings::Settings;
+
+/// Control cycle and protocol.
+#[derive(Clone, Debug)]
+pub struct RobotCycle<S: Scalar, P: RobotProtocol = Rsi> {
+    cycle: Cycle<S>,
+    protocol: P,
+}
+
+impl<S: Scalar> RobotCycle<S, Rsi> {
+    /// Of a KUKA robot with the usual names of elements.
+    ///
+    /// # Errors
+    /// A setting is outside of its range.
+    #[inline(always)] // as for the cycle itself
+    pub fn new(settings: &Settings) -> Result<Self, SettingsError> {
+        Self::with(settings, Rsi::unnamed(&settings.robot))
+    }
+}
+
+impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
+    /// Of any robot.
+    ///
+    /// # Errors
+    /// A setting is outside of its range.
+    #[inline(always)] // as for the cycle itself
+    pub fn with(settings: &Settings, protocol: P) -> Result<Self, SettingsError> {
+        Ok(Self {
+            cycle: Cycle::new(settings, &protocol.interface())?,
+            protocol,
+        })
+    }
+
+    /// One cycle.
+    pub fn step(&mut self, inputs: &Inputs) -> CycleRecord {
+        self.step_counted(inputs, &mut ())
+    }
+
+    /// [`Self::step`], telling which phases of the cycle are finished.
+    pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> CycleRecord {
+        let neutral = io::Inputs {
+            robot: self.protocol.sample(&inputs.robot),
+            sensor: inputs.sensor,
+            command: inputs.command,
+        };
+        let (wanted, trace) = self.cycle.step_counted(&neutral, probe);
+        CycleRecord {
+            inputs: *inputs,
+            output: Output {
+                correction: self.protocol.correct(&inputs.robot, &wanted),
+                stop: wanted.stop,
+            },
+            trace,
+        }
+    }
+
+    /// The control cycle, for observers.
+    pub fn cycle(&self) -> &Cycle<S> {
+        &self.cycle
+    }
+
+    /// The mode of the cycle.
+    pub fn mode(&self) -> Mode {
+        self.cycle.mode()
+    }
+
+    /// The latched fault.
+    pub fn fault(&self) -> Option<Fault> {
+        self.cycle.fault()
+    }
+
+    /// The correction that moves nothing, for telegrams that no cycle is run for.
+    pub fn rest(&self) -> Correction {
+        self.protocol.rest()
+    }
+
+    pub(crate) fn protocol(&self) -> &P {
+        &self.protocol
+    }
+
+    pub(crate) fn protocol_mut(&mut self) -> &mut P {
+        &mut self.protocol
+    }
+}

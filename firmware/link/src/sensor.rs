@@ -1,0 +1,193 @@
+//! A force/torque sensor, whatever its wire.
+//!
+//! A [`SensorDriver`] is a state machine that owns no bus and no clock: the caller sends what
+//! [`SensorDriver::poll_transmit`] hands out, gives every frame that comes to [`SensorDriver::receive`], and calls again
+//! at [`SensorDriver::next_deadline_us`]. Times are microseconds of any monotonic clock.
+
+use core::fmt;
+
+/// Makes readings of what travels on a sensor's wire.
+///
+/// A sensor that streams and one that is polled look alike from here; so do a CAN bus and the process data of an
+/// EtherCAT SubDevice. A driver vouches for each reading that it hands out: it is new, and all its numbers belong
+/// together. A frame that repeats an old reading completes none.
+pub trait SensorDriver {
+    /// What travels: a CAN frame, or the process data of one exchange with their working counter.
+    type Frame;
+
+    /// The next frame for the wire, if one is due. Call until it returns `None`.
+    fn poll_transmit(&mut self, now_us: u64) -> Option<Self::Frame>;
+
+    /// When to call [`Self::poll_transmit`] again at the latest; `u64::MAX` for never.
+    fn next_deadline_us(&self) -> u64;
+
+    /// Takes a frame from the wire, and returns the reading that it completes.
+    fn receive(&mut self, frame: &Self::Frame, now_us: u64) -> Option<SensorReading>;
+
+    /// Makes the next request due at once, if none is on its way; a streaming sensor cannot hurry.
+    fn hurry(&mut self, now_us: u64);
+
+    /// How far the driver is.
+    fn state(&self) -> SensorState;
+
+    /// What the driver has seen.
+    fn counters(&self) -> SensorCounters;
+
+    /// Starts over: resets the sensor where it can be reset, and reads its calibration anew. For the operator's reset
+    /// of a latched sensor fault.
+    fn restart(&mut self);
+}
+
+/// One reading, as it comes from the sensor: without bias, gravity or tool inertia removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SensorReading {
+    /// Force X, Y, Z (N) and torque X, Y, Z (N·m) in the sensor frame S. For the log; to act on it use
+    /// [`Self::valid_wrench`].
+    pub wrench: [f64; 6],
+    /// Raw counts of six gauges or axes, whatever the sensor shows of how it came to its wrench; zeros for one that
+    /// shows none.
+    pub counts: [i32; 6],
+    /// Raw status word; zero for a sensor that has none.
+    pub status: u32,
+    /// Rises by one with every reading, wrapping.
+    pub counter: u32,
+    /// The reading was not taken before this time: when it was asked for, or, from a streaming sensor, when its first
+    /// frame came in.
+    pub at_us: u64,
+    /// What is wrong with it.
+    pub flags: ReadingFlags,
+}
+
+/// What is wrong with a [`SensorReading`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadingFlags {
+    /// A gauge or an axis is at the end of its range. The calibration couples the gauges, so no axis is valid.
+    pub saturated: bool,
+    /// Any status bit is set.
+    pub fault: bool,
+    /// A status bit is set that the maker calls critical.
+    pub critical: bool,
+}
+
+impl SensorReading {
+    /// The wrench if nothing is wrong with the reading. A reading is valid in all axes or in none.
+    pub fn valid_wrench(&self) -> Option<[f64; 6]> {
+        (self.flags == ReadingFlags::default()).then_some(self.wrench)
+    }
+}
+
+/// How far a driver is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorState {
+    /// Waking the sensor up or reading its calibration.
+    Starting,
+    /// Readings come in.
+    Running,
+    /// The sensor ran and then missed an answer; nothing is accepted until it answers in step again.
+    Resynchronising,
+    /// No readings, and why.
+    Failed(SensorFault),
+}
+
+/// Why a driver gives no readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorFault {
+    /// The sensor does not answer; the driver tries again by itself.
+    NoAnswer,
+    /// The identifier base of the configuration has more than seven bits.
+    BaseId {
+        /// The base.
+        received: u8,
+    },
+    /// The sensor reports a force unit that is not in its manual.
+    ForceUnit {
+        /// The code.
+        code: u8,
+    },
+    /// The sensor reports a torque unit that is not in its manual.
+    TorqueUnit {
+        /// The code.
+        code: u8,
+    },
+    /// The sensor reports zero counts per unit.
+    CountsPerUnit {
+        /// Counts per unit of force.
+        force: u32,
+        /// Counts per unit of torque.
+        torque: u32,
+    },
+    /// The sensor's calibration matrix is not finite.
+    Matrix {
+        /// Row: 0 to 5 for force X, Y, Z, torque X, Y, Z.
+        row: u8,
+    },
+    /// The sensor now reports another scale than at start-up, so the calibration in use is not its own.
+    CalibrationChanged,
+}
+
+impl fmt::Display for SensorFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoAnswer => f.write_str("the sensor does not answer"),
+            Self::BaseId { received } => {
+                write!(f, "identifier base {received:#x} has more than 7 bits")
+            }
+            Self::ForceUnit { code } => write!(f, "unknown force unit {code}, expected 1 to 6"),
+            Self::TorqueUnit { code } => write!(f, "unknown torque unit {code}, expected 1 to 6"),
+            Self::CountsPerUnit { force, torque } => write!(
+                f,
+                "counts per unit must not be zero: force {force}, torque {torque}"
+            ),
+            Self::Matrix { row } => write!(f, "row {row} of the calibration matrix is not finite"),
+            Self::CalibrationChanged => {
+                f.write_str("the sensor's scale differs from the one read at start-up")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SensorFault {}
+
+/// What a driver has seen; every counter wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SensorCounters {
+    /// Answers, or a stream, that did not come in time.
+    pub timeouts: u32,
+    /// Requests that were sent again.
+    pub retries: u32,
+    /// Frames that nobody was waiting for any more.
+    pub late: u32,
+    /// Frames whose counterparts are missing.
+    pub unpaired: u32,
+    /// Frames that do not belong to the sensor's protocol, or with a wrong length.
+    pub unknown: u32,
+    /// Readings with numbers that are not finite.
+    pub invalid: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_flag_invalidates_all_axes() {
+        let wrench = [1.0; 6];
+        let reading = |saturated, fault, critical| SensorReading {
+            wrench,
+            flags: ReadingFlags {
+                saturated,
+                fault,
+                critical,
+            },
+            ..Default::default()
+        };
+        assert_eq!(reading(false, false, false).valid_wrench(), Some(wrench));
+        for (saturated, fault, critical) in [
+            (true, false, false),
+            (false, true, false),
+            (false, false, true),
+        ] {
+            assert_eq!(reading(saturated, fault, critical).valid_wrench(), None);
+        }
+    }
+}
