@@ -1,4 +1,4 @@
-//! From a board that knows nothing to a docking test, with the commands of README's chapter "From a
+//! From a board that knows nothing to a docking test, with the commands of docs/commissioning.md, "From a
 //! box to the first docking test". The rig is simulated, in virtual time; tool, zero and delay are
 //! known to its file alone, never to the board's.
 
@@ -43,7 +43,7 @@ normal = [-1.0, 0.0, 0.0]
 stiffness_n_per_m = 220500.0
 "#;
 
-/// What a person types in: the craft, the delay law. Tool, zero and robot are left to be found.
+/// What a person types in: the spacecraft, the delay law. Tool, zero and robot are left to be found.
 const TYPED_IN: &str = r#"# The laboratory's board
 [control.body_k]                  # 500 kg against a fixed stop
 mass_kg = 500.0
@@ -244,7 +244,7 @@ fn restitution(motion: &Motion) -> f64 {
         .windows(LONG)
         .map(|cycles| cycles.iter().map(|c| c[0]).sum())
         .collect();
-    // The craft flies at its speed until it leads into the contact, and at the end again.
+    // The spacecraft flies at its speed until it leads into the contact, and at the end again.
     let before = sums[sums.len() / 5];
     -(sums[sums.len() - 1] as f64) / before as f64
 }

@@ -39,7 +39,7 @@ fn flights() -> [Flight; 4] {
             free_q: false,
         },
         Flight {
-            name: "in space, two craft",
+            name: "in space, two spacecraft",
             normal: normal(-1.0, 0.3, -0.2),
             probe: [0.25, 0.1, -0.15],
             free_q: true,

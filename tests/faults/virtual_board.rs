@@ -107,7 +107,7 @@ fn impacts_grow_until_the_sensor_is_saturated() {
 }
 
 #[test]
-fn without_delay_an_off_centre_oblique_bounce_turns_the_craft_as_it_should() {
+fn without_delay_an_off_centre_oblique_bounce_turns_the_spacecraft_as_it_should() {
     let mut scenario = Scenario::spring_rod().unwrap();
     scenario.rig.robot.actuator.delay_s = 0.0;
     scenario.rig.robot.actuator.pause_s = 0.0;
@@ -151,7 +151,7 @@ fn the_analytic_bounce_does_not_depend_on_how_the_laboratory_is_turned() {
         let wall = &mut scenario.rig.mechanism.walls[0];
         wall.tip_m = [0.0, 0.2, 0.0];
         if turned {
-            // A quarter turn about z, of M and of what the craft flies against.
+            // A quarter turn about z, of M and of what the spacecraft flies against.
             let turn = |[x, y, z]: [f64; 3]| [-y, x, z];
             scenario.start_abc_rad = [std::f64::consts::FRAC_PI_2, 0.0, 0.0];
             let start = scenario.start_position_m;

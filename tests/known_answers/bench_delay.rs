@@ -57,7 +57,7 @@ fn stiffness_and_mass_are_alike() {
     assert!((mean("true_pause_0_ms") - 2.74).abs() < 0.04);
 }
 
-/// Off the centre, on oblique walls, with friction, between free craft and in a cone: a robot that
+/// Off the centre, on oblique walls, with friction, between free spacecraft and in a cone: a robot that
 /// is not late gives what the ideal test gives, so that what is left is the delay's.
 #[test]
 fn without_a_delay_every_scene_is_right() {
@@ -157,7 +157,7 @@ fn damped_contacts_come_back_right() {
 }
 
 /// At 1 mm/s a correction of the robot has a last digit of a fortieth of the speed: the reversal is
-/// executed when its twin reverses all the same.
+/// executed when its model reverses all the same.
 #[test]
 fn the_last_digit_of_a_correction_moves_no_reversal() {
     let mut cases = named(&["headline"], 8);

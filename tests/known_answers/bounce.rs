@@ -62,8 +62,8 @@ fn bounce<S: Scalar>(settings: &Settings, contact: &Contact) -> CycleRecord {
     record
 }
 
-/// Momentum (of the initial one) and restitution of two free craft, 500 and 2000 kg.
-fn two_craft<S: Scalar>(velocity: ModelVelocity, frequency_rad_s: f64) -> (f64, f64) {
+/// Momentum (of the initial one) and restitution of two free spacecraft, 500 and 2000 kg.
+fn two_spacecraft<S: Scalar>(velocity: ModelVelocity, frequency_rad_s: f64) -> (f64, f64) {
     let mut settings = flight();
     settings.body_q.mass_kg = MASS_Q_KG;
     settings.body_q.velocity_m_s = [-0.5 * SPEED_M_S, 0.0, 0.0];
@@ -84,7 +84,7 @@ fn two_craft<S: Scalar>(velocity: ModelVelocity, frequency_rad_s: f64) -> (f64, 
 /// Tolerances: momentum, restitution.
 fn elastic<S: Scalar>((momentum, restitution): (f64, f64)) {
     for frequency_rad_s in [10.0, 21.0, 40.0] {
-        let (p, e) = two_craft::<S>(ModelVelocity::End, frequency_rad_s);
+        let (p, e) = two_spacecraft::<S>(ModelVelocity::End, frequency_rad_s);
         assert!((p - 1.0).abs() < momentum, "momentum {p}");
         assert!((e - 1.0).abs() < restitution, "{frequency_rad_s}: e {e}");
     }
@@ -94,7 +94,7 @@ fn elastic<S: Scalar>((momentum, restitution): (f64, f64)) {
 /// of the robot: e = 1 + (π/2) ω Ts/2 to first order.
 fn half_a_cycle_late<S: Scalar>(tolerance: f64) {
     for (frequency_rad_s, known) in [(10.0, 1.032), (21.0, 1.069), (40.0, 1.137)] {
-        let (_, e) = two_craft::<S>(ModelVelocity::Mean, frequency_rad_s);
+        let (_, e) = two_spacecraft::<S>(ModelVelocity::Mean, frequency_rad_s);
         let phase = frequency_rad_s * CYCLE_S;
         let theory = 1.0 + core::f64::consts::FRAC_PI_2 * phase / 2.0;
         assert!((e - known).abs() < tolerance, "{frequency_rad_s}: e {e}");
@@ -130,9 +130,9 @@ in_three_scalars! {
     /// Momentum: action and reaction are the same number, so what is left is the rounding of a
     /// hundred additions; fixed point keeps 0.23 nm/s of 5 mm/s each. Restitution: a
     /// semi-implicit half-oscillation errs by the order of (ω Ts)²/10 at touch and exit.
-    elastic_bounce_of_two_craft: elastic => f64 (1e-13, 3e-3), f32 (2e-6, 3e-3), fixed (1e-5, 3e-3),
+    elastic_bounce_of_two_spacecraft: elastic => f64 (1e-13, 3e-3), f32 (2e-6, 3e-3), fixed (1e-5, 3e-3),
     /// The known numbers are means over the touch's place within a cycle.
     mean_velocity_adds_energy: half_a_cycle_late => f64 8e-3, f32 8e-3, fixed 8e-3,
-    /// As for the restitution, with ω Ts = 0.084; the craft turns by 2 mrad during the contact.
+    /// As for the restitution, with ω Ts = 0.084; the spacecraft turns by 2 mrad during the contact.
     off_centre_impact: off_centre => f64 1.5e-3, f32 1.5e-3, fixed 1.5e-3
 }

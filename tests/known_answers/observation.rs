@@ -6,7 +6,7 @@ use softdock_control::frames::Pose;
 use softdock_control::settings::Settings;
 use softdock_tests::driver::Driver;
 
-/// Two turning craft: the relative velocity of the surfaces is the derivative of their pose.
+/// Two turning spacecraft: the relative velocity of the surfaces is the derivative of their pose.
 #[test]
 fn the_relative_velocity_is_the_derivative_of_the_relative_pose() {
     let mut settings = Settings::default();

@@ -1,4 +1,4 @@
-//! Effects on motion, clock and craft, hidden in the simulated rig in the sizes of the
+//! Effects on motion, clock and spacecraft, hidden in the simulated rig in the sizes of the
 //! demonstration: the diagnosis names each of them, or says with what it is tied.
 
 use softdock::experiment::diagnosis::{self, Part};
@@ -57,7 +57,7 @@ fn every_effect_on_the_motion_is_named() {
 
 #[test]
 #[ignore = "long: a diagnosis for each effect"]
-fn every_effect_on_clock_and_craft_is_named() {
+fn every_effect_on_clock_and_spacecraft_is_named() {
     let mut ids = of_group(Group::Body);
     ids.push("manipulator_resistance");
     are_named(&ids);

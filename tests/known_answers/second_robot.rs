@@ -24,7 +24,7 @@ struct Loop {
     now_us: u64,
 }
 
-/// A free craft before a fixed one. The cycle's length is left at KUKA's.
+/// A free spacecraft before a fixed one. The cycle's length is left at KUKA's.
 fn settings() -> Settings {
     let mut settings = Settings::default();
     settings.delay.law = LawName::None;
@@ -166,7 +166,7 @@ fn free_flight_in_six_axes_does_not_drift() {
         "{metres} m, {radians} rad"
     );
 
-    // Q is fixed and was armed with the craft at its origin, so that axes of C are those of the start.
+    // Q is fixed and was armed with the spacecraft at its origin, so that axes of C are those of the start.
     let way = turned_frame() * Vector3::new(0.11, -0.07, 0.03);
     assert!((after - before - way).norm() < 1e-9, "{}", after - before);
     let turn = Vector3::new(0.13, 0.17, -0.19);
@@ -176,12 +176,12 @@ fn free_flight_in_six_axes_does_not_drift() {
     assert!((times[1] - times[0] - CYCLE_S).abs() < 1e-12);
 }
 
-/// Axes of the craft's laboratory, which are those of M at the start, in C.
+/// Axes of the spacecraft's laboratory, which are those of M at the start, in C.
 fn turned_frame() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2)
 }
 
-/// A free craft bounces off a spring. The force of each cycle is that of its beginning: half a cycle
+/// A free spacecraft bounces off a spring. The force of each cycle is that of its beginning: half a cycle
 /// late, which adds exp(π ω T / 4) to an elastic bounce.
 #[test]
 fn a_bounce_comes_back_as_calculated() {
@@ -199,7 +199,7 @@ fn a_bounce_comes_back_as_calculated() {
             break;
         }
         touched |= depth > 0.0;
-        // M has turned with the craft's laboratory: its x is the normal.
+        // M has turned with the spacecraft's laboratory: its x is the normal.
         bounce.sensor.wrench[0] = -MASS_KG * OMEGA * OMEGA * depth;
         bounce.cycle(None);
     }

@@ -68,7 +68,7 @@ fn restitution_depends_on_the_place_of_the_touch_within_a_cycle() {
 
 /// The printed text taken literally, without low-pass and saturation, misses its claim.
 #[test]
-fn without_preprocessing_the_craft_sticks_at_higher_speeds() {
+fn without_preprocessing_the_spacecraft_sticks_at_higher_speeds() {
     for (speed, known) in [
         (1.0, 0.75),
         (2.0, 0.51),

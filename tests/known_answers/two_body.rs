@@ -1,4 +1,4 @@
-//! Two free craft: what the pair of contact wrenches conserves, and how one craft moves as seen
+//! Two free spacecraft: what the pair of contact wrenches conserves, and how one spacecraft moves as seen
 //! from the other.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -13,7 +13,7 @@ const CYCLES: u32 = 250;
 
 type Vector = Vector3<f64>;
 
-/// Motion of a craft as plain numbers.
+/// Motion of a spacecraft as plain numbers.
 #[derive(Clone, Copy, Debug)]
 struct Motion {
     position: [f64; 3],
@@ -72,7 +72,7 @@ impl Motion {
     }
 }
 
-/// Linear and angular momentum of both craft about the origin of C.
+/// Linear and angular momentum of both spacecraft about the origin of C.
 fn momentum<S: Scalar>(bodies: &TwoBody<S>, state: &TwoBodyState<S>) -> (Vector, Vector) {
     let (k, q) = (bodies.k.momentum(&state.k), bodies.q.momentum(&state.q));
     let sum =

@@ -111,13 +111,13 @@ class RigLog:
         return np.hstack([force, zero]), np.hstack([zero, torque])
 
     def _body(self, weight, bias):
-        craft, geometry = self.meta["spacecraft"], self.meta["geometry"]
-        inertia = np.array(craft["inertia_kg_m2"])
+        spacecraft, geometry = self.meta["spacecraft"], self.meta["geometry"]
+        inertia = np.array(spacecraft["inertia_kg_m2"])
         net = self.wrench - weight - bias
         torque = net[:, 3:] + np.cross(geometry["r_sensor_m"], net[:, :3])
         spin = self.model[:, 3:]
         turning = np.linalg.solve(inertia, (torque - np.cross(spin, spin @ inertia.T)).T).T
-        pushed = self.to_world(net[:, :3]) / craft["mass_kg"]
+        pushed = self.to_world(net[:, :3]) / spacecraft["mass_kg"]
         self.acceleration = np.hstack([pushed, turning]) * self.active
         before = np.vstack([self.acceleration[:1], self.acceleration[:-1]])
         self.increment = 0.5 * self.step_s * (self.acceleration + before)

@@ -13,7 +13,7 @@ use softdock_tests::peers::{BUSY_COMPUTER, Board, counts};
 use softdock_tests::process::{Running, softdock};
 use std::collections::BTreeMap;
 
-/// Mass of the moving craft, kg.
+/// Mass of the moving spacecraft, kg.
 const MASS_KG: f64 = 500.0;
 /// Control cycle, s.
 const CYCLE_S: f64 = 0.004;
@@ -199,6 +199,6 @@ fn a_push_on_the_sensor_changes_the_velocity_by_its_impulse() {
     }
     assert!(
         after.sent_velocity[0] < 0.0,
-        "the push turns the craft around"
+        "the push turns the spacecraft around"
     );
 }

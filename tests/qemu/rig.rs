@@ -9,7 +9,7 @@ use softdock_control::delay::LawName;
 use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, patient};
 use toml_edit::ser::to_string_pretty;
 
-/// The craft flies with 5 mm/s, touches after 1 s, is turned around and flies back: 2 s.
+/// The spacecraft flies with 5 mm/s, touches after 1 s, is turned around and flies back: 2 s.
 const CYCLES: usize = 500;
 /// One unit of a correction, m (10⁻⁴ mm).
 const COUNT_M: f64 = 1e-7;
@@ -66,7 +66,7 @@ fn the_cortex_m7_sends_every_correction_as_the_host_does() {
 }
 
 /// 64-bit fixed point resolves 2.3e-10 in SI units: a velocity of 5 mm/s to eight digits, but the
-/// cubic terms of the paper's law to three. The craft may come back 0.3 % faster or slower, which
+/// cubic terms of the paper's law to three. The spacecraft may come back 0.3 % faster or slower, which
 /// is 20 µm on its way of 7 mm.
 #[test]
 fn the_cortex_m3_in_fixed_point_follows_the_same_path() {

@@ -7,7 +7,7 @@ use softdock_tests::process::softdock;
 
 /// Cycles that RSIPI runs: 10 s.
 const CYCLES: usize = 2500;
-/// Velocity of the craft, m/s.
+/// Velocity of the spacecraft, m/s.
 const VELOCITY_M_S: [f64; 3] = [0.005, -0.001, 0.002];
 /// Control cycle, s.
 const CYCLE_S: f64 = 0.004;

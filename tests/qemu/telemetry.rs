@@ -9,7 +9,7 @@ use std::net::SocketAddrV4;
 use std::process::Command;
 use toml_edit::ser::to_string_pretty;
 
-/// The craft flies, touches, and flies back.
+/// The spacecraft flies, touches, and flies back.
 const CYCLES: usize = 500;
 
 #[test]

@@ -9,8 +9,8 @@ use softdock_analysis::compare::compare;
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::Recording;
 use softdock_tests::browser::{Browser, assert_report};
-use softdock_tests::made_up::{self, MadeUp};
 use softdock_tests::process::{scratch, softdock};
+use softdock_tests::synthetic::{self, SyntheticDiagnosis};
 use std::fs;
 
 #[test]
@@ -38,13 +38,13 @@ fn a_diagnosis_of_each_verdict_is_whole() {
     let folder = scratch("report_browser_diagnosis");
     let mut browser = Browser::start("report_browser_diagnosis_chromium");
     let cases = [
-        ("diagnosis-named", made_up::named(), 5),
-        ("diagnosis-nothing-missing", made_up::nothing_missing(), 2),
-        ("diagnosis-unexplained", made_up::unexplained(), 4),
+        ("diagnosis-named", synthetic::named(), 5),
+        ("diagnosis-nothing-missing", synthetic::nothing_missing(), 2),
+        ("diagnosis-unexplained", synthetic::unexplained(), 4),
     ];
     for (
         name,
-        MadeUp {
+        SyntheticDiagnosis {
             diagnosis,
             before,
             after,

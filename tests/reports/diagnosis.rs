@@ -2,15 +2,15 @@
 //! bad input does to it.
 
 use softdock::pages::diagnosis::{Identity, page};
-use softdock_tests::made_up::{self, MadeUp};
+use softdock_tests::synthetic::{self, SyntheticDiagnosis};
 
-fn html(made_up: &MadeUp) -> String {
-    let MadeUp {
+fn html(synthetic: &SyntheticDiagnosis) -> String {
+    let SyntheticDiagnosis {
         diagnosis,
         before,
         after,
         identity,
-    } = made_up;
+    } = synthetic;
     page(diagnosis, before, after, identity).unwrap().to_html()
 }
 
@@ -30,7 +30,7 @@ fn assert_contains(html: &str, texts: &[&str]) {
 
 #[test]
 fn named_effects_come_with_all_their_evidence() {
-    let html = html(&made_up::named());
+    let html = html(&synthetic::named());
     assert_eq!(
         sections(&html),
         [
@@ -71,7 +71,7 @@ fn named_effects_come_with_all_their_evidence() {
 
 #[test]
 fn nothing_missing_has_no_sections_about_effects() {
-    let html = html(&made_up::nothing_missing());
+    let html = html(&synthetic::nothing_missing());
     assert_eq!(
         sections(&html).first().copied(),
         Some("How large the error is")
@@ -95,7 +95,7 @@ fn nothing_missing_has_no_sections_about_effects() {
 
 #[test]
 fn an_error_without_a_name_is_shown_where_it_is() {
-    let html = html(&made_up::unexplained());
+    let html = html(&synthetic::unexplained());
     assert_eq!(
         sections(&html),
         [
@@ -124,15 +124,15 @@ fn an_error_without_a_name_is_shown_where_it_is() {
 #[test]
 fn a_rest_in_another_axis_gets_its_own_plots() {
     // The effects explain the velocity; what is left unexplained is a torque.
-    let mut made_up = made_up::unexplained();
-    let named = made_up::named();
-    made_up.diagnosis.effects = vec!["transport_delay".to_owned()];
-    made_up.before.channels[0] = named.before.channels[0].clone();
+    let mut synthetic = synthetic::unexplained();
+    let named = synthetic::named();
+    synthetic.diagnosis.effects = vec!["transport_delay".to_owned()];
+    synthetic.before.channels[0] = named.before.channels[0].clone();
     // Far larger than the torque.
-    for six in made_up.before.channels[0].predicted.iter_mut().flatten() {
+    for six in synthetic.before.channels[0].predicted.iter_mut().flatten() {
         six[0] += 0.1;
     }
-    let html = html(&made_up);
+    let html = html(&synthetic);
     let plots: Vec<&str> = sections(&html)
         .into_iter()
         .filter(|s| s.starts_with("Where the error is"))
@@ -148,13 +148,13 @@ fn a_rest_in_another_axis_gets_its_own_plots() {
 
 #[test]
 fn predictions_of_different_recordings_are_refused() {
-    let mut made_up = made_up::named();
-    made_up.after.time_s.pop();
+    let mut synthetic = synthetic::named();
+    synthetic.after.time_s.pop();
     let error = page(
-        &made_up.diagnosis,
-        &made_up.before,
-        &made_up.after,
-        &made_up.identity,
+        &synthetic.diagnosis,
+        &synthetic.before,
+        &synthetic.after,
+        &synthetic.identity,
     )
     .unwrap_err()
     .to_string();
@@ -166,8 +166,8 @@ fn predictions_of_different_recordings_are_refused() {
 
 #[test]
 fn numbers_that_are_none_and_hostile_texts_do_no_harm() {
-    let mut made_up = made_up::named();
-    let diagnosis = &mut made_up.diagnosis;
+    let mut synthetic = synthetic::named();
+    let diagnosis = &mut synthetic.diagnosis;
     diagnosis.sentence = "<script>alert(1)</script>".to_owned();
     diagnosis.seconds = f64::NAN;
     for step in &mut diagnosis.steps {
@@ -194,19 +194,19 @@ fn numbers_that_are_none_and_hostile_texts_do_no_harm() {
     for floor in &mut diagnosis.noise {
         floor.data_sheet = 0.0;
     }
-    let html = html(&made_up);
+    let html = html(&synthetic);
     assert!(html.contains("n/a") && !html.contains("<script"));
-    for prediction in [&mut made_up.before, &mut made_up.after] {
+    for prediction in [&mut synthetic.before, &mut synthetic.after] {
         for channel in &mut prediction.channels {
             channel.predicted.clear();
             channel.sigma = [0.0; 6];
         }
     }
-    let MadeUp {
+    let SyntheticDiagnosis {
         diagnosis,
         before,
         after,
         ..
-    } = &made_up;
+    } = &synthetic;
     page(diagnosis, before, after, &Identity::default()).unwrap();
 }

@@ -71,7 +71,7 @@ fn spring_rod(speed_m_s: f64, law: LawName) -> Case {
     case.settings = scenario.board.control;
     case.settings.body_k.velocity_m_s = known.body_k.velocity_m_s;
     // The walls push; nothing hangs on this sensor. It sits beside the centre of mass, so that the
-    // contact turns the craft as well.
+    // contact turns the spacecraft as well.
     case.settings.sensor.tool_mass_kg = 0.0;
     case.settings.sensor.position_m = [0.02, 0.05, 0.1];
     case.settings.body_k.angular_velocity_rad_s = [0.002, -0.001, 0.003];
@@ -99,7 +99,7 @@ fn run<S: Scalar>(case: &Case) -> (Vec<Trace>, f64) {
     };
     let last = traces.last().unwrap();
     let touched = traces.iter().any(|t| t.wrench_at_m[0].abs() > 1.0);
-    // Passivity may take all of the speed away, and the craft rests on the rod.
+    // Passivity may take all of the speed away, and the spacecraft rests on the rod.
     let rests = case.settings.delay.law == LawName::Passivity;
     assert!(
         touched && (rests || last.wrench_at_m[0].abs() < 1e-6),

@@ -229,7 +229,7 @@ fn every_setting_at_the_ends_of_its_range() {
     assert!(running > 20_000, "hardly ever closed: {running} cycles");
 }
 
-/// The craft's inertia: a tensor's elements have their ranges only together.
+/// The spacecraft's inertia: a tensor's elements have their ranges only together.
 #[test]
 fn tensors_at_the_ends_of_their_range() {
     let slanted = |least: f64, most: f64| {
@@ -329,7 +329,7 @@ fn all_corners_of_the_limits() {
     }
 }
 
-/// The lightest craft, the widest limits, the largest gains, with each law.
+/// The lightest spacecraft, the widest limits, the largest gains, with each law.
 #[test]
 fn every_law_with_the_widest_settings() {
     let all = every_setting();

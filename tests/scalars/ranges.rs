@@ -1,4 +1,4 @@
-//! The edges of the declared ranges: the lightest craft under the largest load with the widest
+//! The edges of the declared ranges: the lightest spacecraft under the largest load with the widest
 //! limits, and a measured pose that jumps. Everything saturates; nothing wraps or becomes NaN.
 
 use softdock_app::record::CycleRecord;
@@ -111,7 +111,7 @@ fn a_pose_that_jumps<S: Scalar>() {
     }
 }
 
-/// Two craft at the far ends of the model's ranges, farther than any run leads within a test.
+/// Two spacecraft at the far ends of the model's ranges, farther than any run leads within a test.
 fn the_far_ends_of_the_model<S: Scalar>() {
     let bodies = TwoBody::<S>::new(&lightest(0.0), &lightest(0.0), 0.02);
     let frames = ObservationFrames::<S>::new(&FrameSettings {

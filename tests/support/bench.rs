@@ -12,7 +12,7 @@ use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::{CorrectionMode, Settings};
 
-/// Largest velocity of a craft's model, m/s and rad/s, with the rounding of f32.
+/// Largest velocity of a spacecraft's model, m/s and rad/s, with the rounding of f32.
 const FASTEST: (f64, f64) = (100.001, 20.001);
 
 /// The bench.

@@ -82,7 +82,7 @@ impl<S: Scalar> Driver<S> {
     }
 }
 
-/// Settings of a craft that flies at `speed_m_s` along x in front of a fixed one.
+/// Settings of a spacecraft that flies at `speed_m_s` along x in front of a fixed one.
 pub fn flying(speed_m_s: f64) -> Settings {
     let mut settings = Settings::default();
     settings.body_k.velocity_m_s = [speed_m_s, 0.0, 0.0];
@@ -92,7 +92,7 @@ pub fn flying(speed_m_s: f64) -> Settings {
     settings
 }
 
-/// A driver whose craft flies with its full velocity: the start ramp is over.
+/// A driver whose spacecraft flies with its full velocity: the start ramp is over.
 pub fn cruising<S: Scalar>(settings: &Settings) -> Driver<S> {
     let mut driver = Driver::new(settings);
     driver.start();

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Longest wait for anything. It only keeps a broken test from hanging; no test measures time.
 pub const PATIENCE: Duration = Duration::from_secs(240);
 /// How often a wait looks again.
-const GLANCE: Duration = Duration::from_millis(5);
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// What a process has said so far, standard output and standard error together.
 #[derive(Debug, Default)]
@@ -106,7 +106,7 @@ impl Running {
             let log = self.log.lock();
             let over = log.open == 0 || Instant::now() > give_up;
             if !over {
-                drop(self.log.changed.wait_timeout(log, GLANCE));
+                drop(self.log.changed.wait_timeout(log, POLL_INTERVAL));
                 continue;
             }
             drop(log);
@@ -168,7 +168,7 @@ impl Running {
             if Instant::now() > give_up {
                 return;
             }
-            thread::sleep(GLANCE);
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -212,7 +212,7 @@ fn wait(name: &str, child: &mut Child) -> ExitStatus {
     loop {
         match child.try_wait() {
             Ok(Some(status)) => return status,
-            Ok(None) if Instant::now() < give_up => thread::sleep(GLANCE),
+            Ok(None) if Instant::now() < give_up => thread::sleep(POLL_INTERVAL),
             Ok(None) => {
                 let _ = child.kill();
                 let _ = child.wait();

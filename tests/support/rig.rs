@@ -8,7 +8,7 @@ use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
 
-/// Mass of the simulated craft, kg.
+/// Mass of the simulated spacecraft, kg.
 pub const MASS_KG: f64 = 500.0;
 
 /// A case: contact, actuator, approach and settings of the cycle.
@@ -21,7 +21,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// A craft of 500 kg, flying at `speed_m_s` towards a wall that makes it a resonator of
+    /// A spacecraft of 500 kg, flying at `speed_m_s` towards a wall that makes it a resonator of
     /// `frequency_rad_s`; the actuator is ideal and no law runs.
     pub fn new(frequency_rad_s: f64, speed_m_s: f64) -> Self {
         let mut settings = Settings::default();
@@ -58,7 +58,7 @@ impl Case {
         case
     }
 
-    /// The same with a wall whose normal is turned about z; the craft flies along the normal.
+    /// The same with a wall whose normal is turned about z; the spacecraft flies along the normal.
     pub fn turned(mut self, angle_rad: f64) -> Self {
         let normal = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
         let speed = self.settings.body_k.velocity_m_s[0];
@@ -137,8 +137,8 @@ impl<S: Scalar> Rig<S> {
 /// Restitution of the first bounce.
 ///
 /// # Panics
-/// If the craft does not come back within 20 s.
+/// If the spacecraft does not come back within 20 s.
 pub fn restitution<S: Scalar>(case: &Case) -> f64 {
     let out = Rig::<S>::new(case).bounce(20.0);
-    -out.expect("the craft comes back") / case.speed_m_s()
+    -out.expect("the spacecraft comes back") / case.speed_m_s()
 }

@@ -82,7 +82,7 @@ async fn exchange<M: RawMutex, B: SensorBus>(
             }
             return Ok(true);
         }
-        Either4::Third(()) => driver.hurry(clock.now_us()),
+        Either4::Third(()) => driver.expedite(clock.now_us()),
         Either4::Fourth(()) => {}
     }
     Ok(false)

@@ -8,7 +8,7 @@
 pub enum Phase {
     /// Checks of the input, pose, and the wrench without the tool's weight and inertia.
     Wrench,
-    /// Commands of the operator and load limits, then the motion of the two craft.
+    /// Commands of the operator and load limits, then the motion of the two spacecraft.
     Dynamics,
     /// Compensation of the robot's delay.
     Law,

@@ -145,7 +145,7 @@ impl<S: Scalar> Cycle<S> {
         self.observers.observe(&self.run.state)
     }
 
-    /// The two simulated craft and their motion.
+    /// The two simulated spacecraft and their motion.
     pub fn bodies(&self) -> (&TwoBody<S>, &TwoBodyState<S>) {
         (&self.plan.bodies, &self.run.state)
     }

@@ -20,15 +20,15 @@ const FASTEST_RAD_S: f64 = 20.0;
 const LARGEST_RAD_S2: f64 = 1.0e6;
 /// Likewise, m: as far as the initial velocity leads in a day.
 const FARTHEST_M: f64 = 1.0e6;
-/// Largest component of the distance between the two craft that is taken as a lever, m: twice
+/// Largest component of the distance between the two spacecraft that is taken as a lever, m: twice
 /// what the settings allow. The largest contact force at its end stays within fixed point, also
 /// while the product is turned from one frame into another.
 const LONGEST_LEVER_M: f64 = 4.0e3;
 
-/// Motion of one craft.
+/// Motion of one spacecraft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState<S: Scalar> {
-    /// Body frame (axes of the craft, origin in its centre of mass) in C.
+    /// Body frame (axes of the spacecraft, origin in its centre of mass) in C.
     pub c_from_body: Pose<S>,
     /// Velocity in C and angular velocity in body axes.
     pub velocity: Twist<S>,
@@ -93,7 +93,7 @@ fn lever<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Vector3<S> {
     saturated(&apart, LONGEST_LEVER_M)
 }
 
-/// One craft, ready to run.
+/// One spacecraft, ready to run.
 #[derive(Clone, Debug)]
 pub struct Body<S: Scalar> {
     fixed: bool,
@@ -137,7 +137,9 @@ impl<S: Scalar> Body<S> {
         };
         let away = state.c_from_body.translation.vector - relaxed_m;
         let away = saturated(&away, LONGEST_LEVER_M);
-        let pull = away.zip_map(&state.velocity.linear, |way, speed| law.force(way, speed));
+        let pull = away.zip_map(&state.velocity.linear, |displacement, speed| {
+            law.force(displacement, speed)
+        });
         self.arm.linear + pull
     }
 
@@ -243,22 +245,22 @@ pub fn relative_velocity<S: Scalar>(k: &BodyState<S>, q: &BodyState<S>) -> Twist
     }
 }
 
-/// Both craft and what couples them.
+/// Both spacecraft and what couples them.
 #[derive(Clone, Debug)]
 pub struct TwoBody<S: Scalar> {
-    /// Passive craft, moved by the rig.
+    /// Passive spacecraft, moved by the rig.
     pub k: Body<S>,
-    /// Active craft.
+    /// Active spacecraft.
     pub q: Body<S>,
     ts: S,
 }
 
-/// Motion of both craft.
+/// Motion of both spacecraft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoBodyState<S: Scalar> {
-    /// Passive craft.
+    /// Passive spacecraft.
     pub k: BodyState<S>,
-    /// Active craft.
+    /// Active spacecraft.
     pub q: BodyState<S>,
 }
 

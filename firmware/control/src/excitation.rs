@@ -3,7 +3,7 @@
 //! One axis stands still, goes forward with a velocity that jumps between two levels at pseudo-random
 //! times, comes back the same way, then goes to and fro, and stands still at its start. No sign
 //! changes inside of the first two parts, so that a pause at a zero crossing acts between them only;
-//! the last part has many. Both ways begin and end slowly, so that no jump of the velocity is larger
+//! the last part has many. Both strokes begin and end slowly, so that no jump of the velocity is larger
 //! than [`LARGEST_JUMP`]. The whole is known before it begins.
 
 /// Cycles of rest before and after.
@@ -14,11 +14,11 @@ const HOLDS: [u32; 2] = [3, 9];
 const REVERSALS: [u32; 2] = [12, 24];
 /// Cycles of the part to and fro.
 const TO_AND_FRO: u32 = 216;
-/// Levels over the mean speed: those of the two ways, and that of the part to and fro.
+/// Levels over the mean speed: those of the two strokes, and that of the part to and fro.
 const LEVELS: [f64; 2] = [0.4, 1.6];
 const REVERSED: f64 = 0.9;
 
-/// Fewest and most cycles of the way forward: fewer show too few jumps of the velocity, and the part
+/// Fewest and most cycles of the forward stroke: fewer show too few jumps of the velocity, and the part
 /// to and fro would go farther.
 pub const FORWARD: [u32; 2] = [125, 2500];
 /// Fastest level over the mean speed.
@@ -30,7 +30,7 @@ pub const LARGEST_JUMP: f64 = 2.0 * REVERSED;
 #[derive(Clone, Debug)]
 pub struct Excitation {
     mean_speed: f64,
-    /// Cycles of the way forward.
+    /// Cycles of the forward stroke.
     forward: u32,
     part: Part,
     /// Cycles that are left of the part, and of the present level.
@@ -55,7 +55,7 @@ enum Part {
 }
 
 impl Excitation {
-    /// With this mean speed, m/s or rad/s, whose sign is the direction, and so many cycles of the way
+    /// With this mean speed, m/s or rad/s, whose sign is the direction, and so many cycles of the stroke
     /// forward, taken within [`FORWARD`]. The same `seed` gives the same jog.
     pub fn new(mean_speed: f64, forward: u32, seed: u32) -> Self {
         // Zero is the one state that a shift register never leaves.
@@ -78,7 +78,7 @@ impl Excitation {
         2 * REST + 2 * self.forward + TO_AND_FRO
     }
 
-    /// Farthest from the start that a way of so many cycles with this mean speed leads, m or rad: no
+    /// Farthest from the start that a stroke of so many cycles with this mean speed leads, m or rad: no
     /// level is held for ever, but no more than the faster one could be.
     pub fn reach(mean_speed: f64, forward: u32, cycle_s: f64) -> f64 {
         mean_speed * FASTEST * f64::from(forward) * cycle_s
@@ -104,7 +104,7 @@ impl Excitation {
         (self.part, self.left) = match self.part {
             Part::RestBefore => (Part::Forward, self.forward),
             Part::Forward => {
-                // The way back is the way forward, turned round: it ends where it began.
+                // The return stroke is the forward stroke, reversed: it ends where it began.
                 self.random = self.seed;
                 (Part::Back, self.forward)
             }
@@ -119,8 +119,8 @@ impl Excitation {
     fn choose(&mut self) {
         let (level, holds) = match self.part {
             Part::RestBefore | Part::RestAfter | Part::Over => (0.0, [u32::MAX; 2]),
-            Part::Forward => (self.way_level(), HOLDS),
-            Part::Back => (-self.way_level(), HOLDS),
+            Part::Forward => (self.stroke_level(), HOLDS),
+            Part::Back => (-self.stroke_level(), HOLDS),
             // Every second hold is as long as the one before it, in the other direction.
             Part::ToAndFro if self.level > 0.0 => {
                 self.level = -REVERSED;
@@ -142,8 +142,8 @@ impl Excitation {
         }
     }
 
-    /// A level of the way forward or back: slow at both ends, where the last hold may be cut short.
-    fn way_level(&mut self) -> f64 {
+    /// A level of the forward or return stroke: slow at both ends, where the last hold may be cut short.
+    fn stroke_level(&mut self) -> f64 {
         let inside = self.left < self.forward && self.left > HOLDS[1];
         LEVELS[usize::from(inside && self.draw() & 1 == 1)]
     }

@@ -4,7 +4,7 @@
 //! ```text
 //!            simulated world                          laboratory
 //!
-//!    K  centre of mass, passive craft          M  the same point K on the robot's flange
+//!    K  centre of mass, passive spacecraft          M  the same point K on the robot's flange
 //!    |\                                        |\
 //!    | \_ J  its docking surface (also N)      | \_ S  force/torque sensor
 //!    |                                         |
@@ -13,13 +13,13 @@
 //!    |  _ P  docking surface of Q              |
 //!    | /                                       |
 //!    |/                                        |
-//!    Q  centre of mass, active craft           Q  fixed to the floor
+//!    Q  centre of mass, active spacecraft           Q  fixed to the floor
 //!
 //!    C  reference of all poses; inertial in the simulated world. In the laboratory it is the
 //!       robot's BASE and is fixed to the ground A.
 //! ```
 //!
-//! Both craft move in the simulated world; the rig moves only K (as M) with respect to Q.
+//! Both spacecraft move in the simulated world; the rig moves only K (as M) with respect to Q.
 //!
 //! Conventions: `x_from_y` maps coordinates of y into x. Quaternions are Hamilton, w first.
 //! Linear velocity is expressed in C, angular velocity in the body's own axes (A17, A19: the
@@ -214,7 +214,7 @@ pub fn renormalised<S: Scalar>(q: &Quaternion<S>) -> UnitQuaternion<S> {
 }
 
 /// Hamilton's product, each product of it rounded to the nearest: a thousand million roundings
-/// downwards would turn a craft that does not turn.
+/// downwards would turn a spacecraft that does not turn.
 fn product<S: Scalar>(p: &Quaternion<S>, q: &Quaternion<S>) -> Quaternion<S> {
     let times = |a: S, b: S| a.times(b);
     Quaternion::new(

@@ -91,7 +91,7 @@ pub struct Output {
     pub stop: bool,
 }
 
-/// Motion of one frame in another, for the log: of a simulated craft in C unless said otherwise.
+/// Motion of one frame in another, for the log: of a simulated spacecraft in C unless said otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BodyTrace {
@@ -127,9 +127,9 @@ pub struct Trace {
     pub pose: [f64; 7],
     /// Measured velocity of M: difference of two measured poses.
     pub executed_velocity: [f64; 6],
-    /// The passive craft.
+    /// The passive spacecraft.
     pub body_k: BodyTrace,
-    /// The active craft.
+    /// The active spacecraft.
     pub body_q: BodyTrace,
     /// The docking surface J (= N) of K seen from P of Q: its pose in P, and its relative velocity,
     /// linear in axes of P, angular in axes of J.

@@ -33,7 +33,7 @@ pub enum Jog {
 }
 
 impl Jog {
-    /// Place of the axis in a twist (linear x y z, angular x y z), and the sign of the direction.
+    /// Index of the axis in a twist (linear x y z, angular x y z), and the sign of the direction.
     pub fn component(self) -> (usize, f64) {
         match self {
             Self::X => (0, 1.0),

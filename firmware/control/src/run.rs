@@ -1,6 +1,6 @@
 //! The closed loop: from the contact wrench to the velocity that is sent and the commanded pose.
 //!
-//! A [`Run`] is made new by each `arm` and each jog. Its phases: zero cycles, a ramp in which both craft glide
+//! A [`Run`] is made new by each `arm` and each jog. Its phases: zero cycles, a ramp in which both spacecraft glide
 //! with their initial velocities, then Newton; after a stop, the last velocity fades out.
 
 use crate::cost::{Phase, Probe};
@@ -265,7 +265,7 @@ impl<S: Scalar> Run<S> {
         S::of((f64::from(since) / f64::from(plan.ramp_cycles)).min(1.0))
     }
 
-    /// Moves both craft: they glide in the ramp, then they feel what the law lets them feel.
+    /// Moves both spacecraft: they glide in the ramp, then they feel what the law lets them feel.
     fn integrate(&mut self, plan: &Plan<S>, input: &LoopInput<'_, S>, share: S, trace: &mut Trace) {
         if share < S::one() {
             for body in [&mut self.state.k, &mut self.state.q] {

@@ -18,9 +18,9 @@ pub struct Settings {
     pub robot: RobotSettings,
     /// The sensor's place on the flange, its zero and the tool it carries.
     pub sensor: SensorSettings,
-    /// The simulated passive craft K, the one that the robot moves.
+    /// The simulated passive spacecraft K, the one that the robot moves.
     pub body_k: BodySettings,
-    /// The simulated active craft Q.
+    /// The simulated active spacecraft Q.
     pub body_q: BodySettings,
     /// Observation frames.
     pub frames: FrameSettings,
@@ -94,7 +94,7 @@ pub enum DynamicCompensation {
 }
 
 crate::described! {
-/// The sensor's place, its zero and the tool that it carries.
+/// Position and orientation of the sensor, its zero and the tool that it carries.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
@@ -154,12 +154,12 @@ impl Default for SensorSettings {
 }
 
 crate::described! {
-/// One simulated craft: mass properties, space-manipulator terms and initial conditions.
+/// One simulated spacecraft: mass properties, space-manipulator terms and initial conditions.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct BodySettings {
-    /// Does not move, whatever acts on it (a craft of unlimited mass).
+    /// Does not move, whatever acts on it (a spacecraft of unlimited mass).
     pub fixed: bool,
     /// Mass, kg.
     pub mass_kg: f64,
@@ -170,9 +170,9 @@ pub struct BodySettings {
     pub arm_acceleration_m_s2: [f64; 3],
     /// α_ARM: angular acceleration by the space manipulator, rad/s² in body axes.
     pub arm_angular_acceleration_rad_s2: [f64; 3],
-    /// Stiffness of the space manipulator, N/m: it pulls the craft back to its initial position.
+    /// Stiffness of the space manipulator, N/m: it pulls the spacecraft back to its initial position.
     pub arm_stiffness_n_per_m: f64,
-    /// Damping of the space manipulator, N·s/m: it brakes the craft.
+    /// Damping of the space manipulator, N·s/m: it brakes the spacecraft.
     pub arm_damping_n_s_per_m: f64,
     /// Initial position of the centre of mass in C, m.
     pub position_m: [f64; 3],
@@ -204,7 +204,7 @@ impl Default for BodySettings {
 }
 
 impl BodySettings {
-    /// Stiffness (1/s²) and damping (1/s) of the space manipulator, over the mass of the craft.
+    /// Stiffness (1/s²) and damping (1/s) of the space manipulator, over the mass of the spacecraft.
     pub fn arm_resistance_per_kg(&self) -> (f64, f64) {
         (
             self.arm_stiffness_n_per_m / self.mass_kg,
@@ -214,7 +214,7 @@ impl BodySettings {
 }
 
 crate::described! {
-/// Observation frames: docking surfaces on the two craft.
+/// Observation frames: docking surfaces on the two spacecraft.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]

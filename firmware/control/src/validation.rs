@@ -22,7 +22,7 @@ const STRONGEST_PER_S: f64 = 10.0;
 /// Largest component of a quaternion as it is written; it is normalised when it is taken.
 const LARGEST_QUATERNION: f64 = 1.0e3;
 
-/// Dotted names of a craft's fields.
+/// Dotted names of a spacecraft's fields.
 struct BodyNames {
     mass: FieldName,
     inertia: FieldName,
@@ -37,7 +37,7 @@ struct BodyNames {
     angular_velocity: FieldName,
 }
 
-/// The names of one of the two craft.
+/// The names of one of the two spacecraft.
 macro_rules! body_names {
     ($body:literal) => {
         BodyNames {

@@ -24,8 +24,8 @@ pub trait SensorDriver {
     /// Takes a frame from the wire, and returns the reading that it completes.
     fn receive(&mut self, frame: &Self::Frame, now_us: u64) -> Option<SensorReading>;
 
-    /// Makes the next request due at once, if none is on its way; a streaming sensor cannot hurry.
-    fn hurry(&mut self, now_us: u64);
+    /// Makes the next request due at once, if none is on its way; a streaming sensor cannot expedite.
+    fn expedite(&mut self, now_us: u64);
 
     /// How far the driver is.
     fn state(&self) -> SensorState;

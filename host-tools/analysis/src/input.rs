@@ -89,14 +89,12 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
     })?;
     toml_edit::de::from_str(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start);
-        let place =
-            place_of(document.as_table(), offset, "", "at the top level").unwrap_or_else(|| {
-                Place {
-                    section: "at the top level".into(),
-                    key: None,
-                }
+        let location = location_of(document.as_table(), offset, "", "at the top level")
+            .unwrap_or_else(|| Location {
+                section: "at the top level".into(),
+                key: None,
             });
-        let (what, hint) = explain(error.message(), &place);
+        let (what, hint) = explain(error.message(), &location);
         report(text, name, error.span(), &what, hint)
     })
 }
@@ -182,7 +180,7 @@ fn missing_file(path: &Path) -> String {
 }
 
 /// Where in a document something stands.
-struct Place {
+struct Location {
     /// `[a.b]`, `[[a.b]]` or `at the top level`, with the preposition for the first two left to the
     /// caller.
     section: String,
@@ -190,7 +188,7 @@ struct Place {
     key: Option<String>,
 }
 
-impl Place {
+impl Location {
     /// "in [a.b]" or "at the top level".
     fn within(&self) -> String {
         if self.section.starts_with('[') {
@@ -210,11 +208,16 @@ impl Place {
 }
 
 /// The key or table at a byte offset.
-fn place_of(table: &dyn TableLike, offset: usize, path: &str, section: &str) -> Option<Place> {
+fn location_of(
+    table: &dyn TableLike,
+    offset: usize,
+    path: &str,
+    section: &str,
+) -> Option<Location> {
     let contains = |span: Option<std::ops::Range<usize>>| span.is_some_and(|s| s.contains(&offset));
     for (name, item) in table.iter() {
         let here = || {
-            Some(Place {
+            Some(Location {
                 section: section.into(),
                 key: Some(name.into()),
             })
@@ -229,13 +232,13 @@ fn place_of(table: &dyn TableLike, offset: usize, path: &str, section: &str) -> 
         };
         for (part, span, heading) in tables_of(item, &inner) {
             let itself = || {
-                contains(span.clone()).then(|| Place {
+                contains(span.clone()).then(|| Location {
                     section: heading.clone(),
                     key: None,
                 })
             };
-            if let Some(place) = place_of(part, offset, &inner, &heading).or_else(itself) {
-                return Some(place);
+            if let Some(location) = location_of(part, offset, &inner, &heading).or_else(itself) {
+                return Some(location);
             }
         }
         if contains(item.span()) {
@@ -269,7 +272,7 @@ fn tables_of<'a>(item: &'a Item, path: &str) -> Vec<Part<'a>> {
 }
 
 /// What is wrong, in the words of the person who wrote the file, and what else to know.
-fn explain(message: &str, place: &Place) -> (String, &'static str) {
+fn explain(message: &str, location: &Location) -> (String, &'static str) {
     let (first, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     if let Some(wrong) = quoted(first, "unknown field ") {
         let known: Vec<&str> = names_in(expected);
@@ -283,7 +286,7 @@ fn explain(message: &str, place: &Place) -> (String, &'static str) {
         return (
             format!(
                 "unknown key `{wrong}` {}; {}",
-                place.within(),
+                location.within(),
                 offer(near, &known)
             ),
             hint,
@@ -295,14 +298,14 @@ fn explain(message: &str, place: &Place) -> (String, &'static str) {
         return (
             format!(
                 "{}: unknown value `{wrong}`; {}",
-                place.subject(),
+                location.subject(),
                 offer(near, &known)
             ),
             "",
         );
     }
     if let Some(key) = quoted(first, "missing field ") {
-        return (format!("missing key `{key}` {}", place.within()), "");
+        return (format!("missing key `{key}` {}", location.within()), "");
     }
     let found = ["invalid type: ", "invalid value: "]
         .iter()
@@ -314,13 +317,13 @@ fn explain(message: &str, place: &Place) -> (String, &'static str) {
         return (
             format!(
                 "{}: expected {}, found {found}",
-                place.subject(),
+                location.subject(),
                 plain(expected)
             ),
             "",
         );
     }
-    (format!("{}: {message}", place.subject()), "")
+    (format!("{}: {message}", location.subject()), "")
 }
 
 fn offer(near: Option<&str>, known: &[&str]) -> String {

@@ -19,7 +19,7 @@ const ICOUNT_SHIFT: u32 = 6;
 /// A tick of the board's counter, ns.
 const TICK_NS: u32 = 40;
 /// How often it is looked whether QEMU has ended.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Instructions of a count of ticks; exact up to one.
 pub fn instructions(ticks: u32) -> u32 {
@@ -114,7 +114,7 @@ fn wait(qemu: &mut Child, done: &Receiver<Done>, count: usize) -> Vec<Done> {
     let mut all = Vec::with_capacity(count);
     let give_up = Instant::now() + PATIENCE;
     while all.len() < count {
-        if let Ok(one) = done.recv_timeout(GLANCE) {
+        if let Ok(one) = done.recv_timeout(POLL_INTERVAL) {
             all.push(one);
             continue;
         }

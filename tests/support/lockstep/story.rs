@@ -16,7 +16,7 @@ const CHAPTER: usize = 2500;
 /// Decimals that the robot sends.
 const DECIMALS: u8 = 6;
 
-/// Steps of `cycles` cycles for a board with `settings`. The inputs are those of a craft that
+/// Steps of `cycles` cycles for a board with `settings`. The inputs are those of a spacecraft that
 /// bounces between two turned walls, which turns slowly besides; they do not follow the answers.
 ///
 /// # Panics

@@ -26,7 +26,7 @@ const DECIMALS: u8 = 6;
 /// Time after which a telegram counts as missed by a board that starts over.
 const MISSED: Duration = Duration::from_secs(1);
 /// How often waits look again.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Requests of the sensor's data after which a reading has certainly been taken: the first is
 /// answered with it, the second comes after it.
 const REQUESTS: u32 = 2;
@@ -218,7 +218,7 @@ impl LockStepRig {
                 Instant::now() < give_up,
                 "the board does not ask for readings"
             );
-            let wait = self.shown.changed.wait_timeout(shown, GLANCE);
+            let wait = self.shown.changed.wait_timeout(shown, POLL_INTERVAL);
             shown = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
         true
@@ -237,7 +237,7 @@ impl Drop for LockStepRig {
 /// Answers requests until the test or the board ends.
 fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
     let ready = stream.set_nodelay(true).is_ok()
-        && stream.set_read_timeout(Some(GLANCE)).is_ok()
+        && stream.set_read_timeout(Some(POLL_INTERVAL)).is_ok()
         && stream.write_all(OPEN).is_ok();
     let mut line = Vec::new();
     let mut buffer = [0; 512];

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Gauge counts per N and per N·m; the gauges are the axes.
 const COUNTS_PER_UNIT: f64 = 100.0;
 /// How often the thread looks whether it shall end.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Open sequence of python-can, with its empty line and its second `O`.
 const OPEN: &[u8] = b"C\rS8\r\rO\rO\r";
 /// What a bad cable puts on the line: whole lines of it, and one byte too many before a frame.
@@ -46,7 +46,7 @@ impl Sensor {
             .set_nodelay(true)
             .expect("small packets can be sent at once");
         stream
-            .set_read_timeout(Some(GLANCE))
+            .set_read_timeout(Some(POLL_INTERVAL))
             .expect("a timeout can be set");
         stream.write_all(OPEN).expect("the board reads");
         let state = Arc::new(State::default());

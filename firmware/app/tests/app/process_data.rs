@@ -117,7 +117,7 @@ impl SensorDriver for Driver {
         })
     }
 
-    fn hurry(&mut self, now_us: u64) {
+    fn expedite(&mut self, now_us: u64) {
         self.next_us = self.next_us.min(now_us);
     }
 

@@ -65,7 +65,7 @@ fn a_time_stamp_that_jumps_is_a_new_run() {
     }
 }
 
-/// A way to a fault.
+/// A cause of a fault.
 type Cause = (FaultCode, fn(&mut Bench));
 
 const CAUSES: [Cause; 7] = [
@@ -122,10 +122,10 @@ fn an_absolute_offset_is_held_in_every_fault() {
         let held = counts(&bench.cycle());
         assert_eq!(bench.fault(), Some(code));
         // A silent sensor takes some cycles, in which the motion fades out.
-        let way = if code == FaultCode::SensorStale { 5 } else { 0 };
+        let cycles = if code == FaultCode::SensorStale { 5 } else { 0 };
         let moved = held[0] - before[0];
         assert!(
-            (0..=way * CRUISE_COUNTS).contains(&moved),
+            (0..=cycles * CRUISE_COUNTS).contains(&moved),
             "{code:?} {moved}"
         );
         for _ in 0..100 {

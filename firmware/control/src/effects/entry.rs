@@ -77,7 +77,7 @@ pub enum Group {
     Mechanism,
     /// From forces to the wrench as read.
     Sensor,
-    /// The simulated craft and the clock of the control cycle.
+    /// The simulated spacecraft and the clock of the control cycle.
     Body,
 }
 
@@ -91,7 +91,7 @@ impl Group {
             Self::Actuator => "Actuator: from the commanded velocity to the executed one",
             Self::Mechanism => "Mechanism: forces on the moving side",
             Self::Sensor => "Sensor: from forces to the wrench as read",
-            Self::Body => "Body: the simulated craft and the clock of the cycle",
+            Self::Body => "Body: the simulated spacecraft and the clock of the cycle",
         }
     }
 }

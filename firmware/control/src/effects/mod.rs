@@ -33,11 +33,11 @@ use crate::scalar::Scalar;
 /// All effects, group by group, in the order in which a signal meets them.
 pub const CATALOGUE: &[&Effect] = &[
     &actuator::command_quantisation::EFFECT,
-    &actuator::transport_delay::EFFECT,
-    &actuator::first_order_lag::EFFECT,
+    &actuator::actuation_delay::EFFECT,
+    &actuator::actuation_lag::EFFECT,
     &actuator::second_order_servo::EFFECT,
     &actuator::structural_resonance::EFFECT,
-    &actuator::zero_crossing_pause::EFFECT,
+    &actuator::zero_cross_pause::EFFECT,
     &actuator::rate_limit::EFFECT,
     &actuator::jerk_limit::EFFECT,
     &actuator::velocity_saturation::EFFECT,
@@ -55,7 +55,7 @@ pub const CATALOGUE: &[&Effect] = &[
     &mechanism::contact_cubic::EFFECT,
     &mechanism::contact_damping::EFFECT,
     &mechanism::hunt_crossley::EFFECT,
-    &mechanism::coulomb_friction::EFFECT,
+    &mechanism::contact_coulomb::EFFECT,
     &mechanism::cable_stiffness::EFFECT,
     &mechanism::manipulator_resistance::EFFECT,
     &sensor::base_tilt::EFFECT,
@@ -66,8 +66,8 @@ pub const CATALOGUE: &[&Effect] = &[
     &sensor::ft_crosstalk::EFFECT,
     &sensor::ft_scale::EFFECT,
     &sensor::ft_bias::EFFECT,
-    &sensor::bias_drift::EFFECT,
-    &sensor::low_pass::EFFECT,
+    &sensor::ft_bias_drift::EFFECT,
+    &sensor::ft_low_pass::EFFECT,
     &sensor::ft_saturation::EFFECT,
     &sensor::ft_quantisation::EFFECT,
     &sensor::ft_dropout::EFFECT,
@@ -140,8 +140,8 @@ mod tests {
     fn parameter_names_are_unique_within_an_effect() {
         for effect in CATALOGUE {
             for (i, p) in effect.parameters.iter().enumerate() {
-                let twins = effect.parameters.iter().filter(|q| q.name == p.name);
-                assert_eq!(twins.count(), 1, "{} {} {i}", effect.id, p.name);
+                let same_name = effect.parameters.iter().filter(|q| q.name == p.name);
+                assert_eq!(same_name.count(), 1, "{} {} {i}", effect.id, p.name);
             }
         }
     }

@@ -43,9 +43,9 @@ impl SensorDriver for CanSensor {
         delegate!(self.receive(frame, now_us))
     }
 
-    fn hurry(&mut self, now_us: u64) {
+    fn expedite(&mut self, now_us: u64) {
         if let Self::Ati(driver) = self {
-            driver.hurry(now_us);
+            driver.expedite(now_us);
         }
     }
 

@@ -11,11 +11,11 @@ use serde::Serialize;
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;
-/// Longest lateness that is looked for, s, to both sides.
+/// Longest delay that is looked for, s, to both sides.
 const LATE_S: (f64, f64) = (-0.02, 0.2);
-/// Steps of the search for the lateness between cycles: each leaves 0.62 of the interval.
+/// Steps of the search for the delay between cycles: each leaves 0.62 of the interval.
 const GOLDEN_STEPS: usize = 16;
-/// Share of a cycle to which a lateness can be known.
+/// Share of a cycle to which a delay can be known.
 const INSIDE_A_CYCLE: f64 = 0.05;
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED_95: f64 = 1.96;
@@ -83,7 +83,7 @@ pub(super) fn explain(
         (Explanation::Factor(plus_one), share)
     });
     let late = (channel == Channel::ExecutedVelocity)
-        .then(|| lateness(source, axis, &samples))
+        .then(|| delay_estimate(source, axis, &samples))
         .flatten()
         .map(|(e, share)| (Explanation::Late(e), share));
     [late, factor, offset]
@@ -136,7 +136,7 @@ fn linear(samples: &[Sample], regressor: &[f64]) -> Option<(Estimate, f64)> {
 }
 
 /// Searches the delay, beyond the model's, with which the actuator fits best.
-fn lateness(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option<(Estimate, f64)> {
+fn delay_estimate(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option<(Estimate, f64)> {
     let cycle_s = source.signals.cycle_s;
     let least = LATE_S.0.max(-source.model.actuator.transport_delay_s);
     let left = |late_s: f64| -> Vec<f64> {

@@ -16,7 +16,7 @@ use softdock_control::wrench::Motion as Moving;
 
 /// Half width of the moving average that leads the integral to the measured pose, cycles.
 const LEAD: usize = 6;
-/// An axis moves if its way exceeds this multiple of the noise of its measurement.
+/// An axis moves if its displacement exceeds this multiple of the noise of its measurement.
 const MOVES: f64 = 20.0;
 
 /// Motion and load in each cycle; NaN where unknown.
@@ -30,7 +30,7 @@ pub(super) struct Motion {
     pub(super) position: Vec<Six>,
     /// Wrench that the model expects on the sensor, in S, N and N·m.
     pub(super) load: Vec<Six>,
-    /// Axes whose way is more than noise.
+    /// Axes whose displacement is more than noise.
     pub(super) moves: [bool; 6],
 }
 

@@ -1,4 +1,4 @@
-//! What the rig's model of the craft has that the user's does not: another mass, a resistance.
+//! What the rig's model of the spacecraft has that the user's does not: another mass, a resistance.
 //!
 //! The increments of the model velocity are logged without noise, so this is a least-squares fit of
 //! logged digits. Columns: the predicted increment itself (a mass that is off by a factor scales
@@ -43,7 +43,7 @@ struct Hypothesis {
 }
 
 /// One log: residual and increments of the model velocity.
-pub(crate) struct BodySide {
+pub(crate) struct BodyRegression {
     problem: Problem,
     hypotheses: Vec<Hypothesis>,
 }
@@ -61,7 +61,7 @@ const INERTIA_ERRORS: [Named; 3] = [
 const SPRING: Named = ("stiffness_n_per_m", "N/m");
 const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
 
-impl BodySide {
+impl BodyRegression {
     /// From a prediction with the nominal model; None where the channel is not predicted.
     pub(crate) fn new(
         model: &Model,
@@ -120,7 +120,7 @@ impl BodySide {
             })
         }));
         let noise = &model.noise;
-        let colour = std::array::from_fn(|axis| {
+        let noise_model = std::array::from_fn(|axis| {
             white(if axis < 3 {
                 noise.model_velocity_m_s
             } else {
@@ -136,7 +136,7 @@ impl BodySide {
             Vec::new()
         };
         Some(Self {
-            problem: Problem::new(&residual, &tolerances, colour, known),
+            problem: Problem::new(&residual, &tolerances, noise_model, known),
             hypotheses,
         })
     }
@@ -180,8 +180,8 @@ fn with_unit(model: &Model, recording: &Recording, name: &str) -> Option<Vec<Opt
 /// Searches; `excluded` effects are in the model already.
 pub(crate) fn search(
     model: &Model,
-    train: &BodySide,
-    test: &BodySide,
+    train: &BodyRegression,
+    test: &BodyRegression,
     excluded: &dyn Fn(&str) -> bool,
 ) -> Vec<BodyFit> {
     let mut chosen: Vec<usize> = Vec::new();
@@ -235,11 +235,11 @@ fn is_worth(gain: (f64, f64), before: (f64, f64)) -> bool {
     more.0 > SIGNIFICANT + ADDED * before.0 && more.1 > CONFIRMED * more.0
 }
 
-fn columns(side: &BodySide, chosen: &[usize]) -> Vec<(Column, Sign)> {
+fn columns(regression: &BodyRegression, chosen: &[usize]) -> Vec<(Column, Sign)> {
     chosen
         .iter()
         .flat_map(|k| {
-            let hypothesis = &side.hypotheses[*k];
+            let hypothesis = &regression.hypotheses[*k];
             // A resistance that pushes is none.
             let sign = if hypothesis.id == RESISTANCE {
                 Sign::Positive
@@ -252,15 +252,15 @@ fn columns(side: &BodySide, chosen: &[usize]) -> Vec<(Column, Sign)> {
         .collect()
 }
 
-fn solve(side: &BodySide, chosen: &[usize]) -> Option<Solution> {
+fn solve(regression: &BodyRegression, chosen: &[usize]) -> Option<Solution> {
     if chosen.is_empty() {
         return None;
     }
-    side.problem.solve(&columns(side, chosen))
+    regression.problem.solve(&columns(regression, chosen))
 }
 
 /// Fall of χ² on both logs with the coefficients of the first.
-fn gains(train: &BodySide, test: &BodySide, chosen: &[usize]) -> Option<(f64, f64)> {
+fn gains(train: &BodyRegression, test: &BodyRegression, chosen: &[usize]) -> Option<(f64, f64)> {
     if chosen.is_empty() {
         return Some((0.0, 0.0));
     }

@@ -1,6 +1,6 @@
 //! The clock of the log: do its cycles last as long as it says?
 //!
-//! Where velocity and pose are measured apart, the way between two poses is velocity times the
+//! Where velocity and pose are measured apart, the displacement between two poses is velocity times the
 //! true duration of the cycle. A duration that varies by s_t adds v² s_t² to the variance of
 //! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
 
@@ -154,15 +154,15 @@ pub(crate) fn scatter(cost: &Cost<'_>, terms: &[Term]) -> Scatter {
 
 /// All velocities later (negative: earlier) than the nominal actuator says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lateness {
+pub(crate) struct CommonDelay {
     /// By how much, s, with its deviation.
     pub late_s: (f64, f64),
     /// χ² with it on the log of the fit.
     pub train: f64,
 }
 
-/// The best common lateness of all axes, if it explains anything on both logs.
-pub(crate) fn lateness(train: &Cost<'_>, test: &Cost<'_>) -> Option<Lateness> {
+/// The best common delay of all axes, if it explains anything on both logs.
+pub(crate) fn common_delay(train: &Cost<'_>, test: &Cost<'_>) -> Option<CommonDelay> {
     /// Latest that is tried, s.
     const LATEST_S: f64 = 0.06;
     /// Values of the grid.
@@ -189,7 +189,7 @@ pub(crate) fn lateness(train: &Cost<'_>, test: &Cost<'_>) -> Option<Lateness> {
     let near = 0.01 * train.cycle_s();
     let curvature = (cost(late_s + near) + cost(late_s - near) - 2.0 * least) / (near * near);
     let sigma = (2.0 / curvature.max(1e-12)).sqrt().min(step);
-    Some(Lateness {
+    Some(CommonDelay {
         late_s: (late_s, sigma),
         train: least,
     })

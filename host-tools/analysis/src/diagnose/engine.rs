@@ -1,14 +1,14 @@
-//! The order of a diagnosis: clock, actuator, reading of the sensor, model of the craft.
+//! The order of a diagnosis: clock, actuator, reading of the sensor, model of the spacecraft.
 //!
 //! Each stage works with what the stages before it have found: the wrench is predicted from the
 //! motion that the accepted actuator simulates, in the cycles that the clock really took.
 
 use super::actuator::Search;
-use super::body::{self, BodyFit, BodySide};
+use super::body::{self, BodyFit, BodyRegression};
 use super::finding::NoiseFloor;
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
-use super::wrench::{self, Fitted, Side};
+use super::wrench::{self, Fitted, PreparedLog};
 use crate::compare::Phase;
 use crate::model::Model;
 use crate::model::log::Log;
@@ -42,7 +42,7 @@ impl<T> Pair<T> {
     }
 }
 
-/// What the clock lacks.
+/// The unmodelled error of the clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockFinding {
     /// Standard deviation of the duration of a cycle, s, and the gain in χ² on both logs.
@@ -69,7 +69,7 @@ pub(crate) struct Stages {
     pub sampling: Pair<Sampling>,
     /// The reading.
     pub wrench: Option<WrenchFinding>,
-    /// The model of the craft.
+    /// The model of the spacecraft.
     pub body: Vec<BodyFit>,
     /// Noise floors on the log of the fit.
     pub noise: Vec<NoiseFloor>,
@@ -77,7 +77,7 @@ pub(crate) struct Stages {
     pub phases: Vec<Phase>,
 }
 
-/// What the actuator lacks.
+/// The unmodelled dynamics of the actuator.
 pub(crate) struct ActuatorFinding {
     /// The search.
     pub search: Search,
@@ -91,12 +91,12 @@ pub(crate) struct ActuatorFinding {
     pub intervals: Vec<Vec<[f64; 2]>>,
 }
 
-/// What the reading lacks.
+/// The unmodelled wrench.
 pub(crate) struct WrenchFinding {
     /// The search.
     pub found: wrench::Found,
     /// Both logs, ready for further questions.
-    pub sides: Pair<Side>,
+    pub prepared: Pair<PreparedLog>,
     /// What rounds before this one accepted, and by how much χ² fell with it.
     pub earlier: (Vec<Fitted>, f64),
 }
@@ -127,19 +127,19 @@ pub(crate) fn run(
     progress(0.02, "reading the logs");
     let before = predict_both(model, recordings)?;
     progress(0.1, "looking at the clock");
-    let (examined, rivals) = rivals::examine(model, recordings, question, progress)?;
-    progress(0.9, "comparing the model of the craft");
+    let (results, rivals) = rivals::run_stages(model, recordings, question, progress)?;
+    progress(0.9, "comparing the model of the spacecraft");
     let body = body_stage(model, recordings, &before, question);
     Ok(Stages {
-        logs: examined.view.logs,
+        logs: results.timed.logs,
         before,
-        clock: examined.view.clock,
+        clock: results.timed.clock,
         clock_rivals: rivals,
-        actuator: examined.actuator,
-        sampling: examined.sampling,
-        wrench: examined.wrench,
+        actuator: results.actuator,
+        sampling: results.sampling,
+        wrench: results.wrench,
         body,
-        noise: examined.noise,
+        noise: results.noise,
         phases: crate::compare::phases_of(model, recordings.test)?,
     })
 }
@@ -174,8 +174,8 @@ fn body_stage(
     question: &Question<'_>,
 ) -> Vec<BodyFit> {
     let (train, test) = rayon::join(
-        || BodySide::new(model, recordings.train, &before.train),
-        || BodySide::new(model, recordings.test, &before.test),
+        || BodyRegression::new(model, recordings.train, &before.train),
+        || BodyRegression::new(model, recordings.test, &before.test),
     );
     match (train, test) {
         (Some(train), Some(test)) => {

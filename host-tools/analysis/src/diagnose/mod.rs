@@ -9,7 +9,7 @@
 //! 3. `sampling`: does the sensor round or repeat its readings?
 //! 4. `wrench`: which physical load or sensor error explains the wrench, predicted from the
 //!    simulated, noise-free motion?
-//! 5. `body`: does the rig's model of the craft differ from the user's?
+//! 5. `body`: does the rig's model of the spacecraft differ from the user's?
 //! 6. `structure`: is what remains noise?
 //!
 //! Where the recorded velocity is the difference of poses, the clock is in both of them. Then
@@ -25,8 +25,7 @@ mod body;
 mod clock;
 mod engine;
 mod equivalent;
-mod examined;
-mod fall;
+mod error_reduction;
 mod finding;
 mod named;
 pub(crate) mod optimise;
@@ -37,8 +36,9 @@ mod rivals;
 mod rounding;
 mod sampling;
 mod sentence;
+mod stage_results;
 mod structure;
-mod view;
+mod timed_logs;
 mod wrench;
 
 pub use finding::*;
@@ -179,7 +179,7 @@ fn ask(
 /// Whether more than details of its form is left of the reading.
 fn much_is_left(found: &WrenchFinding) -> bool {
     let accepted = found.found.accepted.as_ref();
-    accepted.is_some_and(|accepted| found.sides.train.has_much_left(accepted))
+    accepted.is_some_and(|accepted| found.prepared.train.has_much_left(accepted))
 }
 
 /// Whether what is held back excites what the beginning does.

@@ -3,7 +3,7 @@
 use super::actuator::{Candidate, Search};
 use super::engine::{ActuatorFinding, Pair, Question, Stages};
 use super::equivalent;
-use super::fall::{Fall, with_effects};
+use super::error_reduction::{ErrorReduction, with_effects};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Verdict};
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
@@ -35,16 +35,20 @@ pub(crate) fn conclude(
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let (fall, predictions) = Fall::of(model, recordings, stages, question.forced)?;
-    let after = with_effects(model, fall.named.iter().map(|n| &n.0));
+    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question.forced)?;
+    let after = with_effects(model, reduction.named.iter().map(|n| &n.0));
     let left = left_over(stages, &predictions);
     // Who asks for one effect gets it, whatever else there is.
     // That something is left has to show on two logs.
     let in_sample = std::ptr::eq(recordings.train, recordings.test);
     let unexplained = question.only.is_none()
         && left.iter().any(Left::any)
-        && (!in_sample || fall.named.is_empty());
-    let found: Vec<String> = fall.named.iter().map(|n| n.0.effect.id.clone()).collect();
+        && (!in_sample || reduction.named.is_empty());
+    let found: Vec<String> = reduction
+        .named
+        .iter()
+        .map(|n| n.0.effect.id.clone())
+        .collect();
     let verdict = match (unexplained, found.is_empty()) {
         (true, _) => Verdict::Unexplained,
         (false, false) => Verdict::Named,
@@ -62,7 +66,7 @@ pub(crate) fn conclude(
         regions::explained(&stages.before.test, &predictions.test, stages)
     };
     let named_effects = if unexplained { Vec::new() } else { found };
-    let same = equivalent::of(fall.named.iter().map(|n| &n.0)).filter(|_| !unexplained);
+    let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unexplained);
     let mut notes = notes(stages, &left, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     let mut diagnosis = Diagnosis {
@@ -71,7 +75,7 @@ pub(crate) fn conclude(
         experiment: runner_up
             .as_ref()
             .and_then(|r| ranking::experiment(named_effects.first(), r)),
-        parameters: fall
+        parameters: reduction
             .named
             .iter()
             .map(|(n, _)| (n.effect.id.clone(), n.estimates.clone()))
@@ -82,7 +86,7 @@ pub(crate) fn conclude(
             before: levels(&stages.before.test),
             after: levels(&predictions.test),
         },
-        steps: fall.steps,
+        steps: reduction.steps,
         runner_up,
         regions,
         looks_like,
@@ -155,7 +159,7 @@ fn left_over(stages: &Stages, after: &Pair<Prediction>) -> Vec<Left> {
     }
     if let Some(found) = &stages.wrench {
         let accepted = found.found.accepted.as_ref();
-        all.push(structure::left(&found.sides, accepted, found.earlier.1));
+        all.push(structure::left(&found.prepared, accepted, found.earlier.1));
     }
     all.push(left_of(Channel::ModelVelocity, stages, after));
     if stages.clock.jitter.is_none() {

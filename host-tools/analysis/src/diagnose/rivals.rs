@@ -3,13 +3,13 @@
 //! There the recorded velocity is the difference of two poses, so an error of the clock looks like
 //! one of the actuator: poses that are taken late like a delay, cycles that last longer like a
 //! gain. The sensor tells them apart: its readings are those of the true motion, which is not
-//! late, and not faster. Both are therefore examined to the end, and the one that leaves less of
+//! late, and not faster. Both are therefore followed to the end, and the one that leaves less of
 //! velocity and wrench is believed; where neither does they are tied.
 
 use super::clock::Scatter;
 use super::engine::{ClockFinding, Pair, Question};
-use super::examined::Examined;
-use super::view::View;
+use super::stage_results::StageResults;
+use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
 use crate::model::Model;
 use crate::model::actuator::{Reading, Stage};
@@ -45,19 +45,19 @@ impl ClockRival {
     }
 }
 
-/// Examines the logs, as they are and with errors of their clock.
-pub(super) fn examine(
+/// Runs the stages on the logs, as they are and with errors of their clock.
+pub(super) fn run_stages(
     model: &Model,
     recordings: &Pair<&Recording>,
     question: &Question<'_>,
     progress: &dyn Fn(f64, &str),
-) -> anyhow::Result<(Examined, Vec<ClockRival>)> {
-    let with = |clock: Option<ClockFinding>| -> anyhow::Result<Examined> {
-        let view = View::new(model, recordings, clock, question)?;
-        Ok(Examined::of(view, question, progress))
+) -> anyhow::Result<(StageResults, Vec<ClockRival>)> {
+    let with = |clock: Option<ClockFinding>| -> anyhow::Result<StageResults> {
+        let timed = TimedLogs::new(model, recordings, clock, question)?;
+        Ok(StageResults::of(timed, question, progress))
     };
     let mut best = with(None)?;
-    if best.view.logs.train.reading == Reading::AtEnd || model.sensor.at_rest {
+    if best.timed.logs.train.reading == Reading::AtEnd || model.sensor.at_rest {
         return Ok((best, Vec::new()));
     }
     if let Some(jitter) = jitter(&best, model, question) {
@@ -96,7 +96,11 @@ pub(super) fn examine(
 }
 
 /// A scatter of the instants that both logs show.
-fn jitter(found: &Examined, model: &Model, question: &Question<'_>) -> Option<(f64, (f64, f64))> {
+fn jitter(
+    found: &StageResults,
+    model: &Model,
+    question: &Question<'_>,
+) -> Option<(f64, (f64, f64))> {
     let Pair { train, test } = &found.scatter;
     let shown = Scatter::is_significant;
     (shown(train) && shown(test) && question.tries(model, "clock_jitter"))
@@ -104,8 +108,8 @@ fn jitter(found: &Examined, model: &Model, question: &Question<'_>) -> Option<(f
 }
 
 /// Whether recovered instants explain most of what was left of the velocities.
-fn takes_most(before: &Examined, after: &Examined) -> bool {
-    let excess = |found: &Examined| -> Option<[f64; 2]> {
+fn takes_most(before: &StageResults, after: &StageResults) -> bool {
+    let excess = |found: &StageResults| -> Option<[f64; 2]> {
         let level = &found.actuator.as_ref()?.level;
         let of = |axes: &[f64; 6]| axes.iter().map(|l| (l * l - 1.0).max(0.0)).sum::<f64>();
         Some([of(&level.train), of(&level.test)])
@@ -118,7 +122,7 @@ fn takes_most(before: &Examined, after: &Examined) -> bool {
 
 /// Errors of the clock that look like what was accepted, with the stage that they look like.
 fn alternatives(
-    found: &Examined,
+    found: &StageResults,
     model: &Model,
     question: &Question<'_>,
 ) -> Vec<(&'static str, &'static str, ClockFinding)> {
@@ -146,11 +150,11 @@ fn alternatives(
             (high - low) / (2.0 * super::named::INTERVAL_95),
         ))
     };
-    let jitter = found.view.clock.jitter;
+    let jitter = found.timed.clock.jitter;
     let alone = |id: &str| question.only == Some(id);
     let reached = accepted.map_or(actuator.search.nominal.0, |c| c.train);
     let earlier = found
-        .lateness
+        .common_delay
         .filter(|l| alone("clock_offset") || l.train + TOLD_APART < reached);
     let late_s = value(Stage::Delay).or(earlier.map(|l| l.late_s));
     if let Some(late_s) = late_s.filter(|_| question.tries(model, "clock_offset")) {
@@ -175,38 +179,38 @@ fn alternatives(
 
 /// Σ of squares of what is left of velocities and wrench, in units of the data sheet's noise, with
 /// a price for each parameter.
-fn left(found: &Examined) -> (f64, f64) {
+fn left(found: &StageResults) -> (f64, f64) {
     let (mut train, mut test) = (0.0, 0.0);
     if let Some(actuator) = &found.actuator {
         let of = |level: &[f64; 6], log: usize| -> f64 {
             level.iter().map(|l| l * l * log as f64).sum()
         };
-        train += of(&actuator.level.train, found.view.logs.train.len());
-        test += of(&actuator.level.test, found.view.logs.test.len());
+        train += of(&actuator.level.train, found.timed.logs.train.len());
+        test += of(&actuator.level.test, found.timed.logs.test.len());
         let accepted = actuator.search.accepted.iter().flat_map(|c| &c.terms);
         train += PRICE * accepted.map(|t| t.values.len()).sum::<usize>() as f64;
     }
     if let Some(wrench) = &found.wrench {
         let accepted = wrench.found.accepted.as_ref();
-        let of = |side: &super::wrench::Side| -> f64 {
-            let mut rest = side.residual.clone();
+        let of = |log: &super::wrench::PreparedLog| -> f64 {
+            let mut rest = log.residual.clone();
             if let Some(tested) = accepted {
-                subtract(&mut rest, &tested.contribution(&side.scene), 1.0);
+                subtract(&mut rest, &tested.contribution(&log.scene), 1.0);
             }
-            let fresh = side.problem.fresh();
+            let fresh = log.problem.fresh();
             let of_axis = |(series, sigma): (&Vec<f64>, &f64)| -> f64 {
                 let counted = series.iter().zip(fresh).filter(|(_, fresh)| **fresh);
                 counted.map(|(r, _)| (r / sigma) * (r / sigma)).sum()
             };
-            rest.0.iter().zip(&side.sheet_sigma).map(of_axis).sum()
+            rest.0.iter().zip(&log.sheet_sigma).map(of_axis).sum()
         };
-        train += of(&wrench.sides.train);
-        test += of(&wrench.sides.test);
+        train += of(&wrench.prepared.train);
+        test += of(&wrench.prepared.test);
         let last = accepted.map_or(0, |tested| tested.parameters);
         let earlier: usize = wrench.earlier.0.iter().map(|f| f.parameters.len()).sum();
         train += PRICE * (last + earlier) as f64;
     }
-    let clock = &found.view.clock;
+    let clock = &found.timed.clock;
     let believed = [
         clock.jitter.is_some(),
         clock.rate.is_some(),
@@ -217,7 +221,7 @@ fn left(found: &Examined) -> (f64, f64) {
 }
 
 /// What the actuator gains, and a bit more.
-fn gain(found: &Examined, more: (f64, f64)) -> (f64, f64) {
+fn gain(found: &StageResults, more: (f64, f64)) -> (f64, f64) {
     let (train, test) = found.actuator.as_ref().map_or((0.0, 0.0), |actuator| {
         let nominal = actuator.search.nominal;
         let accepted = actuator.search.accepted.as_ref();

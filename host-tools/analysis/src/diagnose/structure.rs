@@ -5,7 +5,7 @@
 
 use super::engine::Pair;
 use super::rounding::Rounded;
-use super::wrench::{Side, Tested, sheet_sigma, subtract};
+use super::wrench::{PreparedLog, Tested, sheet_sigma, subtract};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
 use crate::statistics::{median, periodogram};
@@ -63,9 +63,9 @@ impl Left {
 
 /// What effects leave of the wrench.
 /// `earlier`: by how much χ² fell before.
-pub(crate) fn left(sides: &Pair<Side>, tested: Option<&Tested>, earlier: f64) -> Left {
-    let (train, excess, pulled) = of_side(&sides.train, tested);
-    let (test, _, _) = of_side(&sides.test, tested);
+pub(crate) fn left(prepared: &Pair<PreparedLog>, tested: Option<&Tested>, earlier: f64) -> Left {
+    let (train, excess, pulled) = of_log(&prepared.train, tested);
+    let (test, _, _) = of_log(&prepared.test, tested);
     let axes = Axis::ALL
         .into_iter()
         .zip(train.into_iter().zip(test))
@@ -81,23 +81,23 @@ pub(crate) fn left(sides: &Pair<Side>, tested: Option<&Tested>, earlier: f64) ->
 
 /// Structure of each axis, the excess of χ² over its number of values, and the largest use of a
 /// tolerance.
-fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
-    let part = tested.map_or_else(Column::default, |t| t.contribution(&side.scene));
-    let taken = side.problem.tolerances_with(&part);
-    let white = side.problem.rest(&part, &taken);
-    let mut raw = side.residual.clone();
+fn of_log(log: &PreparedLog, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
+    let part = tested.map_or_else(Column::default, |t| t.contribution(&log.scene));
+    let taken = log.problem.tolerances_with(&part);
+    let white = log.problem.rest(&part, &taken);
+    let mut raw = log.residual.clone();
     subtract(&mut raw, &part, 1.0);
     let exact = raw.clone();
-    for (column, taken) in side.tolerances.iter().zip(&taken) {
+    for (column, taken) in log.tolerances.iter().zip(&taken) {
         subtract(&mut raw, column, *taken);
     }
-    let sheet = side.sheet_sigma;
-    let (white, levels) = beyond_rounding(side, white, [&raw, &exact]);
+    let sheet = log.sheet_sigma;
+    let (white, levels) = beyond_rounding(log, white, [&raw, &exact]);
     let squares: f64 = white.0.iter().flatten().map(|w| w * w).sum();
     let structures: Vec<Structure> = (0..6)
         .map(|axis| {
             let level = levels[axis].unwrap_or_else(|| {
-                let counted = raw.0[axis].iter().zip(side.problem.fresh());
+                let counted = raw.0[axis].iter().zip(log.problem.fresh());
                 let (power, count) = counted
                     .filter(|(_, fresh)| **fresh)
                     .fold((0.0, 0.0), |(sum, count), (r, _)| {
@@ -105,14 +105,14 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
                     });
                 (power / f64::max(count, 1.0)).sqrt() / sheet[axis]
             });
-            if side.scene.model.sensor.at_rest {
+            if log.scene.model.sensor.at_rest {
                 // Rows that do not follow each other have no spectrum.
                 return Structure {
                     level,
                     ..Structure::default()
                 };
             }
-            counted(side, &white.0[axis], level)
+            counted(log, &white.0[axis], level)
         })
         .collect();
     // Whitening can swallow what is locked to the motion, so the plain squares count as well.
@@ -120,20 +120,20 @@ fn of_side(side: &Side, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
         .iter()
         .map(|s: &Structure| s.level * s.level)
         .sum();
-    let plain = (levels / side.problem.axes as f64 - 1.0) * side.problem.count as f64;
-    let excess = (squares - side.problem.count as f64).max(plain).max(0.0);
+    let plain = (levels / log.problem.axes as f64 - 1.0) * log.problem.count as f64;
+    let excess = (squares - log.problem.count as f64).max(plain).max(0.0);
     (structures, excess, taken.amax())
 }
 
 /// Tests the cycles that count, as if the others had not been.
-fn counted(side: &Side, white: &[f64], level: f64) -> Structure {
-    let counts = side.problem.fresh().iter().enumerate();
+fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
+    let counts = log.problem.fresh().iter().enumerate();
     let places: Vec<usize> = counts.filter(|(_, c)| **c).map(|(n, _)| n).collect();
     let series: Vec<f64> = places
         .iter()
         .filter_map(|n| white.get(*n).copied())
         .collect();
-    let mut found = Structure::of(&series, side.scene.cycle_s, level);
+    let mut found = Structure::of(&series, log.scene.cycle_s, level);
     let (first, length) = found.burst_at;
     let place = |n: usize| places.get(n).copied().unwrap_or_default();
     let last = place(first + length.saturating_sub(1));
@@ -144,25 +144,25 @@ fn counted(side: &Side, white: &[f64], level: f64) -> Structure {
 /// Rounded readings have residuals of their own, and a level over the data sheet's noise. The
 /// tolerances, which were taken as if rounding were noise, count only where they help.
 fn beyond_rounding(
-    side: &Side,
+    log: &PreparedLog,
     mut white: Column,
     raw: [&Column; 2],
 ) -> (Column, [Option<f64>; 6]) {
-    let sheet = sheet_sigma(&side.scene.model);
+    let sheet = sheet_sigma(&log.scene.model);
     let levels = std::array::from_fn(|axis| {
-        let half = side.half_step[axis];
+        let half = log.half_step[axis];
         (half > 0.0).then(|| {
             let [with, exact] = raw.map(|r| Rounded::new(&r.0[axis], half, sheet[axis]));
             let mut own = if with.cost < exact.cost { with } else { exact };
             // A repeated reading says nothing new.
-            for (residual, fresh) in own.white.iter_mut().zip(side.problem.fresh()) {
+            for (residual, fresh) in own.white.iter_mut().zip(log.problem.fresh()) {
                 if !fresh {
                     *residual = 0.0;
                 }
             }
             let squares: f64 = own.white.iter().map(|r| r * r).sum();
             white.0[axis] = own.white;
-            let fresh = side.problem.fresh().iter().filter(|f| **f).count();
+            let fresh = log.problem.fresh().iter().filter(|f| **f).count();
             (squares / fresh.max(1) as f64).sqrt() * own.sigma / sheet[axis]
         })
     });

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// Relative fall of χ² and relative step at which the search ends.
 const TOLERANCE: f64 = 1e-9;
 /// Evaluations per parameter at most.
-const PATIENCE: usize = 20;
+const MAX_STALLED_STEPS: usize = 20;
 /// Eigenvalues of a correlation matrix below this are round-off.
 const SINGULAR: f64 = 1e-12;
 
@@ -103,7 +103,7 @@ pub(super) fn minimise(residuals: &Residuals<'_>, model: &Model, free: &[Paramet
         steps: DVector::zeros(free.len()),
     };
     let search = LevenbergMarquardt::new()
-        .with_patience(PATIENCE)
+        .with_patience(MAX_STALLED_STEPS)
         .with_ftol(TOLERANCE)
         .with_xtol(TOLERANCE);
     let (found, _) = search.minimize(problem);

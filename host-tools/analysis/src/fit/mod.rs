@@ -18,7 +18,7 @@ mod nominal;
 mod parameter;
 mod residual;
 
-pub use parameter::{Parameter, Place};
+pub use parameter::{Parameter, ParameterId};
 
 use crate::model::Model;
 use crate::model::edit::rounded;

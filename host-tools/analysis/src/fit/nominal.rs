@@ -1,29 +1,29 @@
 //! The nominal parameters of a model, each with its tolerance.
 
-use super::parameter::{Craft, Place};
+use super::parameter::{ParameterId, Spacecraft};
 use crate::model::{BodyModel, Model};
 
 /// Takes place, name, unit, value and tolerance of a nominal parameter.
-pub(super) type Visit<'a> = dyn FnMut(Place, String, &'static str, f64, f64) + 'a;
+pub(super) type Visit<'a> = dyn FnMut(ParameterId, String, &'static str, f64, f64) + 'a;
 
 /// Names all nominal parameters.
 pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
     let tolerance = &model.tolerance;
     let actuator = &model.actuator;
-    let mut add = |place, name: &str, unit, value, tolerance| {
-        visit(place, name.to_owned(), unit, value, tolerance);
+    let mut add = |id, name: &str, unit, value, tolerance| {
+        visit(id, name.to_owned(), unit, value, tolerance);
     };
     let delay_s = actuator.transport_delay_s;
     let name = "actuator.transport_delay_s";
     add(
-        Place::TransportDelay,
+        ParameterId::TransportDelay,
         name,
         "s",
         delay_s,
         tolerance.transport_delay_s,
     );
     add(
-        Place::Lag,
+        ParameterId::Lag,
         "actuator.lag_s",
         "s",
         actuator.lag_s,
@@ -31,11 +31,11 @@ pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
     );
     contact(model, visit);
     tool_and_sensor(model, visit);
-    for (craft, name, body) in [
-        (Craft::K, "bodies.k", &model.bodies.k),
-        (Craft::Q, "bodies.q", &model.bodies.q),
+    for (spacecraft, name, body) in [
+        (Spacecraft::K, "bodies.k", &model.bodies.k),
+        (Spacecraft::Q, "bodies.q", &model.bodies.q),
     ] {
-        craft_of(craft, name, body, model, visit);
+        spacecraft_of(spacecraft, name, body, model, visit);
     }
 }
 
@@ -44,14 +44,14 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
     for (i, wall) in model.contact.walls.iter().enumerate() {
         let name = |key: &str| format!("contact.walls[{i}].{key}");
         visit(
-            Place::WallStiffness(i),
+            ParameterId::WallStiffness(i),
             name("stiffness_n_per_m"),
             "N/m",
             wall.stiffness_n_per_m,
             tolerance.wall_stiffness(wall),
         );
         visit(
-            Place::WallDamping(i),
+            ParameterId::WallDamping(i),
             name("damping_n_s_per_m"),
             "N·s/m",
             wall.damping_n_s_per_m,
@@ -59,7 +59,7 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
         );
         let position_m = tolerance.wall_position_m;
         visit(
-            Place::WallPosition(i),
+            ParameterId::WallPosition(i),
             name("point_m (along the normal)"),
             "m",
             0.0,
@@ -72,14 +72,14 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
     let name = |key: &str| format!("contact.guide.{key}");
     let (stiffness, damping) = (guide.stiffness_n_per_m, guide.damping_n_s_per_m);
     visit(
-        Place::GuideStiffness,
+        ParameterId::GuideStiffness,
         name("stiffness_n_per_m"),
         "N/m",
         stiffness,
         tolerance.guide_stiffness(stiffness),
     );
     visit(
-        Place::GuideDamping,
+        ParameterId::GuideDamping,
         name("damping_n_s_per_m"),
         "N·s/m",
         damping,
@@ -88,7 +88,7 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
     for (i, value) in guide.point_m.into_iter().enumerate() {
         let name = name(&format!("point_m[{i}]"));
         visit(
-            Place::GuidePosition(i),
+            ParameterId::GuidePosition(i),
             name,
             "m",
             value,
@@ -101,7 +101,7 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
     let (tolerance, tool, sensor) = (&model.tolerance, &model.tool, &model.sensor);
     let mass = "tool.mass_kg".to_owned();
     visit(
-        Place::ToolMass,
+        ParameterId::ToolMass,
         mass,
         "kg",
         tool.mass_kg,
@@ -110,7 +110,7 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
     for i in 0..3 {
         let name = format!("tool.com_m[{i}]");
         visit(
-            Place::ToolCom(i),
+            ParameterId::ToolCom(i),
             name,
             "m",
             tool.com_m[i],
@@ -119,7 +119,7 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
         let moment = tool.inertia_kg_m2[i][i];
         let name = format!("tool.inertia_kg_m2[{i}][{i}]");
         visit(
-            Place::ToolInertia(i),
+            ParameterId::ToolInertia(i),
             name,
             "kg·m²",
             moment,
@@ -128,7 +128,7 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
         let name = format!("sensor.position_m[{i}]");
         let position_m = sensor.position_m[i];
         visit(
-            Place::SensorPosition(i),
+            ParameterId::SensorPosition(i),
             name,
             "m",
             position_m,
@@ -136,12 +136,18 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
         );
         let name = format!("sensor.orientation_wxyz (about {})", ["x", "y", "z"][i]);
         let turn_rad = tolerance.sensor_orientation_rad;
-        visit(Place::SensorOrientation(i), name, "rad", 0.0, turn_rad);
+        visit(
+            ParameterId::SensorOrientation(i),
+            name,
+            "rad",
+            0.0,
+            turn_rad,
+        );
     }
     for (i, tolerance) in tolerance.bias.into_iter().enumerate() {
         let unit = if i < 3 { "N" } else { "N·m" };
         visit(
-            Place::Bias(i),
+            ParameterId::Bias(i),
             format!("sensor.bias[{i}]"),
             unit,
             sensor.bias[i],
@@ -150,12 +156,18 @@ fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
     }
 }
 
-fn craft_of(craft: Craft, name: &str, body: &BodyModel, model: &Model, visit: &mut Visit<'_>) {
+fn spacecraft_of(
+    spacecraft: Spacecraft,
+    name: &str,
+    body: &BodyModel,
+    model: &Model,
+    visit: &mut Visit<'_>,
+) {
     let tolerance = &model.tolerance;
     if let Some(mass) = body.mass_kg {
         let name = format!("{name}.mass_kg");
         visit(
-            Place::BodyMass(craft),
+            ParameterId::BodyMass(spacecraft),
             name,
             "kg",
             mass,
@@ -164,7 +176,7 @@ fn craft_of(craft: Craft, name: &str, body: &BodyModel, model: &Model, visit: &m
     }
     for (i, row) in body.inertia_kg_m2.iter().flatten().enumerate() {
         let name = format!("{name}.inertia_kg_m2[{i}][{i}]");
-        let place = Place::BodyInertia(craft, i);
-        visit(place, name, "kg·m²", row[i], tolerance.body_inertia_kg_m2);
+        let id = ParameterId::BodyInertia(spacecraft, i);
+        visit(id, name, "kg·m²", row[i], tolerance.body_inertia_kg_m2);
     }
 }

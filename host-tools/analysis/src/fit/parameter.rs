@@ -20,9 +20,9 @@ const PAUSE_STEP_S: f64 = 5e-4;
 /// Effects whose numbers are read from the recording directly; no residual says more about them.
 const READ_DIRECTLY: [&str; 3] = ["clock_jitter", "ft_quantisation", "ft_dropout"];
 
-/// A craft of the model.
+/// A spacecraft of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Craft {
+pub enum Spacecraft {
     /// Moved by the robot.
     K,
     /// The other.
@@ -31,7 +31,7 @@ pub enum Craft {
 
 /// Where a parameter stands in a model; numbers are axes or places in a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum ParameterId {
     /// Transport delay.
     TransportDelay,
     /// Lag.
@@ -60,10 +60,10 @@ pub enum Place {
     SensorPosition(usize),
     /// Orientation of the sensor, as a turn.
     SensorOrientation(usize),
-    /// Mass of a craft.
-    BodyMass(Craft),
-    /// Diagonal element of a craft's inertia.
-    BodyInertia(Craft, usize),
+    /// Mass of a spacecraft.
+    BodyMass(Spacecraft),
+    /// Diagonal element of a spacecraft's inertia.
+    BodyInertia(Spacecraft, usize),
     /// Parameter of an added effect: its place in the list, and its name.
     Effect(usize, &'static str),
 }
@@ -72,7 +72,7 @@ pub enum Place {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Where it stands.
-    pub place: Place,
+    pub id: ParameterId,
     /// Its name in tables: section and key, or effect and parameter.
     pub name: String,
     /// SI unit, `-` if it has none.
@@ -94,16 +94,16 @@ pub struct Parameter {
 /// Everything in a model that a fit may move.
 pub(super) fn all(model: &Model) -> Vec<Parameter> {
     let mut all = Vec::new();
-    nominal(model, &mut |place, name, unit, value, tolerance| {
+    nominal(model, &mut |id, name, unit, value, tolerance| {
         if tolerance > 0.0 {
-            let positive = is_positive(&place);
+            let positive = is_positive(&id);
             all.push(Parameter {
                 low: if positive { 0.0 } else { -HUGE },
                 high: HUGE,
                 step: TOLERANCE_STEP * tolerance,
                 resolution: 0.0,
                 tolerance: Some(tolerance),
-                place,
+                id,
                 name,
                 unit,
                 value,
@@ -128,7 +128,7 @@ fn of_effect(k: usize, effect: &EffectModel, all: &mut Vec<Parameter>) {
             continue;
         };
         all.push(Parameter {
-            place: Place::Effect(k, allowed.name),
+            id: ParameterId::Effect(k, allowed.name),
             name: format!("{}.{}", effect.id, allowed.name),
             unit: allowed.unit,
             value,
@@ -158,16 +158,16 @@ fn is_pause(allowed: &Allowed) -> bool {
 }
 
 /// Whether physics forbids a negative value.
-fn is_positive(place: &Place) -> bool {
+fn is_positive(id: &ParameterId) -> bool {
     !matches!(
-        place,
-        Place::WallPosition(_)
-            | Place::GuidePosition(_)
-            | Place::ToolCom(_)
-            | Place::Bias(_)
-            | Place::SensorPosition(_)
-            | Place::SensorOrientation(_)
-            | Place::Effect(..)
+        id,
+        ParameterId::WallPosition(_)
+            | ParameterId::GuidePosition(_)
+            | ParameterId::ToolCom(_)
+            | ParameterId::Bias(_)
+            | ParameterId::SensorPosition(_)
+            | ParameterId::SensorOrientation(_)
+            | ParameterId::Effect(..)
     )
 }
 
@@ -177,32 +177,32 @@ impl Parameter {
     pub fn set(&self, model: &mut Model, value: f64) {
         let value = value.clamp(self.low, self.high);
         let (tool, sensor) = (&mut model.tool, &mut model.sensor);
-        match &self.place {
-            Place::TransportDelay => model.actuator.transport_delay_s = value,
-            Place::Lag => model.actuator.lag_s = value,
-            Place::WallStiffness(i) => model.contact.walls[*i].stiffness_n_per_m = value,
-            Place::WallDamping(i) => model.contact.walls[*i].damping_n_s_per_m = value,
-            Place::WallPosition(i) => {
+        match &self.id {
+            ParameterId::TransportDelay => model.actuator.transport_delay_s = value,
+            ParameterId::Lag => model.actuator.lag_s = value,
+            ParameterId::WallStiffness(i) => model.contact.walls[*i].stiffness_n_per_m = value,
+            ParameterId::WallDamping(i) => model.contact.walls[*i].damping_n_s_per_m = value,
+            ParameterId::WallPosition(i) => {
                 let wall = &mut model.contact.walls[*i];
                 let shift = Vector3::from(wall.normal).normalize() * value;
                 wall.point_m = (Vector3::from(wall.point_m) + shift).into();
             }
-            Place::GuideStiffness => with_guide(model, |g| g.stiffness_n_per_m = value),
-            Place::GuideDamping => with_guide(model, |g| g.damping_n_s_per_m = value),
-            Place::GuidePosition(i) => with_guide(model, |g| g.point_m[*i] = value),
-            Place::ToolMass => tool.mass_kg = value,
-            Place::ToolCom(i) => tool.com_m[*i] = value,
-            Place::ToolInertia(i) => tool.inertia_kg_m2[*i][*i] = value,
-            Place::Bias(i) => sensor.bias[*i] = value,
-            Place::SensorPosition(i) => sensor.position_m[*i] = value,
-            Place::SensorOrientation(i) => turn(model, *i, value),
-            Place::BodyMass(craft) => body_of(model, *craft).mass_kg = Some(value),
-            Place::BodyInertia(craft, i) => {
-                if let Some(inertia) = &mut body_of(model, *craft).inertia_kg_m2 {
+            ParameterId::GuideStiffness => with_guide(model, |g| g.stiffness_n_per_m = value),
+            ParameterId::GuideDamping => with_guide(model, |g| g.damping_n_s_per_m = value),
+            ParameterId::GuidePosition(i) => with_guide(model, |g| g.point_m[*i] = value),
+            ParameterId::ToolMass => tool.mass_kg = value,
+            ParameterId::ToolCom(i) => tool.com_m[*i] = value,
+            ParameterId::ToolInertia(i) => tool.inertia_kg_m2[*i][*i] = value,
+            ParameterId::Bias(i) => sensor.bias[*i] = value,
+            ParameterId::SensorPosition(i) => sensor.position_m[*i] = value,
+            ParameterId::SensorOrientation(i) => turn(model, *i, value),
+            ParameterId::BodyMass(spacecraft) => body_of(model, *spacecraft).mass_kg = Some(value),
+            ParameterId::BodyInertia(spacecraft, i) => {
+                if let Some(inertia) = &mut body_of(model, *spacecraft).inertia_kg_m2 {
                     inertia[*i][*i] = value;
                 }
             }
-            Place::Effect(k, name) => {
+            ParameterId::Effect(k, name) => {
                 let effect = &mut model.effects[*k];
                 effect.parameters.insert((*name).to_owned(), value);
             }
@@ -212,12 +212,12 @@ impl Parameter {
     /// The same for a model that is written to a file: with as many digits as mean something.
     pub(super) fn write(&self, model: &mut Model, value: f64) {
         self.set(model, value);
-        match self.place {
-            Place::WallPosition(i) => {
+        match self.id {
+            ParameterId::WallPosition(i) => {
                 let point_m = &mut model.contact.walls[i].point_m;
                 *point_m = point_m.map(rounded);
             }
-            Place::SensorOrientation(_) => {
+            ParameterId::SensorOrientation(_) => {
                 let turned = &mut model.sensor.orientation_wxyz;
                 *turned = turned.map(rounded);
             }
@@ -229,19 +229,19 @@ impl Parameter {
     /// the model velocity from the reading.
     pub(super) fn is_of_the_reading(&self) -> bool {
         matches!(
-            self.place,
-            Place::ToolMass
-                | Place::ToolCom(_)
-                | Place::ToolInertia(_)
-                | Place::Bias(_)
-                | Place::SensorPosition(_)
-                | Place::SensorOrientation(_)
+            self.id,
+            ParameterId::ToolMass
+                | ParameterId::ToolCom(_)
+                | ParameterId::ToolInertia(_)
+                | ParameterId::Bias(_)
+                | ParameterId::SensorPosition(_)
+                | ParameterId::SensorOrientation(_)
         )
     }
 
     /// Notes the interval of an effect's parameter.
     pub(super) fn set_interval(&self, model: &mut Model, interval: [f64; 2]) {
-        if let Place::Effect(k, name) = &self.place {
+        if let ParameterId::Effect(k, name) = &self.id {
             let effect = &mut model.effects[*k];
             effect.interval_95.insert((*name).to_owned(), interval);
         }
@@ -254,9 +254,9 @@ fn with_guide(model: &mut Model, change: impl FnOnce(&mut GuideModel)) {
     }
 }
 
-fn body_of(model: &mut Model, craft: Craft) -> &mut BodyModel {
-    match craft {
-        Craft::K => &mut model.bodies.k,
-        Craft::Q => &mut model.bodies.q,
+fn body_of(model: &mut Model, spacecraft: Spacecraft) -> &mut BodyModel {
+    match spacecraft {
+        Spacecraft::K => &mut model.bodies.k,
+        Spacecraft::Q => &mut model.bodies.q,
     }
 }

@@ -20,7 +20,7 @@ pub fn commented(model: &Model, origin: &str) -> String {
         "# Nominal model of a docking rig, from {origin}.
 # SI units; the unit stands in each key's name. `#` begins a comment.
 #
-# Frames: C is the robot's base; M sits on the flange, at the centre of mass of the craft that the
+# Frames: C is the robot's base; M sits on the flange, at the centre of mass of the spacecraft that the
 # robot plays; S is the force/torque sensor. Linear velocities are in C, angular ones in M.
 
 [rig]
@@ -184,7 +184,7 @@ fn bodies(text: &mut String, model: &Model) {
         if !lines.is_empty() {
             add(
                 text,
-                format_args!("\n# Simulated craft, {about}.\n[bodies.{name}]\n{lines}"),
+                format_args!("\n# Simulated spacecraft, {about}.\n[bodies.{name}]\n{lines}"),
             );
         }
     }

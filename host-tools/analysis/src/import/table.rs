@@ -236,7 +236,7 @@ impl Table {
     /// # Errors
     ///
     /// All names that do not exist, with the nearest that do; a name that exists twice.
-    pub fn places(&self, names: &[&str]) -> Result<Vec<usize>, TableError> {
+    pub fn column_indices(&self, names: &[&str]) -> Result<Vec<usize>, TableError> {
         let place = |name: &str| self.names.iter().position(|n| n == name);
         let missing: Vec<String> = names
             .iter()

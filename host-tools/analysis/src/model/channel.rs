@@ -24,7 +24,7 @@ impl Axis {
     /// All axes in the order of every six-vector.
     pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::Rx, Self::Ry, Self::Rz];
 
-    /// Place in a six-vector.
+    /// Index in a six-vector.
     pub fn index(self) -> usize {
         self as usize
     }
@@ -43,7 +43,7 @@ pub enum Channel {
     ExecutedVelocity,
     /// Raw wrench of the sensor, in S.
     Wrench,
-    /// Velocity that the rig's model of the two craft asks for.
+    /// Velocity that the rig's model of the two spacecraft asks for.
     ModelVelocity,
     /// Measured pose of M in C.
     Pose,

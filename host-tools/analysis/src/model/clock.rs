@@ -1,6 +1,6 @@
 //! The true duration of every cycle, recovered from the motion.
 //!
-//! Gauss-Newton on the durations: executed velocities and ways between poses on one side, their
+//! Gauss-Newton on the durations: executed velocities and displacements between poses on one side, their
 //! simulation with these durations on the other, and the spread of the jitter as prior. A duration
 //! acts on the velocities of a few cycles only, so the columns of the Jacobian are found together,
 //! each perturbed simulation serving every cycle that is far enough from the next.
@@ -88,12 +88,12 @@ fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linea
             linear.rows.push(row);
             // A difference of poses says all that the poses say.
             if axis < 3 && log.reading == Reading::AtEnd {
-                let (way, _) = increments(log, n);
+                let (displacement, _) = increments(log, n);
                 let velocity = 0.5 * (base[n] + base[n - 1]);
                 let sigma = std::f64::consts::SQRT_2 * model.noise.position_m;
                 linear
                     .residual
-                    .push((way[axis] - velocity * intervals[n]) / sigma);
+                    .push((displacement[axis] - velocity * intervals[n]) / sigma);
                 linear.rows.push(vec![(n, velocity / sigma)]);
             }
         }

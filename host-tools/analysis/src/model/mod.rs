@@ -47,7 +47,7 @@ pub struct Model {
     pub tool: ToolModel,
     /// The sensor's place and its zero.
     pub sensor: SensorModel,
-    /// The two simulated craft.
+    /// The two simulated spacecraft.
     pub bodies: TwoBodyModel,
     /// Noise of the measurements by their data sheets.
     pub noise: NoiseModel,

@@ -159,17 +159,17 @@ impl Default for SensorModel {
     }
 }
 
-/// The two simulated craft. What is left out is taken from the settings in the recording.
+/// The two simulated spacecraft. What is left out is taken from the settings in the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwoBodyModel {
-    /// The passive craft, moved by the robot.
+    /// The passive spacecraft, moved by the robot.
     pub k: BodyModel,
-    /// The active craft.
+    /// The active spacecraft.
     pub q: BodyModel,
 }
 
-/// One simulated craft. What is left out is taken from the settings in the recording.
+/// One simulated spacecraft. What is left out is taken from the settings in the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyModel {

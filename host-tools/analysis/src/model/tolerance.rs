@@ -51,7 +51,7 @@ pub struct ToleranceModel {
     pub sensor_position_m: f64,
     /// Of the sensor's orientation about each axis, rad.
     pub sensor_orientation_rad: f64,
-    /// Of the masses of the simulated craft, kg. They are numbers in a program: exact.
+    /// Of the masses of the simulated spacecraft, kg. They are numbers in a program: exact.
     pub body_mass_kg: f64,
     /// Of the diagonal elements of their inertia tensors, kg·m².
     pub body_inertia_kg_m2: f64,

@@ -31,7 +31,7 @@ pub enum ModelError {
 }
 
 /// A value that the controller would not accept either, by its name in the model file. `body`
-/// is the section of the craft.
+/// is the section of the spacecraft.
 fn by_model_name(error: SettingsError, body: &str) -> ModelError {
     let field = error
         .field

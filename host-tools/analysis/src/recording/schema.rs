@@ -162,7 +162,7 @@ uint8 mode
     }
 
     #[test]
-    fn both_craft_share_one_schema() {
+    fn both_spacecraft_share_one_schema() {
         assert_eq!(ros2msg(Topic::BodyK), ros2msg(Topic::BodyQ));
         assert_eq!(Topic::BodyK.schema_name(), Topic::BodyQ.schema_name());
     }

@@ -274,8 +274,8 @@ fn motion<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
 }
 
 fn body<V: Visitor>(v: &mut V, body: &mut BodyTrace) -> Result<(), V::Error> {
-    pose(v, "of the craft in C", &mut body.pose)?;
-    twist(v, SPEED, "of the craft", &mut body.velocity)
+    pose(v, "of the spacecraft in C", &mut body.pose)?;
+    twist(v, SPEED, "of the spacecraft", &mut body.velocity)
 }
 
 fn model_velocity<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
@@ -313,7 +313,7 @@ fn law_status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> 
         misfit,
     } = &mut trace.law_status;
     word(v, ("rung", "step of the law's ladder"), confidence)?;
-    let about = "what the law noticed or did, one bit each: 0 contact, 1 ghost force left out, \
+    let about = "what the law noticed or did, one bit each: 0 contact, 1 spurious force left out, \
                  2 rebound corrected as identified, 3 rebound bounded, 4 wall remembered, 5 delay at \
                  the end of its range, 6 largest speed";
     scalar(v, ("flags", Unit::NONE, about), flags)?;

@@ -62,17 +62,17 @@ pub struct Whiteness {
 }
 
 /// Box and Pierce's test (1970) of a series against noise that is correlated over no more than
-/// `colour` lags, as differences and a sensor's filter make it; the 25 lags after these are
+/// `correlated_lags` lags, as differences and a sensor's filter make it; the 25 lags after these are
 /// tested.
 ///
 /// For such noise the autocorrelations beyond have the covariance `Σ ρ(i) ρ(i + k − l) / N`
-/// (Bartlett 1946), with ρ up to `colour` as found; their sum of squares is close to a chi-square
+/// (Bartlett 1946), with ρ up to `correlated_lags` as found; their sum of squares is close to a chi-square
 /// variable with the same mean and variance (Satterthwaite 1946).
 ///
 /// None for a series that is too short, or that is zero.
-pub fn whiteness(series: &[f64], colour: usize) -> Option<Whiteness> {
+pub fn whiteness(series: &[f64], correlated_lags: usize) -> Option<Whiteness> {
     let count = series.iter().filter(|v| v.is_finite()).count();
-    let first = colour + 1;
+    let first = correlated_lags + 1;
     let lags = TESTED_LAGS.min(count / 4);
     if count < LEAST_PAIRS || product_sum(series, 0) <= 0.0 {
         return None;
@@ -81,7 +81,7 @@ pub fn whiteness(series: &[f64], colour: usize) -> Option<Whiteness> {
     let sum: f64 = found[first..].iter().map(|r| r * r).sum::<f64>() * count as f64;
     let covariance = |apart: i64| -> f64 {
         let noise = &found[..first];
-        let q = colour as i64;
+        let q = correlated_lags as i64;
         (-q..=q)
             .map(|i| of_noise(noise, i) * of_noise(noise, i + apart))
             .sum()
@@ -99,7 +99,7 @@ pub fn whiteness(series: &[f64], colour: usize) -> Option<Whiteness> {
     })
 }
 
-/// Autocorrelation of the noise at a lag; zero beyond its colour.
+/// Autocorrelation of the noise at a lag; zero beyond its correlated lags.
 fn of_noise(noise: &[f64], lag: i64) -> f64 {
     let lag = lag.unsigned_abs() as usize;
     noise.get(lag).copied().unwrap_or(0.0)
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_over_two_lags_is_still_noise() {
+    fn correlation_over_two_lags_is_still_noise() {
         let steps = |seed| -> Vec<f64> {
             let noise = normal(801, seed);
             noise.windows(2).map(|w| w[1] - w[0]).collect()

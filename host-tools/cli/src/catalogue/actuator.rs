@@ -6,16 +6,16 @@ use super::excitation::{
 use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
+use softdock_control::effects::actuator::actuation_delay::TransportDelay;
+use softdock_control::effects::actuator::actuation_lag::FirstOrderLag;
 use softdock_control::effects::actuator::backlash::Backlash;
 use softdock_control::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_control::effects::actuator::first_order_lag::FirstOrderLag;
 use softdock_control::effects::actuator::jerk_limit::JerkLimit;
 use softdock_control::effects::actuator::rate_limit::RateLimit;
 use softdock_control::effects::actuator::second_order_servo::SecondOrderServo;
-use softdock_control::effects::actuator::transport_delay::TransportDelay;
 use softdock_control::effects::actuator::velocity_gain::VelocityGain;
 use softdock_control::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_control::effects::actuator::zero_crossing_pause::ZeroCrossingPause;
+use softdock_control::effects::actuator::zero_cross_pause::ZeroCrossingPause;
 
 /// Commands that the delay line of a picture can hold.
 const COMMANDS_IN_FLIGHT: usize = 64;

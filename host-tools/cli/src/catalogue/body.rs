@@ -1,4 +1,4 @@
-//! Pictures of the simulated craft's effects and of the clock's.
+//! Pictures of the simulated spacecraft's effects and of the clock's.
 
 use super::excitation::{
     BOUNCE_S, CYCLE_S, Excitation, JOG_S, PUSH_S, STEP_S, bounce, instants, push, steady_jog,
@@ -15,9 +15,9 @@ use softdock_control::effects::body::clock_rate::ClockRate;
 use softdock_control::effects::body::sc_inertia_error::InertiaError;
 use softdock_control::effects::body::sc_mass_error::MassError;
 
-/// Nominal mass of the craft, kg.
-const CRAFT_KG: f64 = 100.0;
-/// Nominal inertia of the craft, kg·m².
+/// Nominal mass of the spacecraft, kg.
+const SPACECRAFT_KG: f64 = 100.0;
+/// Nominal inertia of the spacecraft, kg·m².
 const INERTIA_KG_M2: [[f64; 3]; 3] = [[60.0, 0.0, 0.0], [0.0, 60.0, 0.0], [0.0, 0.0, 60.0]];
 
 pub(super) fn picture(id: &str, size: &Size) -> Result<Picture> {
@@ -42,34 +42,39 @@ fn floating(acceleration: impl Fn(f64) -> f64) -> Curve {
 }
 
 fn mass(size: &Size) -> Result<Picture> {
-    let under = |craft: MassError<f64>| {
-        floating(move |force| craft.acceleration(&Vector3::new(force, 0.0, 0.0)).x)
+    let under = |spacecraft: MassError<f64>| {
+        floating(move |force| spacecraft.acceleration(&Vector3::new(force, 0.0, 0.0)).x)
     };
-    let craft = MassError::new(CRAFT_KG, size.get("mass_error_kg"))?;
+    let spacecraft = MassError::new(SPACECRAFT_KG, size.get("mass_error_kg"))?;
     Ok(Picture::new(
         Excitation::Push,
         size,
         ["time [s]", "velocity of the rig's model [m/s]"],
-        [under(MassError::new(CRAFT_KG, 0.0)?), under(craft)],
+        [
+            under(MassError::new(SPACECRAFT_KG, 0.0)?),
+            under(spacecraft),
+        ],
     ))
 }
 
 fn inertia(size: &Size) -> Result<Picture> {
-    let under = |craft: InertiaError<f64>| {
+    let under = |spacecraft: InertiaError<f64>| {
         floating(move |torque| {
             let torque = Vector3::new(0.0, 0.0, torque);
-            craft.angular_acceleration(&torque, &Vector3::zeros()).z
+            spacecraft
+                .angular_acceleration(&torque, &Vector3::zeros())
+                .z
         })
     };
     let error = size.all(["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"]);
-    let craft = InertiaError::new(&INERTIA_KG_M2, &error)?;
+    let spacecraft = InertiaError::new(&INERTIA_KG_M2, &error)?;
     Ok(Picture::new(
         Excitation::Push,
         size,
         ["time [s]", "rate of the rig's model [rad/s]"],
         [
             under(InertiaError::new(&INERTIA_KG_M2, &[0.0; 3])?),
-            under(craft),
+            under(spacecraft),
         ],
     ))
 }

@@ -24,7 +24,7 @@ pub enum Excitation {
     TiltSweep,
     /// A minute without motion.
     StillLog,
-    /// Two short pushes on the simulated craft, which floats freely.
+    /// Two short pushes on the simulated spacecraft, which floats freely.
     Push,
     /// Jogs of constant velocity.
     SteadyJog,
@@ -40,7 +40,7 @@ impl Excitation {
             Self::BothWalls => "slow motion between two walls, into each of them",
             Self::TiltSweep => "slow turning of the sensor by half a turn, without contact",
             Self::StillLog => "a minute without motion",
-            Self::Push => "two short pushes on the floating craft",
+            Self::Push => "two short pushes on the floating spacecraft",
             Self::SteadyJog => "jogs of constant velocity",
         }
     }

@@ -9,11 +9,11 @@ use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
 use softdock_control::effects::mechanism::cable_stiffness::CableSpring;
+use softdock_control::effects::mechanism::contact_coulomb::CoulombFriction;
 use softdock_control::effects::mechanism::contact_cubic::CubicSpring;
 use softdock_control::effects::mechanism::contact_damping::ContactDamping;
 use softdock_control::effects::mechanism::contact_deadzone::DeadZone;
 use softdock_control::effects::mechanism::contact_stiffness::StiffnessError;
-use softdock_control::effects::mechanism::coulomb_friction::CoulombFriction;
 use softdock_control::effects::mechanism::guide_asymmetry::AsymmetricFriction;
 use softdock_control::effects::mechanism::guide_coulomb::DryFriction;
 use softdock_control::effects::mechanism::guide_hysteresis::BoucWen;
@@ -24,8 +24,8 @@ use softdock_control::effects::mechanism::hunt_crossley::HuntCrossley;
 use softdock_control::effects::mechanism::manipulator_resistance::ManipulatorResistance;
 use softdock_control::effects::mechanism::wall_position::WallPosition;
 
-/// Mass of the craft that the manipulator holds, kg.
-const CRAFT_KG: f64 = 100.0;
+/// Mass of the spacecraft that the manipulator holds, kg.
+const SPACECRAFT_KG: f64 = 100.0;
 
 /// From a motion to a force, N.
 type Law = Box<dyn FnMut(&Motion) -> f64>;
@@ -185,7 +185,7 @@ fn manipulator(size: &Size) -> Result<Picture> {
     let floating = |resistance: &dyn Fn(f64, f64) -> f64| -> Curve {
         let (mut position, mut velocity) = (0.0, 0.0);
         let step = |t: f64| {
-            velocity += STEP_S * (push(t) + resistance(position, velocity)) / CRAFT_KG;
+            velocity += STEP_S * (push(t) + resistance(position, velocity)) / SPACECRAFT_KG;
             position += STEP_S * velocity;
             (t, velocity)
         };

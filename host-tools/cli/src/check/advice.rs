@@ -90,7 +90,7 @@ fn law(check: &Check) -> Vec<String> {
         ));
     } else if chosen.flies_on {
         advice.push(format!(
-            "With law `{}` the robot leaves the wall before the craft has turned: the restitution is \
+            "With law `{}` the robot leaves the wall before the spacecraft has turned: the restitution is \
              negative, and it touches again and again. The law leads too much for this contact, or the \
              delay is believed too long.",
             chosen.law

@@ -12,8 +12,8 @@ use softdock_control::settings::{BodySettings, RobotSettings, SensorSettings, Se
 use softdock_rig::rig::drive::Drive;
 use std::collections::VecDeque;
 
-/// Places of the touch within a cycle: the restitution of a damped contact is a saw-tooth over it.
-const PLACES: u32 = 8;
+/// Instants of the touch within a cycle: the restitution of a damped contact is a saw-tooth over it.
+const TOUCH_INSTANTS: u32 = 8;
 /// Cycles in which the robot stands still before the start, as an operator would let it.
 const REST_CYCLES: u32 = 40;
 /// Free flight at full speed before the touch, cycles: what an adaptive law learns from.
@@ -39,16 +39,16 @@ struct Bounce {
     fault: Option<Fault>,
 }
 
-/// Contacts at several places of the touch within a cycle.
+/// Contacts at several instants of the touch within a cycle.
 pub(super) struct Bounces(Vec<Bounce>);
 
 impl Bounces {
     /// Computes them for a law.
     pub(super) fn new(law: LawName, settings: &Settings, rig: &Rig) -> Result<Self> {
         let settings = alone(law, settings, rig);
-        let place = |n: u32| (f64::from(n) + 0.5) / f64::from(PLACES);
-        let bounces = (0..PLACES)
-            .map(|n| Ok(Test::new(&settings, rig, place(n))?.run()))
+        let touch_instant = |n: u32| (f64::from(n) + 0.5) / f64::from(TOUCH_INSTANTS);
+        let bounces = (0..TOUCH_INSTANTS)
+            .map(|n| Ok(Test::new(&settings, rig, touch_instant(n))?.run()))
             .collect::<Result<_>>()?;
         Ok(Self(bounces))
     }
@@ -96,7 +96,7 @@ impl Bounces {
     }
 }
 
-/// The settings with the two craft replaced by one mass that flies along x, an ideal sensor and
+/// The settings with the two spacecraft replaced by one mass that flies along x, an ideal sensor and
 /// room enough. Limits of speed, acceleration and force stay.
 fn alone(law: LawName, settings: &Settings, rig: &Rig) -> Settings {
     let mut alone = settings.clone();
@@ -138,15 +138,15 @@ struct Test<'a> {
 }
 
 impl<'a> Test<'a> {
-    fn new(settings: &Settings, rig: &'a Rig, place: f64) -> Result<Self> {
+    fn new(settings: &Settings, rig: &'a Rig, touch_instant: f64) -> Result<Self> {
         let cycle_s = settings.robot.cycle_s;
         let mut robot = rig.settings();
         robot.cycle_us = (cycle_s * 1e6).round() as u32;
         robot.substep_us = robot.cycle_us / SUB_STEPS;
         let start = &settings.start;
-        // On the ramp the craft flies half as far as at full speed.
+        // On the ramp the spacecraft flies half as far as at full speed.
         let ramp = f64::from(start.zero_cycles) + 0.5 * f64::from(start.ramp_cycles);
-        let flight_s = (ramp + FLIGHT_CYCLES + place) * cycle_s;
+        let flight_s = (ramp + FLIGHT_CYCLES + touch_instant) * cycle_s;
         let mut test = Self {
             rig,
             cycle: RobotCycle::new(settings)?,

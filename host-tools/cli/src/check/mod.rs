@@ -23,7 +23,7 @@ use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
 use softdock_control::settings::Settings;
 
-/// Restitution above 1 that still counts as no energy: what the place of the touch within a cycle
+/// Restitution above 1 that still counts as no energy: what the instant of the touch within a cycle
 /// moves a law by that is right.
 const SLACK: f64 = 0.015;
 
@@ -67,14 +67,14 @@ pub struct Check {
 pub struct LawRow {
     /// Its name.
     pub law: &'static str,
-    /// Mean restitution over places of the touch within a cycle; none if it does not come back.
+    /// Mean restitution over instants of the touch within a cycle; none if it does not come back.
     pub expected_restitution: Option<f64>,
     /// Smallest and largest of them.
     pub range: Option<(f64, f64)>,
     /// The rebound is in the mean no faster than the approach and leads away from the wall, and no
     /// fault ends the test.
     pub stable: bool,
-    /// The robot has left the wall while the craft of the model still flies towards it: the mean
+    /// The robot has left the wall while the spacecraft of the model still flies towards it: the mean
     /// restitution is negative, and the contact comes again.
     pub flies_on: bool,
     /// Largest force over that of the contact itself, less 1.
@@ -92,7 +92,7 @@ pub struct LawRow {
 /// Checks a board against a rig.
 ///
 /// # Errors
-/// Settings or rig are out of their ranges, or the craft do not approach the wall.
+/// Settings or rig are out of their ranges, or the spacecraft do not approach the wall.
 pub fn check(board: &BoardSettings, rig: &Rig) -> Result<Check> {
     board.validate().context("in the settings")?;
     let settings = &board.control;

@@ -33,9 +33,9 @@ pub struct Rig {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct RigFile {
-    /// Speed towards the wall, m/s; absent: that of the settings' craft along x.
+    /// Speed towards the wall, m/s; absent: that of the settings' spacecraft along x.
     approach_speed_m_s: Option<f64>,
-    /// Mass that the contact feels, kg; absent: that of the settings' craft, centre to centre.
+    /// Mass that the contact feels, kg; absent: that of the settings' spacecraft, centre to centre.
     effective_mass_kg: Option<f64>,
     /// Cycles by which the reported pose is older than the force.
     feedback_latency_cycles: u8,
@@ -78,7 +78,7 @@ impl Rig {
     /// Reads a rig for a board.
     ///
     /// # Errors
-    /// The file cannot be read, a value is out of its range, or the craft do not approach the wall.
+    /// The file cannot be read, a value is out of its range, or the spacecraft do not approach the wall.
     pub fn load(path: &Path, board: &BoardSettings) -> Result<Self> {
         let rig = if is_scenario(path)? {
             let mut scenario: Scenario = input::load(path)?;
@@ -107,7 +107,7 @@ impl Rig {
         let first = approached.min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, speed_m_s, wall)) = first else {
             bail!(
-                "no wall of `rig.mechanism.walls` is approached; give the craft a velocity towards one \
+                "no wall of `rig.mechanism.walls` is approached; give the spacecraft a velocity towards one \
                  (`control.body_k.velocity_m_s` of the settings)"
             );
         };
@@ -141,7 +141,7 @@ impl Rig {
         };
         if approach_speed_m_s == 0.0 {
             bail!(
-                "the craft of the settings do not move towards each other; give `approach_speed_m_s`"
+                "the spacecraft of the settings do not move towards each other; give `approach_speed_m_s`"
             );
         }
         Ok(Self {
@@ -194,7 +194,7 @@ impl Rig {
     }
 }
 
-/// The craft of the settings, at the start.
+/// The spacecraft of the settings, at the start.
 fn state(settings: &Settings) -> TwoBodyState<f64> {
     TwoBodyState {
         k: BodyState::initial(&settings.body_k),
@@ -216,7 +216,7 @@ fn reduced_mass_kg(settings: &Settings) -> Result<f64> {
         .map(|body| 1.0 / body.mass_kg)
         .sum::<f64>();
     if inverse == 0.0 {
-        bail!("both craft of the settings are fixed; give `effective_mass_kg`");
+        bail!("both spacecraft of the settings are fixed; give `effective_mass_kg`");
     }
     Ok(1.0 / inverse)
 }

@@ -25,14 +25,14 @@ impl Check {
         let stable = if row.stable { "stable" } else { "NOT STABLE" };
         let rebound = match row.expected_restitution {
             Some(e) if row.flies_on => format!(
-                "the craft is let go while it still flies towards the wall ({e:.3} of the approach, {:.3} is right)",
+                "the spacecraft is let go while it still flies towards the wall ({e:.3} of the approach, {:.3} is right)",
                 self.ideal_restitution
             ),
             Some(e) => format!(
                 "rebound {e:.3} of the approach, {:.3} is right",
                 self.ideal_restitution
             ),
-            None => "the craft does not come back".into(),
+            None => "the spacecraft does not come back".into(),
         };
         format!("Law `{}` on this contact: {stable}, {rebound}.", row.law)
     }

@@ -142,7 +142,7 @@ impl Add {
         print(&format!(
             "Added to {path}: {}.\n{}\n\n{}\n\nError on {}, in units of the data sheet's noise\n{}\n",
             diagnosis.effects.join(", "),
-            fall(&diagnosis.steps, logs),
+            error_reduction(&diagnosis.steps, logs),
             tables::parameters(&diagnosis.parameters),
             logs.unseen(),
             tables::levels(&diagnosis.residual_rms_sigma),
@@ -196,7 +196,7 @@ fn useless(steps: &[Step], unseen: &str) -> Option<String> {
 }
 
 /// How the error falls, in a sentence.
-fn fall(steps: &[Step], logs: &Logs) -> String {
+fn error_reduction(steps: &[Step], logs: &Logs) -> String {
     let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
         return String::new();
     };

@@ -89,7 +89,7 @@ impl Diagnose {
             }
             None => {
                 let mut specs = if self.ladder {
-                    softdock_hidden_effects::ladder(self.seed)
+                    softdock_hidden_effects::size_sweep(self.seed)
                 } else {
                     softdock_hidden_effects::suite(self.seed)
                 };

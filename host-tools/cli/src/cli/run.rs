@@ -66,7 +66,7 @@ pub(super) struct Run {
     /// Delay law, instead of the scenario's
     #[arg(long, value_name = "NAME", value_parser = law_names())]
     law: Option<LawName>,
-    /// Initial speed of the moving craft, instead of the scenario's
+    /// Initial speed of the moving spacecraft, instead of the scenario's
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     speed_mm_s: Option<f64>,
     /// Effect of the catalogue for the rig to hide, in a size drawn from the seed; may be repeated

@@ -291,7 +291,7 @@ pub fn is_late(hidden: &[Hidden]) -> bool {
 /// Bounces with a delay law.
 ///
 /// # Errors
-/// The craft never reached the stop though nothing stopped it.
+/// The spacecraft never reached the stop though nothing stopped it.
 pub fn bounce(delay: DelaySettings, hidden: &[Hidden], seed: u64) -> Result<Bounce> {
     let known = diagnosis::scenario(Part::Train, &[], seed)?;
     let mut scenario = one_stop(delay.law, BOUNCE_SPEED_M_S, TOUCH)?;
@@ -308,7 +308,7 @@ pub fn bounce(delay: DelaySettings, hidden: &[Hidden], seed: u64) -> Result<Boun
         impact: match (impact, fault) {
             (Some(impact), _) => Ok(impact),
             (None, Some(fault)) => Err(stopped(&fault)),
-            (None, None) => bail!("the craft never touched the stop"),
+            (None, None) => bail!("the spacecraft never touched the stop"),
         },
     })
 }
@@ -324,7 +324,7 @@ fn stopped(fault: &Fault) -> String {
     }
 }
 
-/// Those that another mechanism and another craft have too.
+/// Those that another mechanism and another spacecraft have too.
 fn of_actuator(hidden: &[Hidden]) -> Vec<Hidden> {
     let acts = |h: &&Hidden| hidden::effect(&h.id).is_ok_and(|e| e.group == Group::Actuator);
     hidden.iter().filter(acts).cloned().collect()

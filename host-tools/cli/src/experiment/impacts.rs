@@ -1,6 +1,6 @@
 //! The impacts in a simulated run, held against the analytic elastic (or damped) bounce.
 //!
-//! An impact of two craft at one point with stiffness k and damping c along a normal n is that of
+//! An impact of two spacecraft at one point with stiffness k and damping c along a normal n is that of
 //! one mass m, with `1/m = n·(1/m_K + 1/m_Q) n + (r_K × n)·I_K⁻¹(r_K × n) + (r_Q × n)·I_Q⁻¹(…)`,
 //! r from each centre of mass to the point. With ω = √(k/m) and ζ = c/(2√(km)): contact time
 //! `(π − 2 asin ζ)/(ω√(1−ζ²))` (the contact cannot pull, so it ends where k x + c v = 0),

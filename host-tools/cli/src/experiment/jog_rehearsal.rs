@@ -156,8 +156,15 @@ impl Recorder {
         if let Some([lx, ly, lz, la, lb, lc]) = self.last.replace(pose) {
             let before = orientation_from_abc::<f64>(&[la, lb, lc]);
             let turn = (before.inverse() * rotation).scaled_axis() / self.cycle_s;
-            let way = [x - lx, y - ly, z - lz].map(|d| d / self.cycle_s);
-            trace.executed_velocity = [way[0], way[1], way[2], turn.x, turn.y, turn.z];
+            let velocity = [x - lx, y - ly, z - lz].map(|d| d / self.cycle_s);
+            trace.executed_velocity = [
+                velocity[0],
+                velocity[1],
+                velocity[2],
+                turn.x,
+                turn.y,
+                turn.z,
+            ];
         }
         self.recording.cycles.push(cycle);
     }

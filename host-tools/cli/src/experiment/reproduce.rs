@@ -15,8 +15,8 @@ use softdock_control::delay::LawName;
 
 /// Speeds of the table, mm/s.
 pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];
-/// Further places within a cycle at which the touch falls.
-const PLACES: [f64; 3] = [0.0, 0.25, 0.5];
+/// Further instants within a cycle at which the touch falls.
+const TOUCH_INSTANTS: [f64; 3] = [0.0, 0.25, 0.5];
 /// Speed of the repeated bounces, m/s.
 const BOUNCE_SPEED_M_S: f64 = 0.005;
 /// Length of the repeated bounces, s.
@@ -29,10 +29,10 @@ pub struct Row {
     pub law: LawName,
     /// Closing speed asked for, mm/s.
     pub speed_mm_s: f64,
-    /// The impact at one place of the touch within a cycle.
+    /// The impact at one instant of the touch within a cycle.
     #[serde(flatten)]
     pub impact: Impact,
-    /// Smallest restitution over the places within a cycle at which the touch may fall.
+    /// Smallest restitution over the instants within a cycle at which the touch may fall.
     pub restitution_low: f64,
     /// Largest restitution likewise.
     pub restitution_high: f64,
@@ -100,8 +100,8 @@ pub fn reproduce() -> Result<Reproduction> {
 fn flight(law: LawName, speed_mm_s: f64) -> Result<Flight> {
     let (impact, recording) = touch(law, speed_mm_s, TOUCH)?;
     let (mut low, mut high) = (impact.restitution, impact.restitution);
-    for place in PLACES {
-        let restitution = touch(law, speed_mm_s, place)?.0.restitution;
+    for touch_instant in TOUCH_INSTANTS {
+        let restitution = touch(law, speed_mm_s, touch_instant)?.0.restitution;
         (low, high) = (low.min(restitution), high.max(restitution));
     }
     let row = Row {
@@ -116,12 +116,12 @@ fn flight(law: LawName, speed_mm_s: f64) -> Result<Flight> {
 }
 
 /// One flight onto the stop.
-fn touch(law: LawName, speed_mm_s: f64, place: f64) -> Result<(Impact, Recording)> {
-    let scenario = one_stop(law, speed_mm_s * 1e-3, place)?;
+fn touch(law: LawName, speed_mm_s: f64, touch_instant: f64) -> Result<(Impact, Recording)> {
+    let scenario = one_stop(law, speed_mm_s * 1e-3, touch_instant)?;
     let (recording, _) = record(&scenario)?;
     let impact = impacts::find(&scenario, &recording).into_iter().next();
     Ok((
-        impact.context("the craft never touched the stop")?,
+        impact.context("the spacecraft never touched the stop")?,
         recording,
     ))
 }

@@ -26,7 +26,7 @@ const PARTS: [&str; 7] = [
 pub fn table(reproduction: &Reproduction) -> Table {
     let mut columns = vec![Column::text("law")];
     columns.extend(impact_table::columns());
-    columns.push(Column::number("over touch places", ""));
+    columns.push(Column::number("over touch instants", ""));
     columns.push(Column::number("offset left", ""));
     let mut table = Table::new(columns);
     for Flight { row, .. } in &reproduction.flights {
@@ -107,7 +107,7 @@ pub fn page(reproduction: &Reproduction) -> Result<Page> {
     page.table(&table(reproduction));
     page.paragraph(
         "The law works in whole cycles of 4 ms, so it matters where in a cycle the touch falls: \
-         the last but one column is the range over four places, the others are for one of them.",
+         the last but one column is the range over four instants, the others are for one of them.",
     );
     page.section("Growing impacts (Fig. 4)");
     page.paragraph(

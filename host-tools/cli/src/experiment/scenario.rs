@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use softdock_analysis::input;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
-use softdock_rig::rig::hidden::craft;
+use softdock_rig::rig::hidden::spacecraft;
 use softdock_rig::rig::settings::RigSettings;
 use std::path::Path;
 
@@ -70,16 +70,16 @@ impl Scenario {
         Ok(())
     }
 
-    /// The board as it really runs: hidden errors of the craft are errors of its settings.
+    /// The board as it really runs: hidden errors of the spacecraft are errors of its settings.
     ///
     /// # Errors
-    /// The hidden errors leave no craft that the board accepts.
+    /// The hidden errors leave no spacecraft that the board accepts.
     pub fn actual_board(&self) -> Result<BoardSettings> {
         let mut board = self.board.clone();
-        craft::apply(&self.rig.hidden, &mut board.control)?;
+        spacecraft::apply(&self.rig.hidden, &mut board.control)?;
         board
             .validate()
-            .context("[board] with the hidden errors of the craft")?;
+            .context("[board] with the hidden errors of the spacecraft")?;
         Ok(board)
     }
 

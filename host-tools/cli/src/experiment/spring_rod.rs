@@ -35,7 +35,7 @@ pub fn one_stop(law: LawName, speed_m_s: f64, touch: f64) -> Result<Scenario> {
     Ok(scenario)
 }
 
-/// Two stops that face each other, so that the craft goes to and fro.
+/// Two stops that face each other, so that the spacecraft goes to and fro.
 pub fn two_stops(law: LawName, speed_m_s: f64, duration_s: f64) -> Result<Scenario> {
     let mut scenario = one_stop(law, speed_m_s, TOUCH)?;
     let start_x = scenario.start_position_m[0];

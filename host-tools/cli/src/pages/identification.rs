@@ -62,9 +62,9 @@ fn step_response(axis: &AxisActuator, cycle_s: f64) -> Plot {
 fn left(axis: &AxisActuator) -> Plot {
     let unit = if axis.axis.index() < 3 { "m" } else { "rad" };
     let mut plot = Plot::new(
-        "Measured minus simulated place",
+        "Measured minus simulated position",
         "time [s]",
-        format!("place left [{unit}]"),
+        format!("position error [{unit}]"),
     );
     let evidence = &axis.evidence;
     let points = evidence.time_s.iter().copied();

@@ -35,7 +35,7 @@ impl RobotPose {
         }
     }
 
-    /// Place and velocity of a point that is fixed to the flange (m, in M).
+    /// Position and velocity of a point that is fixed to the flange (m, in M).
     pub fn point(&self, in_m: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let arm = self.rotation * in_m;
         (self.position + arm, self.velocity + self.spin.cross(&arm))

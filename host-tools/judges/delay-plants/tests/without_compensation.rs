@@ -1,5 +1,5 @@
 //! A mass that is simulated from the measured force, without compensation: the energy that a late
-//! robot adds when it is sent the mean velocity of each cycle. In both formulations, over places of the touch within a cycle.
+//! robot adds when it is sent the mean velocity of each cycle. In both formulations, over instants of the touch within a cycle.
 
 use softdock_delay_plants::{Actuator, Contact, Dynamics, Formulation, Plant, PlantSettings, Wall};
 
@@ -7,7 +7,7 @@ const CYCLE_S: f64 = 0.004;
 const MASS_KG: f64 = 500.0;
 const SPEED_M_S: f64 = 0.005;
 
-/// Speed after over speed before, mean over four places of the touch within a cycle.
+/// Speed after over speed before, mean over four instants of the touch within a cycle.
 fn restitution(actuator: Actuator, omega: f64, formulation: Formulation) -> f64 {
     let places = 4;
     let sum: f64 = (0..places)

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use softdock_hidden_effects::{Case, CaseSpec, Truth, ladder, suite, truth_json};
+use softdock_hidden_effects::{Case, CaseSpec, Truth, size_sweep, suite, truth_json};
 
 fn main() -> ExitCode {
     match write(std::env::args().skip(1)) {
@@ -26,7 +26,7 @@ fn write(mut arguments: impl Iterator<Item = String>) -> Result<(), String> {
         None => 1,
     };
     let specs: Vec<CaseSpec> = match arguments.next().as_deref() {
-        Some("ladder") => ladder(seed),
+        Some("ladder") => size_sweep(seed),
         Some(text) => {
             let count = usize::try_from(number(text, "COUNT")?).unwrap_or(usize::MAX);
             suite(seed).into_iter().take(count).collect()

@@ -15,7 +15,7 @@ const EFFECT_STEP_S: f64 = 1e-4;
 
 /// Where a limit or a trigger sits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Place {
+pub(crate) enum Location {
     /// On the delayed command, before the lag.
     Input,
     /// On the executed velocity, after the lag.
@@ -33,20 +33,20 @@ pub(crate) enum ActuatorEffect {
     /// `reset` empties the lag too, otherwise it runs on behind a gate.
     Pause {
         pause_s: f64,
-        trigger: Place,
+        trigger: Location,
         reset: bool,
     },
     /// `rate_limit`: per command cycle before the lag, or continuous after it.
     RateLimit {
         linear: f64,
         angular: f64,
-        place: Place,
+        place: Location,
     },
     /// `velocity_saturation`.
     Saturation {
         linear: f64,
         angular: f64,
-        place: Place,
+        place: Location,
     },
     /// `structural_resonance`: `x'' = W² (u - x) - 2 z W x'` in series.
     Resonance { frequency_hz: f64, damping: f64 },
@@ -58,9 +58,9 @@ struct Chain {
     delay_s: f64,
     lag_s: f64,
     extra_lag_s: f64,
-    pause: Option<(f64, Place, bool)>,
-    slew: Option<([f64; 2], Place)>,
-    limit: Option<([f64; 2], Place)>,
+    pause: Option<(f64, Location, bool)>,
+    slew: Option<([f64; 2], Location)>,
+    limit: Option<([f64; 2], Location)>,
     resonance: Option<(f64, f64)>,
     cycle_s: f64,
 }
@@ -124,10 +124,10 @@ impl Axis {
     /// A delayed command arrives. `kind` is 0 for a linear, 1 for an angular axis.
     fn arrive(&mut self, command: f64, chain: &Chain, kind: usize) {
         let mut value = command;
-        if let Some((limit, Place::Input)) = chain.limit {
+        if let Some((limit, Location::Input)) = chain.limit {
             value = value.clamp(-limit[kind], limit[kind]);
         }
-        if let Some((slew, Place::Input)) = chain.slew {
+        if let Some((slew, Location::Input)) = chain.slew {
             let step = slew[kind] * chain.cycle_s;
             value = self.input + (value - self.input).clamp(-step, step);
         }
@@ -150,12 +150,12 @@ impl Axis {
             self.mode += self.mode_rate * h;
             value = self.mode;
         }
-        if let Some((slew, Place::Output)) = chain.slew {
+        if let Some((slew, Location::Output)) = chain.slew {
             let step = slew[kind] * h;
             self.slewed += (value - self.slewed).clamp(-step, step);
             value = self.slewed;
         }
-        if let Some((limit, Place::Output)) = chain.limit {
+        if let Some((limit, Location::Output)) = chain.limit {
             value = value.clamp(-limit[kind], limit[kind]);
         }
         self.output = self.gate(value, h, chain);
@@ -178,8 +178,8 @@ impl Axis {
             return 0.0;
         }
         let watched = match trigger {
-            Place::Input => self.input,
-            Place::Output => value,
+            Location::Input => self.input,
+            Location::Output => value,
         };
         let sign = if watched == 0.0 {
             0.0
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn pause_stands_still_for_its_time() {
-        for (trigger, reset) in [(Place::Input, true), (Place::Output, false)] {
+        for (trigger, reset) in [(Location::Input, true), (Location::Output, false)] {
             let pause = ActuatorEffect::Pause {
                 pause_s: 0.04,
                 trigger,
@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn limits_hold() {
-        for place in [Place::Input, Place::Output] {
+        for place in [Location::Input, Location::Output] {
             let slew = ActuatorEffect::RateLimit {
                 linear: 3.0,
                 angular: 3.0,

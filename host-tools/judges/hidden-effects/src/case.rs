@@ -83,11 +83,11 @@ impl CaseSpec {
         let train = plan.run(0, self.seed, &plan.effects).log();
         let test_seed = self.seed ^ TEST_SEED;
         let test = plan.run(1, test_seed, &plan.effects).log();
-        // A tool cannot lose its inertia: the twin keeps it, and its model knows it.
+        // A tool cannot lose its inertia: the reference run keeps it, and its model knows it.
         let inertia = |effect: &Effect| matches!(effect, Effect::ToolInertia);
         let mut known = plan.nominal.clone();
         known.tool.dynamic_compensation |= plan.effects.iter().any(inertia);
-        let twin = plan.run(1, test_seed, &[]).log();
+        let reference = plan.run(1, test_seed, &[]).log();
         Case {
             name: self.name.clone(),
             meta_json: serde_json::to_string_pretty(&plan.nominal).unwrap_or_default(),
@@ -99,7 +99,7 @@ impl CaseSpec {
                 expected: self.expected(),
                 level: self.level,
                 size: self.size,
-                z_oracle_test: residual::z(&known, &twin),
+                z_oracle_test: residual::z(&known, &reference),
                 z_nominal_test: residual::z(&plan.nominal, &test),
             },
         }
@@ -180,7 +180,7 @@ fn draw_effects(
         .collect()
 }
 
-/// A third of the logs are noisier than the data sheet, a quarter are coloured.
+/// A third of the logs are noisier than the data sheet, a quarter are autoregressive.
 fn character(noise: &mut Noise) -> NoiseCharacter {
     let noisier = noise.between(1.0, 1.3);
     let (wrench_factor, motion_factor) = match noise.below(9) {
@@ -188,11 +188,15 @@ fn character(noise: &mut Noise) -> NoiseCharacter {
         2 => (noisier, noisier),
         _ => (1.0, 1.0),
     };
-    let colour = noise.between(0.1, 0.5);
+    let ar_coefficient = noise.between(0.1, 0.5);
     NoiseCharacter {
         wrench_factor,
         motion_factor,
-        colour: if noise.chance(0.25) { colour } else { 0.0 },
+        ar_coefficient: if noise.chance(0.25) {
+            ar_coefficient
+        } else {
+            0.0
+        },
     }
 }
 

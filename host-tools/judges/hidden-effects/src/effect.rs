@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Vector3, Vector6};
 
-use crate::actuator::{ActuatorEffect, Place};
+use crate::actuator::{ActuatorEffect, Location};
 use crate::load::LoadEffect;
 use crate::sensor::{DriftShape, SensorEffect};
 
@@ -135,7 +135,7 @@ fn flag(value: bool) -> f64 {
 type Pairs = (&'static str, Vec<(&'static str, f64)>);
 
 fn actuator(effect: &ActuatorEffect) -> Pairs {
-    let behind = |place: &Place| ("behind_lag", flag(*place == Place::Output));
+    let behind = |place: &Location| ("behind_lag", flag(*place == Location::Output));
     match effect {
         ActuatorEffect::Delay { extra_s } => ("actuation_delay", vec![("extra_delay_s", *extra_s)]),
         ActuatorEffect::Lag { extra_s } => ("actuation_lag", vec![("extra_lag_s", *extra_s)]),
@@ -144,7 +144,7 @@ fn actuator(effect: &ActuatorEffect) -> Pairs {
             trigger,
             reset,
         } => {
-            let on_output = ("trigger_on_output", flag(*trigger == Place::Output));
+            let on_output = ("trigger_on_output", flag(*trigger == Location::Output));
             let pairs = vec![("pause_s", *pause_s), on_output, ("reset", flag(*reset))];
             ("zero_cross_pause", pairs)
         }

@@ -59,5 +59,5 @@ pub use case::{Case, CaseSpec};
 pub use effect::{IDS, OUTSIDE_IDS};
 pub use log::HEADER;
 pub use residual::normalised;
-pub use suite::{ladder, suite};
+pub use suite::{size_sweep, suite};
 pub use truth::{Level, Truth, Verdict, parse_truth, truth_json};

@@ -74,7 +74,7 @@ fn distance_z(meta: &Meta, one: &[Vector6<f64>], other: &[Vector6<f64>]) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::actuator::Place;
+    use crate::actuator::Location;
     use crate::jog;
     use crate::noise::Noise;
     use crate::rig;
@@ -87,7 +87,7 @@ mod tests {
         let limited = |f: f64| ActuatorEffect::Saturation {
             linear: 0.04 * f,
             angular: 0.4 * f,
-            place: Place::Output,
+            place: Location::Output,
         };
         let effect = limited(factor(&meta, &jogs, 5.0, limited));
         let shown = [0, 1].map(|i| {

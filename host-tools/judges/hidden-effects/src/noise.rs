@@ -84,7 +84,7 @@ pub(crate) struct NoiseCharacter {
     /// Real over data-sheet sigma of velocity and pose.
     pub(crate) motion_factor: f64,
     /// Coefficient of the first-order autoregression of the wrench noise, 0 = white.
-    pub(crate) colour: f64,
+    pub(crate) ar_coefficient: f64,
 }
 
 /// Noise of one tick.
@@ -100,7 +100,7 @@ pub(crate) struct Disturbance {
     pub(crate) angle: Vector3<f64>,
 }
 
-/// Source of the measurement noise: the same draws for a log and its oracle twin.
+/// Source of the measurement noise: the same draws for a log and its reference run.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasurementNoise {
     stream: Noise,
@@ -123,11 +123,12 @@ impl MeasurementNoise {
     }
 
     /// Draws one tick. Wrench: `x(n) = a x(n-1) + sqrt(1 - a²) e(n)`, so its sigma does not
-    /// depend on the colour `a`.
+    /// depend on the ar_coefficient `a`.
     pub(crate) fn tick(&mut self) -> Disturbance {
         let (sigma, character) = (self.sigma, self.character);
-        let colour = character.colour;
-        self.wrench = self.wrench * colour + self.stream.normal6() * (1.0 - colour * colour).sqrt();
+        let ar_coefficient = character.ar_coefficient;
+        self.wrench = self.wrench * ar_coefficient
+            + self.stream.normal6() * (1.0 - ar_coefficient * ar_coefficient).sqrt();
         let split = |linear: f64, angular: f64, factor: f64| {
             Vector6::from_fn(|i, _| factor * if i < 3 { linear } else { angular })
         };
@@ -154,11 +155,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coloured_noise_keeps_its_sigma_and_shows_its_colour() {
+    fn autoregressive_noise_keeps_its_sigma_and_its_correlation() {
         let character = NoiseCharacter {
             wrench_factor: 1.2,
             motion_factor: 1.0,
-            colour: 0.4,
+            ar_coefficient: 0.4,
         };
         let sigma = NoiseSigma::DATA_SHEET;
         let mut noise = MeasurementNoise::new(3, character, sigma);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::actuator::{ActuatorEffect, Place};
+use crate::actuator::{ActuatorEffect, Location};
 use crate::effect::Effect;
 use crate::load::LoadEffect;
 use crate::meta::{
@@ -122,8 +122,8 @@ pub(crate) fn settle(meta: &mut Meta, effects: &[Effect]) {
     for effect in effects {
         if let Effect::Actuator(ActuatorEffect::RateLimit { linear, place, .. }) = effect {
             let steeper = match place {
-                Place::Input => 1.0,
-                Place::Output => staircase(meta),
+                Location::Input => 1.0,
+                Location::Output => staircase(meta),
             };
             let softest = meta.spacecraft.mass_kg * (linear / (0.12 * steeper)).powi(2);
             meta.contact.k_n = meta.contact.k_n.min(softest.round().max(4e3));

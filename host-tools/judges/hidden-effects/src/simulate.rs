@@ -27,7 +27,7 @@ pub(crate) struct Run<'a> {
     pub(crate) rows: usize,
     /// Real noise.
     pub(crate) character: NoiseCharacter,
-    /// Seed of noise, jitter, drop-outs: the same in the oracle twin.
+    /// Seed of noise, jitter, drop-outs: the same in the reference run.
     pub(crate) seed: u64,
 }
 
@@ -53,7 +53,7 @@ impl Run<'_> {
     /// Runs the rig. Order inside a tick: measure, model, command.
     pub(crate) fn log(&self) -> Vec<Row> {
         let plant = self.true_plant();
-        let mut side = PhysicalSide::new(self, &plant);
+        let mut side = PhysicalPlant::new(self, &plant);
         let mut noise = MeasurementNoise::new(self.seed, self.character, self.nominal.noise_sigma);
         let mut body = None;
         let mut rows: Vec<Row> = Vec::with_capacity(self.rows);
@@ -164,7 +164,7 @@ impl Run<'_> {
 }
 
 /// Robot, contact and sensor: everything outside the rig computer.
-struct PhysicalSide<'a> {
+struct PhysicalPlant<'a> {
     plant: &'a Meta,
     actuator: Actuator,
     loads: Loads<'a>,
@@ -175,7 +175,7 @@ struct PhysicalSide<'a> {
     last_s: Option<f64>,
 }
 
-impl<'a> PhysicalSide<'a> {
+impl<'a> PhysicalPlant<'a> {
     fn new(run: &'a Run<'_>, plant: &'a Meta) -> Self {
         Self {
             plant,

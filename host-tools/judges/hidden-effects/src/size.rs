@@ -6,7 +6,7 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use crate::actuator::{ActuatorEffect, Place};
+use crate::actuator::{ActuatorEffect, Location};
 use crate::effect::Effect;
 use crate::jog::Jog;
 use crate::limit;
@@ -50,7 +50,7 @@ pub(crate) fn draw(id: &str, size: f64, scene: &Scene<'_>, noise: &mut Noise) ->
 }
 
 fn actuator(id: &str, size: f64, scene: &Scene<'_>, noise: &mut Noise) -> Option<ActuatorEffect> {
-    let place = noise.pick([Place::Input, Place::Output]);
+    let place = noise.pick([Location::Input, Location::Output]);
     let reset = noise.chance(0.5);
     let weight = noise.between(0.8, 1.3) * size;
     Some(match id {

@@ -1,4 +1,4 @@
-//! Lists of cases: a mixed suite and a size ladder. Listing costs nothing; a case is simulated
+//! Lists of cases: a mixed suite and a size sweep. Listing costs nothing; a case is simulated
 //! when it is asked for.
 
 use crate::case::CaseSpec;
@@ -38,8 +38,8 @@ const PAIRS: [[&str; 2]; 28] = [
     ["ft_quantisation", "guide_coulomb"],
 ];
 
-/// Effects of the size ladder, all channels.
-const LADDER: [&str; 13] = [
+/// Effects of the size sweep, all channels.
+const SWEPT: [&str; 13] = [
     "actuation_delay",
     "zero_cross_pause",
     "rate_limit",
@@ -118,12 +118,12 @@ fn size(level: Level, effects: usize, noise: &mut Noise) -> f64 {
     noise.between(low.ln(), high.ln()).exp()
 }
 
-/// The size ladder: each effect at 1, 0.3, 0.1 and 0.05 of its size, on one rig and motion per
+/// The size sweep: each effect at 1, 0.3, 0.1 and 0.05 of its size, on one rig and motion per
 /// effect (only the wall damping follows the effect, to keep the loop stable).
 #[must_use]
-pub fn ladder(seed: u64) -> Vec<CaseSpec> {
+pub fn size_sweep(seed: u64) -> Vec<CaseSpec> {
     let steps = [1.0, 0.3, 0.1, 0.05];
-    LADDER
+    SWEPT
         .iter()
         .enumerate()
         .flat_map(|(i, id)| {

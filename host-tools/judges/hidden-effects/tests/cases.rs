@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use softdock_hidden_effects::{
-    Case, CaseSpec, HEADER, IDS, Level, OUTSIDE_IDS, Verdict, ladder, normalised, suite,
+    Case, CaseSpec, HEADER, IDS, Level, OUTSIDE_IDS, Verdict, normalised, size_sweep, suite,
 };
 
 /// Channels of the z arrays.
@@ -55,7 +55,7 @@ fn suite_mixes_all_levels_and_names_every_case_once() {
         .map(|s| format!("{:?}", s.level()))
         .collect();
     assert!(first.len() >= 5, "levels are shuffled: {first:?}");
-    assert_eq!(ladder(3).len(), 13 * 4);
+    assert_eq!(size_sweep(3).len(), 13 * 4);
 }
 
 #[test]
@@ -166,8 +166,8 @@ fn each_effect_raises_its_own_channel() {
 }
 
 #[test]
-fn smaller_steps_of_the_ladder_leave_less() {
-    for steps in ladder(2).chunks(4) {
+fn smaller_steps_of_the_sweep_leave_less() {
+    for steps in size_sweep(2).chunks(4) {
         // A fast structural mode rings at the steps of the held command.
         if steps[0].effects() == ["structural_resonance"] {
             continue;

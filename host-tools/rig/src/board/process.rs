@@ -6,7 +6,7 @@
 //! task that waits for it.
 //!
 //! When settings are committed the board starts over as a microcontroller does: all that was built
-//! from the old settings ends, and `lap` begins anew with what lies in its flash. The line of the
+//! from the old settings ends, and a new `session` begins with what lies in its flash. The line of the
 //! service stays, as a serial line does.
 
 use anyhow::{Context, Result};
@@ -20,12 +20,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 mod clock;
-mod lap;
 mod line;
 mod mailbox;
 mod operator;
 mod recorders;
 mod service;
+mod session;
 mod slcan_server;
 mod telemetry;
 mod udp;
@@ -35,8 +35,8 @@ pub use recorders::Record;
 
 use super::block_on::block_on;
 use super::flash::FileFlash;
-use lap::{Io, Lap};
 use line::Line;
+use session::{BoardSession, Io};
 
 /// The operator, the onlooker and the service have threads of their own.
 type Shared = softdock_app::shared::Shared<CriticalSectionRawMutex>;
@@ -136,9 +136,9 @@ impl Listening {
                 line: self.line.clone(),
                 telemetry: self.telemetry,
             };
-            let lap = Lap::prepare(boot, io, self.start)?;
-            let record = record(lap.settings())?;
-            match lap.run(stop, &current, &mut self.store, &mut block, record)? {
+            let session = BoardSession::prepare(boot, io, self.start)?;
+            let record = record(session.settings())?;
+            match session.run(stop, &current, &mut self.store, &mut block, record)? {
                 End::Restart(next) if !stop.load(Ordering::Relaxed) => trial = next,
                 _ => return Ok(()),
             }

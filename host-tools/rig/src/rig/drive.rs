@@ -6,8 +6,8 @@ use super::settings::RigSettings;
 use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
+use softdock_control::effects::actuator::actuation_delay::TransportDelay;
 use softdock_control::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_control::effects::actuator::transport_delay::TransportDelay;
 use softdock_control::effects::body::clock_rate::ClockRate;
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 

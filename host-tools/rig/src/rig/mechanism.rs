@@ -1,4 +1,4 @@
-//! The docking mechanism: contact and guide forces on the moving craft at one instant.
+//! The docking mechanism: contact and guide forces on the moving spacecraft at one instant.
 //!
 //! The robot is stiff: contact does not move it. The force therefore depends on pose and twist
 //! alone, and is evaluated only when somebody looks; only a hidden hysteresis of the guide
@@ -107,7 +107,7 @@ mod tests {
         Mechanism::new(&settings, &[], &[0.0; 6])
     }
 
-    /// An oblique stop meets a tip off the axis of a turned craft: force along the normal, torque
+    /// An oblique stop meets a tip off the axis of a turned spacecraft: force along the normal, torque
     /// by the lever, both in M axes.
     #[test]
     fn oblique_and_off_centre() {

@@ -8,16 +8,16 @@ use super::hidden::{self, Hidden};
 use anyhow::Result;
 use softdock_analysis::statistics::RandomStream;
 use softdock_control::effects::Group;
-use softdock_control::effects::sensor::bias_drift::BiasDrift;
 use softdock_control::effects::sensor::ft_bias::Bias;
+use softdock_control::effects::sensor::ft_bias_drift::BiasDrift;
 use softdock_control::effects::sensor::ft_crosstalk::{self, Crosstalk};
 use softdock_control::effects::sensor::ft_dropout::Dropout;
 use softdock_control::effects::sensor::ft_latency::Latency;
+use softdock_control::effects::sensor::ft_low_pass::LowPass;
 use softdock_control::effects::sensor::ft_mounting::Mounting;
 use softdock_control::effects::sensor::ft_quantisation::WrenchQuantisation;
 use softdock_control::effects::sensor::ft_saturation::ForceSaturation;
 use softdock_control::effects::sensor::ft_scale::Scale;
-use softdock_control::effects::sensor::low_pass::LowPass;
 use softdock_control::frames::Wrench;
 
 /// Integration steps that a latency can span.

@@ -6,8 +6,8 @@ use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::{Result, anyhow};
 use softdock_analysis::statistics::RandomStream;
+use softdock_control::effects::sensor::ft_low_pass::LowPass;
 use softdock_control::effects::sensor::gauge_quantisation::{GaugeError, GaugeQuantisation};
-use softdock_control::effects::sensor::low_pass::LowPass;
 use softdock_control::frames::{Wrench, vector};
 use std::f64::consts::TAU;
 

@@ -232,7 +232,7 @@ impl Default for CorrectionMonitor {
     }
 }
 
-/// The docking mechanism: planes that stop tips of the moving craft, and a guide.
+/// The docking mechanism: planes that stop tips of the moving spacecraft, and a guide.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MechanismSettings {
@@ -252,7 +252,7 @@ pub struct WallSettings {
     pub point_m: [f64; 3],
     /// Normal in C, towards the free side; any length.
     pub normal: [f64; 3],
-    /// Contact point on the moving craft, in M, m.
+    /// Contact point on the moving spacecraft, in M, m.
     #[serde(default)]
     pub tip_m: [f64; 3],
     /// Stiffness, N/m.

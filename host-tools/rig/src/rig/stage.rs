@@ -4,14 +4,14 @@ use super::checks::{named, prefixed};
 use super::hidden::{self, Hidden};
 use super::settings::{ActuatorSettings, RigSettings, ServoSettings};
 use anyhow::Result;
+use softdock_control::effects::actuator::actuation_lag::FirstOrderLag;
 use softdock_control::effects::actuator::backlash::Backlash;
-use softdock_control::effects::actuator::first_order_lag::FirstOrderLag;
 use softdock_control::effects::actuator::jerk_limit::JerkLimit;
 use softdock_control::effects::actuator::rate_limit::RateLimit;
 use softdock_control::effects::actuator::second_order_servo::SecondOrderServo;
 use softdock_control::effects::actuator::velocity_gain::VelocityGain;
 use softdock_control::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_control::effects::actuator::zero_crossing_pause::ZeroCrossingPause;
+use softdock_control::effects::actuator::zero_cross_pause::ZeroCrossingPause;
 use softdock_control::effects::{CATALOGUE, Group};
 
 /// One stage: mean velocity over a step in, mean velocity out.

@@ -5,11 +5,11 @@ use super::hidden::{self, Hidden};
 use super::settings::WallSettings;
 use anyhow::Result;
 use nalgebra::Vector3;
+use softdock_control::effects::mechanism::contact_coulomb::CoulombFriction;
 use softdock_control::effects::mechanism::contact_cubic::CubicSpring;
 use softdock_control::effects::mechanism::contact_damping::ContactDamping;
 use softdock_control::effects::mechanism::contact_deadzone::DeadZone;
 use softdock_control::effects::mechanism::contact_stiffness::StiffnessError;
-use softdock_control::effects::mechanism::coulomb_friction::CoulombFriction;
 use softdock_control::effects::mechanism::hunt_crossley::HuntCrossley;
 use softdock_control::effects::mechanism::plane_contact::{
     ContactForce, PlaneContact, PlaneParameters,

@@ -2,14 +2,14 @@
 //! command, transport delay, then lag, servo or structural mode, then the pause at a zero crossing,
 //! then limits of acceleration, jerk and velocity, at last gain and play of the drive.
 
+pub mod actuation_delay;
+pub mod actuation_lag;
 pub mod backlash;
 pub mod command_quantisation;
-pub mod first_order_lag;
 pub mod jerk_limit;
 pub mod rate_limit;
 pub mod second_order_servo;
 pub mod structural_resonance;
-pub mod transport_delay;
 pub mod velocity_gain;
 pub mod velocity_saturation;
-pub mod zero_crossing_pause;
+pub mod zero_cross_pause;

@@ -1,4 +1,4 @@
-//! The simulated craft as the rig computes it, and the clock that its cycle assumes.
+//! The simulated spacecraft as the rig computes it, and the clock that its cycle assumes.
 
 pub mod clock_jitter;
 pub mod clock_offset;

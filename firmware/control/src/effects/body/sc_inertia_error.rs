@@ -1,4 +1,4 @@
-//! Inertia with which the rig integrates the craft.
+//! Inertia with which the rig integrates the spacecraft.
 
 use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::matrix;
@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "sc_inertia_error",
-    title: "Inertia of the craft",
-    summary: "the rig integrates with another inertia of the craft than the model says",
+    title: "Inertia of the spacecraft",
+    summary: "the rig integrates with another inertia of the spacecraft than the model says",
     group: Group::Body,
     naming: Naming::Cause,
     equation: "I = I_nominal + diag(ixx_kg_m2, iyy_kg_m2, izz_kg_m2); alpha = I^-1 (T - w x I w)",
@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
                  the log fit the contact",
 };
 
-/// A craft with a wrong inertia.
+/// A spacecraft with a wrong inertia.
 #[derive(Clone, Copy, Debug)]
 pub struct InertiaError<S: Scalar> {
     inertia: Matrix3<S>,
@@ -78,9 +78,9 @@ mod tests {
     /// Euler's equation about principal axes, by hand.
     #[test]
     fn eulers_equation_with_the_sum() {
-        let craft = InertiaError::<f64>::new(&NOMINAL, &[2.0, 0.0, 1.0]).unwrap(); // 4, 3, 5
+        let spacecraft = InertiaError::<f64>::new(&NOMINAL, &[2.0, 0.0, 1.0]).unwrap(); // 4, 3, 5
         let rate = Vector3::new(1.0, 2.0, 3.0);
-        let got = craft.angular_acceleration(&Vector3::new(8.0, 9.0, 10.0), &rate);
+        let got = spacecraft.angular_acceleration(&Vector3::new(8.0, 9.0, 10.0), &rate);
         let expected = [
             (8.0 - (5.0 - 3.0) * 6.0) / 4.0,
             (9.0 - (4.0 - 5.0) * 3.0) / 3.0,

@@ -1,4 +1,4 @@
-//! Mass with which the rig integrates the craft.
+//! Mass with which the rig integrates the spacecraft.
 
 use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::saturated;
@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "sc_mass_error",
-    title: "Mass of the craft",
-    summary: "the rig integrates with another mass of the craft than the model says",
+    title: "Mass of the spacecraft",
+    summary: "the rig integrates with another mass of the spacecraft than the model says",
     group: Group::Body,
     naming: Naming::Cause,
     equation: "a = F / (m + mass_error_kg), m: nominal mass",
@@ -28,10 +28,10 @@ pub const EFFECT: Effect = Effect {
                  contact; with a wrong gain of the sensor it does not",
 };
 
-/// Largest acceleration, m/s²: keeps a light craft under a large force representable.
+/// Largest acceleration, m/s²: keeps a light spacecraft under a large force representable.
 const LARGEST_M_S2: f64 = 1e4;
 
-/// A craft with a wrong mass.
+/// A spacecraft with a wrong mass.
 #[derive(Clone, Copy, Debug)]
 pub struct MassError<S: Scalar> {
     inverse_mass: S,
@@ -57,9 +57,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heavier_craft_accelerates_less() {
-        let craft = MassError::<f64>::new(60.0, 20.0).unwrap();
-        let got = craft.acceleration(&Vector3::new(8.0, 0.0, -16.0));
+    fn a_heavier_spacecraft_accelerates_less() {
+        let spacecraft = MassError::<f64>::new(60.0, 20.0).unwrap();
+        let got = spacecraft.acceleration(&Vector3::new(8.0, 0.0, -16.0));
         assert!((got - Vector3::new(0.1, 0.0, -0.2)).norm() < 1e-12);
         assert!(MassError::<f64>::new(60.0, -60.0).is_err());
     }

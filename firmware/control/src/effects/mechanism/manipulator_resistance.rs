@@ -1,4 +1,4 @@
-//! Resistance of the manipulator that holds the simulated craft.
+//! Resistance of the manipulator that holds the simulated spacecraft.
 
 use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::range::{SettingsError, in_range};
@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     summary: "the rig's model moves against the spring and damper of a manipulator",
     group: Group::Mechanism,
     naming: Naming::Cause,
-    equation: "F = -(stiffness_n_per_m (p - p0) + damping_n_s_per_m v), added to the force on the simulated craft",
+    equation: "F = -(stiffness_n_per_m (p - p0) + damping_n_s_per_m v), added to the force on the simulated spacecraft",
     source: "seed paper section 3.2 (equivalent resistance of the space manipulator); textbook (spring and damper)",
     signature: "the rig's model decelerates without a measured force; sensor and executed velocity fit their models",
     typical: "1 to 100 N/m and N s/m for a compliant arm of some metres",
@@ -24,7 +24,7 @@ pub const EFFECT: Effect = Effect {
                  inside the model is not",
 };
 
-/// Spring and damper between the simulated craft and where it began.
+/// Spring and damper between the simulated spacecraft and where it began.
 #[derive(Clone, Copy, Debug)]
 pub struct ManipulatorResistance<S: Scalar> {
     stiffness: S,
@@ -42,7 +42,7 @@ impl<S: Scalar> ManipulatorResistance<S> {
         })
     }
 
-    /// Force (N) on the craft at a displacement (m) from the start and a velocity (m/s).
+    /// Force (N) on the spacecraft at a displacement (m) from the start and a velocity (m/s).
     pub fn force(&self, displacement: S, velocity: S) -> S {
         -(self.stiffness * displacement + self.damping * velocity)
     }

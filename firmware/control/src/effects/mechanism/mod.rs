@@ -1,14 +1,14 @@
 //! Forces on the moving side: of the guide it runs on, of the contact of its tip with a wall, of
-//! the cables that it drags, and of the manipulator that would hold the real craft.
+//! the cables that it drags, and of the manipulator that would hold the real spacecraft.
 //!
 //! [`plane_contact`] and [`lever`] are building blocks, not effects.
 
 pub mod cable_stiffness;
+pub mod contact_coulomb;
 pub mod contact_cubic;
 pub mod contact_damping;
 pub mod contact_deadzone;
 pub mod contact_stiffness;
-pub mod coulomb_friction;
 pub mod guide_asymmetry;
 pub mod guide_coulomb;
 pub mod guide_hysteresis;

@@ -4,8 +4,8 @@
 //! Not an effect by itself but the nominal contact law of the rig: a
 //! linear spring and damper (Kelvin-Voigt), clipped because a wall cannot pull.
 
+use super::contact_coulomb::CoulombFriction;
 use super::contact_damping::ContactDamping;
-use super::coulomb_friction::CoulombFriction;
 use crate::frames::vector;
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;

@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     group: Group::Sensor,
     naming: Naming::Cause,
     equation: "dF = 0, dT = (com_x_m, com_y_m, com_z_m) x m g, g in axes of S; m: nominal mass",
-    source: "seed paper section 3.1 (gravity of the tool)",
+    source: "seed paper section 3.2 (gravity of the tool)",
     signature: "torques that turn with the sensor's orientation, while the forces fit",
     typical: "0.5 to 10 mm; 1 mm at 10 kg is 0.1 N m",
     parameters: &[

@@ -1,6 +1,6 @@
 //! Weight of the tool that hangs on the sensor: `F = m g`, `T = com × m g`, axes of S.
 //!
-//! Not an effect by itself but a part of the nominal wrench (seed paper section 3.1; A13: with the
+//! Not an effect by itself but a part of the nominal wrench (seed paper section 3.2; A13: with the
 //! centre of gravity as reference its torque term vanishes).
 
 use crate::frames::{Wrench, vector};

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     naming: Naming::Cause,
     equation: "F = -mass_kg a_com; T = -(I alpha + w x I w) - com x mass_kg a_com; \
                a_com = a + alpha x com + w x (w x com)",
-    source: "Newton-Euler; seed paper section 3.1 (printed there, then neglected)",
+    source: "Newton-Euler; seed paper section 3.2 (printed there, then neglected)",
     signature: "wrench proportional to minus the measured acceleration, strongest at jogs and at contact",
     typical: "the mass of the tool: 1 to 20 kg",
     parameters: &[Parameter::new("mass_kg", "kg", 0.0, 100.0)],

@@ -14,7 +14,7 @@ pub const EFFECT: Effect = Effect {
     group: Group::Sensor,
     naming: Naming::Cause,
     equation: "dF = mass_error_kg g, dT = com x mass_error_kg g, g in axes of S; com: nominal centre of mass",
-    source: "seed paper section 3.1 (gravity of the tool)",
+    source: "seed paper section 3.2 (gravity of the tool)",
     signature: "an offset of the force along gravity that turns with the sensor's orientation and does not depend \
                 on motion",
     typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed",

@@ -189,8 +189,8 @@ impl AtiDriver {
         None
     }
 
-    /// See [`SensorDriver::hurry`](crate::sensor::SensorDriver::hurry).
-    pub fn hurry(&mut self, now_us: u64) {
+    /// See [`SensorDriver::expedite`](crate::sensor::SensorDriver::expedite).
+    pub fn expedite(&mut self, now_us: u64) {
         if matches!(self.mode, Mode::Running { .. }) {
             self.next_send_us = self.next_send_us.min(now_us);
         }

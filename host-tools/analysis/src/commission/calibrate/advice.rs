@@ -124,8 +124,8 @@ fn candidates(unknowns: &Unknowns, gravity: &Gravity) -> Vec<Addition> {
     ];
     let mut all = Vec::new();
     for (name, axis) in axes {
-        for (way, sign) in [("down", 1.0), ("up", -1.0)] {
-            let words = format!("a pose with the tool's {name} axis vertical, pointing {way}");
+        for (pointing, sign) in [("down", 1.0), ("up", -1.0)] {
+            let words = format!("a pose with the tool's {name} axis vertical, pointing {pointing}");
             all.push(Addition {
                 words,
                 group: seen(at_rest(&(axis * sign), gravity)),

@@ -16,11 +16,11 @@ use super::gravity::Gravity;
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 use softdock_control::frames::Wrench;
 
-/// Place of the mass among the unknowns.
+/// Index of the mass among the unknowns.
 pub(super) const MASS: usize = 0;
-/// Place of the first moment.
+/// Index of the first moment.
 pub(super) const MOMENT: usize = 1;
-/// Place of the zero.
+/// Index of the zero.
 pub(super) const BIAS: usize = 4;
 /// Unknowns of a load at rest.
 pub(super) const AT_REST: usize = 10;
@@ -42,7 +42,7 @@ impl Unknowns {
         self.tilt_at() + if self.tilt { 2 } else { 0 }
     }
 
-    /// Place of the tilt.
+    /// Index of the tilt.
     pub(super) fn tilt_at(&self) -> usize {
         AT_REST + if self.inertia { INERTIA.len() } else { 0 }
     }

@@ -48,7 +48,7 @@ impl Answer<'_> {
             rivals: self.rivals(),
             feedback_latency: None,
             evidence: Evidence {
-                time_s: (self.track.first..self.track.place.len())
+                time_s: (self.track.first..self.track.position.len())
                     .map(|n| n as f64 * self.track.cycle_s)
                     .collect(),
                 residual: chosen.left.clone(),

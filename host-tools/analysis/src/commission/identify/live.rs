@@ -1,6 +1,6 @@
 //! Jogs of a robot that is there.
 
-use crate::commission::live::{Ear, LiveBoard};
+use crate::commission::live::{LiveBoard, LiveRecorder};
 use anyhow::{Context, Result, bail, ensure};
 use softdock_control::jog::{Jog, JogSettings};
 use softdock_control::modes::Command;
@@ -67,7 +67,7 @@ impl Jogs {
         text
     }
 
-    /// Jogs one axis after the other while `ear` records; `progress` is told the share that is done
+    /// Jogs one axis after the other while `recorder` records; `progress` is told the share that is done
     /// and the axis. When `stop` is raised, the jog is stopped and no other one begins.
     ///
     /// # Errors
@@ -75,22 +75,22 @@ impl Jogs {
     pub fn run(
         &self,
         board: &mut LiveBoard,
-        ear: &mut Ear,
+        recorder: &mut LiveRecorder,
         stop: &AtomicBool,
         mut progress: impl FnMut(f64, &str),
     ) -> Result<()> {
         let all: u64 = self.axes.iter().map(|jog| self.cycles(*jog) + REST).sum();
-        rest(ear, stop)?;
-        let began = ear.cycles();
+        rest(recorder, stop)?;
+        let began = recorder.cycles();
         for jog in &self.axes {
             let word = word(*jog);
             let tell = |cycles| progress((cycles - began) as f64 / all as f64, word);
-            if let Err(error) = watched(board, ear, word, stop, tell) {
+            if let Err(error) = watched(board, recorder, word, stop, tell) {
                 // A motion that nobody watches any more is stopped, whatever the reason.
                 stand_still(board).with_context(|| format!("{error:#}"))?;
                 return Err(error);
             }
-            rest(ear, stop)?;
+            rest(recorder, stop)?;
         }
         Ok(())
     }
@@ -102,7 +102,7 @@ impl Jogs {
 /// As [`Jogs::run`]; the robot may still move.
 fn watched(
     board: &mut LiveBoard,
-    ear: &mut Ear,
+    recorder: &mut LiveRecorder,
     word: &str,
     stop: &AtomicBool,
     mut tell: impl FnMut(u64),
@@ -110,9 +110,9 @@ fn watched(
     let begun = board.client.operate(word);
     let mut status = begun.with_context(|| board.port.clone())?;
     while !is_over(&status, word)? {
-        ear.listen(|_| {})?;
+        recorder.listen(|_| {})?;
         unless(stop)?;
-        tell(ear.cycles());
+        tell(recorder.cycles());
         let now = board.client.status();
         status = now.with_context(|| board.port.clone())?;
     }
@@ -132,10 +132,10 @@ fn unless(stop: &AtomicBool) -> Result<()> {
 }
 
 /// Records so many cycles while the robot rests.
-fn rest(ear: &mut Ear, stop: &AtomicBool) -> Result<()> {
-    let enough = ear.cycles() + REST;
-    while ear.cycles() < enough {
-        ear.listen(|_| {})?;
+fn rest(recorder: &mut LiveRecorder, stop: &AtomicBool) -> Result<()> {
+    let enough = recorder.cycles() + REST;
+    while recorder.cycles() < enough {
+        recorder.listen(|_| {})?;
         unless(stop)?;
     }
     Ok(())

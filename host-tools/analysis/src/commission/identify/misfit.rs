@@ -60,7 +60,7 @@ pub(super) struct Structure {
     pub limit: Limit,
 }
 
-/// Place of the delay among the parameters; the others follow as far as the structure has them:
+/// Index of the delay among the parameters; the others follow as far as the structure has them:
 /// lag, or frequency and damping of the servo; pause; the limit.
 pub(super) const DELAY: usize = 0;
 
@@ -78,7 +78,7 @@ impl Structure {
         1 + response + usize::from(self.pause.is_some()) + usize::from(self.limit != Limit::None)
     }
 
-    /// Place of the pause.
+    /// Index of the pause.
     pub(super) fn pause_at(&self) -> usize {
         match self.response {
             Response::Direct => 1,
@@ -87,7 +87,7 @@ impl Structure {
         }
     }
 
-    /// Place of the limit.
+    /// Index of the limit.
     pub(super) fn limit_at(&self) -> usize {
         self.pause_at() + usize::from(self.pause.is_some())
     }
@@ -230,7 +230,7 @@ fn left(track: &Track, chain: &Chain) -> Vec<f64> {
     let velocity = simulate(chain, &track.sent, &timing, Reading::Mean);
     let mut place = 0.0;
     let mut left: Vec<f64> = Vec::with_capacity(track.judged());
-    for (n, (velocity, measured)) in velocity.iter().zip(&track.place).enumerate() {
+    for (n, (velocity, measured)) in velocity.iter().zip(&track.position).enumerate() {
         place += velocity * track.cycle_s;
         if n >= track.first {
             left.push(measured - place);

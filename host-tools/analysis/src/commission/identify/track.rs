@@ -24,11 +24,11 @@ pub(super) struct Track {
     pub cycle_s: f64,
     /// Velocity sent in each cycle, m/s or rad/s.
     pub sent: Vec<f64>,
-    /// Measured place at each cycle, m or rad.
-    pub place: Vec<f64>,
+    /// Measured position at each cycle, m or rad.
+    pub position: Vec<f64>,
     /// First cycle of which everything that acts in it is known.
     pub first: usize,
-    /// Steps of the place that no actuator has to explain.
+    /// Steps of the position that no actuator has to explain.
     pub steps: Steps,
 }
 
@@ -56,7 +56,7 @@ impl Track {
 
     /// Number of positions that are judged.
     pub(super) fn judged(&self) -> usize {
-        self.place.len() - self.first
+        self.position.len() - self.first
     }
 
     /// The same with room for what is not known of the reversals: the axis is `late_s` late, and its
@@ -83,13 +83,13 @@ impl Track {
 /// The axes that move and are told to, and why the others do not count.
 pub(super) fn tracks(log: &Log) -> (Vec<Track>, Vec<String>) {
     let (mut tracks, mut refused) = (Vec::new(), Vec::new());
-    let places = places(log);
+    let positions = positions(log);
     for axis in Axis::ALL {
         let track = Track {
             axis,
             cycle_s: log.cycle_s,
             sent: log.sent[axis.index()].clone(),
-            place: places[axis.index()].clone(),
+            position: positions[axis.index()].clone(),
             first: 0,
             steps: Steps::origin(log.len()),
         };
@@ -147,9 +147,9 @@ fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
     Ok(track)
 }
 
-/// Place of each axis: position in C, and the sum of the small turns about the axes of M.
-fn places(log: &Log) -> [Vec<f64>; 6] {
-    let mut places: [Vec<f64>; 6] = std::array::from_fn(|_| Vec::with_capacity(log.len()));
+/// Position of each axis: position in C, and the sum of the small turns about the axes of M.
+fn positions(log: &Log) -> [Vec<f64>; 6] {
+    let mut positions: [Vec<f64>; 6] = std::array::from_fn(|_| Vec::with_capacity(log.len()));
     let mut turned = nalgebra::Vector3::zeros();
     for n in 0..log.len() {
         if n > 0 {
@@ -157,9 +157,9 @@ fn places(log: &Log) -> [Vec<f64>; 6] {
         }
         let position = log.position(n);
         for axis in 0..3 {
-            places[axis].push(position[axis]);
-            places[axis + 3].push(turned[axis]);
+            positions[axis].push(position[axis]);
+            positions[axis + 3].push(turned[axis]);
         }
     }
-    places
+    positions
 }

@@ -1,10 +1,10 @@
 //! A board that is there, commanded over its service and recorded by its telemetry.
 //!
 //! - [`LiveBoard`] asks the board for its settings and gives it commands,
-//! - [`Ear`] records what it sends.
+//! - [`LiveRecorder`] records what it sends.
 
 mod board;
-mod ear;
+mod recorder;
 
 pub use board::LiveBoard;
-pub use ear::Ear;
+pub use recorder::LiveRecorder;

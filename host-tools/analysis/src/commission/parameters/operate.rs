@@ -6,9 +6,9 @@ use softdock_link::service::{Answer, Request, Status};
 use std::time::{Duration, Instant};
 
 /// Longest time for a command to be carried out: cycles come every 4 ms.
-const PATIENCE: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
 /// How often it is looked whether it was.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 impl Client {
     /// Gives a command and waits until a cycle has taken it: the state behind it.
@@ -20,7 +20,7 @@ impl Client {
         self.call(&Request::Mode(command), |answer| {
             (answer == Answer::Done).then_some(())
         })?;
-        let give_up = Instant::now() + PATIENCE;
+        let give_up = Instant::now() + TIMEOUT;
         let status = loop {
             let status = self.status()?;
             if status.commands != before {
@@ -31,7 +31,7 @@ impl Client {
                     "`{command}` waits: the robot sends no telegrams any more (a new RSI run drops it)"
                 );
             }
-            std::thread::sleep(GLANCE);
+            std::thread::sleep(POLL_INTERVAL);
         };
         if let Some((refused, why)) = &status.refusal
             && refused.as_str() == command

@@ -11,9 +11,9 @@ use std::time::Duration;
 /// Speed of the NUCLEO's serial line, bit/s.
 pub const BAUD_RATE: u32 = 115_200;
 /// Longest wait of a single read.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Longest time for a TCP connection, and for a host that is slow to take bytes.
-const PATIENCE: Duration = Duration::from_secs(3);
+const TIMEOUT: Duration = Duration::from_secs(3);
 /// Makers of debug probes with a serial line: STMicroelectronics.
 const ST: u16 = 0x0483;
 
@@ -48,12 +48,12 @@ impl Port {
             bail!("`tcp:{text}` is no address; write it like tcp:127.0.0.1:29537");
         };
         let lock = Lock::take(&format!("tcp-{address}"))?;
-        let stream = TcpStream::connect_timeout(&address, PATIENCE).with_context(|| {
+        let stream = TcpStream::connect_timeout(&address, TIMEOUT).with_context(|| {
             format!("cannot connect to {address}; does the board run with --service {address}?")
         })?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(GLANCE))?;
-        stream.set_write_timeout(Some(PATIENCE))?;
+        stream.set_read_timeout(Some(POLL_INTERVAL))?;
+        stream.set_write_timeout(Some(TIMEOUT))?;
         Ok(Self {
             stream: Box::new(stream),
             _lock: Some(lock),
@@ -62,7 +62,9 @@ impl Port {
 
     fn open_serial(path: &str, baud_rate: u32) -> Result<Self> {
         // The device is locked by `serialport`, also against programs that are not softdock.
-        let port = serialport::new(path, baud_rate).timeout(GLANCE).open();
+        let port = serialport::new(path, baud_rate)
+            .timeout(POLL_INTERVAL)
+            .open();
         let stream = port.map_err(|error| serial_error(path, &error))?;
         Ok(Self {
             stream: Box::new(stream),

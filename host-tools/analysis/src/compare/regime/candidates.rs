@@ -47,12 +47,12 @@ pub(super) fn all(
             .collect();
         let both_signs = values.iter().any(|v| *v < 0.0) && values.iter().any(|v| *v > 0.0);
         let has_size = both_signs && quantity.has_size();
-        let ways = [
+        let variants = [
             (Groups::along(values), false, false),
             (Groups::along(touched).map(Groups::with_others), true, false),
             (Groups::along(size).filter(|_| has_size), false, true),
         ];
-        for (groups, in_contact, absolute) in ways {
+        for (groups, in_contact, absolute) in variants {
             found.extend(groups.map(|groups| Candidate {
                 quantity,
                 along: Some(axis),

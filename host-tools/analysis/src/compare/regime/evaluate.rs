@@ -24,18 +24,18 @@ struct Judged<'a> {
     /// Share of the error that the means explain beyond that.
     mean: f64,
     /// Bins that hold most of the error.
-    place: Place,
+    concentration: Concentration,
 }
 
 /// Neighbouring bins, their share of the error, and of the time.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Place {
+struct Concentration {
     bins: Range<usize>,
     share: f64,
     time_share: f64,
 }
 
-impl Place {
+impl Concentration {
     /// How much more error than time it holds.
     fn gain(&self) -> f64 {
         self.share - self.time_share
@@ -47,7 +47,7 @@ impl Judged<'_> {
         let mean = beside_offset(self.mean, self.offset);
         let same_everywhere = self.offset > MEAN_FIRST;
         !self.candidate.absolute
-            && (same_everywhere || mean >= MEAN_FIRST || mean >= self.place.gain())
+            && (same_everywhere || mean >= MEAN_FIRST || mean >= self.concentration.gain())
     }
 
     /// Share, less what a candidate has to be better by than a simpler or nearer one.
@@ -58,7 +58,7 @@ impl Judged<'_> {
         } else if self.offset > MEAN_FIRST {
             0.0
         } else {
-            self.place.gain()
+            self.concentration.gain()
         };
         let elsewhere = if candidate.along.is_none_or(|along| along == series.axis) {
             0.0
@@ -141,7 +141,7 @@ fn judge<'a>(candidate: &'a Candidate, series: &Series, excess: f64) -> Judged<'
         offset: (fit.explained_by_mean() / excess).min(1.0),
         mean: (fit.explained() / excess).min(1.0),
         fit,
-        place: narrowest(&shares, series.relative.len()),
+        concentration: narrowest(&shares, series.relative.len()),
     }
 }
 
@@ -155,21 +155,21 @@ fn shares(candidate: &Candidate, relative: &[f64], excess: f64) -> Vec<(f64, usi
 }
 
 /// The neighbouring bins with the least time that hold most of the error.
-fn narrowest(shares: &[(f64, usize)], cycles: usize) -> Place {
-    let mut best = Place::default();
+fn narrowest(shares: &[(f64, usize)], cycles: usize) -> Concentration {
+    let mut best = Concentration::default();
     for from in 0..shares.len() {
         let (mut share, mut count) = (0.0, 0);
         for (i, (of_bin, cycles_of_bin)) in shares.iter().enumerate().skip(from) {
             share += of_bin;
             count += cycles_of_bin;
-            let place = Place {
+            let concentration = Concentration {
                 bins: from..i + 1,
                 share: share.min(1.0),
                 time_share: count as f64 / cycles.max(1) as f64,
             };
             if share >= HELD {
-                if place.gain() > best.gain() {
-                    best = place;
+                if concentration.gain() > best.gain() {
+                    best = concentration;
                 }
                 break;
             }
@@ -191,7 +191,11 @@ fn regime(
         (Dependence::Mean, judged.mean, judged.fit.p())
     } else {
         let size: Vec<f64> = series.relative.iter().map(|v| v.abs()).collect();
-        (Dependence::Size, judged.place.share, groups.fit(&size).p())
+        (
+            Dependence::Size,
+            judged.concentration.share,
+            groups.fit(&size).p(),
+        )
     };
     Regime {
         channel: series.channel,
@@ -206,9 +210,9 @@ fn regime(
         offset_share: judged.offset,
         offset: mean_error(source, series),
         at: (dependence == Dependence::Size).then(|| Interval {
-            from: groups.edges[judged.place.bins.start],
-            to: groups.edges[judged.place.bins.end],
-            time_share: judged.place.time_share,
+            from: groups.edges[judged.concentration.bins.start],
+            to: groups.edges[judged.concentration.bins.end],
+            time_share: judged.concentration.time_share,
         }),
         p,
         significant: p < level,

@@ -77,19 +77,21 @@ impl Regime {
 
     /// Name of the quantity.
     fn name(&self) -> String {
-        let (way, letter, turns) = match self.along {
-            Some(axis) => (way(axis), letter(axis), axis.is_rotation()),
+        let (preposition, letter, turns) = match self.along {
+            Some(axis) => (preposition(axis), letter(axis), axis.is_rotation()),
             None => ("", "", false),
         };
         match self.variable {
-            Quantity::Velocity if turns => format!("rate {way} {letter}"),
-            Quantity::Velocity => format!("velocity {way} {letter}"),
+            Quantity::Velocity if turns => format!("rate {preposition} {letter}"),
+            Quantity::Velocity => format!("velocity {preposition} {letter}"),
             Quantity::Position => format!("position {letter}"),
-            Quantity::Orientation => format!("rotation {way} {letter}"),
-            Quantity::Force if turns => format!("expected torque {way} {letter}"),
-            Quantity::Force => format!("expected force {way} {letter}"),
-            Quantity::Acceleration if turns => format!("angular acceleration {way} {letter}"),
-            Quantity::Acceleration => format!("acceleration {way} {letter}"),
+            Quantity::Orientation => format!("rotation {preposition} {letter}"),
+            Quantity::Force if turns => format!("expected torque {preposition} {letter}"),
+            Quantity::Force => format!("expected force {preposition} {letter}"),
+            Quantity::Acceleration if turns => {
+                format!("angular acceleration {preposition} {letter}")
+            }
+            Quantity::Acceleration => format!("acceleration {preposition} {letter}"),
             Quantity::TimeInRun => "time in the recording".to_owned(),
             Quantity::TimeSinceContact => "time since contact".to_owned(),
             Quantity::Frequency => "frequency".to_owned(),
@@ -257,7 +259,7 @@ fn sides(bins: &[&Bin]) -> Option<Sides> {
     })
 }
 
-fn way(axis: Axis) -> &'static str {
+fn preposition(axis: Axis) -> &'static str {
     if axis.is_rotation() { "about" } else { "along" }
 }
 

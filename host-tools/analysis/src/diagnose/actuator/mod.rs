@@ -1,4 +1,4 @@
-//! What the actuator lacks, by simulation: delays, pauses and limits are no terms of a regression.
+//! The unmodelled dynamics of the actuator, by simulation: delays, pauses and limits are no terms of a regression.
 //!
 //! The velocities that were sent are free of noise, so the simulated execution is. Every stage of
 //! [`Stage::ALL`](crate::model::actuator::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs

@@ -17,7 +17,7 @@ const DETAIL: f64 = 0.01;
 /// Share of the gain on the fitted log that unseen data has to confirm.
 const CONFIRMED: f64 = 0.15;
 /// Gain on the grid below which a stage is not searched further.
-const HOPELESS: f64 = 5.0;
+const NEGLIGIBLE_GAIN: f64 = 5.0;
 /// Residual over noise at which nothing is left to explain.
 const AT_NOISE: f64 = 1.03;
 
@@ -109,7 +109,7 @@ pub(crate) fn search(train: &Cost<'_>, test: &Cost<'_>, ask: &Ask<'_>) -> Search
     let mut equal_forms = Vec::new();
     if let Some(candidate) = &mut accepted {
         equal_forms = choose_form(candidate, train, test);
-        settle(candidate, train, test);
+        prefer_exact_nominal(candidate, train, test);
     }
     Search {
         nominal,
@@ -139,7 +139,7 @@ fn choose_form(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) -> 
 
 /// What a stage explains is not left to the tolerances: its parameters are fitted once more with
 /// exact nominal values, if that explains the log as well.
-fn settle(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) {
+fn prefer_exact_nominal(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) {
     let exact = improved(candidate.terms.clone(), train, &|terms| {
         train.exactly(terms)
     });
@@ -217,7 +217,7 @@ fn best_single(
     };
     // What the grid does not show at all is not worth a search.
     let hopeless =
-        train.total(&train.bare()) - train.of(&terms) < HOPELESS && !slips_through(stage);
+        train.total(&train.bare()) - train.of(&terms) < NEGLIGIBLE_GAIN && !slips_through(stage);
     let terms = if hopeless {
         terms
     } else if stage.has_units_of_its_axes() {

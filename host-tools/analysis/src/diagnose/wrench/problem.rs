@@ -1,6 +1,6 @@
 //! The regression of a log: whitened residual, tolerances, and what further columns would gain.
 
-use super::colour::Colour;
+use super::autoregressive::AutoregressiveNoise;
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -12,7 +12,7 @@ const LEFT: f64 = 1e-6;
 
 /// What is left of a log after the nominal model, with the tolerances taken into account.
 pub(crate) struct Problem {
-    colour: [Colour; 6],
+    noise_model: [AutoregressiveNoise; 6],
     /// Rows that count.
     fresh: Vec<bool>,
     all_fresh: bool,
@@ -48,7 +48,7 @@ impl Problem {
     pub(crate) fn new(
         residual: &Column,
         tolerances: &[Column],
-        colour: [Colour; 6],
+        noise_model: [AutoregressiveNoise; 6],
         fresh: Vec<bool>,
     ) -> Self {
         let all_fresh = fresh.iter().all(|f| *f);
@@ -56,7 +56,7 @@ impl Problem {
         let recorded = residual.0.iter().filter(|series| !series.is_empty());
         let axes = recorded.count().max(1);
         let mut problem = Self {
-            colour,
+            noise_model,
             fresh,
             all_fresh,
             residual: Column::default(),
@@ -101,7 +101,7 @@ impl Problem {
             if series.is_empty() {
                 continue;
             }
-            let mut white = self.colour[axis].whiten(series);
+            let mut white = self.noise_model[axis].whiten(series);
             if !self.all_fresh {
                 for (value, fresh) in white.iter_mut().zip(&self.fresh) {
                     *value *= f64::from(u8::from(*fresh));

@@ -1,10 +1,10 @@
-//! What no combination of effects explains: the residual from which the colour of the noise is
+//! What no combination of effects explains: the residual from which the noise model is
 //! taken.
 //!
-//! A colour that is taken from the plain residual contains the missing effect, and whitening with
+//! A noise model that is taken from the plain residual contains the missing effect, and whitening with
 //! it swallows what is looked for.
 
-use super::colour::Colour;
+use super::autoregressive::AutoregressiveNoise;
 use super::problem::{Problem, dot};
 use crate::model::load::effects::{LoadEffect, Shape};
 use crate::model::load::{Column, Scene};
@@ -21,7 +21,7 @@ pub(crate) fn residual(
     sigma: &[f64; 6],
     fresh: &[bool],
 ) -> Column {
-    let colour = sigma.map(Colour::white);
+    let noise_model = sigma.map(AutoregressiveNoise::white);
     let mut columns: Vec<Column> = tolerances.to_vec();
     let built: Vec<Column> = LoadEffect::all()
         .collect::<Vec<_>>()
@@ -44,7 +44,7 @@ pub(crate) fn residual(
             series.iter_mut().for_each(|v| *v *= WEAK * sigma / size);
         }
     }
-    let problem = Problem::new(residual, &columns, colour, fresh.to_vec());
+    let problem = Problem::new(residual, &columns, noise_model, fresh.to_vec());
     let nothing = Column::default();
     problem.rest(&nothing, &problem.tolerances_with(&nothing))
 }

@@ -1,8 +1,8 @@
 //! The search for effects on the reading of one pair of logs.
 
+use super::model_selection::{Rival, parts_of, with_forms_reselected, without_equivalents};
+use super::prepared_log::PreparedLog;
 use super::search::{DETAILS, Hypothesis, pairs, with_one_more};
-use super::settle::{Rival, parts_of, revisited, settled};
-use super::side::Side;
 use super::tested::{Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 
@@ -26,7 +26,7 @@ const SIMPLER: f64 = 15.0;
 /// Hypotheses that are refined and held against unseen data, alone and in pairs.
 const TRIED: usize = 12;
 /// Gain in χ² below which a hypothesis is not looked at again.
-const HOPELESS: f64 = 15.0;
+const NEGLIGIBLE_GAIN: f64 = 15.0;
 
 /// Result of the search on the reading.
 pub(crate) struct Found {
@@ -41,8 +41,8 @@ pub(crate) struct Found {
 /// Searches; `finished` says whether a hypothesis leaves nothing but noise on both logs. `forced`:
 /// the best hypothesis is taken although it is not significant.
 pub(crate) fn search(
-    train: &Side,
-    test: &Side,
+    train: &PreparedLog,
+    test: &PreparedLog,
     excluded: &dyn Fn(&str) -> bool,
     finished: &dyn Fn(&Tested) -> bool,
     forced: bool,
@@ -91,7 +91,7 @@ pub(crate) fn search(
     let rivals = match &mut accepted {
         Some(several) if several.effects.len() > 1 => {
             let much = train.has_much_left(several);
-            settled(&library, several, much, price, &test_all, &pieces)
+            without_equivalents(&library, several, much, price, &test_all, &pieces)
         }
         _ => Vec::new(),
     };
@@ -112,7 +112,7 @@ pub(crate) fn search(
 fn with_another(
     library: &Library,
     now: &Tested,
-    train: &Side,
+    train: &PreparedLog,
     price: f64,
     finished: &dyn Fn(&Tested) -> bool,
     test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
@@ -126,7 +126,7 @@ fn with_another(
     if !is_worth_it(next.gain - now.gain, now.gain, rest, much) {
         return None;
     }
-    let again = revisited(library, parts_of(library, &next), price);
+    let again = with_forms_reselected(library, parts_of(library, &next), price);
     let again = again.and_then(|h| test(&[h]).pop());
     Some(again.filter(|t| is_better(t, &next)).unwrap_or(next))
 }
@@ -197,7 +197,7 @@ fn best(all: &[Tested], before: Option<&Tested>, price: f64) -> Option<Tested> {
 fn distinct(library: &Library, hypotheses: &[Hypothesis]) -> Vec<Hypothesis> {
     let mut kept: Vec<(Vec<&str>, Hypothesis)> = Vec::new();
     for hypothesis in hypotheses {
-        if hypothesis.solution.gain < HOPELESS {
+        if hypothesis.solution.gain < NEGLIGIBLE_GAIN {
             continue;
         }
         let mut ids: Vec<&str> = hypothesis

@@ -1,8 +1,8 @@
 //! A hypothesis with refined shapes, held against unseen data.
 
+use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Solution};
 use super::search::{Hypothesis, Part};
-use super::side::Side;
 use super::variants::Library;
 use crate::model::load::effects::{LoadEffect, Sign};
 use crate::model::load::{Column, Scene};
@@ -170,8 +170,8 @@ impl<'a> Shaped<'a> {
 pub(super) fn tested(
     library: &Library,
     hypothesis: &Hypothesis,
-    train: &Side,
-    test: &Side,
+    train: &PreparedLog,
+    test: &PreparedLog,
 ) -> Tested {
     fitted_to(&train.problem, library, hypothesis, train, test)
 }
@@ -181,8 +181,8 @@ pub(super) fn fitted_to(
     problem: &Problem,
     library: &Library,
     hypothesis: &Hypothesis,
-    train: &Side,
-    test: &Side,
+    train: &PreparedLog,
+    test: &PreparedLog,
 ) -> Tested {
     let parts = &hypothesis.parts;
     let mut shapes: Vec<Vec<f64>> = parts

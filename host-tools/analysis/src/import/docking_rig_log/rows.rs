@@ -20,7 +20,7 @@ const COLUMNS: [&str; 33] = [
 pub(super) fn rows(file: &str, text: &str, sample_time_s: f64) -> anyhow::Result<Recording> {
     let table = Table::read(file, text, &Dialect::default())?;
     let columns = table
-        .places(&COLUMNS)?
+        .column_indices(&COLUMNS)?
         .into_iter()
         .map(|place| table.numbers(place))
         .collect::<Result<Vec<_>, _>>()?;

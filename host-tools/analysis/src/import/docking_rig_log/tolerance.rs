@@ -51,8 +51,8 @@ pub(super) fn tolerance(
             "meta.json, tolerance `{path}`: expected standard deviations of at least 0, found {value}"
         );
         let largest = numbers.iter().copied().fold(0.0, f64::max);
-        match place(path, &numbers, largest, &mut tolerance) {
-            Place::Found { one_for_all } => {
+        match assign(path, &numbers, largest, &mut tolerance) {
+            Target::Found { one_for_all } => {
                 if one_for_all && numbers.iter().any(|n| *n != largest && *n != 0.0) {
                     notes.push(format!(
                         "meta.json, tolerance `{path}`: the model has one tolerance for all \
@@ -60,7 +60,7 @@ pub(super) fn tolerance(
                     ));
                 }
             }
-            Place::Unknown => notes.push(format!(
+            Target::Unknown => notes.push(format!(
                 "meta.json, tolerance `{path}`: the model has no tolerance of this name; the \
                  parameter counts as exact"
             )),
@@ -79,7 +79,7 @@ fn flatten(value: &Value, numbers: &mut Vec<f64>) -> Option<()> {
     Some(())
 }
 
-enum Place {
+enum Target {
     /// `one_for_all`: the model has one number where the path has several.
     Found {
         one_for_all: bool,
@@ -87,7 +87,7 @@ enum Place {
     Unknown,
 }
 
-fn place(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceModel) -> Place {
+fn assign(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceModel) -> Target {
     let t = tolerance;
     let component = |i: usize| numbers.get(i).copied().unwrap_or(largest);
     match path {
@@ -104,7 +104,7 @@ fn place(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceMod
         "geometry.r_tip_m" => {
             t.wall_position_m = t.wall_position_m.hypot(component(0));
             t.guide_position_m = component(1).max(component(2));
-            return Place::Found { one_for_all: false };
+            return Target::Found { one_for_all: false };
         }
         "geometry.r_sensor_m" => t.sensor_position_m = largest,
         "geometry.sensor_rotation_M_from_S" => t.sensor_orientation_rad = largest,
@@ -113,11 +113,11 @@ fn place(path: &str, numbers: &[f64], largest: f64, tolerance: &mut ToleranceMod
         "tool.inertia_kg_m2" => t.tool_inertia_kg_m2 = Some(largest),
         "ft_sensor.bias" => {
             t.bias = std::array::from_fn(component);
-            return Place::Found { one_for_all: false };
+            return Target::Found { one_for_all: false };
         }
         "spacecraft.mass_kg" => t.body_mass_kg = largest,
         "spacecraft.inertia_kg_m2" => t.body_inertia_kg_m2 = largest,
-        _ => return Place::Unknown,
+        _ => return Target::Unknown,
     }
-    Place::Found { one_for_all: true }
+    Target::Found { one_for_all: true }
 }

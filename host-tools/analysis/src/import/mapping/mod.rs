@@ -122,9 +122,9 @@ pub fn import_at_least(
 }
 
 /// Folder, training files, test files.
-type Place<'a> = (&'a Path, Vec<String>, Vec<String>);
+type LogFiles<'a> = (&'a Path, Vec<String>, Vec<String>);
 
-fn files<'a>(path: &'a Path, mapping: &Mapping) -> anyhow::Result<Place<'a>> {
+fn files<'a>(path: &'a Path, mapping: &Mapping) -> anyhow::Result<LogFiles<'a>> {
     let (train, test) = (&mapping.files.train.0, &mapping.files.test.0);
     if path.is_dir() {
         ensure!(

@@ -75,9 +75,14 @@ impl LinearStages {
 
     /// Several parts with constant input at once. `number`: that of the segment, if each cycle has
     /// the same ones.
-    pub(super) fn leap(&mut self, input: f64, segment: &Segment, number: Option<usize>) -> Moved {
+    pub(super) fn exact_step(
+        &mut self,
+        input: f64,
+        segment: &Segment,
+        number: Option<usize>,
+    ) -> Moved {
         match (number, self.is_cascade()) {
-            (Some(number), true) => self.leap_known(input, segment, number),
+            (Some(number), true) => self.exact_step_known(input, segment, number),
             (None, true) => self.parts(input, segment),
             (Some(_), false) => self.advance(input, segment.duration_s),
             // No other segment lasts as long as this one: its response is not worth keeping.
@@ -88,7 +93,7 @@ impl LinearStages {
         }
     }
 
-    fn leap_known(&mut self, input: f64, segment: &Segment, number: usize) -> Moved {
+    fn exact_step_known(&mut self, input: f64, segment: &Segment, number: usize) -> Moved {
         if self.whole.len() <= number {
             self.whole.resize(number + 1, None);
         }

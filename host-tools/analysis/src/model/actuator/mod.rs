@@ -43,13 +43,13 @@ pub fn simulate(chain: &Chain, sent: &[f64], timing: &Timing<'_>, reading: Readi
     simulated(chain, sent, timing, reading, true)
 }
 
-/// The same; `leaps`: segments in which only the linear stages act are taken at once.
+/// The same; `steps_exactly`: segments in which only the linear stages act are taken at once.
 fn simulated(
     chain: &Chain,
     sent: &[f64],
     timing: &Timing<'_>,
     reading: Reading,
-    leaps: bool,
+    steps_exactly: bool,
 ) -> Vec<f64> {
     let planned = chain
         .planner
@@ -68,8 +68,8 @@ fn simulated(
         for (number, segment) in cut.segments(n).iter().enumerate() {
             let command = segment.command.and_then(|k| sent.get(k)).copied();
             let command = chain.shaped(command.unwrap_or(0.0));
-            if leaps && axis.can_leap(command) {
-                let moved = axis.leap(command, segment, alike.then_some(number));
+            if steps_exactly && axis.can_step_exactly(command) {
+                let moved = axis.exact_step(command, segment, alike.then_some(number));
                 mean += moved.mean * segment.duration_s;
                 end = moved.end;
                 continue;

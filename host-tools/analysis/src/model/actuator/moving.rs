@@ -29,16 +29,21 @@ impl Moving {
     }
 
     /// Whether nothing but the linear stages acts while a command is constant.
-    pub(super) fn can_leap(&self, command: f64) -> bool {
+    pub(super) fn can_step_exactly(&self, command: f64) -> bool {
         !self.backlash.acts()
             && self.drive.is_free(command)
             && self.gate.stays_open(command, &self.drive)
     }
 
-    /// A segment of several parts at once, where [`Self::can_leap`]. `number`: that of the segment,
+    /// A segment of several parts at once, where [`Self::can_step_exactly`]. `number`: that of the segment,
     /// if each cycle has the same ones.
-    pub(super) fn leap(&mut self, command: f64, segment: &Segment, number: Option<usize>) -> Moved {
-        let moved = self.drive.leap(command, segment, number);
+    pub(super) fn exact_step(
+        &mut self,
+        command: f64,
+        segment: &Segment,
+        number: Option<usize>,
+    ) -> Moved {
+        let moved = self.drive.exact_step(command, segment, number);
         self.gate.opened(moved, command);
         moved
     }

@@ -130,8 +130,13 @@ impl Drive {
     }
 
     /// Several parts with a constant command at once, where [`Self::is_free`].
-    pub(super) fn leap(&mut self, command: f64, segment: &Segment, number: Option<usize>) -> Moved {
-        let moved = self.linear.leap(command, segment, number);
+    pub(super) fn exact_step(
+        &mut self,
+        command: f64,
+        segment: &Segment,
+        number: Option<usize>,
+    ) -> Moved {
+        let moved = self.linear.exact_step(command, segment, number);
         self.limits.value = moved.end;
         moved
     }
@@ -248,13 +253,16 @@ impl PauseGate {
 /// Lost motion: the output stands until the input has crossed the gap.
 pub(super) struct Backlash {
     width: f64,
-    /// Place in the gap, −width/2 to width/2.
-    place: f64,
+    /// Position in the gap, −width/2 to width/2.
+    position: f64,
 }
 
 impl Backlash {
     pub(super) fn new(width: f64) -> Self {
-        Self { width, place: 0.0 }
+        Self {
+            width,
+            position: 0.0,
+        }
     }
 
     /// Whether there is any.
@@ -266,10 +274,10 @@ impl Backlash {
         if !self.acts() {
             return moved;
         }
-        let wanted = self.place + moved.mean * duration_s;
+        let wanted = self.position + moved.mean * duration_s;
         let half = 0.5 * self.width;
-        self.place = wanted.clamp(-half, half);
-        let through = wanted - self.place;
+        self.position = wanted.clamp(-half, half);
+        let through = wanted - self.position;
         Moved {
             mean: through / duration_s,
             end: if through == 0.0 { 0.0 } else { moved.end },

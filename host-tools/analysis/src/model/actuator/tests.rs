@@ -131,8 +131,11 @@ fn lost_motion_swallows_its_width() {
     let mut chain = Chain::nominal(0.0, 0.0);
     chain.backlash_m = 0.0035;
     let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::Mean);
-    let way: f64 = got.iter().skip(41).sum::<f64>() * TS;
-    assert!((way - (-0.25 * 39.0 * TS + 0.0035)).abs() < 1e-9, "{way}");
+    let displacement: f64 = got.iter().skip(41).sum::<f64>() * TS;
+    assert!(
+        (displacement - (-0.25 * 39.0 * TS + 0.0035)).abs() < 1e-9,
+        "{displacement}"
+    );
 }
 
 #[test]
@@ -199,7 +202,9 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
                     a(&mut chain);
                     b(&mut chain);
                     for reading in [Reading::AtEnd, Reading::Mean] {
-                        let of = |leaps| simulated(&chain, &sent, &timing, reading, leaps);
+                        let of = |steps_exactly| {
+                            simulated(&chain, &sent, &timing, reading, steps_exactly)
+                        };
                         for (n, (at_once, parts)) in of(true).iter().zip(of(false)).enumerate() {
                             assert!(
                                 (at_once - parts).abs() < 1e-9,

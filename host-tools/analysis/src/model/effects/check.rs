@@ -6,7 +6,7 @@ use crate::model::actuator::Stage;
 use crate::model::load::effects::LoadEffect;
 use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
 
-/// Effects on clock, craft and sampling, which [`crate::model::prediction`] knows by their ids.
+/// Effects on clock, spacecraft and sampling, which [`crate::model::prediction`] knows by their ids.
 const OTHERS: [&str; 8] = [
     "clock_jitter",
     "clock_rate",

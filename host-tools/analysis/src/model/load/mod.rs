@@ -18,7 +18,7 @@ use softdock_control::wrench::{Compensation, Motion};
 pub struct LoadModel {
     /// Weight and inertia of the tool.
     pub compensation: Compensation<f64>,
-    /// Place of the sensor.
+    /// Position of the sensor.
     pub m_from_s: Pose<f64>,
     /// Reading without load.
     pub bias: Wrench<f64>,

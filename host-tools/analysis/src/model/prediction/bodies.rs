@@ -1,5 +1,5 @@
 //! Velocity that the rig's model asks for, from the measured and compensated wrench by the
-//! two-body dynamics (README C of docking-rig-log/1).
+//! two-body dynamics (channel C of docs/docking-rig-log-1.md).
 //!
 //! The recorded state before the cycle is carried one cycle on with the recorded wrench at M;
 //! the change of K's velocity relative to Q is what the model's velocity should change by
@@ -31,12 +31,12 @@ pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) ->
         .iter()
         .map(|c| c.trace.model_velocity)
         .collect();
-    let predicted = match TwoCraft::new(model, signals) {
-        Some(craft) => craft.predict(signals, &measured),
+    let predicted = match TwoSpacecraft::new(model, signals) {
+        Some(spacecraft) => spacecraft.predict(signals, &measured),
         None => {
             notes.push(
                 "The model velocity is not predicted: neither the model ([bodies.k] mass_kg and \
-                 inertia_kg_m2) nor the recording says how heavy the craft is."
+                 inertia_kg_m2) nor the recording says how heavy the spacecraft is."
                     .to_owned(),
             );
             vec![None; measured.len()]
@@ -52,8 +52,8 @@ pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) ->
     }
 }
 
-/// The two craft, ready to run.
-struct TwoCraft {
+/// The two spacecraft, ready to run.
+struct TwoSpacecraft {
     bodies: TwoBody<f64>,
     /// The board's own states and wrench are recorded.
     recorded: bool,
@@ -65,7 +65,7 @@ struct TwoCraft {
     resistance: Option<Resistance>,
 }
 
-impl TwoCraft {
+impl TwoSpacecraft {
     fn new(model: &Model, signals: &Signals<'_>) -> Option<Self> {
         let settings = signals.settings.clone();
         let known = |body: &crate::model::BodyModel| {

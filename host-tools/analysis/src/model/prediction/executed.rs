@@ -1,11 +1,11 @@
-//! Executed velocity from the velocities that were sent (README A of docking-rig-log/1).
+//! Executed velocity from the velocities that were sent (channel A of docs/docking-rig-log-1.md).
 //!
 //! A velocity, sent in cycle n, is held for a cycle and passes through the actuator of the model
 //! ([`crate::model::actuator`]). A sampled velocity is compared with its end value, the difference
 //! of two poses with its mean. With whole cycles d of delay and the lag T this is
 //! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
 
-use super::retimed::pose_lateness_s;
+use super::retimed::pose_delay_s;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six};
 use crate::model::actuator::{Reading, Timing, simulate};
@@ -75,7 +75,7 @@ fn predict_run(
         cycle_s: signals.cycle_s,
         intervals_s: &commands.intervals_s,
     };
-    let late_s = pose_lateness_s(model, signals);
+    let late_s = pose_delay_s(model, signals);
     let axes: [Vec<f64>; 6] = std::array::from_fn(|axis| {
         let mut chain = model.chain(axis);
         chain.delay_s = (chain.delay_s + late_s).max(0.0);
@@ -83,9 +83,9 @@ fn predict_run(
         timing.as_recorded(&mut rates, reading);
         rates
     });
-    for (n, place) in run.clone().zip(&commands.places) {
+    for (n, index) in run.clone().zip(&commands.indices) {
         if n >= run.start + unknown && signals.executed(n).is_some() {
-            let rates = std::array::from_fn(|axis| axes[axis][*place]);
+            let rates = std::array::from_fn(|axis| axes[axis][*index]);
             let turned = signals.turned(n);
             predicted[n] = Some(turned.map_or(rates, |turned| turned.velocity(&rates)));
         }
@@ -119,7 +119,7 @@ struct Commands {
     sent: [Vec<f64>; 6],
     intervals_s: Vec<f64>,
     /// Robot cycle of each recorded cycle.
-    places: Vec<usize>,
+    indices: Vec<usize>,
 }
 
 impl Commands {
@@ -132,7 +132,7 @@ impl Commands {
         let mut commands = Self {
             sent: Default::default(),
             intervals_s: Vec::new(),
-            places: Vec::new(),
+            indices: Vec::new(),
         };
         for n in run {
             if let Step::Lost(cycles) = signals.steps[n] {
@@ -141,7 +141,7 @@ impl Commands {
                     commands.push([0.0; 6], None);
                 }
             }
-            commands.places.push(commands.sent[0].len());
+            commands.indices.push(commands.sent[0].len());
             commands.push(signals.sent_rates(n), intervals_s.get(n).copied());
         }
         commands

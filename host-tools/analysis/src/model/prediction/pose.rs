@@ -1,4 +1,4 @@
-//! Pose from the last pose and the executed velocity (README K of docking-rig-log/1).
+//! Pose from the last pose and the executed velocity (channel K of docs/docking-rig-log-1.md).
 //!
 //! `p(n) = p(n−1) + Ts/2 (v(n) + v(n−1))` with sampled velocities, `p(n−1) + Ts v(n)` with means
 //! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are

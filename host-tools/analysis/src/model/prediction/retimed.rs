@@ -19,7 +19,7 @@ pub(crate) fn clock_value(model: &Model, id: &str, name: &str) -> f64 {
 
 /// By how much the recorded poses are late as a whole, s: with a velocity of its own, a log shows
 /// that in the pose, not in the velocity.
-pub(crate) fn pose_lateness_s(model: &Model, signals: &Signals<'_>) -> f64 {
+pub(crate) fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.velocity {
         VelocityMeaning::CycleMean => clock_value(model, "clock_offset", "offset_s"),
         VelocityMeaning::Sampled => 0.0,
@@ -33,7 +33,7 @@ pub(crate) fn retimed(
     signals: &Signals<'_>,
     intervals_s: &[f64],
 ) -> Option<Vec<CycleRecord>> {
-    let late_s = pose_lateness_s(model, signals);
+    let late_s = pose_delay_s(model, signals);
     let differences = signals.velocity == VelocityMeaning::CycleMean;
     if !differences || (late_s == 0.0 && intervals_s.is_empty()) {
         return None;
@@ -58,11 +58,18 @@ fn shift(cycles: &mut [CycleRecord], signals: &Signals<'_>, late_s: f64) {
         if let Some(pose) = pose {
             cycle.trace.pose = pose_components(&pose);
             if let Some(last) = last.filter(|_| signals.steps[n] == Step::Next) {
-                let way = pose.translation.vector - last.translation.vector;
+                let displacement = pose.translation.vector - last.translation.vector;
                 let turn = (last.rotation.inverse() * pose.rotation).scaled_axis();
                 let per_cycle = 1.0 / signals.cycle_s;
-                let (way, turn) = (way * per_cycle, turn * per_cycle);
-                cycle.trace.executed_velocity = [way.x, way.y, way.z, turn.x, turn.y, turn.z];
+                let (displacement, turn) = (displacement * per_cycle, turn * per_cycle);
+                cycle.trace.executed_velocity = [
+                    displacement.x,
+                    displacement.y,
+                    displacement.z,
+                    turn.x,
+                    turn.y,
+                    turn.z,
+                ];
             }
         }
         last = pose;

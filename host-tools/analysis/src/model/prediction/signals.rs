@@ -276,9 +276,16 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
     let (mut of_poses, mut steps) = (0, 0);
     for pair in cycles.windows(2) {
         let (from, to): (Pose<f64>, Pose<f64>) = (pose(&pair[0]), pose(&pair[1]));
-        let way = to.translation.vector - from.translation.vector;
+        let displacement = to.translation.vector - from.translation.vector;
         let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
-        let moved = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
+        let moved = Vector6::new(
+            displacement.x,
+            displacement.y,
+            displacement.z,
+            turn.x,
+            turn.y,
+            turn.z,
+        );
         let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
         let of_mean = (moved - after * cycle_s).norm_squared();
         let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();

@@ -114,9 +114,12 @@ fn the_mean_over_a_cycle_with_lag_is_the_integral() {
     let mut recording = log(60, step_of_x);
     telegrams(&mut recording);
     let x = predicted_x(&model, &recording, Channel::ExecutedVelocity);
-    // A lag loses its time constant's worth of way after a unit step.
-    let way: f64 = x[6..].iter().sum::<f64>() * TS;
-    assert!((way - (54.0 * TS - 0.01)).abs() < 1e-9, "{way}");
+    // A lag loses its time constant's worth of displacement after a unit step.
+    let displacement: f64 = x[6..].iter().sum::<f64>() * TS;
+    assert!(
+        (displacement - (54.0 * TS - 0.01)).abs() < 1e-9,
+        "{displacement}"
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Raw sensor wrench from measured pose and velocity (README B of docking-rig-log/1):
+//! Raw sensor wrench from measured pose and velocity (channel B of docs/docking-rig-log-1.md):
 //! contact + guide + weight of the tool + (if modelled) its inertia + zero, in S.
 //!
 //! The noise of pose and velocity passes through stiffness, damping and tool mass into the

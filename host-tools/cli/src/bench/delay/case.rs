@@ -39,7 +39,7 @@ pub struct Case {
     pub measurement: Measurement,
     /// Speeds, mm/s.
     pub speeds_mm_s: Vec<f64>,
-    /// Places of the touch within a cycle, each with noise of its own.
+    /// Instants of the touch within a cycle, each with noise of its own.
     pub touches: usize,
     /// Part of the quick benchmark.
     pub quick: bool,

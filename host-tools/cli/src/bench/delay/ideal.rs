@@ -1,4 +1,4 @@
-//! What a test should give: the bounce in closed form, or two free craft.
+//! What a test should give: the bounce in closed form, or two free spacecraft.
 
 use super::case::Case;
 use super::scene::{APART_M, End, Shape};
@@ -23,7 +23,7 @@ pub struct Ideal {
     pub bounce: Option<Bounce>,
 }
 
-/// Motion of both craft: K and Q, each linear (C) and angular (body axes).
+/// Motion of both spacecraft: K and Q, each linear (C) and angular (body axes).
 pub type Motion = [[Vector3<f64>; 2]; 2];
 
 impl Ideal {
@@ -99,7 +99,7 @@ fn apart() -> Vector3<f64> {
     Vector3::new(APART_M, 0.0, 0.0)
 }
 
-/// Kinetic energy of both craft, J.
+/// Kinetic energy of both spacecraft, J.
 pub fn energy(case: &Case, motion: &Motion) -> f64 {
     let scene = &case.scene;
     let of = |mass: f64, [v, w]: &[Vector3<f64>; 2], inertia: [f64; 3]| {

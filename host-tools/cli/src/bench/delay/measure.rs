@@ -50,7 +50,7 @@ pub struct Numbers {
     pub contact_time_error: f64,
     /// (∫ F dt of the measured force − m Δv of the model) / (2 m v0), along the approach.
     pub impulse_unaccounted: f64,
-    /// Largest error of a craft's velocity, over the speed of approach; rotations at 0.3 m.
+    /// Largest error of a spacecraft's velocity, over the speed of approach; rotations at 0.3 m.
     pub velocity_error: f64,
     /// Executed less ideal way over contact and 40 ms: RMS over the ideal RMS, and largest over
     /// v0/ω. Only where the bounce has a closed form.

@@ -2,7 +2,7 @@
 //!
 //! The plants are those of `softdock-delay-plants`, which shares no code with the board. A case is
 //! data: a plant, and what the board believes of it ([`cases`]). A row is a result: one law on one
-//! case at one speed, the worst over many places of the touch within a cycle. Adding a case is one
+//! case at one speed, the worst over many instants of the touch within a cycle. Adding a case is one
 //! entry in a list.
 
 pub mod case;

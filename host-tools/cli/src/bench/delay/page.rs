@@ -26,7 +26,7 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
         page.paragraph(
             &format!(
                 "An elastic contact of 21 rad/s and 500 kg; the robot stands still for 16 ms when it \
-                 reverses. Each number is the worst over {} places of the touch within a cycle. The \
+                 reverses. Each number is the worst over {} instants of the touch within a cycle. The \
                  ideal is the bounce in closed form.",
                 straight[0].touches
             ),

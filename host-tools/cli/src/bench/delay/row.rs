@@ -1,4 +1,4 @@
-//! A row of the benchmark: one law on one case at one speed, over all places of the touch.
+//! A row of the benchmark: one law on one case at one speed, over all instants of the touch.
 
 use super::case::Case;
 use super::limits::Limits;
@@ -34,7 +34,7 @@ pub struct Row {
     /// (∫ measured force dt − m Δv of the model) / (2 m v0): what moved the model without being
     /// measured.
     pub impulse_unaccounted: f64,
-    /// Error of a craft's velocity over the speed of approach, rotations at 0.3 m.
+    /// Error of a spacecraft's velocity over the speed of approach, rotations at 0.3 m.
     pub velocity_error: f64,
     /// Mean restitution.
     pub restitution_mean: f64,
@@ -46,7 +46,7 @@ pub struct Row {
     pub tracking_peak: Option<f64>,
     /// Largest command over the speed of approach.
     pub command_peak: f64,
-    /// How many places of the touch within a cycle.
+    /// How many instants of the touch within a cycle.
     pub touches: usize,
     /// Runs that ran away, stuck, or missed an impact.
     pub failed: usize,

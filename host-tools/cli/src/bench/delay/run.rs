@@ -41,15 +41,15 @@ pub fn rows(cases: &[Case], laws: &[LawName]) -> usize {
 fn row(case: &Case, speed_mm_s: f64, law: LawName, seed: u64) -> Result<Row> {
     let speed_m_s = speed_mm_s * 1e-3;
     let one = |touch: usize| -> Result<(f64, Numbers)> {
-        let place = (touch as f64 + 0.5) / case.touches as f64;
+        let touch_instant = (touch as f64 + 0.5) / case.touches as f64;
         let setup = Setup {
             case,
             law,
             speed_m_s,
-            place,
+            touch_instant,
             seed: seed.wrapping_mul(1000).wrapping_add(touch as u64),
         };
-        let ideal = Ideal::new(case, speed_m_s, trial::flight_s(place, CYCLE_S));
+        let ideal = Ideal::new(case, speed_m_s, trial::flight_s(touch_instant, CYCLE_S));
         let trial = trial::run(&setup)?;
         Ok((ideal.restitution, measure(case, speed_m_s, &ideal, &trial)))
     };

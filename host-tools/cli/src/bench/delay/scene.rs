@@ -1,17 +1,17 @@
-//! What a case docks: two craft and the mechanism between them, for any speed.
+//! What a case docks: two spacecraft and the mechanism between them, for any speed.
 
 use softdock_control::settings::BodySettings;
 use softdock_delay_plants::truth::{Body, FreeTest, Twist};
 use softdock_delay_plants::{Cone, Contact, ForceLaw, Surface, Wall};
 use std::f64::consts::PI;
 
-/// Mass of the moved craft unless a case says otherwise, kg.
+/// Mass of the moved spacecraft unless a case says otherwise, kg.
 pub const MASS_KG: f64 = 500.0;
 /// Its moments of inertia, kg·m².
 pub const INERTIA_KG_M2: [f64; 3] = [180.0, 220.0, 210.0];
 /// ω = √(k/m) of the contact unless a case says otherwise, rad/s.
 pub const OMEGA_RAD_S: f64 = 21.0;
-/// From the craft K to the craft Q, m along x.
+/// From the spacecraft K to the spacecraft Q, m along x.
 pub(super) const APART_M: f64 = 1.0;
 
 /// Shape of what is touched.
@@ -40,14 +40,14 @@ pub enum End {
     After(f64),
 }
 
-/// Two craft and the mechanism between them.
+/// Two spacecraft and the mechanism between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Mass of K, kg.
     pub mass_kg: f64,
     /// Mass of Q, kg; infinite: fixed.
     pub other_mass_kg: f64,
-    /// Place of the probe on K, m.
+    /// Position of the probe on K, m.
     pub probe: [f64; 3],
     /// Direction of the approach, a unit vector.
     pub direction: [f64; 3],
@@ -178,8 +178,8 @@ impl Scene {
         }
     }
 
-    /// The two craft as the board is told of them.
-    pub fn craft(&self, speed_m_s: f64) -> [BodySettings; 2] {
+    /// The two spacecraft as the board is told of them.
+    pub fn spacecraft(&self, speed_m_s: f64) -> [BodySettings; 2] {
         let diagonal = |[x, y, z]: [f64; 3]| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
         let k = BodySettings {
             mass_kg: self.mass_kg,
@@ -206,7 +206,7 @@ impl Scene {
         PI / OMEGA_RAD_S.min(self.omega().max(5.0))
     }
 
-    /// Moments of inertia of K, kg·m²: those of the canonical craft, by mass.
+    /// Moments of inertia of K, kg·m²: those of the canonical spacecraft, by mass.
     pub(super) fn inertia(&self) -> [f64; 3] {
         INERTIA_KG_M2.map(|i| i * self.mass_kg / MASS_KG)
     }

@@ -146,7 +146,7 @@ pub fn limits(rows: &[Row]) -> Table {
         Column::number("ideal restitution", ""),
         Column::number("at least", ""),
         Column::number("peak force error at least", ""),
-        Column::number("without impulse balance", ""),
+        Column::number("without impulse matching", ""),
     ]);
     let mut seen = Vec::new();
     for row in rows {

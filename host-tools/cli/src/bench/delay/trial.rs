@@ -33,8 +33,8 @@ pub struct Setup<'a> {
     pub law: LawName,
     /// Speed of the approach, m/s.
     pub speed_m_s: f64,
-    /// Place of the touch within a cycle, 0 to 1.
-    pub place: f64,
+    /// Instant of the touch within a cycle, 0 to 1.
+    pub touch_instant: f64,
     /// Seed of all noise.
     pub seed: u64,
 }
@@ -70,7 +70,7 @@ pub struct Trial {
 /// Settings of the board for a case.
 pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
     let mut settings = Settings::default();
-    [settings.body_k, settings.body_q] = case.scene.craft(speed_m_s);
+    [settings.body_k, settings.body_q] = case.scene.spacecraft(speed_m_s);
     settings.delay.law = law;
     // As the paper has it, and as `reproduce` runs it; the other laws take what is never late.
     let printed = matches!(law, LawName::None | LawName::Seed);
@@ -97,8 +97,8 @@ pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
 
 /// Time from the start of the motion to the touch for a robot that is not late, and for the ideal
 /// test, s.
-pub fn flight_s(place: f64, cycle_s: f64) -> f64 {
-    (FLIGHT_CYCLES + place) * cycle_s
+pub fn flight_s(touch_instant: f64, cycle_s: f64) -> f64 {
+    (FLIGHT_CYCLES + touch_instant) * cycle_s
 }
 
 /// Runs it.
@@ -110,7 +110,7 @@ pub fn run(setup: &Setup<'_>) -> Result<Trial> {
     let settings = settings(case, setup.law, setup.speed_m_s);
     let cycle_s = settings.robot.cycle_s;
     let mut board = Board::new(&settings)?;
-    let flight_s = flight_s(setup.place, cycle_s);
+    let flight_s = flight_s(setup.touch_instant, cycle_s);
     let mut plant = Plant::new(&PlantSettings {
         cycle_s,
         actuator: case.robot.actuator,

@@ -17,7 +17,7 @@ use std::time::Instant;
 ///
 /// The board's own control cycle runs in a closed loop with plants that share no code with it: late
 /// robots of five structures, and contacts that are stiff, damped, oblique, off the centre or
-/// between free craft. Each number is the worst over several places of the touch within a cycle.
+/// between free spacecraft. Each number is the worst over several instants of the touch within a cycle.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock bench delay --quick
          softdock bench delay --law seed --case headline

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use softdock_analysis::commission::calibrate::live::{FEWEST_POSES, Guide};
 use softdock_analysis::commission::input::Read;
-use softdock_analysis::commission::live::{Ear, LiveBoard};
+use softdock_analysis::commission::live::{LiveBoard, LiveRecorder};
 use softdock_analysis::commission::parameters::BAUD_RATE;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_control::settings::SensorSettings;
@@ -47,16 +47,16 @@ impl Sensor {
         let address = board.recorder(self.live.listen)?;
         board.hold()?;
         let stop = raised_by_ctrl_c()?;
-        let mut ear = Ear::open(address, self.live.keep.as_deref())?;
+        let mut recorder = LiveRecorder::open(address, self.live.keep.as_deref())?;
         eprintln!(
             "The board holds. Move the robot by hand or by its own program, slowly, RSI running; rest for \
              a second in each pose, hands off the tool. Ctrl-C takes what there is."
         );
-        if let Err(error) = self.watch(&sensor, &mut ear, &stop) {
-            eprintln!("{}", ear.interrupted());
+        if let Err(error) = self.watch(&sensor, &mut recorder, &stop) {
+            eprintln!("{}", recorder.interrupted());
             return Err(error);
         }
-        let (recording, notes) = ear.finish()?;
+        let (recording, notes) = recorder.finish()?;
         for note in &notes {
             eprintln!("warning: {note}");
         }
@@ -76,11 +76,16 @@ impl Sensor {
     }
 
     /// Shows pose and force, and says what is next, until there are enough poses.
-    fn watch(&self, sensor: &SensorSettings, ear: &mut Ear, stop: &AtomicBool) -> Result<()> {
+    fn watch(
+        &self,
+        sensor: &SensorSettings,
+        recorder: &mut LiveRecorder,
+        stop: &AtomicBool,
+    ) -> Result<()> {
         let mut guide = Guide::new(sensor, self.tilt_deg.to_radians());
         let bar = Progress::new();
         while !guide.is_enough() && !stop.load(Ordering::Relaxed) {
-            ear.listen(|record| guide.see(record))?;
+            recorder.listen(|record| guide.see(record))?;
             if let Some(news) = guide.news()? {
                 bar.say(&news);
             }

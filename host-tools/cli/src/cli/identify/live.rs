@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use softdock_analysis::commission::identify::identify;
 use softdock_analysis::commission::identify::live::Jogs;
-use softdock_analysis::commission::live::{Ear, LiveBoard};
+use softdock_analysis::commission::live::{LiveBoard, LiveRecorder};
 use softdock_analysis::commission::parameters::BAUD_RATE;
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
@@ -50,17 +50,17 @@ impl Actuator {
             agree("Is its way free?", "nothing moved")?;
         }
         let stop = raised_by_ctrl_c()?;
-        let mut ear = Ear::open(address, self.keep.as_deref())?;
+        let mut recorder = LiveRecorder::open(address, self.keep.as_deref())?;
         let bar = Progress::new();
-        let done = jogs.run(&mut board, &mut ear, &stop, |share, word| {
+        let done = jogs.run(&mut board, &mut recorder, &stop, |share, word| {
             bar.show(share, word);
         });
         drop(bar);
         if let Err(error) = done {
-            eprintln!("{}", ear.interrupted());
+            eprintln!("{}", recorder.interrupted());
             return Err(error);
         }
-        let (recording, notes) = ear.finish()?;
+        let (recording, notes) = recorder.finish()?;
         for note in notes {
             eprintln!("warning: {note}");
         }

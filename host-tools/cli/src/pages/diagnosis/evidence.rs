@@ -23,7 +23,7 @@ impl Source<'_> {
             "How large the error is"
         });
         if falls {
-            page.bars(&self.fall())?;
+            page.bars(&self.error_waterfall())?;
         }
         page.table(&level_table(
             &diagnosis.residual_rms_sigma,
@@ -37,7 +37,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    fn fall(&self) -> BarChart {
+    fn error_waterfall(&self) -> BarChart {
         let steps = &self.diagnosis.steps;
         let mut chart = BarChart::waterfall(
             "Error of all channels together after each effect",

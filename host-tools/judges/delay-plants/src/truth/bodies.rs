@@ -1,4 +1,4 @@
-//! Two free craft with the mechanism between them, integrated in fine steps.
+//! Two free spacecraft with the mechanism between them, integrated in fine steps.
 
 use crate::Axes;
 use crate::contact::{Contact, Load};
@@ -11,7 +11,7 @@ const FINE_S: f64 = 20e-6;
 /// Step in free flight, s.
 const COARSE_S: f64 = 1e-3;
 
-/// Velocity in the laboratory (m/s), angular velocity in the craft's own axes (rad/s).
+/// Velocity in the laboratory (m/s), angular velocity in the spacecraft's own axes (rad/s).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
     /// Linear, m/s, laboratory.
@@ -20,10 +20,10 @@ pub struct Twist {
     pub angular: Vector3<f64>,
 }
 
-/// One craft at the start.
+/// One spacecraft at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Mass, kg; infinite: the craft does not move.
+    /// Mass, kg; infinite: the spacecraft does not move.
     pub mass_kg: f64,
     /// Moments of inertia about its axes, kg·m².
     pub inertia_kg_m2: [f64; 3],
@@ -34,10 +34,10 @@ pub struct Body {
 }
 
 /// The ideal test: K carries the probes, Q the surfaces. The surfaces are given where they stand
-/// at the start; both craft begin with the laboratory's axes.
+/// at the start; both spacecraft begin with the laboratory's axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeTest {
-    /// The craft that the robot stands for.
+    /// The spacecraft that the robot stands for.
     pub k: Body,
     /// The other one.
     pub q: Body,
@@ -215,7 +215,7 @@ mod tests {
     use crate::contact::{Cone, ForceLaw, Surface, Wall};
     use crate::truth::Bounce;
 
-    fn craft(mass_kg: f64, x: f64, v: f64) -> Body {
+    fn spacecraft(mass_kg: f64, x: f64, v: f64) -> Body {
         Body {
             mass_kg,
             inertia_kg_m2: [100.0, 120.0, 90.0],
@@ -236,15 +236,15 @@ mod tests {
         .into()
     }
 
-    /// One craft on a fixed wall is the bounce in closed form.
+    /// One spacecraft on a fixed wall is the bounce in closed form.
     #[test]
     fn bounce_in_closed_form() {
         for zeta in [0.0, 0.1, 0.4] {
             let k = 220_500.0;
             let law = ForceLaw::linear(k, 2.0 * zeta * f64::sqrt(k * 500.0));
             let test = FreeTest {
-                k: craft(500.0, 0.29, 0.005),
-                q: craft(f64::INFINITY, 1.0, 0.0),
+                k: spacecraft(500.0, 0.29, 0.005),
+                q: spacecraft(f64::INFINITY, 1.0, 0.0),
                 contact: Contact {
                     probes: vec![[0.0; 3]],
                     surfaces: vec![wall(law)],
@@ -272,8 +272,8 @@ mod tests {
             law: ForceLaw::linear(220_500.0, 0.0),
         };
         let mut test = FreeTest {
-            k: craft(500.0, 0.0, 0.03),
-            q: craft(2000.0, 1.0, 0.0),
+            k: spacecraft(500.0, 0.0, 0.03),
+            q: spacecraft(2000.0, 1.0, 0.0),
             contact: Contact {
                 probes: vec![[0.3, 0.05, 0.02]],
                 surfaces: vec![cone.into()],
@@ -294,8 +294,8 @@ mod tests {
         for a in [0.5, 1.0, 2.0] {
             let lever = a * f64::sqrt(90.0 / 500.0);
             let test = FreeTest {
-                k: craft(500.0, 0.29, 0.005),
-                q: craft(f64::INFINITY, 1.0, 0.0),
+                k: spacecraft(500.0, 0.29, 0.005),
+                q: spacecraft(f64::INFINITY, 1.0, 0.0),
                 contact: Contact {
                     probes: vec![[0.0, lever, 0.0]],
                     surfaces: vec![wall(ForceLaw::linear(220_500.0, 0.0))],

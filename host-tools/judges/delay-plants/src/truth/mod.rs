@@ -1,4 +1,4 @@
-//! The ideal test: what two free craft would do, without a robot in between.
+//! The ideal test: what two free spacecraft would do, without a robot in between.
 
 mod bodies;
 mod bounce;

@@ -48,20 +48,20 @@ pub(super) fn start_operator(current: Arc<Mutex<Arc<Shared>>>) {
     });
 }
 
-/// A thread that reports changes of mode, faults and refused commands. It ends with `lap`, which it
+/// A thread that reports changes of mode, faults and refused commands. It ends with `ended`, which it
 /// raises itself when `stop` is raised.
 pub(super) fn start_watch(
     shared: Arc<Shared>,
     stop: Arc<AtomicBool>,
-    lap: Arc<AtomicBool>,
+    ended: Arc<AtomicBool>,
 ) -> thread::JoinHandle<()> {
     thread::spawn(move || {
         // From the state at boot on: a quick start is a change as well.
         let mut last = Status::default();
-        while !lap.load(Ordering::Relaxed) {
+        while !ended.load(Ordering::Relaxed) {
             thread::sleep(WATCH_PERIOD);
             if stop.load(Ordering::Relaxed) {
-                lap.store(true, Ordering::Relaxed);
+                ended.store(true, Ordering::Relaxed);
             }
             let now = shared.status();
             if now.mode != last.mode {

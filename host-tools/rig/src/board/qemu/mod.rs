@@ -32,7 +32,7 @@ use std::thread;
 use std::time::Duration;
 
 /// How often it is looked whether QEMU or the user has ended the run.
-const GLANCE: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Where a board in QEMU listens and what it does by itself.
 #[derive(Clone, Debug)]
@@ -103,7 +103,7 @@ fn supervise(emulator: &mut Emulator, stop: &AtomicBool) -> Result<()> {
         if let Some(status) = emulator.ended()? {
             bail!("QEMU ended by itself ({status}); what it said stands above");
         }
-        thread::sleep(GLANCE);
+        thread::sleep(POLL_INTERVAL);
     }
     Ok(())
 }

@@ -14,9 +14,9 @@
 //! M along the free direction of `rig.mechanism.guide`, or along x of C without one; those of the
 //! cables in all directions. Effects of the contact act on every wall.
 
-pub mod craft;
 #[cfg(test)]
 mod load_tests;
+pub mod spacecraft;
 mod suggest;
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! Known answers for motion, clocks and craft, computed here by hand, and refused entries.
+//! Known answers for motion, clocks and spacecraft, computed here by hand, and refused entries.
 
 use super::*;
 use crate::rig::Rig;
@@ -186,7 +186,7 @@ fn jitter_scatters_the_pose_in_proportion_to_the_velocity() {
 }
 
 #[test]
-fn errors_of_the_craft_are_errors_of_the_boards_settings() {
+fn errors_of_the_spacecraft_are_errors_of_the_boards_settings() {
     let mut settings = Settings::default();
     let hidden = [
         hide("sc_mass_error", &[("mass_error_kg", -50.0)]),
@@ -196,7 +196,7 @@ fn errors_of_the_craft_are_errors_of_the_boards_settings() {
             &[("stiffness_n_per_m", 40.0), ("damping_n_s_per_m", 25.0)],
         ),
     ];
-    craft::apply(&hidden, &mut settings).unwrap();
+    spacecraft::apply(&hidden, &mut settings).unwrap();
     let body = &settings.body_k;
     assert_eq!(body.mass_kg, 450.0);
     assert_eq!(

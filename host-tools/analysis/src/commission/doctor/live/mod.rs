@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 /// Time for which a board is watched: 250 cycles, and 1 ms of its clock is 0.1 %.
 const WATCHED: Duration = Duration::from_secs(1);
 /// How often the progress is told.
-const GLANCE: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What a board says.
 #[derive(Clone, Debug)]
@@ -87,7 +87,7 @@ fn ask(client: &mut Client, mut progress: impl FnMut(f64)) -> Result<Answers, Li
     let began = Instant::now();
     while began.elapsed() < WATCHED {
         progress(began.elapsed().as_secs_f64() / WATCHED.as_secs_f64());
-        std::thread::sleep(GLANCE);
+        std::thread::sleep(POLL_INTERVAL);
     }
     let last = (client.counters()?, known(client.health())?);
     Ok(Answers {

@@ -31,9 +31,9 @@ pub(super) fn check(recorder: &str) -> Check {
 
 fn elsewhere(name: &'static str, address: SocketAddr, start: &str) -> Check {
     // The system looks for a way there; no packet goes out.
-    let way =
+    let route =
         UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).and_then(|socket| socket.connect(address));
-    match way {
+    match route {
         Ok(()) => Check::warning(
             name,
             format!(

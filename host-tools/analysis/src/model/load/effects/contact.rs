@@ -191,7 +191,7 @@ fn push_at(t: &Touch, n: usize, depth: f64) -> f64 {
 }
 
 /// Friction across the normal for a coefficient of 1, as
-/// [`softdock_control::effects::mechanism::coulomb_friction`] has it.
+/// [`softdock_control::effects::mechanism::contact_coulomb`] has it.
 fn dry_friction(scene: &Scene, smoothing_speed: f64) -> Column {
     scene.force_of_walls(|t, n| {
         if t.force[n] <= 0.0 {

@@ -141,14 +141,14 @@ fn friction(scene: &Scene, smoothing_m_s: f64, acts_at: f64, size: impl Fn(f64) 
 /// A spring in all directions on M, about the origin of C or about the first position.
 fn cable(scene: &Scene, about_start: bool, acts_at: f64) -> Column {
     let at = scene.point_of_action(acts_at);
-    let place = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
+    let position = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
     let rest = if about_start && !scene.is_empty() {
-        place(0)
+        position(0)
     } else {
         Vector3::zeros()
     };
     Column::of(scene.len(), |n| {
-        scene.reading_of(n, &at, &(rest - place(n)))
+        scene.reading_of(n, &at, &(rest - position(n)))
     })
 }
 

@@ -1,4 +1,4 @@
-//! Contacts in space: oblique, off the centre, with friction, between two free craft, in a cone.
+//! Contacts in space: oblique, off the centre, with friction, between two free spacecraft, in a cone.
 
 use super::super::case::Case;
 use super::super::scene::{End, INERTIA_KG_M2, MASS_KG, Scene, Shape};
@@ -6,7 +6,7 @@ use super::super::scene::{End, INERTIA_KG_M2, MASS_KG, Scene, Shape};
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = off_centre();
     cases.extend(oblique());
-    cases.extend(free_craft());
+    cases.extend(free_spacecraft());
     cases.extend(cones());
     for case in &mut cases {
         case.touches = 4;
@@ -79,7 +79,7 @@ fn oblique() -> Vec<Case> {
     ]
 }
 
-fn free_craft() -> Vec<Case> {
+fn free_spacecraft() -> Vec<Case> {
     let other = |mass_kg: f64| move |scene: &mut Scene| scene.other_mass_kg = mass_kg;
     vec![
         entry("free_craft", "free_500_kg", other(500.0)),

@@ -13,7 +13,7 @@ pub const EFFECT: Effect = Effect {
     naming: Naming::Cause,
     equation: "on a sign change of v: v = 0 for pause_s, then v resumes at the current (delayed) command; \
                the position that was missed is not caught up",
-    source: "seed paper section 4.1 (observed on the robot; length and resumption are left open there, 16 to \
+    source: "seed paper section 4.2 (observed on the robot; length and resumption are left open there, 16 to \
              32 ms fits its figures)",
     signature: "executed velocity is exactly zero for the same time after each reversal and the pose keeps an \
                 offset afterwards",

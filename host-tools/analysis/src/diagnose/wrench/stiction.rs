@@ -1,8 +1,8 @@
-//! Where a craft sticks to its guide: the direction of a friction is not in the log there.
+//! Where a spacecraft sticks to its guide: the direction of a friction is not in the log there.
 //!
 //! A rig with dry friction ends a slow motion by holding: the velocity goes to and fro around zero,
 //! by as little as the friction changes it in one delay of the loop, and the reading takes whatever
-//! value keeps the craft in place. No model can say which; such cycles say nothing about any effect.
+//! value keeps the spacecraft in place. No model can say which; such cycles say nothing about any effect.
 
 use crate::model::load::Scene;
 
@@ -17,9 +17,9 @@ const MARGIN: usize = 6;
 /// Choices of [`Scene::point_of_action`].
 const POINTS: [f64; 3] = [0.0, 1.0, 2.0];
 
-/// Which cycles of a log count: all that counted before but for those in which the craft sticks, at
+/// Which cycles of a log count: all that counted before but for those in which the spacecraft sticks, at
 /// any of the points where a guide may act.
-pub(super) fn without_sticking(scene: &Scene, counts: &[bool]) -> Vec<bool> {
+pub(super) fn without_stiction(scene: &Scene, counts: &[bool]) -> Vec<bool> {
     let mut counts = counts.to_vec();
     let last = counts.len().saturating_sub(1);
     for point in POINTS {

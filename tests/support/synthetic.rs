@@ -1,4 +1,4 @@
-//! Made-up diagnoses of a made-up log, one for each verdict: what a report has to cope with.
+//! Synthetic diagnoses of a synthetic log, one for each verdict: what a report has to cope with.
 
 mod log;
 
@@ -18,7 +18,7 @@ const PAUSE: &str = "reversal_pause";
 
 /// A diagnosis with everything that its report is made from.
 #[derive(Clone, Debug)]
-pub struct MadeUp {
+pub struct SyntheticDiagnosis {
     /// What was found.
     pub diagnosis: Diagnosis,
     /// Prediction with the model as given.
@@ -139,7 +139,7 @@ fn step(effect: &str, train_error: f64, test_error: f64) -> Step {
 }
 
 /// Delay and pause, found with everything that can stand in a diagnosis.
-pub fn named() -> MadeUp {
+pub fn named() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::Named,
         "The robot is 32.1 ms late (95 %: 31.9 to 32.3 ms) instead of 20 ms, and rests for 11.2 ms where its velocity \
@@ -179,7 +179,7 @@ pub fn named() -> MadeUp {
         "The first 12 cycles are not predicted: the velocities sent before are not in the recording.".to_owned(),
         "Noise of the torque about y is 1.8 times that of the data sheet.".to_owned(),
     ];
-    MadeUp {
+    SyntheticDiagnosis {
         diagnosis,
         before: predict(0.020, 0.0, |_| 0.0),
         after: predict(0.0321, 0.0112, |_| 0.0),
@@ -229,7 +229,7 @@ fn hypotheses() -> Vec<Ranked> {
 }
 
 /// A model that needs nothing, judged on the end of its only, foreign log.
-pub fn nothing_missing() -> MadeUp {
+pub fn nothing_missing() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::NothingMissing,
         "Nothing is missing: every error is at the noise of the data sheet, the largest in wrench ry with 1.02 σ.",
@@ -245,7 +245,7 @@ pub fn nothing_missing() -> MadeUp {
         test_error: None,
     }];
     let right = predict(0.0321, 0.0112, |_| 0.0);
-    MadeUp {
+    SyntheticDiagnosis {
         diagnosis,
         before: right.clone(),
         after: right,
@@ -259,7 +259,7 @@ pub fn nothing_missing() -> MadeUp {
 }
 
 /// A torque that grows with the force and hangs on, which no effect of the catalogue does.
-pub fn unexplained() -> MadeUp {
+pub fn unexplained() -> SyntheticDiagnosis {
     let mut diagnosis = empty(
         Verdict::Unexplained,
         "Something is missing that has no name here: the torque about y is off by up to 0.22 N·m in each contact, \
@@ -287,7 +287,7 @@ pub fn unexplained() -> MadeUp {
             .to_owned(),
     ];
     let hysteresis = |t: f64| 0.0045 * force(t) + 0.0025 * force(t - 0.06);
-    MadeUp {
+    SyntheticDiagnosis {
         diagnosis,
         before: predict(0.0321, 0.0112, hysteresis),
         after: predict(0.0321, 0.0112, hysteresis),

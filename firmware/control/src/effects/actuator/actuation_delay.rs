@@ -12,7 +12,7 @@ pub const EFFECT: Effect = Effect {
     group: Group::Actuator,
     naming: Naming::Cause,
     equation: "v(t) = u(t - nominal delay - extra_delay_s), u held for one cycle",
-    source: "seed paper section 4 (32 ms measured on a KUKA RSI robot); textbook (dead time)",
+    source: "seed paper section 4.3 (32 ms in its simulation of a KUKA robot); textbook (dead time)",
     signature: "executed velocity is a shifted copy of the command: the error is the delay times the \
                 acceleration, without distortion",
     typical: "32 ms in total on a KUKA robot with RSI, 16 to 26 ms on a UR5; a few ms beyond what a data \
@@ -34,7 +34,7 @@ pub const EFFECT: Effect = Effect {
 /// `N − 1` cycles.
 ///
 /// ```
-/// use softdock_control::effects::actuator::transport_delay::TransportDelay;
+/// use softdock_control::effects::actuator::actuation_delay::TransportDelay;
 /// let mut line = TransportDelay::<f64, 1, 4>::new(0.006, 0.004).unwrap();
 /// line.push([1.0]); // held from now on
 /// line.push([3.0]); // 4 ms later

@@ -1,10 +1,10 @@
 //! One log of a pair, prepared for the regression of its wrench.
 
-use super::colour::Colour;
+use super::autoregressive::AutoregressiveNoise;
 use super::nuisance;
 use super::problem::Problem;
 use super::saturated;
-use super::sticking::without_sticking;
+use super::stiction::without_stiction;
 use super::tested::Tested;
 use crate::diagnose::sampling::Sampling;
 use crate::model::Model;
@@ -15,15 +15,15 @@ use crate::model::log::Log;
 const MUCH: f64 = 0.05;
 
 /// One log, ready for the regression.
-pub(crate) struct Side {
+pub(crate) struct PreparedLog {
     /// Its motion and nominal reading.
     pub scene: Scene,
     /// Its regression.
     pub problem: Problem,
     /// Measured minus nominal reading.
     pub residual: Column,
-    /// Colour of the noise per axis.
-    pub colour: [Colour; 6],
+    /// Autoregressive noise model of each axis.
+    pub noise_model: [AutoregressiveNoise; 6],
     /// Change of the reading for one tolerance of each parameter.
     pub tolerances: Vec<Column>,
     /// Noise by data sheet, with what the rounding of the readings adds.
@@ -32,7 +32,7 @@ pub(crate) struct Side {
     pub half_step: [f64; 6],
 }
 
-impl Side {
+impl PreparedLog {
     /// Prepares a log.
     pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
         let mut residual = Column::of(log.len(), |n| {
@@ -51,20 +51,20 @@ impl Side {
             *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
         }
         let tolerances = nuisance::columns(model, &scene);
-        let counts = without_sticking(&scene, &sampling.fresh);
+        let counts = without_stiction(&scene, &sampling.fresh);
         let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &counts);
         let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
-        let colour = std::array::from_fn(|axis| {
+        let noise_model = std::array::from_fn(|axis| {
             let series = &unexplained.0[axis];
             if model.sensor.at_rest || series.is_empty() {
-                return Colour::white(sheet[axis]);
+                return AutoregressiveNoise::white(sheet[axis]);
             }
-            let mut colour = Colour::of(series, log.cycle_s, 0.3, cutoff_hz);
-            colour.sigma *= sheet[axis];
-            colour.level *= sheet[axis];
-            colour
+            let mut noise_model = AutoregressiveNoise::of(series, log.cycle_s, 0.3, cutoff_hz);
+            noise_model.sigma *= sheet[axis];
+            noise_model.level *= sheet[axis];
+            noise_model
         });
-        let mut problem = Problem::new(&residual, &tolerances, colour, counts);
+        let mut problem = Problem::new(&residual, &tolerances, noise_model, counts);
         // A low-pass leaves two values per period of its cutoff.
         let share = cutoff_hz.map_or(1.0, |cutoff_hz| (2.0 * cutoff_hz * log.cycle_s).min(1.0));
         problem.count = (share * problem.count as f64) as usize;
@@ -72,7 +72,7 @@ impl Side {
             scene,
             problem,
             residual,
-            colour,
+            noise_model,
             tolerances,
             sheet_sigma: sheet,
             half_step: std::array::from_fn(|axis| 0.5 * sampling.lsb[axis / 3]),
@@ -85,7 +85,7 @@ impl Side {
         let place = |n: usize| n * of / fresh.len().max(1);
         let kept = fresh.iter().enumerate();
         let kept = kept.map(|(n, fresh)| *fresh && place(n) != piece).collect();
-        Problem::new(&self.residual, &self.tolerances, self.colour, kept)
+        Problem::new(&self.residual, &self.tolerances, self.noise_model, kept)
     }
 
     /// χ² that a hypothesis leaves beyond the number of values.

@@ -22,14 +22,14 @@ pub(super) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Na
 }
 
 /// The error's fall, the effect with the largest share first.
-pub(super) struct Fall {
+pub(super) struct ErrorReduction {
     /// Effects with their share of the squared error of the log of the fit.
     pub named: Vec<(Named, f64)>,
     /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
 }
 
-impl Fall {
+impl ErrorReduction {
     /// The fall, and what the model with all that is named predicts.
     pub(super) fn of(
         model: &Model,

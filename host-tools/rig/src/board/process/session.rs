@@ -32,7 +32,7 @@ pub(super) struct Io {
 }
 
 /// A board that is ready to run.
-pub(super) struct Lap {
+pub(super) struct BoardSession {
     boot: Boot,
     io: Io,
     link: RobotLink<f64>,
@@ -40,7 +40,7 @@ pub(super) struct Lap {
     start: bool,
 }
 
-impl Lap {
+impl BoardSession {
     /// Builds what the settings ask for. A board without settings does not start by itself.
     pub(super) fn prepare(boot: Boot, io: Io, start: bool) -> Result<Self> {
         let settings = &boot.settings;
@@ -74,28 +74,28 @@ impl Lap {
         record: Record,
     ) -> Result<End> {
         let Self { boot, io, .. } = self;
-        let lap = Arc::new(AtomicBool::new(false));
+        let ended = Arc::new(AtomicBool::new(false));
         let shared = Arc::new(Shared::new());
         *current.lock().unwrap_or_else(PoisonError::into_inner) = shared.clone();
         let clock = RealClock::start();
-        let port = UdpPort::start(io.udp, lap.clone())?;
-        let bus = SlcanBus::start(io.tcp, lap.clone())?;
+        let port = UdpPort::start(io.udp, ended.clone())?;
+        let bus = SlcanBus::start(io.tcp, ended.clone())?;
         let (file, writer) = start_recorder(record);
         let (telemetry, sender) = self
             .telemetry
             .map(|telemetry| telemetry.start(clock.clone()))
             .unzip();
         let recorders = Recorders { file, telemetry };
-        let watch = start_watch(shared.clone(), stop.clone(), lap.clone());
+        let watch = start_watch(shared.clone(), stop.clone(), ended.clone());
         let settings = boot.settings.clone();
         let wait_us = settings.can.sample_wait_us();
         let (link, start) = (self.link, self.start);
         let end = thread::scope(|scope| {
-            let (shared, lap, clock, boot) = (&*shared, &lap, &clock, &boot);
+            let (shared, ended, clock, boot) = (&*shared, &ended, &clock, &boot);
             let service = io.line.map(|line| {
                 scope.spawn(move || {
                     let end = service::run(shared, boot, line, clock, store, block);
-                    lap.store(true, Ordering::Relaxed);
+                    ended.store(true, Ordering::Relaxed);
                     end
                 })
             });

@@ -37,7 +37,7 @@ pub(crate) struct Rival {
 /// Rivals in the place of one of several effects. Where much is left, one that explains as much
 /// and stands earlier in the catalogue is named instead, intervals are widened, and what they do not
 /// determine is taken back.
-pub(super) fn settled(
+pub(super) fn without_equivalents(
     library: &Library,
     accepted: &mut Tested,
     much: bool,
@@ -83,7 +83,11 @@ fn without_undetermined(
 }
 
 /// The same effects, with the form of each chosen again beside the others.
-pub(super) fn revisited(library: &Library, parts: Vec<Part>, price: f64) -> Option<Hypothesis> {
+pub(super) fn with_forms_reselected(
+    library: &Library,
+    parts: Vec<Part>,
+    price: f64,
+) -> Option<Hypothesis> {
     let mut best = evaluate(library, parts, price)?;
     for _ in 0..ROUNDS {
         let before = best.evidence;
@@ -186,7 +190,7 @@ fn best_in_place(
         evaluate(library, other, price)
     });
     let best = found.max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-    revisited(library, best.parts, price)
+    with_forms_reselected(library, best.parts, price)
 }
 
 /// Widens intervals to how far the parameters move when one piece of the log or another is left

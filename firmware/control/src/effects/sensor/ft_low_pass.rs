@@ -1,6 +1,6 @@
 //! Low-pass filter inside the sensor.
 
-use crate::effects::actuator::first_order_lag::FirstOrderLag;
+use crate::effects::actuator::actuation_lag::FirstOrderLag;
 use crate::effects::{Effect, Group, Naming, Parameter};
 use crate::frames::Wrench;
 use crate::range::SettingsError;

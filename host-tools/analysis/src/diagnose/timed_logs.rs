@@ -17,8 +17,8 @@ const SAMPLED_APART: f64 = 0.15;
 const RATE_TOLERANCE: f64 = 1e-3;
 
 /// The logs, and how their clock is read.
-pub(super) struct View {
-    /// What the clock lacks.
+pub(super) struct TimedLogs {
+    /// The unmodelled error of the clock.
     pub clock: ClockFinding,
     /// The model; where the recorded velocity is the difference of poses, with these errors of the
     /// clock.
@@ -26,12 +26,12 @@ pub(super) struct View {
     /// The logs as they were recorded.
     pub logs: Pair<Log>,
     /// The logs with poses at the instants of the wrenches and true velocities, where they differ.
-    pub placed: Option<Pair<Log>>,
+    pub aligned: Option<Pair<Log>>,
     /// True durations of the cycles; empty where they are nominal.
     pub intervals: Pair<Vec<f64>>,
 }
 
-impl View {
+impl TimedLogs {
     /// With errors of the clock that are believed; without them, those that a velocity of its own
     /// shows.
     pub(super) fn new(
@@ -54,7 +54,7 @@ impl View {
             return Ok(Self {
                 intervals: intervals(model, &logs, &clock),
                 model: model.clone(),
-                placed: None,
+                aligned: None,
                 clock,
                 logs,
             });
@@ -71,7 +71,7 @@ impl View {
         };
         let train = retimed(&model, &signals.train, &all.train);
         let test = retimed(&model, &signals.test, &all.test);
-        let placed = match (train, test) {
+        let aligned = match (train, test) {
             (Some(train), Some(test)) => Some(Pair {
                 train: Log::of(&signals.train.with(&train), &model.noise)?,
                 test: Log::of(&signals.test.with(&test), &model.noise)?,
@@ -82,14 +82,14 @@ impl View {
             clock,
             model,
             logs,
-            placed,
+            aligned,
             intervals,
         })
     }
 
     /// The logs with poses at the instants of the wrenches.
-    pub(super) fn placed(&self) -> &Pair<Log> {
-        self.placed.as_ref().unwrap_or(&self.logs)
+    pub(super) fn aligned(&self) -> &Pair<Log> {
+        self.aligned.as_ref().unwrap_or(&self.logs)
     }
 
     /// The model of logs whose poses are where they belong.

@@ -1,4 +1,4 @@
-//! Hidden errors of the simulated craft: the board computes another craft than the model says.
+//! Hidden errors of the simulated spacecraft: the board computes another spacecraft than the model says.
 
 use super::{Hidden, find};
 use crate::rig::checks::prefixed;
@@ -8,10 +8,10 @@ use softdock_control::effects::body::sc_mass_error::MassError;
 use softdock_control::effects::mechanism::manipulator_resistance::ManipulatorResistance;
 use softdock_control::settings::Settings;
 
-/// Changes the settings of craft K, the one that the robot moves, as hidden effects say.
+/// Changes the settings of spacecraft K, the one that the robot moves, as hidden effects say.
 ///
 /// # Errors
-/// The craft would have no positive mass or inertia, or a resistance that pushes.
+/// The spacecraft would have no positive mass or inertia, or a resistance that pushes.
 pub fn apply(hidden: &[Hidden], settings: &mut Settings) -> Result<()> {
     let body = &mut settings.body_k;
     if let Some(resistance) = find(hidden, "manipulator_resistance") {

@@ -1,30 +1,30 @@
 //! What a pair of logs shows, with what is believed of their clock.
 
 use super::actuator::{self, Cost, Term};
-use super::clock::{self, Lateness, Scatter};
+use super::clock::{self, CommonDelay, Scatter};
 use super::engine::{ActuatorFinding, Pair, Question, WrenchFinding, is_shape};
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
 use super::structure;
-use super::view::View;
-use super::wrench::{self, Side, Tested};
+use super::timed_logs::TimedLogs;
+use super::wrench::{self, PreparedLog, Tested};
 use crate::model::log::Log;
 use crate::model::{Axis, Channel, Model};
 
 /// Residual over noise up to which the simulated motion is trusted.
 const TRUSTED: f64 = 1.08;
 
-/// What was found in a view.
-pub(super) struct Examined {
+/// What was found in logs with one belief about their clock.
+pub(super) struct StageResults {
     /// The logs, and what is believed of their clock.
-    pub view: View,
+    pub timed: TimedLogs,
     /// The actuator, where anything was commanded.
     pub actuator: Option<ActuatorFinding>,
     /// Scatter of the poses' instants that is left, in logs without a velocity of their own.
     pub scatter: Pair<Scatter>,
-    /// A common lateness of all velocities; None where nothing speaks for it.
-    pub lateness: Option<Lateness>,
+    /// A common delay of all velocities; None where nothing speaks for it.
+    pub common_delay: Option<CommonDelay>,
     /// A common factor of all velocities, less 1, with its deviation.
     pub proportion: (f64, f64),
     /// Sampling of the sensor.
@@ -35,40 +35,44 @@ pub(super) struct Examined {
     pub noise: Vec<NoiseFloor>,
 }
 
-impl Examined {
+impl StageResults {
     /// Searches actuator and reading.
-    pub(super) fn of(view: View, question: &Question<'_>, progress: &dyn Fn(f64, &str)) -> Self {
-        let (model, logs, intervals) = (&view.model, &view.logs, &view.intervals);
+    pub(super) fn of(
+        timed: TimedLogs,
+        question: &Question<'_>,
+        progress: &dyn Fn(f64, &str),
+    ) -> Self {
+        let (model, logs, intervals) = (&timed.model, &timed.logs, &timed.intervals);
         progress(0.15, "simulating actuators");
         let mut costs = Pair {
             train: Cost::new(model, &logs.train, intervals.train.clone()),
             test: Cost::new(model, &logs.test, intervals.test.clone()),
         };
-        let jitters = view.clock.jitter.is_some();
+        let jitters = timed.clock.jitter.is_some();
         let actuator = actuator_stage(model, logs, &mut costs, jitters, question);
         let terms: &[Term] = actuator
             .as_ref()
             .and_then(|a| a.search.accepted.as_ref())
             .map_or(&[], |c| &c.terms);
         let scatter = costs.map(|cost| clock::scatter(cost, terms));
-        let lateness = clock::lateness(&costs.train, &costs.test);
+        let common_delay = clock::common_delay(&costs.train, &costs.test);
         let proportion = clock::proportion(&costs.train);
         progress(0.5, "explaining the wrench");
         let sigma = wrench::sheet_sigma(model);
         let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
-        let placed = view.placed();
-        let plain = view.without_offset();
-        let moved = match &view.placed {
+        let aligned = timed.aligned();
+        let plain = timed.without_offset();
+        let moved = match &timed.aligned {
             // The actuator as it really moves the tool, not as late poses show it.
-            Some(placed) => Pair {
-                train: Cost::new(&plain, &placed.train, intervals.train.clone()),
-                test: Cost::new(&plain, &placed.test, intervals.test.clone()),
+            Some(aligned) => Pair {
+                train: Cost::new(&plain, &aligned.train, intervals.train.clone()),
+                test: Cost::new(&plain, &aligned.test, intervals.test.clone()),
             },
             None => costs.clone(),
         };
         let wrench = wrench_rounds(model, question, &mut |model, question| {
             let motion = Motion {
-                logs: placed,
+                logs: aligned,
                 costs: &moved,
                 intervals,
                 actuator: actuator.as_ref(),
@@ -79,12 +83,12 @@ impl Examined {
         Self {
             actuator,
             scatter,
-            lateness,
+            common_delay,
             proportion,
             sampling,
             wrench,
             noise,
-            view,
+            timed,
         }
     }
 }
@@ -156,7 +160,7 @@ fn wrench_rounds(
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
         };
-        if question.only.is_some() || !finding.sides.train.has_much_left(accepted) {
+        if question.only.is_some() || !finding.prepared.train.has_much_left(accepted) {
             break;
         }
         known
@@ -165,7 +169,7 @@ fn wrench_rounds(
         let Some(mut next) = search(&known, question) else {
             break;
         };
-        let rest = finding.sides.train.left(accepted);
+        let rest = finding.prepared.train.left(accepted);
         if !next
             .found
             .accepted
@@ -213,7 +217,7 @@ fn wrench_stage(
     });
     let side = |log: &Log, cost: &Cost<'_>, sampling: &mut Sampling, intervals: &[f64]| {
         let scene = wrench::scene(model, log, cost, terms, trusted, intervals);
-        Side::new(model, log, scene, sampling)
+        PreparedLog::new(model, log, scene, sampling)
     };
     let (train, test) = rayon::join(
         || {
@@ -226,20 +230,20 @@ fn wrench_stage(
         },
         || side(&logs.test, &costs.test, &mut sampling.test, &intervals.test),
     );
-    let sides = Pair { train, test };
-    let finished = |tested: &Tested| structure::left(&sides, Some(tested), 0.0).is_finished();
+    let prepared = Pair { train, test };
+    let finished = |tested: &Tested| structure::left(&prepared, Some(tested), 0.0).is_finished();
     let excluded =
         |id: &str| !question.tries(model, id) || (is_shape(id) && question.only.is_none());
     let found = wrench::search(
-        &sides.train,
-        &sides.test,
+        &prepared.train,
+        &prepared.test,
         &excluded,
         &finished,
         question.forced,
     );
     Some(WrenchFinding {
         found,
-        sides,
+        prepared,
         earlier: (Vec::new(), 0.0),
     })
 }
@@ -267,7 +271,7 @@ fn noise_floors(
             all.push(NoiseFloor {
                 channel: Channel::Wrench,
                 axis,
-                measured: found.sides.train.colour[axis.index()].level,
+                measured: found.prepared.train.noise_model[axis.index()].level,
                 data_sheet: sheet[axis.index()],
             });
         }

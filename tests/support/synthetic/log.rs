@@ -1,4 +1,4 @@
-//! The made-up log: 12 s of a craft that flies with 10 mm/s between two stops and touches one every
+//! The synthetic log: 12 s of a spacecraft that flies with 10 mm/s between two stops and touches one every
 //! two seconds. The robot is 32.1 ms late and rests for 11.2 ms where its velocity changes sign.
 
 use softdock_analysis::model::prediction::{ChannelPrediction, Prediction, Six};

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Longest time from one cycle of the board to the next.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait for a datagram: nothing that is missing comes later.
 const REST: Duration = Duration::from_millis(20);
 
 /// A recorder that listens.
-pub struct Ear {
+pub struct LiveRecorder {
     listener: Listener,
     recorder: Recorder,
     cycles: u64,
@@ -24,7 +24,7 @@ pub struct Ear {
     folder: Option<tempfile::TempDir>,
 }
 
-impl Ear {
+impl LiveRecorder {
     /// Listens on `address` and records into `keep`, or into a file that goes away.
     ///
     /// # Errors
@@ -67,12 +67,12 @@ impl Ear {
             }
         }
         ensure!(
-            self.heard.elapsed() < PATIENCE,
+            self.heard.elapsed() < TIMEOUT,
             "no cycle of the board came to UDP {} for {} s: does it send there (`network.recorder` of its \
              settings, or `softdock board --telemetry`), does the robot send its telegrams, does the \
              firewall let it through?",
             self.listener.address(),
-            PATIENCE.as_secs()
+            TIMEOUT.as_secs()
         );
         Ok(())
     }

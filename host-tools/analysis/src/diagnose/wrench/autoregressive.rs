@@ -1,4 +1,4 @@
-//! The colour of the noise: an autoregressive model with which everything is whitened.
+//! Autoregressive noise model with which everything is whitened.
 //!
 //! A plain fit to a residual swallows the very effect that is looked for, which is slow. So the
 //! spectrum is taken where effects are not, as a running median against single lines, and what
@@ -19,7 +19,7 @@ const MEDIAN_OF_EXPONENTIAL: f64 = std::f64::consts::LN_2;
 
 /// Noise as an autoregression: `e(n) = r(n) − Σ a(k) r(n−k)` is white.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Colour {
+pub(crate) struct AutoregressiveNoise {
     /// Coefficients, of the newest value first.
     pub coefficients: [f64; ORDER],
     /// Standard deviation of e.
@@ -28,7 +28,7 @@ pub(crate) struct Colour {
     pub level: f64,
 }
 
-impl Colour {
+impl AutoregressiveNoise {
     /// White noise.
     pub(crate) fn white(sigma: f64) -> Self {
         Self {
@@ -177,14 +177,14 @@ mod tests {
             .enumerate()
             .map(|(n, w)| w + 3.0 * (n as f64 * 0.02).sin())
             .collect();
-        let colour = Colour::of(&noise, 0.004, 0.01, None);
+        let noise_model = AutoregressiveNoise::of(&noise, 0.004, 0.01, None);
         assert!(
-            (colour.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.05,
-            "{colour:?}"
+            (noise_model.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.05,
+            "{noise_model:?}"
         );
         assert!(
-            colour.coefficients.iter().all(|a| a.abs() < 0.1),
-            "{colour:?}"
+            noise_model.coefficients.iter().all(|a| a.abs() < 0.1),
+            "{noise_model:?}"
         );
     }
 
@@ -193,21 +193,21 @@ mod tests {
     fn a_filtered_noise_is_white_up_to_the_cutoff() {
         let filter = crate::import::filter::LowPass::new(4, 0.125);
         let noise = filter.zero_phase(&white(5000));
-        let colour = Colour::of(&noise, 0.004, 0.01, Some(31.25));
-        let plain = Colour::of(&noise, 0.004, 0.01, None);
+        let noise_model = AutoregressiveNoise::of(&noise, 0.004, 0.01, Some(31.25));
+        let plain = AutoregressiveNoise::of(&noise, 0.004, 0.01, None);
         assert!(
-            colour.coefficients.iter().all(|a| a.abs() < 0.3),
-            "{colour:?}"
+            noise_model.coefficients.iter().all(|a| a.abs() < 0.3),
+            "{noise_model:?}"
         );
         assert!(plain.coefficients[0] > 1.5, "{plain:?}");
         assert!(
-            (colour.sigma * 12.0_f64.sqrt() - 0.9).abs() < 0.15,
-            "{colour:?}"
+            (noise_model.sigma * 12.0_f64.sqrt() - 0.9).abs() < 0.15,
+            "{noise_model:?}"
         );
     }
 
     #[test]
-    fn a_coloured_noise_gives_its_coefficient() {
+    fn an_autoregressive_noise_gives_its_coefficient() {
         let mut last = 0.0;
         let noise: Vec<f64> = white(2500)
             .iter()
@@ -216,11 +216,14 @@ mod tests {
                 last
             })
             .collect();
-        let colour = Colour::of(&noise, 0.004, 0.01, None);
-        assert!((colour.coefficients[0] - 0.5).abs() < 0.12, "{colour:?}");
+        let noise_model = AutoregressiveNoise::of(&noise, 0.004, 0.01, None);
         assert!(
-            (colour.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.06,
-            "{colour:?}"
+            (noise_model.coefficients[0] - 0.5).abs() < 0.12,
+            "{noise_model:?}"
+        );
+        assert!(
+            (noise_model.sigma * 12.0_f64.sqrt() - 1.0).abs() < 0.06,
+            "{noise_model:?}"
         );
     }
 }
