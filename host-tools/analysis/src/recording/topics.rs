@@ -312,7 +312,7 @@ fn law_status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> 
         latency_cycles,
         misfit,
     } = &mut trace.law_status;
-    word(v, ("rung", "step of the law's ladder"), confidence)?;
+    word(v, ("rung", "confidence level of the law"), confidence)?;
     let about = "what the law noticed or did, one bit each: 0 contact, 1 spurious force left out, \
                  2 rebound corrected as identified, 3 rebound bounded, 4 wall remembered, 5 delay at \
                  the end of its range, 6 largest speed";
