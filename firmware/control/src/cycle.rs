@@ -5,7 +5,7 @@ use crate::dynamics::{BodyState, Observation, ObservationFrames, TwoBody, TwoBod
 use crate::frames::{self, Pose, Wrench, pose_components, pose_from_components};
 use crate::health::{Health, plausible};
 use crate::io::{BodyTrace, Inputs, Motion, Output, RobotSample, Sequence, Trace};
-use crate::jog::JogRun;
+use crate::jog::{Jog, JogRun, has_room};
 use crate::limits::{LimitFlags, load_beyond};
 use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
 use crate::range::SettingsError;
@@ -15,8 +15,6 @@ use crate::scalar::Scalar;
 use crate::settings::Settings;
 use crate::wrench::{Compensated, Compensation, MotionEstimator};
 use crate::zero::RestMean;
-
-mod jog;
 
 /// Largest force (N) and torque (N·m) that is taken from the sensor; a larger reading saturates
 /// here, ten times beyond the largest overload limit, and is an overload.
@@ -295,6 +293,33 @@ impl<S: Scalar> Cycle<S> {
             }
             Some(_) => Ok(()),
         }
+    }
+
+    /// Whether a jog may begin at this pose.
+    fn jog_allowed(&self, jog: Jog, pose: &Pose<S>) -> Readiness {
+        let center = self.box_center.unwrap_or(*pose);
+        let gimbal_lock = self.robot.gimbal_lock.as_ref();
+        match has_room(&self.settings, gimbal_lock, jog, pose, &center) {
+            true => Ok(()),
+            false => Err(Refusal::NoRoom),
+        }
+    }
+
+    /// Displacements count from this pose, and the jog begins with the present cycle.
+    fn begin_jog(&mut self, jog: Jog, pose: &Pose<S>) {
+        self.take_start_pose(pose);
+        self.jog = Some(JogRun::new(&self.settings, jog));
+    }
+
+    /// The next cycle of a jog; behind its end the robot holds.
+    fn jog_on(&mut self, robot: &RobotSample, trace: &mut Trace) -> Result<bool, Fault> {
+        let freeze = self.freeze(robot);
+        if let Some(velocity) = self.jog.as_mut().and_then(JogRun::next_velocity) {
+            let sent = self.run.jog(&self.plan, &velocity, freeze, trace);
+            return sent.map(|()| true);
+        }
+        self.modes.end_jog();
+        self.run.fade_out(&self.plan, trace)
     }
 
     /// The load that forbids a start: (limit, value).

@@ -18,7 +18,6 @@ pub mod delay;
 pub mod described;
 pub mod dynamics;
 pub mod effects;
-pub mod excitation;
 pub mod frames;
 pub mod health;
 pub mod io;

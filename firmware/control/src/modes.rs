@@ -34,7 +34,7 @@ pub enum Mode {
     Running,
     /// Latched; answers zeros.
     Fault,
-    /// Moves one axis as [`crate::excitation`] says, whatever the sensor feels, and holds at its end.
+    /// Moves one axis as [`crate::jog::excitation`] says, whatever the sensor feels, and holds at its end.
     Jogging,
 }
 

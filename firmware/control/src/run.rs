@@ -17,8 +17,6 @@ use crate::settings::Settings;
 use crate::sum::VelocitySum;
 use nalgebra::{UnitQuaternion, Vector3};
 
-mod jog;
-
 /// Distance and angle by which the robot may differ from its pose when armed: beyond the noise of
 /// any robot, below what would matter for the first cycle.
 const MOVED_M: f64 = 1e-3;
@@ -380,6 +378,31 @@ impl<S: Scalar> Run<S> {
         self.last_sent = sent;
         self.sent.write(sent);
         Ok(())
+    }
+
+    /// Sends this velocity, without the model and the delay law. `freeze` takes the velocity away as
+    /// it does in a closed loop.
+    pub(crate) fn jog(
+        &mut self,
+        plan: &Plan<S>,
+        velocity: &Twist<S>,
+        freeze: LimitFlags,
+        trace: &mut Trace,
+    ) -> Result<(), Fault> {
+        let authority = self.next_authority(plan, freeze != LimitFlags::default());
+        self.send(plan, *velocity * authority, freeze, trace)
+    }
+
+    /// The part of the rate that is sent in this cycle: it falls while there is a reason not to
+    /// integrate, and rises again without.
+    fn next_authority(&mut self, plan: &Plan<S>, frozen: bool) -> S {
+        let change = if frozen {
+            -plan.authority_step
+        } else {
+            plan.authority_step
+        };
+        self.authority = (self.authority + change).clamp(S::zero(), S::one());
+        self.authority
     }
 }
 

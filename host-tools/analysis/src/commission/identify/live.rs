@@ -53,7 +53,7 @@ impl Jogs {
         let mut text = String::new();
         for jog in &self.axes {
             let (speed, reach) = self.settings.motion(*jog);
-            let fastest = speed * softdock_control::excitation::FASTEST;
+            let fastest = speed * softdock_control::jog::excitation::FASTEST;
             let (reach, unit, fastest, rate) = match jog.is_rotation() {
                 false => (reach * 1e3, "mm", fastest * 1e3, "mm/s"),
                 true => (reach.to_degrees(), "°", fastest.to_degrees(), "°/s"),

@@ -1,12 +1,14 @@
 //! The operator's jog: which axis, how far, how fast, and whether there is room for it.
 
-use crate::excitation::{Excitation, FASTEST, FORWARD, LARGEST_JUMP};
+pub mod excitation;
+
 use crate::frames::{self, Pose, Twist};
 use crate::limits::{LimitSettings, angle};
 use crate::range::{FieldName, SettingsError, in_range};
 use crate::robot::GimbalLock;
 use crate::scalar::Scalar;
 use crate::settings::Settings;
+use excitation::{Excitation, FASTEST, FORWARD, LARGEST_JUMP};
 
 /// Every jog draws the same levels: what was seen once is what will be seen again.
 const SEED: u32 = 1;
