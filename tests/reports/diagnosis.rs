@@ -1,7 +1,7 @@
 //! The report of a diagnosis as text: which sections each verdict has, in which order, and what
 //! bad input does to it.
 
-use softdock_analysis::diagnose::page::{Identity, page};
+use softdock::pages::diagnosis::{Identity, page};
 use softdock_tests::made_up::{self, MadeUp};
 
 fn html(made_up: &MadeUp) -> String {
