@@ -1,5 +1,6 @@
 //! `softdock board`: the firmware as a process with real sockets.
 
+use super::live::raised_by_ctrl_c;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_analysis::identity;
@@ -10,8 +11,6 @@ use softdock_app::settings::BoardSettings;
 use softdock_rig::board::process::{Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
@@ -67,10 +66,7 @@ impl Board {
             refuse_overwrite(path, self.force)?;
         }
         eprintln!("board: {}", identity::text());
-        let stop = Arc::new(AtomicBool::new(false));
-        let raised = stop.clone();
-        ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
-            .context("cannot watch for Ctrl-C")?;
+        let stop = raised_by_ctrl_c()?;
         let Self {
             flash,
             robot,

@@ -1,4 +1,4 @@
-//! What the commands that measure on a board that is there have in common.
+//! What the commands on a board that is there have in common.
 
 use super::progress::Progress;
 use anyhow::{Context, Result};

@@ -1,5 +1,6 @@
 //! `softdock qemu`: the microcontroller's firmware in QEMU.
 
+use super::live::raised_by_ctrl_c;
 use anyhow::{Context, Result};
 use clap::Args;
 use softdock_analysis::identity;
@@ -9,8 +10,6 @@ use softdock_app::settings::BoardSettings;
 use softdock_rig::board::qemu::{Chip, Qemu};
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Run the microcontroller's firmware in QEMU, with the robot on UDP and the sensor on TCP.
 ///
@@ -59,10 +58,7 @@ impl QemuCommand {
             .validate()
             .with_context(|| format!("in {}", self.settings.display()))?;
         eprintln!("qemu: {}", identity::text());
-        let stop = Arc::new(AtomicBool::new(false));
-        let raised = stop.clone();
-        ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
-            .context("cannot watch for Ctrl-C")?;
+        let stop = raised_by_ctrl_c()?;
         let Self {
             flash,
             robot,

@@ -1,14 +1,14 @@
 //! `softdock record`: telemetry of a board into recordings.
 
+use super::live::raised_by_ctrl_c;
 use super::{print, print_json};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::telemetry::{Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -51,10 +51,7 @@ impl Record {
             self.timeout
         );
         check_output(&self.output, self.force)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let raised = stop.clone();
-        ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed))
-            .context("cannot watch for Ctrl-C")?;
+        let stop = raised_by_ctrl_c()?;
         let listener = Listener::bind(self.listen)?;
         eprintln!("record: listening on UDP {}", listener.address());
 
