@@ -45,6 +45,7 @@ fn recorded_probe_rs(folder: &Path) -> PathBuf {
 }
 
 #[test]
+#[ignore = "long: an image with full optimisation"]
 fn the_image_fits_and_its_tasks_are_named() {
     let folder = scratch("cli_firmware");
     let run = softdock(&folder, &["firmware", "--json"]);
@@ -76,6 +77,7 @@ fn the_image_fits_and_its_tasks_are_named() {
 }
 
 #[test]
+#[ignore = "long: an image with full optimisation"]
 fn settings_and_image_go_to_the_board() {
     let folder = scratch("cli_flash");
     let programs = recorded_probe_rs(&folder);
