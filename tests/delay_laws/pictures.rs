@@ -1,7 +1,7 @@
 //! The pictures of docs/delay, drawn from scenario S:
 //!
 //! ```sh
-//! cargo test -p softdock-control --test delay_laws -- --ignored pictures
+//! cargo test -p softdock-tests --test integration delay_laws::pictures -- --ignored
 //! ```
 
 use super::case::{CYCLE_S, Case, Rebound};
