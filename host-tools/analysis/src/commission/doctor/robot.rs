@@ -5,12 +5,11 @@ use crate::recording::Recording;
 use softdock_app::record::CycleRecord;
 use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
+use softdock_link::rsi::poscorr_clamps;
 use softdock_report::number;
 
 /// Share of lost telegrams from which on a network needs repair.
 pub(super) const LOST: f64 = 1e-3;
-/// Bits of POSCORR's status that clamp.
-pub(super) const CLAMPS: u32 = 0xfe;
 
 pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<Check> {
     let cycles = recording.cycles.as_slice();
@@ -124,7 +123,7 @@ fn clamp(cycles: &[CycleRecord]) -> Check {
     let name = "POSCORR";
     let clamped = cycles
         .iter()
-        .filter(|c| c.inputs.robot.status & CLAMPS != 0)
+        .filter(|c| poscorr_clamps(c.inputs.robot.status))
         .count();
     match clamped {
         0 => Check::good(name, "did not clamp, as far as its status is sent"),

@@ -3,6 +3,7 @@
 use super::super::{Check, robot};
 use super::Answers;
 use softdock_control::settings::Settings;
+use softdock_link::rsi::poscorr_clamps;
 use softdock_link::service::{Health, RobotHealth};
 use softdock_report::number;
 
@@ -135,12 +136,13 @@ fn pose(now: &RobotHealth) -> Check {
 
 fn clamp(now: &RobotHealth) -> Check {
     let name = "POSCORR";
-    match now.poscorr_stat & robot::CLAMPS {
-        0 => Check::good(name, "does not clamp, as far as its status is sent"),
-        bits => Check::bad(
+    let status = now.poscorr_stat;
+    match poscorr_clamps(status) {
+        false => Check::good(name, "does not clamp, as far as its status is sent"),
+        true => Check::bad(
             name,
             format!(
-                "clamps (bits {bits:#04x}): move the robot back, or widen its limits beyond `control.limits.box_m`"
+                "clamps (status {status:#04x}): move the robot back, or widen its limits beyond `control.limits.box_m`"
             ),
         ),
     }
