@@ -93,9 +93,9 @@ impl Loop {
                         .run_cycle(&telegram, sequence, self.sensor, command);
                     self.records.push(record);
                 }
-                self.link.last_answer().clone()
+                self.link.last_answer().to_vec()
             }
-            Incoming::Unreadable { counter } => self.link.resting_answer(counter),
+            Incoming::Unreadable { counter } => self.link.resting_answer(counter).to_vec(),
             Incoming::Ignored => return None,
         };
         let answer = Answer::read(&answer).expect("a whole answer");

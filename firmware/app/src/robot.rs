@@ -3,7 +3,7 @@
 use crate::auto_start::AutoStart;
 use crate::board::{Clock, DatagramSocket, IoError, Recorder};
 use crate::record::CycleRecord;
-use crate::robot_link::{Answer, Incoming, RobotLink};
+use crate::robot_link::{Incoming, RobotLink};
 use crate::robot_protocol::RobotProtocol;
 use crate::rsi::Rsi;
 use crate::shared::{LastTelegram, Shared};
@@ -49,11 +49,8 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
                 Err(IoError::Closed) => return,
                 Err(IoError::BusOff | IoError::Lost) => continue,
             };
-            let (answer, record) = self.answer(incoming, clock).await;
-            let sent = match answer.is_empty() {
-                true => Ok(()),
-                false => socket.send(&answer, from).await,
-            };
+            let record = self.run_cycle(incoming, clock).await;
+            let sent = self.answer(incoming, socket, from).await;
             self.publish(record.as_ref(), incoming != Incoming::Ignored);
             if let Some(record) = &record {
                 recorder.record(record);
@@ -121,24 +118,36 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         self.link.receive(datagram, from, clock.now_us())
     }
 
-    /// The answer, empty for none, and the record of the cycle if one was run for it.
-    async fn answer(
-        &mut self,
-        incoming: Incoming,
-        clock: &impl Clock,
-    ) -> (Answer, Option<CycleRecord>) {
-        let telegram = match incoming {
-            Incoming::Telegram(telegram) => telegram,
-            Incoming::Unreadable { counter } => return (self.link.resting_answer(counter), None),
-            Incoming::Ignored => return (Answer::new(), None),
+    /// Runs the cycle that a datagram starts, if it does.
+    async fn run_cycle(&mut self, incoming: Incoming, clock: &impl Clock) -> Option<CycleRecord> {
+        let Incoming::Telegram(telegram) = incoming else {
+            return None;
         };
-        let Some(sequence) = self.link.follow(&telegram) else {
-            return (self.link.last_answer().clone(), None);
-        };
+        let sequence = self.link.follow(&telegram)?;
         let sample = self.sample_now(clock).await;
         let command = self.command(sequence);
-        let record = self.link.run_cycle(&telegram, sequence, sample, command);
-        (self.link.last_answer().clone(), Some(record))
+        Some(self.link.run_cycle(&telegram, sequence, sample, command))
+    }
+
+    async fn answer(
+        &self,
+        incoming: Incoming,
+        socket: &mut impl DatagramSocket,
+        from: SocketAddr,
+    ) -> Result<(), IoError> {
+        let resting;
+        let answer = match incoming {
+            Incoming::Telegram(_) => self.link.last_answer(),
+            Incoming::Unreadable { counter } => {
+                resting = self.link.resting_answer(counter);
+                &resting
+            }
+            Incoming::Ignored => &[],
+        };
+        match answer.is_empty() {
+            true => Ok(()),
+            false => socket.send(answer, from).await,
+        }
     }
 
     /// The sample that was asked for when the telegram came, so that force and pose are of one

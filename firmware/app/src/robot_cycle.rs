@@ -55,15 +55,17 @@ impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
             sensor: inputs.sensor,
             command: inputs.command,
         };
-        let (wanted, trace) = self.cycle.step_counted(&neutral, probe);
-        CycleRecord {
+        let mut record = CycleRecord {
             inputs: *inputs,
-            output: Output {
-                correction: self.protocol.correct(&inputs.robot, &wanted),
-                stop: wanted.stop,
-            },
-            trace,
-        }
+            ..CycleRecord::default()
+        };
+        let trace = &mut record.trace;
+        let wanted = self.cycle.step_counted(&neutral, trace, probe);
+        record.output = Output {
+            correction: self.protocol.correct(&inputs.robot, &wanted),
+            stop: wanted.stop,
+        };
+        record
     }
 
     /// The control cycle, for observers.

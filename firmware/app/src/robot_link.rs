@@ -45,8 +45,10 @@ pub struct RobotLink<S: Scalar, P: RobotProtocol = Rsi> {
     cycle_us: u64,
     /// The robot's address and when it was last heard.
     robot: Option<(SocketAddr, u64)>,
-    /// The answer of the last cycle, and whether it asks the robot to stop.
-    last_answer: Answer,
+    /// The answer of the last cycle, its length, and whether it asks the robot to stop. It is written
+    /// in place: to move a whole buffer costs more than to write the answer.
+    last_answer: [u8; ANSWER_MAX_BYTES],
+    last_length: usize,
     stop: bool,
     counters: LinkCounters,
 }
@@ -89,7 +91,8 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             senders,
             cycle_us,
             robot: None,
-            last_answer: Answer::new(),
+            last_answer: [0; ANSWER_MAX_BYTES],
+            last_length: 0,
             stop: false,
             counters: LinkCounters::default(),
         })
@@ -184,14 +187,15 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         };
         let record = self.cycle.step_counted(&inputs, probe);
         self.stop = record.output.stop;
-        self.last_answer = self.answer(telegram.counter, &record.output);
+        let (counter, bytes) = (telegram.counter, &mut self.last_answer);
+        self.last_length = self.cycle.protocol().write(counter, &record.output, bytes);
         self.counters.cycles += 1;
         record
     }
 
     /// The answer of the last cycle.
-    pub fn last_answer(&self) -> &Answer {
-        &self.last_answer
+    pub fn last_answer(&self) -> &[u8] {
+        self.last_answer.get(..self.last_length).unwrap_or_default()
     }
 
     /// The answer that moves nothing, to a telegram that no cycle is run for.
@@ -200,7 +204,9 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             correction: self.cycle.rest(),
             stop: self.stop,
         };
-        self.answer(counter, &rest)
+        let mut bytes = [0; ANSWER_MAX_BYTES];
+        let length = self.cycle.protocol().write(counter, &rest, &mut bytes);
+        Answer::from_slice(bytes.get(..length).unwrap_or_default()).unwrap_or_default()
     }
 
     /// Whether a datagram may be the robot's: its configured address, and the sender that is
@@ -234,13 +240,5 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             Some(counter) => Incoming::Unreadable { counter },
             None => Incoming::Ignored,
         }
-    }
-
-    fn answer(&self, counter: u64, output: &Output) -> Answer {
-        let mut bytes = [0; ANSWER_MAX_BYTES];
-        // The buffer holds the longest answer: an error cannot occur. Were it to, no answer is
-        // better than a wrong one.
-        let length = self.cycle.protocol().write(counter, output, &mut bytes);
-        Answer::from_slice(bytes.get(..length).unwrap_or_default()).unwrap_or_default()
     }
 }

@@ -46,7 +46,8 @@ pub trait RobotProtocol {
     /// The correction that moves nothing.
     fn rest(&self) -> Correction;
 
-    /// Writes the answer to the telegram with this counter; its length, 0 if it does not fit.
-    /// [`ANSWER_MAX_BYTES`](crate::robot_link::ANSWER_MAX_BYTES) must be enough.
+    /// Writes the answer to the telegram with this counter; its length, 0 if it does not fit: no
+    /// answer is better than a wrong one. [`ANSWER_MAX_BYTES`](crate::robot_link::ANSWER_MAX_BYTES)
+    /// must be enough.
     fn write(&self, counter: u64, answer: &Output, bytes: &mut [u8]) -> usize;
 }

@@ -70,16 +70,21 @@ impl<S: Scalar> Cycle<S> {
 
     /// One cycle. It must end before the robot's next telegram, for a later answer is worth nothing.
     pub fn step(&mut self, inputs: &Inputs) -> (Output, Trace) {
-        self.step_counted(inputs, &mut ())
+        let mut trace = Trace::default();
+        let output = self.step_counted(inputs, &mut trace, &mut ());
+        (output, trace)
     }
 
-    /// [`Self::step`], telling which phases are finished.
-    pub fn step_counted(&mut self, inputs: &Inputs, probe: &mut impl Probe) -> (Output, Trace) {
-        let mut trace = Trace {
-            cycle: self.cycle,
-            time_s: self.cycle as f64 * self.settings.robot.cycle_s,
-            ..Trace::default()
-        };
+    /// [`Self::step`], telling which phases are finished. The trace, new, is filled where it is: to
+    /// return it would cost a microcontroller more than any other part of the cycle.
+    pub fn step_counted(
+        &mut self,
+        inputs: &Inputs,
+        trace: &mut Trace,
+        probe: &mut impl Probe,
+    ) -> Output {
+        trace.cycle = self.cycle;
+        trace.time_s = self.cycle as f64 * self.settings.robot.cycle_s;
         self.cycle += 1;
 
         // Check.
@@ -89,11 +94,11 @@ impl<S: Scalar> Cycle<S> {
 
         // Compensate.
         let pose = self.measured_pose(&inputs.robot);
-        let wrench = self.compensated(inputs, &pose, &mut trace);
+        let wrench = self.compensated(inputs, &pose, trace);
         probe.finished(Phase::Wrench);
 
         // Obey and judge.
-        let start = self.obey(inputs, &pose, &wrench.at_m, &mut trace);
+        let start = self.obey(inputs, &pose, &wrench.at_m, trace);
         if let Some(fault) = fault.or_else(|| self.load_fault(&wrench.at_m)) {
             self.latch(fault);
         }
@@ -108,11 +113,11 @@ impl<S: Scalar> Cycle<S> {
                     freeze,
                 };
                 self.run
-                    .step(&self.plan, &input, &mut trace, probe)
+                    .step(&self.plan, &input, trace, probe)
                     .map(|()| true)
             }
-            Mode::Jogging => self.jog_on(&inputs.robot, &mut trace),
-            Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, &mut trace),
+            Mode::Jogging => self.jog_on(&inputs.robot, trace),
+            Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, trace),
             Mode::Fault => Ok(false),
         };
         let output = Output {
@@ -123,9 +128,9 @@ impl<S: Scalar> Cycle<S> {
         probe.finished(Phase::Limits);
 
         // Log.
-        self.finish(inputs, &mut trace);
+        self.finish(inputs, trace);
         probe.finished(Phase::Trace);
-        (output, trace)
+        output
     }
 
     /// The present mode.

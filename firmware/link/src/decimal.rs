@@ -121,7 +121,8 @@ pub(crate) fn nearest(value: f64) -> i64 {
 impl fmt::Display for Decimal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.decimals <= Self::MAX_DECIMALS {
-            return f.write_str(self.text(&mut [0; Self::MAX_TEXT_BYTES]));
+            let text = &mut [0; Self::MAX_TEXT_BYTES];
+            return f.write_str(core::str::from_utf8(self.text(text)).unwrap_or_default());
         }
         // More digits than any telegram has; `counts` is public, so they may be asked for.
         let sign = if self.counts < 0 { "-" } else { "" };
@@ -142,7 +143,7 @@ impl fmt::Display for Decimal {
 impl Decimal {
     /// The text of a number with at most [`Self::MAX_DECIMALS`] digits behind the point (more are taken for that
     /// many). Answering a telegram writes twelve numbers; this is several times cheaper than formatting them.
-    pub(crate) fn text<'a>(&self, buffer: &'a mut [u8; Self::MAX_TEXT_BYTES]) -> &'a str {
+    pub(crate) fn text<'a>(&self, buffer: &'a mut [u8; Self::MAX_TEXT_BYTES]) -> &'a [u8] {
         let mut rest = self.counts.unsigned_abs();
         let decimals = usize::from(self.decimals.min(Self::MAX_DECIMALS));
         let mut written = 0;
@@ -166,7 +167,7 @@ impl Decimal {
             written += 1;
         }
         let start = buffer.len() - written;
-        core::str::from_utf8(buffer.get(start..).unwrap_or_default()).unwrap_or_default()
+        buffer.get(start..).unwrap_or_default()
     }
 }
 

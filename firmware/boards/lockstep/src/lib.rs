@@ -103,7 +103,7 @@ impl<S: Scalar> Session<S> {
                     done.cost = meter.cost;
                     done.record = Some(record);
                 }
-                done.answer = self.0.last_answer().clone();
+                done.answer = Answer::from_slice(self.0.last_answer()).unwrap_or_default();
             }
             Incoming::Unreadable { counter } => done.answer = self.0.resting_answer(counter),
             Incoming::Ignored => {}

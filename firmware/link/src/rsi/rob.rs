@@ -135,10 +135,10 @@ pub fn write_rob(
     let mut write = || -> fmt::Result {
         writer.write_str("<Rob Type=\"KUKA\">")?;
         if let Some(pose) = actual_pose {
-            writer.write_axes("RIst", &pose)?;
+            writer.write_axes(b"RIst", &pose)?;
         }
         if let Some(pose) = setpoint_pose {
-            writer.write_axes("RSol", &pose)?;
+            writer.write_axes(b"RSol", &pose)?;
         }
         if let Some(late) = telegram.late_answers {
             write!(writer, "<Delay D=\"{late}\"/>")?;

@@ -56,15 +56,20 @@ fn write(
     let mut writer = Writer::new(out);
     let available = writer.capacity();
     let mut write = || -> fmt::Result {
-        write!(writer, "<Sen Type=\"{}\">", tags.sentype)?;
+        writer.write_str("<Sen Type=\"")?;
+        writer.write_ascii(tags.sentype.as_bytes())?;
+        writer.write_str("\">")?;
         if let Some(message) = message {
             writer.write_str("<EStr>")?;
             writer.write_escaped(message, MAX_MESSAGE_CHARS)?;
             writer.write_str("</EStr>")?;
         }
-        writer.write_axes(tags.correction.as_str(), &telegram.correction)?;
+        writer.write_axes(tags.correction.as_bytes(), &telegram.correction)?;
         if let Some(name) = tags.stop {
-            write!(writer, "<{name}>{}</{name}>", u8::from(telegram.stop))?;
+            let stop = if telegram.stop { b">1</" } else { b">0</" };
+            for part in [b"<", name.as_bytes(), stop, name.as_bytes(), b">"] {
+                writer.write_ascii(part)?;
+            }
         }
         write!(writer, "<IPOC>{}</IPOC></Sen>", telegram.ipoc)
     };

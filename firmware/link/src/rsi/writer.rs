@@ -26,18 +26,29 @@ impl<'a> Writer<'a> {
         self.out.len()
     }
 
+    /// Appends bytes of ASCII.
+    pub(super) fn write_ascii(&mut self, bytes: &[u8]) -> fmt::Result {
+        let end = self.len.checked_add(bytes.len()).ok_or(fmt::Error)?;
+        self.out
+            .get_mut(self.len..end)
+            .ok_or(fmt::Error)?
+            .copy_from_slice(bytes);
+        self.len = end;
+        Ok(())
+    }
+
     /// Appends an empty element with the attributes X, Y, Z, A, B, C.
-    pub(super) fn write_axes(&mut self, element: &str, values: &[Decimal; 6]) -> fmt::Result {
-        self.write_str("<")?;
-        self.write_str(element)?;
+    pub(super) fn write_axes(&mut self, element: &[u8], values: &[Decimal; 6]) -> fmt::Result {
+        self.write_ascii(b"<")?;
+        self.write_ascii(element)?;
         for (axis, value) in AXES.iter().zip(values) {
-            self.write_str(" ")?;
-            self.write_str(axis)?;
-            self.write_str("=\"")?;
-            self.write_str(value.text(&mut [0; Decimal::MAX_TEXT_BYTES]))?;
-            self.write_str("\"")?;
+            self.write_ascii(b" ")?;
+            self.write_ascii(axis.as_bytes())?;
+            self.write_ascii(b"=\"")?;
+            self.write_ascii(value.text(&mut [0; Decimal::MAX_TEXT_BYTES]))?;
+            self.write_ascii(b"\"")?;
         }
-        self.write_str("/>")
+        self.write_ascii(b"/>")
     }
 
     /// Appends the first `max_chars` characters of `text` as XML character data. What is not printable ASCII, which
@@ -60,12 +71,6 @@ impl<'a> Writer<'a> {
 
 impl Write for Writer<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        let end = self.len.checked_add(text.len()).ok_or(fmt::Error)?;
-        self.out
-            .get_mut(self.len..end)
-            .ok_or(fmt::Error)?
-            .copy_from_slice(text.as_bytes());
-        self.len = end;
-        Ok(())
+        self.write_ascii(text.as_bytes())
     }
 }
