@@ -74,9 +74,13 @@ impl<S: Scalar> Inertia<S> {
         }
     }
 
-    /// I⁻¹ (T − ω × I ω): Euler's equation in body axes, rad/s².
+    /// A torque in units of the scale, within its declared range.
+    fn scaled(&self, torque: &Vector3<S>) -> Vector3<S> {
+        saturated(torque, self.torque_limit) / self.scale
+    }
+
+    /// I⁻¹ (T − ω × I ω): Euler's equation in body axes, rad/s², for a [`scaled`](Self::scaled) torque.
     fn angular_acceleration(&self, torque: &Vector3<S>, omega: &Vector3<S>) -> Vector3<S> {
-        let torque = saturated(torque, self.torque_limit) / self.scale;
         let alpha = self.inverse * (torque - omega.cross(&(self.tensor * omega)));
         saturated(&alpha, LARGEST_RAD_S2)
     }
@@ -154,9 +158,10 @@ impl<S: Scalar> Body<S> {
         ts: S,
     ) -> Vector3<S> {
         let half = S::of(0.5) * ts;
+        let torque = self.inertia.scaled(torque);
         let alpha = |omega: Vector3<S>| {
             let omega = saturated(&omega, FASTEST_RAD_S);
-            self.inertia.angular_acceleration(torque, &omega)
+            self.inertia.angular_acceleration(&torque, &omega)
         };
         let a1 = alpha(*omega);
         let a2 = alpha(omega + a1 * half);
@@ -198,11 +203,12 @@ impl<S: Scalar> Body<S> {
         if self.fixed {
             return Twist::zero();
         }
+        let torque = self.inertia.scaled(&wrench.torque);
         Twist {
             linear: wrench.force / self.mass,
             angular: self
                 .inertia
-                .angular_acceleration(&wrench.torque, &Vector3::zeros()),
+                .angular_acceleration(&torque, &Vector3::zeros()),
         }
     }
 

@@ -150,7 +150,8 @@ pub fn components<S: Scalar>(v: &Vector3<S>) -> [f64; 3] {
 
 /// A vector with each component kept within ±`limit`.
 pub fn saturated<S: Scalar>(v: &Vector3<S>, limit: f64) -> Vector3<S> {
-    v.map(|c| c.clamp(S::of(-limit), S::of(limit)))
+    let (least, most) = (S::of(-limit), S::of(limit));
+    v.map(|c| c.clamp(least, most))
 }
 
 /// A matrix from three rows of SI numbers.

@@ -323,18 +323,28 @@ impl<S: Scalar> Run<S> {
         }
     }
 
-    /// A rotation towards the gimbal lock of the robot's angles is left out, as at the edge of the
-    /// box.
-    fn keep_off_gimbal_lock(&self, plan: &Plan<S>, sent: &mut Twist<S>, flags: &mut LimitFlags) {
-        let Some((lock, largest)) = &plan.gimbal_lock else {
-            return;
+    /// The commanded orientation of the next cycle. A rotation towards the gimbal lock of the robot's
+    /// angles is left out, as at the edge of the box.
+    fn next_orientation(
+        &self,
+        plan: &Plan<S>,
+        sent: &mut Twist<S>,
+        flags: &mut LimitFlags,
+    ) -> UnitQuaternion<S> {
+        let turned = |angular: Vector3<S>| {
+            frames::rotated(&self.orientation, &frames::scaled(&angular, plan.ts))
         };
-        let next = frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
-        let next = lock.sine(&next);
-        if next > *largest && next > lock.sine(&self.orientation) {
+        let next = turned(sent.angular);
+        let Some((lock, largest)) = &plan.gimbal_lock else {
+            return next;
+        };
+        let sine = lock.sine(&next);
+        if sine > *largest && sine > lock.sine(&self.orientation) {
             sent.angular = Vector3::zeros();
             flags.set(LimitFlags::BOX);
+            return turned(sent.angular);
         }
+        next
     }
 
     fn send(
@@ -350,7 +360,7 @@ impl<S: Scalar> Run<S> {
         let (mut sent, mut flags) =
             plan.limits
                 .apply(&command, &self.last_sent, &displacement, &turn);
-        self.keep_off_gimbal_lock(plan, &mut sent, &mut flags);
+        let orientation = self.next_orientation(plan, &mut sent, &mut flags);
         flags.set(reasons);
         trace.limits = flags;
         if !sent.get().iter().all(|v| v.is_finite()) {
@@ -373,8 +383,7 @@ impl<S: Scalar> Run<S> {
         }
         self.travelled.add(&sent.linear);
         self.displacement = self.travelled.translation(plan.ts);
-        self.orientation =
-            frames::rotated(&self.orientation, &frames::scaled(&sent.angular, plan.ts));
+        self.orientation = orientation;
         self.last_sent = sent;
         self.sent.write(sent);
         Ok(())

@@ -247,7 +247,7 @@ impl Information {
         information[(OFFSET, DAMPING)] -= self.onset * closing;
         information[(OFFSET, OFFSET)] += self.onset;
         prior.add_to(&mut information, &mut target);
-        (Ldlt::new(&information), target)
+        (Ldlt::new(information), target)
     }
 
     /// Sum of squared residuals, with that of the onset, N².

@@ -79,7 +79,7 @@ impl DynamicMatrix {
         for i in 0..CONTROL_HORIZON {
             h[(i, i)] += rho;
         }
-        let factor = Ldlt::new(&h);
+        let factor = Ldlt::new(h);
         let mut unit = Moves::zeros();
         unit[0] = 1.0;
         let first_row = self.positions(&factor.solve(&unit));
@@ -208,7 +208,7 @@ impl ControlProblem<'_> {
         let (mut velocity, at_speed_limit) =
             limited(base + moves + preload, &self.reference.velocity);
         let mut reversals = self.reversals;
-        if self.contact.is_some() && self.model.pause > 0.0 && self.model.linear.is_dead_time() {
+        if self.contact.is_some() && self.model.pause > 0.0 && self.model.linear.is_dead_time {
             let answered = now + self.delay() + 0.5 * self.model.pause;
             let [then] = self.reference.deviations(answered, cycle_s);
             let since = now - self.reference.onset;
@@ -346,10 +346,9 @@ impl ControlProblem<'_> {
             let cycle = (self.cycle + t).checked_add_signed(-before);
             *command = cycle.map_or(0.0, |cycle| self.commands.of_axis(cycle, axis));
         }
-        let [.., last] = *changes;
-        let changes = changes.iter().copied().skip(later);
-        for (command, change) in new.iter_mut().zip(changes.chain(core::iter::repeat(last))) {
-            *command = velocity - push * change;
+        let [.., last] = changes;
+        for (t, command) in new.iter_mut().enumerate() {
+            *command = velocity - push * changes.get(later + t).unwrap_or(last);
         }
     }
 

@@ -10,15 +10,15 @@ pub(super) struct Ldlt<const N: usize> {
 }
 
 impl<const N: usize> Ldlt<N> {
-    /// Only the lower triangle is read. A pivot that is not positive leaves its unknown at zero.
-    pub(super) fn new(a: &SMatrix<f64, N, N>) -> Self {
-        let mut lower = SMatrix::<f64, N, N>::zeros();
+    /// Only the lower triangle is read, and L replaces it below the diagonal. A pivot that is not
+    /// positive leaves its unknown at zero.
+    pub(super) fn new(mut lower: SMatrix<f64, N, N>) -> Self {
         let mut inverse_diagonal = SVector::<f64, N>::zeros();
         // Row j of L D, so that each product is made once.
         let mut scaled = SVector::<f64, N>::zeros();
         let mut diagonal = SVector::<f64, N>::zeros();
         for j in 0..N {
-            let mut pivot = a[(j, j)];
+            let mut pivot = lower[(j, j)];
             for k in 0..j {
                 scaled[k] = lower[(j, k)] * diagonal[k];
                 pivot -= lower[(j, k)] * scaled[k];
@@ -26,7 +26,7 @@ impl<const N: usize> Ldlt<N> {
             diagonal[j] = pivot;
             inverse_diagonal[j] = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
             for i in j + 1..N {
-                let mut sum = a[(i, j)];
+                let mut sum = lower[(i, j)];
                 for k in 0..j {
                     sum -= lower[(i, k)] * scaled[k];
                 }

@@ -73,6 +73,8 @@ pub(super) struct LinearDynamics {
     /// Rate of the lag, and frequency and damping ratio of the servo, per cycle.
     lag: Option<f64>,
     servo: Option<(f64, f64)>,
+    /// There is neither: the executed velocity is the delayed command itself.
+    pub(super) is_dead_time: bool,
     /// State, and displacement in the last row, after a cycle: from the states, the older and newer command.
     from_state: [[f64; 3]; 4],
     from_older: [f64; 4],
@@ -102,17 +104,13 @@ impl LinearDynamics {
             mean_delay: settings.mean_delay_s() / cycle_s + latency,
             lag,
             servo,
+            is_dead_time: lag.is_none() && servo.is_none(),
             from_state: [[0.0; 3]; 4],
             from_older: [0.0; 4],
             from_newer: [0.0; 4],
         };
         dynamics.set_dead_time(settings.delay_s / cycle_s + latency);
         dynamics
-    }
-
-    /// Whether the executed velocity is the delayed command itself.
-    pub(super) fn is_dead_time(&self) -> bool {
-        self.lag.is_none() && self.servo.is_none()
     }
 
     /// Changes the dead time by so many cycles, within what the kept commands allow.
@@ -133,7 +131,7 @@ impl LinearDynamics {
     }
 
     fn discretise(&mut self) {
-        if self.is_dead_time() {
+        if self.is_dead_time {
             return;
         }
         let generator = self.generator();
@@ -193,7 +191,7 @@ impl LinearDynamics {
     /// beside it.
     #[inline]
     fn step(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
-        if self.is_dead_time() {
+        if self.is_dead_time {
             let duration = 1.0 - self.fraction;
             return Segment {
                 duration,
@@ -223,7 +221,7 @@ impl LinearDynamics {
     #[inline]
     fn first_segment(&self, older: f64) -> Option<Segment> {
         let duration = self.fraction;
-        (self.is_dead_time() && duration > 0.0).then_some(Segment {
+        (self.is_dead_time && duration > 0.0).then_some(Segment {
             duration,
             start: older,
             end: older,
