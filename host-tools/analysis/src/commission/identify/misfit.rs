@@ -1,7 +1,9 @@
 //! An actuator against what an axis did: where is it, compared with where it should be?
 
 use super::track::Track;
-use crate::model::actuator::{Chain, PauseTrigger, Reading, Resonance, Timing, simulate};
+use crate::model::actuator::{
+    Chain, PauseKind, PauseTrigger, Reading, Resonance, Timing, simulate,
+};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
@@ -148,7 +150,11 @@ impl Structure {
         if let Some(pause) = self.pause {
             chain.pause_s = at(self.pause_at());
             chain.pause_trigger = pause.trigger;
-            chain.pause_restarts = pause.restarts;
+            chain.pause_kind = if pause.restarts {
+                PauseKind::RestartsFromRest
+            } else {
+                PauseKind::Resumes
+            };
         }
         match self.limit {
             Limit::None => {}

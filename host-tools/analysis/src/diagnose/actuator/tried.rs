@@ -32,7 +32,7 @@ const fn spec(name: &'static str, unit: &'static str, low: f64, high: f64, grid:
 
 fn acceleration(steepest: f64) -> Vec<Spec> {
     let (low, high) = (0.02 * steepest, 0.99 * steepest);
-    vec![spec("max_acceleration_m_s2", "m/s^2", low, high, 12)]
+    vec![spec("max_acceleration_m_s2", "m/s^2", low, high, 24)]
 }
 
 fn jerk(fastest: f64, largest: f64) -> Vec<Spec> {
@@ -57,12 +57,14 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
             spec("frequency_hz", "Hz", 2.5, scale.nyquist_hz, 22),
             spec("damping_ratio", "-", 0.008, 0.3, 4),
         ],
-        Stage::Servo => vec![
+        Stage::Servo | Stage::ServoForLag => vec![
             spec("frequency_hz", "Hz", 1.0, scale.nyquist_hz, 10),
             spec("damping_ratio", "-", 0.3, 0.99, 3),
         ],
         Stage::Pause(..) => vec![spec("pause_s", "s", 3e-4, 0.1, 16)],
         Stage::DriveAcceleration => acceleration(scale.acceleration),
+        // A loop asks for most at the begin of a cycle, of which the log shows the mean.
+        Stage::LoopAcceleration => acceleration(2.0 * scale.acceleration),
         Stage::PlannerAcceleration => acceleration(scale.sent_acceleration),
         Stage::DriveJerk => jerk(scale.velocity, scale.jerk),
         Stage::PlannerJerk => jerk(scale.sent_velocity, scale.sent_jerk),
@@ -72,7 +74,7 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
             by_ratio: false,
             ..spec("gain_error", "-", -0.3, 0.3, 7)
         }],
-        Stage::Backlash => vec![spec("width_m", "m", 1e-6, 2e-3, 8)],
+        Stage::Backlash => vec![spec("width_m", "m", 1e-6, 2e-3, 20)],
         Stage::CommandStep => vec![spec(
             "step_m_s",
             "m/s",

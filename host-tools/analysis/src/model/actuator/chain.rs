@@ -9,6 +9,17 @@ pub enum PauseTrigger {
     Command,
 }
 
+/// What the axis does at a zero crossing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PauseKind {
+    /// It stands still, and then goes on as if it had not.
+    Resumes,
+    /// It stands still, and then starts from rest.
+    RestartsFromRest,
+    /// Its drive is told to stand still: it comes to rest as its dynamics let it.
+    HoldsCommand,
+}
+
 /// A lightly damped mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resonance {
@@ -58,6 +69,9 @@ pub struct Chain {
     pub command_step: f64,
     /// A second-order mode.
     pub resonance: Option<Resonance>,
+    /// Limit of the acceleration inside of the loop that makes the lag, in units of the axis;
+    /// infinite: none.
+    pub loop_acceleration: f64,
     /// Limits of the planner, before the lag.
     pub planner: Limits,
     /// Limits of the drive, behind it.
@@ -66,8 +80,8 @@ pub struct Chain {
     pub pause_s: f64,
     /// What begins it.
     pub pause_trigger: PauseTrigger,
-    /// The axis restarts from rest; else it goes on as if it had not stood still.
-    pub pause_restarts: bool,
+    /// What the axis does meanwhile.
+    pub pause_kind: PauseKind,
     /// Lost motion of the axis, m or rad.
     pub backlash_m: f64,
 }
@@ -82,11 +96,12 @@ impl Chain {
             gain: 1.0,
             command_step: 0.0,
             resonance: None,
+            loop_acceleration: f64::INFINITY,
             planner: Limits::NONE,
             drive: Limits::NONE,
             pause_s: 0.0,
             pause_trigger: PauseTrigger::Output,
-            pause_restarts: false,
+            pause_kind: PauseKind::Resumes,
             backlash_m: 0.0,
         }
     }
@@ -102,9 +117,8 @@ impl Chain {
 
     /// Equal parts of a cycle that the stages need.
     pub(super) fn parts(&self) -> usize {
-        let linear = self.extra_lag_s <= 0.0 && self.resonance.is_none();
-        let free = !self.drive.any();
-        if linear && free && self.pause_s <= 0.0 && self.backlash_m <= 0.0 {
+        let free = !self.drive.any() && self.loop_acceleration.is_infinite();
+        if free && self.pause_s <= 0.0 && self.backlash_m <= 0.0 {
             1
         } else {
             8

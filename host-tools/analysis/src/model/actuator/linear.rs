@@ -1,39 +1,32 @@
-//! The linear stages: lags and a mode, exact for an input that is constant over a part.
+//! The linear stages: lags and a mode, exact for an input that is constant over a segment.
 
 use super::chain::{Chain, Resonance};
-use super::cut::Segment;
 use super::nonlinear::Moved;
+use nalgebra::{SMatrix, SVector};
 
-/// Lag, extra lag and resonance, with what they need for parts of equal duration.
+/// Lag, extra lag and resonance, with what they do in times that occur over and over.
+#[derive(Clone)]
 pub(super) struct LinearStages {
     lags_s: [f64; 2],
     resonance: Option<Resonance>,
-    state: [f64; 2],
-    /// Deviation and scaled rate of the mode.
-    mode: [f64; 2],
-    /// Responses by duration: few durations occur, over and over.
+    /// Outputs of the lags, output of the mode and its rate over the natural frequency.
+    state: [f64; 4],
+    /// Responses by duration.
     known: Vec<Response>,
     /// The one that was used last, which is mostly the next one, too.
     last: usize,
-    /// What whole segments do, by their number.
-    whole: Vec<Option<Whole>>,
+    /// The last duration of a single lag, and what it leaves of an offset.
+    left: (f64, f64),
+    /// Responses of binary digits of a second; none until a duration is asked for only once.
+    digits: Vec<Response>,
 }
 
-/// Several parts in one: states (two lags, deviation and rate of the mode) behind them, mean and
-/// end, each from the states before and the input.
-#[derive(Clone, Copy, Default)]
-struct Whole {
-    states: [[f64; 5]; 4],
-    mean: [f64; 5],
-    end: [f64; 5],
-}
-
+/// What the stages do in some time: the states and the mean of the output, each from the states
+/// before and the input.
 #[derive(Clone, Copy)]
 struct Response {
     duration_s: f64,
-    /// What is left of an offset, and its mean over the part, per lag.
-    lags: [(f64, f64); 2],
-    transition: [[f64; 2]; 2],
+    rows: [[f64; 5]; 5],
 }
 
 /// A lag below this is none, s.
@@ -46,11 +39,11 @@ impl LinearStages {
         Self {
             lags_s: [chain.lag_s, chain.extra_lag_s],
             resonance: chain.resonance,
-            state: [0.0; 2],
-            mode: [0.0; 2],
+            state: [0.0; 4],
             known: Vec::with_capacity(REMEMBERED),
             last: 0,
-            whole: Vec::new(),
+            left: (0.0, 1.0),
+            digits: Vec::new(),
         }
     }
 
@@ -73,123 +66,80 @@ impl LinearStages {
         self.lags_s[1] >= NO_LAG_S || self.resonance.is_some()
     }
 
-    /// Several parts with constant input at once. `number`: that of the segment, if each cycle has
-    /// the same ones.
-    pub(super) fn exact_step(
-        &mut self,
-        input: f64,
-        segment: &Segment,
-        number: Option<usize>,
-    ) -> Moved {
-        match (number, self.is_cascade()) {
-            (Some(number), true) => self.exact_step_known(input, segment, number),
-            (None, true) => self.parts(input, segment),
-            (Some(_), false) => self.advance(input, segment.duration_s),
-            // No other segment lasts as long as this one: its response is not worth keeping.
-            (None, false) => {
-                let response = self.respond(segment.duration_s);
-                self.pass(input, &response)
-            }
-        }
-    }
-
-    fn exact_step_known(&mut self, input: f64, segment: &Segment, number: usize) -> Moved {
-        if self.whole.len() <= number {
-            self.whole.resize(number + 1, None);
-        }
-        let whole = match self.whole[number] {
-            Some(whole) => whole,
-            None => self.composed(segment),
-        };
-        self.whole[number] = Some(whole);
-        let from = [
-            self.state[0],
-            self.state[1],
-            self.mode[0],
-            self.mode[1],
-            input,
-        ];
-        let row = |row: &[f64; 5]| row.iter().zip(&from).map(|(a, x)| a * x).sum::<f64>();
-        let [first, second, deviation, rate] = whole.states.each_ref().map(row);
-        (self.state, self.mode) = ([first, second], [deviation, rate]);
-        Moved {
-            mean: row(&whole.mean),
-            end: row(&whole.end),
-        }
-    }
-
-    /// Parts one after the other.
-    fn parts(&mut self, input: f64, segment: &Segment) -> Moved {
-        let (mut sum, mut end) = (0.0, input);
-        for part_s in segment.parts_s() {
-            let moved = self.advance(input, part_s);
-            sum += moved.mean * part_s;
-            end = moved.end;
-        }
-        Moved {
-            mean: sum / segment.duration_s,
-            end,
-        }
-    }
-
-    /// What parts one after the other do: their answers to each state and to the input alone.
-    fn composed(&mut self, segment: &Segment) -> Whole {
-        let now = (self.state, self.mode);
-        let mut whole = Whole::default();
-        for place in 0..5 {
-            let unit: [f64; 5] = std::array::from_fn(|i| f64::from(u8::from(i == place)));
-            (self.state, self.mode) = ([unit[0], unit[1]], [unit[2], unit[3]]);
-            let moved = self.parts(unit[4], segment);
-            let states = [self.state[0], self.state[1], self.mode[0], self.mode[1]];
-            for (row, state) in whole.states.iter_mut().zip(states) {
-                row[place] = state;
-            }
-            whole.mean[place] = moved.mean;
-            whole.end[place] = moved.end;
-        }
-        (self.state, self.mode) = now;
-        whole
+    /// Whether they pass everything on.
+    pub(super) fn is_nothing(&self) -> bool {
+        !self.is_cascade() && self.lags_s[0] < NO_LAG_S
     }
 
     /// Rest: an axis that restarts.
     pub(super) fn reset(&mut self) {
-        self.state = [0.0; 2];
-        self.mode = [0.0; 2];
+        self.state = [0.0; 4];
     }
 
-    /// One part with constant input.
-    pub(super) fn advance(&mut self, input: f64, duration_s: f64) -> Moved {
+    /// Some time with a constant input; `once`: no other segment lasts as long.
+    pub(super) fn advance(&mut self, input: f64, duration_s: f64, once: bool) -> Moved {
+        if !self.is_cascade() {
+            return self.lagged(input, duration_s);
+        }
+        if once {
+            return self.in_digits(input, duration_s);
+        }
         let response = self.response(duration_s);
-        self.pass(input, &response)
+        self.apply(input, &response)
     }
 
-    fn pass(&mut self, input: f64, response: &Response) -> Moved {
-        let mut moved = Moved {
-            mean: input,
-            end: input,
-        };
-        let stages = self.state.iter_mut().zip(response.lags).zip(self.lags_s);
-        // Without a lag a stage passes everything on, its end value included.
-        for ((state, (left, mean_left)), _) in stages.filter(|(_, lag_s)| *lag_s >= NO_LAG_S) {
-            let offset = *state - moved.mean;
-            *state = moved.mean + offset * left;
-            moved = Moved {
-                mean: moved.mean + offset * mean_left,
-                end: *state,
-            };
+    /// A time that does not occur again, as a sum of binary digits of a second, of which each does.
+    fn in_digits(&mut self, input: f64, duration_s: f64) -> Moved {
+        /// First and last digit: 62.5 ms and 0.1 ns.
+        const DIGITS: std::ops::RangeInclusive<i32> = 4..=33;
+        if self.digits.is_empty() {
+            let respond = |digit: i32| self.respond(0.5_f64.powi(digit));
+            self.digits = DIGITS.map(respond).collect();
         }
-        if self.resonance.is_some() {
-            let [[a, b], [c, d]] = response.transition;
-            let before = self.mode[0];
-            let offset = before - moved.mean;
-            let rate = self.mode[1];
-            self.mode = [moved.mean + a * offset + b * rate, c * offset + d * rate];
-            moved = Moved {
-                mean: 0.5 * (before + self.mode[0]),
-                end: self.mode[0],
-            };
+        let (mut left_s, mut path) = (duration_s, 0.0);
+        let mut moved = Moved::constant(input);
+        for digit in 0..self.digits.len() {
+            let response = self.digits[digit];
+            while left_s >= response.duration_s {
+                moved = self.apply(input, &response);
+                path += moved.mean * response.duration_s;
+                left_s -= response.duration_s;
+            }
         }
+        moved.mean = path / (duration_s - left_s).max(f64::MIN_POSITIVE);
         moved
+    }
+
+    fn apply(&mut self, input: f64, response: &Response) -> Moved {
+        let [a, b, c, d] = self.state;
+        let from = [a, b, c, d, input];
+        let row = |row: &[f64; 5]| row.iter().zip(&from).map(|(r, x)| r * x).sum::<f64>();
+        let [a, b, c, d, mean] = response.rows.each_ref().map(row);
+        self.state = [a, b, c, d];
+        let end = match (self.resonance, self.lags_s[1] >= NO_LAG_S) {
+            (Some(_), _) => c,
+            (None, true) => b,
+            (None, false) => a,
+        };
+        Moved { mean, end }
+    }
+
+    /// A single lag, or none.
+    fn lagged(&mut self, input: f64, duration_s: f64) -> Moved {
+        let lag_s = self.lags_s[0];
+        if lag_s < NO_LAG_S {
+            return Moved::constant(input);
+        }
+        if self.left.0 != duration_s {
+            self.left = (duration_s, (-duration_s / lag_s).exp());
+        }
+        let left = self.left.1;
+        let offset = self.state[0] - input;
+        self.state[0] = input + offset * left;
+        Moved {
+            mean: input + offset * lag_s / duration_s * (1.0 - left),
+            end: self.state[0],
+        }
     }
 
     fn response(&mut self, duration_s: f64) -> Response {
@@ -210,36 +160,61 @@ impl LinearStages {
         response
     }
 
+    /// Matrix exponential of `T1 a' = u − a`, `T2 b' = a − b`, `c' = w d`,
+    /// `d' = w (b − c − 2 ζ d)`, with the integral of the output and the input as further states.
+    /// A lag of no duration is left out.
     fn respond(&self, duration_s: f64) -> Response {
+        const INTEGRAL: usize = 4;
+        const INPUT: usize = 5;
+        let mut rates = SMatrix::<f64, 6, 6>::zeros();
+        let mut source = INPUT;
+        for (place, lag_s) in self.lags_s.into_iter().enumerate() {
+            if lag_s >= NO_LAG_S {
+                rates[(place, source)] += 1.0 / lag_s;
+                rates[(place, place)] -= 1.0 / lag_s;
+                source = place;
+            }
+        }
+        if let Some(mode) = self.resonance {
+            let w = std::f64::consts::TAU * mode.frequency_hz;
+            let zeta = mode.damping_ratio.clamp(0.0, 0.999);
+            rates[(2, 3)] = w;
+            rates[(3, 2)] = -w;
+            rates[(3, 3)] = -2.0 * zeta * w;
+            rates[(3, source)] += w;
+            source = 2;
+        }
+        rates[(INTEGRAL, source)] = 1.0;
+        let whole = exponential(&(rates * duration_s));
+        let row = |from: usize, scale: f64| {
+            let row: SVector<f64, 6> = whole.row(from).transpose() * scale;
+            [row[0], row[1], row[2], row[3], row[INPUT]]
+        };
         Response {
             duration_s,
-            lags: self.lags_s.map(|lag| lag_response(lag, duration_s)),
-            transition: self
-                .resonance
-                .map_or([[0.0; 2]; 2], |mode| mode_response(&mode, duration_s)),
+            rows: [
+                row(0, 1.0),
+                row(1, 1.0),
+                row(2, 1.0),
+                row(3, 1.0),
+                row(INTEGRAL, 1.0 / duration_s),
+            ],
         }
     }
 }
 
-/// exp(−h/T), and its mean over the part.
-fn lag_response(lag_s: f64, duration_s: f64) -> (f64, f64) {
-    if lag_s < NO_LAG_S {
-        return (0.0, 0.0);
+/// Exponential of a matrix by scaling and squaring (Moler and Van Loan 2003, method 3) of Taylor's
+/// series, whose remainder is below rounding at a norm of 1/16.
+fn exponential(matrix: &SMatrix<f64, 6, 6>) -> SMatrix<f64, 6, 6> {
+    const TERMS: u32 = 9;
+    let norm = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let halvings = (6.0 * norm * 16.0).log2().ceil().clamp(0.0, 60.0) as i32;
+    let small = matrix * 0.5_f64.powi(halvings);
+    let mut term = SMatrix::identity();
+    let mut sum = SMatrix::identity();
+    for k in 1..=TERMS {
+        term = term * small / f64::from(k);
+        sum += term;
     }
-    let left = (-duration_s / lag_s).exp();
-    (left, lag_s / duration_s * (1.0 - left))
-}
-
-/// Transition of (deviation, rate/w) of `v'' + 2 ζ w v' + w² v = w² u` over a part.
-fn mode_response(mode: &Resonance, duration_s: f64) -> [[f64; 2]; 2] {
-    let zeta = mode.damping_ratio.clamp(0.0, 0.999);
-    let phase = std::f64::consts::TAU * mode.frequency_hz * duration_s;
-    let damped = (1.0 - zeta * zeta).sqrt();
-    let (sin, cos) = (damped * phase).sin_cos();
-    let decay = (-zeta * phase).exp();
-    let (along, across) = (decay * cos, decay * sin / damped);
-    [
-        [along + zeta * across, across],
-        [-across, along - zeta * across],
-    ]
+    (0..halvings).fold(sum, |whole, _| whole * whole)
 }

@@ -18,7 +18,7 @@ mod stage;
 #[cfg(test)]
 mod tests;
 
-pub use chain::{Chain, Limits, PauseTrigger, Resonance};
+pub use chain::{Chain, Limits, PauseKind, PauseTrigger, Resonance};
 pub use cut::Timing;
 pub use stage::Stage;
 
@@ -65,11 +65,11 @@ fn simulated(
     }
     for n in 1..sent.len() {
         let (mut mean, mut end) = (0.0, 0.0);
-        for (number, segment) in cut.segments(n).iter().enumerate() {
+        for segment in cut.segments(n) {
             let command = segment.command.and_then(|k| sent.get(k)).copied();
             let command = chain.shaped(command.unwrap_or(0.0));
             if steps_exactly && axis.can_step_exactly(command) {
-                let moved = axis.exact_step(command, segment, alike.then_some(number));
+                let moved = axis.exact_step(command, segment.duration_s, !alike);
                 mean += moved.mean * segment.duration_s;
                 end = moved.end;
                 continue;

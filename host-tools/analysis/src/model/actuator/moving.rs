@@ -1,7 +1,6 @@
 //! A moving axis: drive, pause and lost motion, part by part or a segment at once.
 
 use super::chain::Chain;
-use super::cut::Segment;
 use super::nonlinear::{Backlash, Drive, Moved, PauseGate};
 
 /// The axis between two cycles.
@@ -23,8 +22,12 @@ impl Moving {
 
     /// One part with a constant command.
     pub(super) fn step(&mut self, command: f64, duration_s: f64) -> Moved {
-        let moved = self.drive.follow(command, duration_s);
-        let moved = self.gate.pass(moved, command, duration_s, &mut self.drive);
+        let moved = if self.gate.holds_command() {
+            self.gate.follow_held(command, duration_s, &mut self.drive)
+        } else {
+            let moved = self.drive.follow(command, duration_s);
+            self.gate.pass(moved, command, duration_s, &mut self.drive)
+        };
         self.backlash.pass(moved, duration_s)
     }
 
@@ -35,15 +38,9 @@ impl Moving {
             && self.gate.stays_open(command, &self.drive)
     }
 
-    /// A segment of several parts at once, where [`Self::can_step_exactly`]. `number`: that of the segment,
-    /// if each cycle has the same ones.
-    pub(super) fn exact_step(
-        &mut self,
-        command: f64,
-        segment: &Segment,
-        number: Option<usize>,
-    ) -> Moved {
-        let moved = self.drive.exact_step(command, segment, number);
+    /// A whole segment, where [`Self::can_step_exactly`]; `once`: no other one lasts as long.
+    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
+        let moved = self.drive.exact_step(command, duration_s, once);
         self.gate.opened(moved, command);
         moved
     }

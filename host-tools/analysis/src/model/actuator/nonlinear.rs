@@ -1,7 +1,6 @@
 //! Stages that are not linear: limits, the pause at a zero crossing, lost motion.
 
-use super::chain::{Chain, Limits, PauseTrigger};
-use super::cut::Segment;
+use super::chain::{Chain, Limits, PauseKind, PauseTrigger};
 use super::linear::LinearStages;
 
 /// Velocity over a part of a cycle.
@@ -13,7 +12,18 @@ pub(super) struct Moved {
     pub end: f64,
 }
 
+impl Moved {
+    /// The same throughout.
+    pub(super) fn constant(velocity: f64) -> Self {
+        Self {
+            mean: velocity,
+            end: velocity,
+        }
+    }
+}
+
 /// Limits of acceleration and velocity, then of jerk.
+#[derive(Clone)]
 pub(super) struct Limiter {
     limits: Limits,
     value: f64,
@@ -101,27 +111,87 @@ impl Limiter {
 }
 
 /// What moves the axis: the linear stages and the limits behind them.
+#[derive(Clone)]
 pub(super) struct Drive {
+    looped: Option<LimitedLoop>,
     linear: LinearStages,
     limits: Limiter,
 }
 
+/// A lag whose loop asks for no more than some acceleration: `v' = clamp((u − v)/T, −a, a)`.
+#[derive(Clone)]
+struct LimitedLoop {
+    lag_s: f64,
+    acceleration: f64,
+    velocity: f64,
+}
+
+impl LimitedLoop {
+    /// Exact for a constant input: at the limit until the lag asks for less, then the lag.
+    fn follow(&mut self, input: f64, duration_s: f64) -> Moved {
+        let before = self.velocity;
+        let missing = input - before;
+        let reach = self.acceleration * self.lag_s;
+        let limited_s = ((missing.abs() - reach) / self.acceleration).clamp(0.0, duration_s);
+        let ramp = self.acceleration.copysign(missing) * limited_s;
+        let met = before + ramp;
+        let rest_s = duration_s - limited_s;
+        let left = if self.lag_s > 0.0 {
+            (-rest_s / self.lag_s).exp()
+        } else {
+            0.0
+        };
+        self.velocity = input + (met - input) * left;
+        let path = limited_s * (before + 0.5 * ramp)
+            + rest_s * input
+            + self.lag_s * (met - input) * (1.0 - left);
+        Moved {
+            mean: path / duration_s,
+            end: self.velocity,
+        }
+    }
+}
+
 impl Drive {
     pub(super) fn new(chain: &Chain) -> Self {
+        let looped = chain.loop_acceleration.is_finite().then_some(LimitedLoop {
+            lag_s: chain.lag_s,
+            acceleration: chain.loop_acceleration,
+            velocity: 0.0,
+        });
+        let behind = Chain {
+            lag_s: if looped.is_some() { 0.0 } else { chain.lag_s },
+            ..*chain
+        };
         Self {
-            linear: LinearStages::new(chain),
+            looped,
+            linear: LinearStages::new(&behind),
             limits: Limiter::new(&chain.drive),
         }
     }
 
     /// Follows a constant command for a time.
     pub(super) fn follow(&mut self, command: f64, duration_s: f64) -> Moved {
-        let moved = self.linear.advance(command, duration_s);
+        let moved = match &mut self.looped {
+            Some(looped) => {
+                let moved = looped.follow(command, duration_s);
+                let behind = self.linear.advance(moved.mean, duration_s, false);
+                if self.linear.is_nothing() {
+                    moved
+                } else {
+                    behind
+                }
+            }
+            None => self.linear.advance(command, duration_s, false),
+        };
         self.limits.follow(moved, duration_s)
     }
 
     /// Whether no limit acts while a command is constant.
     pub(super) fn is_free(&self, command: f64) -> bool {
+        if self.looped.is_some() {
+            return false;
+        }
         !self.limits.limits.any()
             || self
                 .linear
@@ -129,14 +199,10 @@ impl Drive {
                 .is_some_and(|(from, lag_s)| self.limits.passes(from, command, lag_s))
     }
 
-    /// Several parts with a constant command at once, where [`Self::is_free`].
-    pub(super) fn exact_step(
-        &mut self,
-        command: f64,
-        segment: &Segment,
-        number: Option<usize>,
-    ) -> Moved {
-        let moved = self.linear.exact_step(command, segment, number);
+    /// A whole segment with a constant command, where [`Self::is_free`]; `once`: no other one lasts
+    /// as long.
+    pub(super) fn exact_step(&mut self, command: f64, duration_s: f64, once: bool) -> Moved {
+        let moved = self.linear.advance(command, duration_s, once);
         self.limits.value = moved.end;
         moved
     }
@@ -145,6 +211,9 @@ impl Drive {
     fn restart(&mut self, command: f64, duration_s: f64) -> Moved {
         self.linear.reset();
         self.limits.reset();
+        if let Some(looped) = &mut self.looped {
+            looped.velocity = 0.0;
+        }
         if duration_s > 0.0 {
             self.follow(command, duration_s)
         } else {
@@ -160,7 +229,7 @@ impl Drive {
 pub(super) struct PauseGate {
     pause_s: f64,
     trigger: PauseTrigger,
-    restarts: bool,
+    kind: PauseKind,
     /// Sign of the last motion, or of the last command.
     direction: f64,
     last: f64,
@@ -172,11 +241,67 @@ impl PauseGate {
         Self {
             pause_s: chain.pause_s,
             trigger: chain.pause_trigger,
-            restarts: chain.pause_restarts,
+            kind: chain.pause_kind,
             direction: 0.0,
             last: 0.0,
             remaining_s: 0.0,
         }
+    }
+
+    /// Whether the axis follows a held command instead of standing still.
+    pub(super) fn holds_command(&self) -> bool {
+        self.pause_s > 0.0 && self.kind == PauseKind::HoldsCommand
+    }
+
+    /// Follows a command that is zero during the pause, which may begin and end inside of the part.
+    pub(super) fn follow_held(
+        &mut self,
+        command: f64,
+        duration_s: f64,
+        drive: &mut Drive,
+    ) -> Moved {
+        if self.remaining_s <= 0.0 && self.trigger == PauseTrigger::Command {
+            if self.direction * command < 0.0 {
+                self.remaining_s = self.pause_s;
+            }
+            if command != 0.0 {
+                self.direction = command.signum();
+            }
+        }
+        if self.remaining_s > 0.0 {
+            return self.follow_zero_then(command, duration_s, drive);
+        }
+        let before = drive.clone();
+        let moved = drive.follow(command, duration_s);
+        let last = std::mem::replace(&mut self.last, moved.end);
+        if self.trigger == PauseTrigger::Command {
+            return moved;
+        }
+        let reverses = self.direction * moved.end < 0.0;
+        if moved.end != 0.0 {
+            self.direction = moved.end.signum();
+        }
+        if !reverses {
+            return moved;
+        }
+        let open_s = self.crossing(last, moved.end) * duration_s;
+        *drive = before;
+        self.remaining_s = self.pause_s;
+        let open = (open_s > 0.0).then(|| drive.follow(command, open_s));
+        let rest_s = duration_s - open_s;
+        let held = (rest_s > 0.0).then(|| self.follow_zero_then(command, rest_s, drive));
+        joined([(open, open_s), (held, rest_s)], duration_s)
+    }
+
+    fn follow_zero_then(&mut self, command: f64, duration_s: f64, drive: &mut Drive) -> Moved {
+        let held_s = self.remaining_s.min(duration_s);
+        let open_s = duration_s - held_s;
+        self.remaining_s -= held_s;
+        let held = Some(drive.follow(0.0, held_s));
+        let open = (open_s > 0.0).then(|| drive.follow(command, open_s));
+        let moved = joined([(held, held_s), (open, open_s)], duration_s);
+        self.last = moved.end;
+        moved
     }
 
     /// Lets a velocity through, or zero; `command` is what acts on the axis.
@@ -210,7 +335,7 @@ impl PauseGate {
         }
         let open = (-self.remaining_s / duration_s).clamp(0.0, 1.0);
         // The axis restarts at the instant at which the pause ends, not at the end of a part.
-        let moved = if self.restarts {
+        let moved = if self.kind == PauseKind::RestartsFromRest {
             drive.restart(command, open * duration_s)
         } else {
             moved
@@ -248,6 +373,21 @@ impl PauseGate {
             _ => 0.0,
         }
     }
+}
+
+/// Pieces of a part, one after the other.
+fn joined(pieces: [(Option<Moved>, f64); 2], duration_s: f64) -> Moved {
+    let there = pieces
+        .into_iter()
+        .filter_map(|(moved, s)| Some((moved?, s)));
+    let whole = Moved {
+        mean: 0.0,
+        end: 0.0,
+    };
+    there.fold(whole, |whole, (moved, piece_s)| Moved {
+        mean: whole.mean + moved.mean * piece_s / duration_s,
+        end: moved.end,
+    })
 }
 
 /// Lost motion: the output stands until the input has crossed the gap.
@@ -288,11 +428,7 @@ impl Backlash {
 /// Velocities that a planner with limits makes of what was sent, cycle by cycle.
 pub(super) fn planned(limits: &Limits, sent: &[f64], cycle_s: f64) -> Vec<f64> {
     let mut limiter = Limiter::new(limits);
-    let held = |velocity: f64| Moved {
-        mean: velocity,
-        end: velocity,
-    };
     sent.iter()
-        .map(|wanted| limiter.follow(held(*wanted), cycle_s).end)
+        .map(|wanted| limiter.follow(Moved::constant(*wanted), cycle_s).end)
         .collect()
 }

@@ -1,6 +1,6 @@
 //! Stages of the actuator that a model file can add, one per effect.
 
-use super::chain::{Chain, PauseTrigger, Resonance};
+use super::chain::{Chain, PauseKind, PauseTrigger, Resonance};
 use crate::model::{EffectModel, Model};
 use std::collections::BTreeMap;
 
@@ -13,12 +13,16 @@ pub enum Stage {
     Lag,
     /// A lightly damped mode.
     Resonance,
-    /// A well damped second-order response.
+    /// A well damped second-order response behind the lag.
     Servo,
-    /// Standstill at a zero crossing; true: the axis restarts from rest.
-    Pause(PauseTrigger, bool),
+    /// The same instead of the lag.
+    ServoForLag,
+    /// Standstill at a zero crossing.
+    Pause(PauseTrigger, PauseKind),
     /// Limit of the executed acceleration.
     DriveAcceleration,
+    /// Limit of the acceleration inside of the loop that makes the lag.
+    LoopAcceleration,
     /// Limit of the planned acceleration, before the lag.
     PlannerAcceleration,
     /// Limit of the executed jerk.
@@ -42,14 +46,17 @@ type Named = (&'static str, &'static str);
 
 impl Stage {
     /// All stages, the likelier first.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::Delay,
         Self::Lag,
-        Self::Pause(PauseTrigger::Output, false),
-        Self::Pause(PauseTrigger::Output, true),
-        Self::Pause(PauseTrigger::Command, false),
-        Self::Pause(PauseTrigger::Command, true),
+        Self::Pause(PauseTrigger::Output, PauseKind::Resumes),
+        Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest),
+        Self::Pause(PauseTrigger::Output, PauseKind::HoldsCommand),
+        Self::Pause(PauseTrigger::Command, PauseKind::Resumes),
+        Self::Pause(PauseTrigger::Command, PauseKind::RestartsFromRest),
+        Self::Pause(PauseTrigger::Command, PauseKind::HoldsCommand),
         Self::DriveAcceleration,
+        Self::LoopAcceleration,
         Self::PlannerAcceleration,
         Self::DriveJerk,
         Self::PlannerJerk,
@@ -57,6 +64,7 @@ impl Stage {
         Self::PlannerVelocity,
         Self::Resonance,
         Self::Servo,
+        Self::ServoForLag,
         Self::Gain,
         Self::Backlash,
         Self::CommandStep,
@@ -68,9 +76,11 @@ impl Stage {
             Self::Delay => "actuation_delay",
             Self::Lag => "actuation_lag",
             Self::Resonance => "structural_resonance",
-            Self::Servo => "second_order_servo",
+            Self::Servo | Self::ServoForLag => "second_order_servo",
             Self::Pause(..) => "zero_cross_pause",
-            Self::DriveAcceleration | Self::PlannerAcceleration => "rate_limit",
+            Self::DriveAcceleration | Self::LoopAcceleration | Self::PlannerAcceleration => {
+                "rate_limit"
+            }
             Self::DriveJerk | Self::PlannerJerk => "jerk_limit",
             Self::DriveVelocity | Self::PlannerVelocity => "velocity_saturation",
             Self::Gain => "velocity_gain",
@@ -84,13 +94,16 @@ impl Stage {
         match self {
             Self::Delay => &[("extra_delay_s", "s")],
             Self::Lag => &[("extra_lag_s", "s")],
-            Self::Resonance | Self::Servo => &[("frequency_hz", "Hz"), ("damping_ratio", "-")],
-            Self::Pause(..) => &[("pause_s", "s")],
-            Self::DriveAcceleration | Self::PlannerAcceleration if rotation => {
-                &[("max_acceleration_rad_s2", "rad/s^2")]
+            Self::Resonance | Self::Servo | Self::ServoForLag => {
+                &[("frequency_hz", "Hz"), ("damping_ratio", "-")]
             }
-            Self::DriveAcceleration | Self::PlannerAcceleration => {
-                &[("max_acceleration_m_s2", "m/s^2")]
+            Self::Pause(..) => &[("pause_s", "s")],
+            Self::DriveAcceleration | Self::LoopAcceleration | Self::PlannerAcceleration => {
+                if rotation {
+                    &[("max_acceleration_rad_s2", "rad/s^2")]
+                } else {
+                    &[("max_acceleration_m_s2", "m/s^2")]
+                }
             }
             Self::DriveJerk | Self::PlannerJerk if rotation => &[("max_jerk_rad_s3", "rad/s^3")],
             Self::DriveJerk | Self::PlannerJerk => &[("max_jerk_m_s3", "m/s^3")],
@@ -114,11 +127,19 @@ impl Stage {
     /// Which of several forms of an effect it is: names that are 1 in a model file.
     pub fn form(self) -> &'static [&'static str] {
         match self {
-            Self::Pause(PauseTrigger::Output, true) => &["restarts_from_rest"],
-            Self::Pause(PauseTrigger::Command, false) => &["begins_with_command"],
-            Self::Pause(PauseTrigger::Command, true) => {
+            Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest) => {
+                &["restarts_from_rest"]
+            }
+            Self::Pause(PauseTrigger::Output, PauseKind::HoldsCommand) => &["holds_command"],
+            Self::Pause(PauseTrigger::Command, PauseKind::Resumes) => &["begins_with_command"],
+            Self::Pause(PauseTrigger::Command, PauseKind::RestartsFromRest) => {
                 &["restarts_from_rest", "begins_with_command"]
             }
+            Self::Pause(PauseTrigger::Command, PauseKind::HoldsCommand) => {
+                &["holds_command", "begins_with_command"]
+            }
+            Self::ServoForLag => &["instead_of_lag"],
+            Self::LoopAcceleration => &["inside_of_loop"],
             Self::PlannerAcceleration | Self::PlannerJerk | Self::PlannerVelocity => {
                 &["before_lag"]
             }
@@ -133,18 +154,22 @@ impl Stage {
         match self {
             Self::Delay => chain.delay_s += first,
             Self::Lag => chain.extra_lag_s += first,
-            Self::Resonance | Self::Servo => {
+            Self::Resonance | Self::Servo | Self::ServoForLag => {
+                if self == Self::ServoForLag {
+                    chain.lag_s = 0.0;
+                }
                 chain.resonance = Some(Resonance {
                     frequency_hz: first,
                     damping_ratio: second,
                 });
             }
-            Self::Pause(trigger, restarts) => {
+            Self::Pause(trigger, kind) => {
                 chain.pause_s = first;
                 chain.pause_trigger = trigger;
-                chain.pause_restarts = restarts;
+                chain.pause_kind = kind;
             }
             Self::DriveAcceleration => chain.drive.acceleration = first,
+            Self::LoopAcceleration => chain.loop_acceleration = first,
             Self::PlannerAcceleration => chain.planner.acceleration = first,
             Self::DriveJerk => chain.drive.jerk = first,
             Self::PlannerJerk => chain.planner.jerk = first,

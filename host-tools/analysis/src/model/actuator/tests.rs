@@ -145,7 +145,7 @@ fn an_axis_that_restarts_does_so_when_its_pause_ends() {
     let mut chain = Chain::nominal(0.0, TS);
     chain.pause_s = 0.0047;
     chain.pause_trigger = PauseTrigger::Command;
-    chain.pause_restarts = true;
+    chain.pause_kind = PauseKind::RestartsFromRest;
     let got = simulate(&chain, &sent, &Timing::uniform(TS), Reading::AtEnd);
     for (n, got) in got.iter().enumerate().skip(21) {
         let moving_s = ((n - 20) as f64 * TS - chain.pause_s).max(0.0);
@@ -187,7 +187,7 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
         ("pause of the command", |c| {
             c.pause_s = 0.013;
             c.pause_trigger = PauseTrigger::Command;
-            c.pause_restarts = true;
+            c.pause_kind = PauseKind::RestartsFromRest;
         }),
     ];
     for intervals_s in [&[][..], &jittered] {
@@ -207,7 +207,7 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
                         };
                         for (n, (at_once, parts)) in of(true).iter().zip(of(false)).enumerate() {
                             assert!(
-                                (at_once - parts).abs() < 1e-9,
+                                (at_once - parts).abs() < 1e-8,
                                 "{first}, {second}, {delay} s, {lag} s, cycle {n}: {at_once} {parts}"
                             );
                         }
