@@ -40,6 +40,9 @@ pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
         add(&mut all, Allowed::chosen(name, "-", 0.0, 1.0, 0.0));
     }
     add_rotations(&mut all, effect);
+    if effect.id == "manipulator_resistance" {
+        add(&mut all, Allowed::chosen("about_start", "-", 0.0, 1.0, 0.0));
+    }
     if effect.id == "ft_quantisation" {
         add(&mut all, Allowed::chosen("rounds_down", "-", 0.0, 1.0, 0.0));
     }

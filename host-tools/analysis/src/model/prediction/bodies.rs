@@ -94,7 +94,7 @@ impl TwoSpacecraft {
             // A board knows where its manipulator is relaxed; a foreign rig computer's spring
             // ends at the origin of C.
             resistance: (!recorded)
-                .then(|| Resistance::of(model, k.mass_kg))
+                .then(|| Resistance::of(model, signals, k.mass_kg))
                 .flatten(),
             bodies: TwoBody::new(&k, &q, signals.cycle_s),
             recorded,
@@ -243,21 +243,25 @@ fn add_errors(model: &Model, k: &mut BodySettings, recorded: bool) {
     }
 }
 
-/// Resistance of a space manipulator that the rig's model contains: a spring to the origin of C
-/// and a damper on K.
+/// Resistance of a space manipulator that the rig's model contains: a spring to the origin of C, or
+/// to where the log begins, and a damper on K.
 struct Resistance {
+    rest_m: [f64; 3],
     stiffness_per_kg: f64,
     damping_per_kg: f64,
 }
 
 impl Resistance {
-    fn of(model: &Model, mass_kg: f64) -> Option<Self> {
+    fn of(model: &Model, signals: &Signals<'_>, mass_kg: f64) -> Option<Self> {
         let effect = model
             .effects
             .iter()
             .find(|e| e.id == "manipulator_resistance")?;
         let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
+        let about_start = value("about_start") > 0.5;
+        let start = signals.cycles.first().filter(|_| about_start);
         Some(Self {
+            rest_m: start.map_or([0.0; 3], |c| [0, 1, 2].map(|axis| c.trace.pose[axis])),
             stiffness_per_kg: value("stiffness_n_per_m") / mass_kg,
             damping_per_kg: value("damping_n_s_per_m") / mass_kg,
         })
@@ -267,7 +271,7 @@ impl Resistance {
     fn add_to(&self, signals: &Signals<'_>, n: usize, change: &mut Six) {
         let trace = &signals.cycles[n].trace;
         for (axis, change) in change.iter_mut().take(3).enumerate() {
-            let pull = self.stiffness_per_kg * trace.pose[axis]
+            let pull = self.stiffness_per_kg * (trace.pose[axis] - self.rest_m[axis])
                 + self.damping_per_kg * trace.model_velocity[axis];
             *change -= signals.cycle_s * pull;
         }

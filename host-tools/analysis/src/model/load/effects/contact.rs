@@ -1,6 +1,6 @@
 //! Ways in which a contact differs from a spring and damper.
 
-use super::{LoadEffect, choice, free, positive, shape};
+use super::{LoadEffect, choice, form_size, free, positive, shape};
 use crate::model::load::{Column, Scene, Touch};
 use nalgebra::Vector3;
 
@@ -75,7 +75,7 @@ pub(super) const EFFECTS: &[LoadEffect] = &[
     LoadEffect {
         id: "contact_coulomb",
         coefficients: &[positive("friction_coefficient", "-")],
-        shapes: &[choice(
+        shapes: &[form_size(
             "smoothing_speed_m_s",
             "m/s",
             &[1e-4, 3e-4, 1e-3, 3e-3, 1e-2],

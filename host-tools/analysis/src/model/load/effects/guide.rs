@@ -1,14 +1,25 @@
 //! Forces of guide and cables on the moving side.
 
-use super::{Coefficient, LoadEffect, Shape, choice, free, positive, shape};
+use super::{Coefficient, LoadEffect, Shape, choice, form_size, free, positive, shape};
 use crate::model::load::{Column, Scene};
 use nalgebra::Vector3;
 
 /// Speed over which a dry friction changes its sign, m/s.
-const SMOOTHING: Shape = choice(
+const SMOOTHING: Shape = form_size(
     "smoothing_speed_m_s",
     "m/s",
     &[0.0, 3e-4, 8e-4, 2e-3, 5e-3],
+    0.0,
+);
+
+/// The same where the speed dependence is searched as well.
+const COARSE_SMOOTHING: Shape = form_size("smoothing_speed_m_s", "m/s", &[0.0, 8e-4, 5e-3], 0.0);
+
+/// Distance over which a dry friction builds up after a reversal, m.
+const PRESLIDING: Shape = form_size(
+    "presliding_m",
+    "m",
+    &[0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5],
     0.0,
 );
 
@@ -28,10 +39,20 @@ pub(super) const EFFECTS: &[LoadEffect] = &[
     LoadEffect {
         id: "guide_coulomb",
         coefficients: COULOMB,
-        shapes: &[SMOOTHING, ACTS_AT],
+        shapes: &[SMOOTHING, PRESLIDING, ACTS_AT],
         separable: false,
         build: |scene, shapes| {
-            moving(scene).then(|| vec![friction(scene, shapes[0], shapes[1], |_| 1.0)])
+            let [smoothing, presliding, at] = *shapes else {
+                return None;
+            };
+            // Either the speed rounds the reversal off, or the distance does.
+            if !moving(scene) || (smoothing > 0.0 && presliding > 0.0) {
+                return None;
+            }
+            Some(vec![match presliding > 0.0 {
+                true => built_up(scene, presliding, at),
+                false => friction(scene, smoothing, at, |_| 1.0),
+            }])
         },
     },
     LoadEffect {
@@ -54,7 +75,7 @@ pub(super) const EFFECTS: &[LoadEffect] = &[
                 &[1e-3, 2e-3, 3.5e-3, 6e-3, 1e-2, 2e-2],
                 5e-3,
             ),
-            SMOOTHING,
+            COARSE_SMOOTHING,
             ACTS_AT,
         ],
         separable: false,
@@ -149,6 +170,33 @@ fn cable(scene: &Scene, about_start: bool, acts_at: f64) -> Column {
     };
     Column::of(scene.len(), |n| {
         scene.reading_of(n, &at, &(rest - position(n)))
+    })
+}
+
+/// Dry friction of unit force that builds up over a distance (Dahl 1968):
+/// `dz/dx = (1 − sgn(dx) z) / d`, F = −z.
+fn built_up(scene: &Scene, presliding_m: f64, acts_at: f64) -> Column {
+    let mut z = 0.0_f64;
+    let mut last = 0.0;
+    scene.guide_force(acts_at, |n| {
+        let v = scene.along(n, acts_at);
+        // The path of a velocity that is straight between two cycles, cut at its reversal.
+        let path = |v: f64, share: f64| 0.5 * v * share * scene.cycle_s;
+        let crossing = if last * v < 0.0 {
+            last / (last - v)
+        } else {
+            1.0
+        };
+        let pieces = match last * v < 0.0 {
+            true => [path(last, crossing), path(v, 1.0 - crossing)],
+            false => [path(last + v, 1.0), 0.0],
+        };
+        for moved in pieces {
+            let towards = moved.signum();
+            z = towards + (z - towards) * (-moved.abs() / presliding_m).exp();
+        }
+        last = v;
+        -z
     })
 }
 

@@ -15,6 +15,7 @@ pub(crate) use parameters::turn;
 
 use super::{Column, Scene};
 use crate::import::filter::LowPass;
+use crate::model::Model;
 use std::collections::BTreeMap;
 
 /// What a coefficient may be.
@@ -50,8 +51,10 @@ pub struct Shape {
     pub tried: &'static [f64],
     /// Value where a model file does not give one.
     pub default: f64,
-    /// It is a choice, not a physical size: it has no interval and is not refined.
+    /// It is a choice of form, not a physical size that matters: it has no interval.
     pub choice: bool,
+    /// It takes any value between those that are tried.
+    pub continuous: bool,
 }
 
 /// An effect on the reading.
@@ -113,6 +116,17 @@ impl LoadEffect {
     /// Whether its columns depend on its coefficients.
     pub fn is_linear(&self) -> bool {
         !contact::EFFECTS.iter().any(|effect| effect.id == self.id)
+    }
+
+    /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
+    /// catalogue, or a part of a tool that weighs more.
+    pub fn is_implausible(&self, model: &Model, name: &str, value: f64) -> bool {
+        /// Least share of the weighed tool that can be what is accelerated.
+        const OF_THE_TOOL: f64 = 0.5;
+        let known = softdock_control::effects::by_id(self.id);
+        let known = known.and_then(|e| e.parameters.iter().find(|p| p.name == name));
+        let part = self.id == "tool_inertia" && value < OF_THE_TOOL * model.tool.mass_kg;
+        part || known.is_some_and(|p| !p.is_plausible(value))
     }
 
     fn filtered(&self, scene: &Scene, mut columns: Vec<Column>) -> Vec<Column> {
@@ -180,6 +194,7 @@ const fn shape(
         tried,
         default,
         choice: false,
+        continuous: true,
     }
 }
 
@@ -195,5 +210,19 @@ const fn choice(
         tried,
         default,
         choice: true,
+        continuous: false,
+    }
+}
+
+/// A choice of form that has a size.
+const fn form_size(
+    name: &'static str,
+    unit: &'static str,
+    tried: &'static [f64],
+    default: f64,
+) -> Shape {
+    Shape {
+        continuous: true,
+        ..choice(name, unit, tried, default)
     }
 }
