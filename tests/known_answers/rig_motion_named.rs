@@ -20,7 +20,7 @@ fn recorded(part: Part, hidden: &[Hidden], seed: u64) -> Recording {
 fn diagnosed(hidden: &[Hidden], seed: u64) -> Diagnosis {
     let [train, test] = [Part::Train, Part::Test].map(|part| recorded(part, hidden, seed));
     let model = diagnosis::model().unwrap();
-    let report = diagnose(&model, &train, Some(&test), &|_, _| {}).unwrap();
+    let report = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
     report.diagnosis
 }
 

@@ -6,10 +6,11 @@ use log::{CONTACT_S, FIRST_TOUCH_S, FORCE_SIGMA, PERIOD_S, VELOCITY_SIGMA, force
 use softdock::pages::diagnosis::Identity;
 use softdock_analysis::diagnose::{
     BeforeAfter, ChannelLevels, Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked,
-    Region, RunnerUp, Step, Verdict,
+    Region, Remainder, RunnerUp, Step, Verdict,
 };
 use softdock_analysis::model::prediction::Prediction;
 use softdock_analysis::model::{Axis, Channel, Model};
+use std::collections::BTreeMap;
 
 /// The first of the effects that are named.
 const DELAY: &str = "transport_delay";
@@ -70,7 +71,11 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         sentence: sentence.to_owned(),
         verdict,
         effects: Vec::new(),
+        probability: BTreeMap::new(),
         parameters: Parameters::new(),
+        nominal: BTreeMap::new(),
+        remainder: Remainder::default(),
+        disagreeing: Vec::new(),
         equivalent: None,
         residual_rms_sigma: BeforeAfter::default(),
         steps: Vec::new(),

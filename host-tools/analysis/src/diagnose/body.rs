@@ -5,7 +5,9 @@
 //! it), the same for each rotation, and what the prediction changes by with a resistance of one
 //! unit, in which it is linear.
 
-use super::wrench::{Problem, Solution, white};
+use super::engine::Logs;
+use super::evidence::{self, PRIOR, threshold};
+use super::wrench::{Problem, Segment, Solution, white};
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
 use crate::model::prediction::signals::Signals;
@@ -14,13 +16,6 @@ use crate::model::{Channel, EffectModel, Model};
 use crate::recording::Recording;
 use std::collections::BTreeMap;
 
-/// Fall of χ² that a parameter has to bring.
-const SIGNIFICANT: f64 = 40.0;
-/// Share of the gain that unseen data has to confirm.
-const CONFIRMED: f64 = 0.15;
-/// A second effect has to add this share.
-const ADDED: f64 = 0.02;
-
 /// An effect on the model velocity.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyFit {
@@ -28,8 +23,14 @@ pub(crate) struct BodyFit {
     pub id: &'static str,
     /// Value, standard deviation and unit of its parameters.
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
-    /// Fall of χ² on the log of the fit, and on unseen data.
-    pub gain: (f64, f64),
+    /// Fall of χ² beside the others on each log.
+    pub gains: Vec<f64>,
+    /// Evidence beside the others.
+    pub evidence: f64,
+    /// Gain of an amount of its own for one of the logs.
+    pub contrast: f64,
+    /// χ² that is left beyond the number of values.
+    pub left: f64,
 }
 
 /// Name and unit of a parameter.
@@ -38,13 +39,17 @@ type Named = (&'static str, &'static str);
 /// A hypothesis: an effect with some of its parameters, one for each column.
 struct Hypothesis {
     id: &'static str,
+    /// A choice of its form that is not the usual one.
+    form: Option<&'static str>,
     parameters: &'static [Named],
     columns: Vec<Column>,
 }
 
 /// One log: residual and increments of the model velocity.
 pub(crate) struct BodyRegression {
-    problem: Problem,
+    segment: Segment,
+    residual: Column,
+    tolerances: Vec<Column>,
     hypotheses: Vec<Hypothesis>,
 }
 
@@ -59,6 +64,8 @@ const INERTIA_ERRORS: [Named; 3] = [
     ("izz_kg_m2", "kg·m²"),
 ];
 const SPRING: Named = ("stiffness_n_per_m", "N/m");
+/// The spring is relaxed where the log begins.
+const ABOUT_START: &str = "about_start";
 const DAMPER: Named = ("damping_n_s_per_m", "N·s/m");
 
 impl BodyRegression {
@@ -104,11 +111,13 @@ impl BodyRegression {
         let mut hypotheses = vec![
             Hypothesis {
                 id: MASS,
+                form: None,
                 parameters: &MASS_ERROR,
                 columns: vec![column(&|n, axis| linear(axis) * increment(n, axis))],
             },
             Hypothesis {
                 id: INERTIA,
+                form: None,
                 parameters: &INERTIA_ERRORS,
                 columns: (3..6).map(turning).collect(),
             },
@@ -136,149 +145,243 @@ impl BodyRegression {
             Vec::new()
         };
         Some(Self {
-            problem: Problem::new(&residual, &tolerances, noise_model, known),
+            segment: Segment {
+                noise_model,
+                fresh: known,
+            },
+            residual,
+            tolerances,
             hypotheses,
         })
     }
 }
 
 /// A spring alone, a damper alone, and both: of a parameter that is 0 a fit finds a small value of
-/// either sign, and a negative one is refused. `difference` is that to the prediction.
+/// either sign, and a negative one is refused. The spring is relaxed at the origin of C, or where the
+/// log begins. `difference` is that to the prediction.
 fn resistances(
     model: &Model,
     recording: &Recording,
     difference: &dyn Fn(&[Option<Six>]) -> Column,
 ) -> Vec<Hypothesis> {
-    let of_unit = |(name, _): Named| with_unit(model, recording, name).map(|o| difference(&o));
-    let (Some(spring), Some(damper)) = (of_unit(SPRING), of_unit(DAMPER)) else {
-        return Vec::new();
+    let of_unit = |(name, _): Named, form: Option<&str>| {
+        with_unit(model, recording, name, form).map(|other| difference(&other))
     };
-    let one = |parameters: &'static [Named], columns: Vec<Column>| Hypothesis {
+    let one = |form, parameters: &'static [Named], columns: Vec<Column>| Hypothesis {
         id: RESISTANCE,
+        form,
         parameters,
         columns,
     };
-    vec![
-        one(&[SPRING], vec![spring.clone()]),
-        one(&[DAMPER], vec![damper.clone()]),
-        one(&[SPRING, DAMPER], vec![spring, damper]),
-    ]
+    let Some(damper) = of_unit(DAMPER, None) else {
+        return Vec::new();
+    };
+    let mut all = vec![one(None, &[DAMPER], vec![damper.clone()])];
+    for form in [None, Some(ABOUT_START)] {
+        if let Some(spring) = of_unit(SPRING, form) {
+            all.push(one(form, &[SPRING], vec![spring.clone()]));
+            all.push(one(form, &[SPRING, DAMPER], vec![spring, damper.clone()]));
+        }
+    }
+    all
 }
 
 /// The model velocity with a resistance of one unit beside what the model has.
-fn with_unit(model: &Model, recording: &Recording, name: &str) -> Option<Vec<Option<Six>>> {
+fn with_unit(
+    model: &Model,
+    recording: &Recording,
+    name: &str,
+    form: Option<&str>,
+) -> Option<Vec<Option<Six>>> {
     let mut model = model.clone();
+    let form = form.map(|form| (form.to_owned(), 1.0));
     model.effects.push(EffectModel {
         id: RESISTANCE.to_owned(),
-        parameters: BTreeMap::from([(name.to_owned(), 1.0)]),
+        parameters: std::iter::once((name.to_owned(), 1.0))
+            .chain(form)
+            .collect(),
         ..EffectModel::default()
     });
     let signals = Signals::new(recording).ok()?;
     Some(bodies::predict(&model, &signals, &mut Vec::new()).predicted)
 }
 
-/// Searches; `excluded` effects are in the model already.
-pub(crate) fn search(
-    model: &Model,
-    train: &BodyRegression,
-    test: &BodyRegression,
-    excluded: &dyn Fn(&str) -> bool,
-) -> Vec<BodyFit> {
-    let mut chosen: Vec<usize> = Vec::new();
-    let mut reached = (0.0, 0.0);
-    loop {
-        let is_new = |k: &usize| {
-            let id = train.hypotheses[*k].id;
-            !excluded(id) && chosen.iter().all(|c| train.hypotheses[*c].id != id)
-        };
-        let candidates = (0..train.hypotheses.len()).filter(is_new).filter_map(|k| {
-            let mut more = chosen.clone();
-            more.push(k);
-            let gain = gains(train, test, &more)?;
-            Some((k, gain))
-        });
-        let worth = |(k, gain): &(usize, (f64, f64))| {
-            gain.0 - SIGNIFICANT * train.hypotheses[*k].columns.len() as f64
-        };
-        let best = candidates.max_by(|a, b| worth(a).total_cmp(&worth(b)));
-        match best {
-            Some((k, gain)) if is_worth(gain, reached) => {
-                chosen.push(k);
-                reached = gain;
+/// All logs with one regression.
+struct Joint<'a> {
+    logs: &'a Logs<BodyRegression>,
+    problem: Problem,
+    /// Columns of each hypothesis over all logs, in units of the digits.
+    white: Vec<Vec<Column>>,
+    price: f64,
+}
+
+impl<'a> Joint<'a> {
+    fn new(logs: &'a Logs<BodyRegression>, keeps: impl Fn(usize) -> bool) -> Self {
+        let segment = |(k, log): (usize, &BodyRegression)| {
+            let mut segment = log.segment.clone();
+            if !keeps(k) {
+                segment.fresh.fill(false);
             }
-            _ => break,
+            segment
+        };
+        let residuals: Vec<&Column> = logs.all.iter().map(|log| &log.residual).collect();
+        let tolerances: Vec<&[Column]> = logs.all.iter().map(|log| &log.tolerances[..]).collect();
+        let segments = logs.all.iter().enumerate().map(segment).collect();
+        let problem = Problem::new(segments, &residuals, &tolerances);
+        let hypotheses = &logs.all[0].hypotheses;
+        let white = (0..hypotheses.len())
+            .map(|h| {
+                let column = |k: usize| {
+                    let each = logs.all.iter().map(|log| &log.hypotheses[h].columns[k]);
+                    problem.whitened(&each.collect::<Vec<_>>())
+                };
+                (0..hypotheses[h].columns.len()).map(column).collect()
+            })
+            .collect();
+        Self {
+            price: evidence::price(problem.count),
+            logs,
+            problem,
+            white,
         }
     }
-    let Some(solution) = solve(train, &chosen) else {
-        return Vec::new();
-    };
-    let mut at = 0;
-    chosen
-        .iter()
-        .map(|k| {
-            let hypothesis = &train.hypotheses[*k];
-            let range = at..at + hypothesis.columns.len();
-            at = range.end;
-            let without: Vec<usize> = chosen.iter().copied().filter(|c| c != k).collect();
-            let rest = gains(train, test, &without).unwrap_or((0.0, 0.0));
-            BodyFit {
-                id: hypothesis.id,
-                parameters: parameters(model, hypothesis, &solution, range),
-                gain: (reached.0 - rest.0, reached.1 - rest.1),
-            }
-        })
-        .collect()
-}
 
-fn is_worth(gain: (f64, f64), before: (f64, f64)) -> bool {
-    let more = (gain.0 - before.0, gain.1 - before.1);
-    more.0 > SIGNIFICANT + ADDED * before.0 && more.1 > CONFIRMED * more.0
-}
+    fn hypothesis(&self, k: usize) -> &Hypothesis {
+        &self.logs.all[0].hypotheses[k]
+    }
 
-fn columns(regression: &BodyRegression, chosen: &[usize]) -> Vec<(Column, Sign)> {
-    chosen
-        .iter()
-        .flat_map(|k| {
-            let hypothesis = &regression.hypotheses[*k];
+    /// Columns of some hypotheses with what their coefficients may be. A column of nothing is left
+    /// in: a solution then does not exist.
+    fn columns(&self, chosen: &[usize]) -> (Vec<&Column>, Vec<Sign>) {
+        let each = chosen.iter().flat_map(|k| {
             // A resistance that pushes is none.
-            let sign = if hypothesis.id == RESISTANCE {
+            let sign = if self.hypothesis(*k).id == RESISTANCE {
                 Sign::Positive
             } else {
                 Sign::Free
             };
-            hypothesis.columns.iter().map(move |c| (c.clone(), sign))
-        })
-        .filter(|(column, _)| !column.is_zero())
-        .collect()
+            self.white[*k].iter().map(move |c| (c, sign))
+        });
+        each.filter(|(column, _)| !column.is_zero()).unzip()
+    }
+
+    fn solve(&self, chosen: &[usize]) -> Option<Solution> {
+        if chosen.is_empty() {
+            return None;
+        }
+        let (columns, signs) = self.columns(chosen);
+        let solution = self.problem.solve_whitened(&columns, &signs)?;
+        solution.wrong.is_empty().then_some(solution)
+    }
+
+    fn evidence(&self, chosen: &[usize]) -> Option<f64> {
+        if chosen.is_empty() {
+            return Some(0.0);
+        }
+        let parameters: usize = chosen.iter().map(|k| self.white[*k].len()).sum();
+        let price = self.price * parameters as f64 + PRIOR * chosen.len() as f64;
+        Some(self.solve(chosen)?.gain - price)
+    }
+
+    /// What some hypotheses contribute.
+    fn part(&self, chosen: &[usize]) -> Column {
+        let mut sum = Column::default();
+        if let Some(solution) = self.solve(chosen) {
+            for (column, factor) in self.columns(chosen).0.iter().zip(&solution.coefficients) {
+                let scaled = column.0.each_ref();
+                sum.add(&scaled.map(|s| s.iter().map(|v| factor * v).collect()));
+            }
+        }
+        sum
+    }
+
+    /// χ² of each log with some hypotheses.
+    fn squares(&self, chosen: &[usize]) -> Vec<f64> {
+        let part = self.part(chosen);
+        let rest = self
+            .problem
+            .rest(&part, &self.problem.tolerances_with(&part));
+        let of = |log: usize| {
+            let rest = self.problem.part(&rest, log);
+            rest.0.iter().flatten().map(|r| r * r).sum()
+        };
+        (0..self.logs.all.len()).map(of).collect()
+    }
+
+    /// Gain of an amount of its own for one log, beside all that is chosen.
+    fn contrast(&self, chosen: &[usize], k: usize) -> f64 {
+        let (mut columns, mut signs) = self.columns(chosen);
+        signs.fill(Sign::Free);
+        let gain = |columns: &[&Column], signs: &[Sign]| {
+            let solution = self.problem.solve_whitened(columns, signs);
+            solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+        };
+        let common = gain(&columns, &signs);
+        let own = self.part(&[k]);
+        signs.push(Sign::Free);
+        let masked = (0..self.logs.all.len()).map(|log| self.problem.masked(&own, log));
+        let masked: Vec<Column> = masked.collect();
+        let mut most = 0.0_f64;
+        for column in &masked {
+            columns.push(column);
+            most = most.max(gain(&columns, &signs) - common);
+            columns.pop();
+        }
+        most
+    }
 }
 
-fn solve(regression: &BodyRegression, chosen: &[usize]) -> Option<Solution> {
-    if chosen.is_empty() {
-        return None;
+/// Searches; `excluded` effects are in the model already.
+pub(crate) fn search(
+    model: &Model,
+    logs: &Logs<BodyRegression>,
+    excluded: &dyn Fn(&str) -> bool,
+) -> Vec<BodyFit> {
+    let joint = Joint::new(logs, |_| true);
+    let fitted = Joint::new(logs, |log| log < logs.fitted);
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut reached = 0.0;
+    loop {
+        let is_new = |k: &usize| {
+            let id = joint.hypothesis(*k).id;
+            !excluded(id) && chosen.iter().all(|c| joint.hypothesis(*c).id != id)
+        };
+        let candidates = (0..joint.white.len()).filter(is_new).filter_map(|k| {
+            let more = [&chosen[..], &[k]].concat();
+            Some((k, joint.evidence(&more)?))
+        });
+        let explained = joint.solve(&chosen).map_or(0.0, |s| s.gain);
+        match candidates.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((k, evidence)) if evidence - reached > threshold(explained) => {
+                chosen.push(k);
+                reached = evidence;
+            }
+            _ => break,
+        }
     }
-    regression.problem.solve(&columns(regression, chosen))
-}
-
-/// Fall of χ² on both logs with the coefficients of the first.
-fn gains(train: &BodyRegression, test: &BodyRegression, chosen: &[usize]) -> Option<(f64, f64)> {
-    if chosen.is_empty() {
-        return Some((0.0, 0.0));
-    }
-    let own = columns(train, chosen);
-    let other = columns(test, chosen);
-    let solution = train.problem.solve(&own)?;
-    if !solution.wrong.is_empty() || own.len() != other.len() {
-        return None;
-    }
-    let count = other
+    let Some(solution) = fitted.solve(&chosen).or_else(|| joint.solve(&chosen)) else {
+        return Vec::new();
+    };
+    let all = joint.squares(&chosen);
+    let mut at = 0;
+    chosen
         .iter()
-        .flat_map(|(c, _)| c.0.iter().map(Vec::len))
-        .max()?;
-    let mut sum: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; count]);
-    for ((column, _), coefficient) in other.iter().zip(&solution.coefficients) {
-        column.add_to(*coefficient, &mut sum);
-    }
-    Some((solution.gain, test.problem.gain_of(&Column(sum))))
+        .map(|k| {
+            let hypothesis = joint.hypothesis(*k);
+            let range = at..at + hypothesis.columns.len();
+            at = range.end;
+            let others: Vec<usize> = chosen.iter().copied().filter(|c| c != k).collect();
+            let without = joint.squares(&others);
+            BodyFit {
+                id: hypothesis.id,
+                parameters: parameters(model, hypothesis, &solution, range),
+                gains: without.iter().zip(&all).map(|(w, a)| w - a).collect(),
+                evidence: reached - joint.evidence(&others).unwrap_or(0.0),
+                contrast: joint.contrast(&chosen, *k),
+                left: all.iter().sum::<f64>() - joint.problem.count as f64,
+            }
+        })
+        .collect()
 }
 
 fn parameters(
@@ -306,10 +409,10 @@ fn parameters(
         _ => fitted(k),
     };
     let named = hypothesis.parameters.iter().enumerate();
-    named
-        .map(|(k, (name, unit))| {
-            let (value, sigma) = value(k);
-            (*name, (value, sigma, *unit))
-        })
-        .collect()
+    let named = named.map(|(k, (name, unit))| {
+        let (value, sigma) = value(k);
+        (*name, (value, sigma, *unit))
+    });
+    let form = hypothesis.form.map(|form| (form, (1.0, 0.0, "-")));
+    named.chain(form).collect()
 }

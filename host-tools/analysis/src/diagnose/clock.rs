@@ -4,7 +4,7 @@
 //! true duration of the cycle. A duration that varies by s_t adds v² s_t² to the variance of
 //! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
 
-use super::actuator::{Cost, Term};
+use super::actuator::{Cost, LogCost, Term};
 use super::optimise::golden;
 use crate::model::Model;
 use crate::model::actuator::Reading;
@@ -12,7 +12,7 @@ use crate::model::clock::increments;
 use crate::model::log::Log;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
-const SIGNIFICANT: f64 = 40.0;
+pub(super) const SIGNIFICANT: f64 = 40.0;
 /// 2 Δ log L above which rate or offset of the clock are wrong.
 const SIGNIFICANT_LINEAR: f64 = 40.0;
 
@@ -30,9 +30,22 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Whether the duration of the cycles varies.
-    pub(crate) fn jitters(&self) -> bool {
-        self.jitter_gain > SIGNIFICANT
+    /// What several logs of one clock say together.
+    pub(crate) fn common(all: &[Self]) -> Self {
+        let count = all.len().max(1) as f64;
+        // Estimates of equal weight: their deviation is that of a mean.
+        let mean = |of: &dyn Fn(&Self) -> (f64, f64)| {
+            let sum = all.iter().map(of);
+            let (value, variance) = sum.fold((0.0, 0.0), |(v, s), (w, t)| (v + w, s + t * t));
+            (value / count, variance.sqrt() / count)
+        };
+        let squares: f64 = all.iter().map(|c| c.jitter_s * c.jitter_s).sum();
+        Self {
+            jitter_s: (squares / count).sqrt(),
+            jitter_gain: all.iter().map(|c| c.jitter_gain).sum(),
+            rate: mean(&|c| c.rate),
+            offset_s: mean(&|c| c.offset_s),
+        }
     }
 
     /// Whether all cycles are longer or shorter than stated, beyond a tolerance.
@@ -114,27 +127,27 @@ impl Scatter {
     }
 }
 
-/// Looks for scattering instants in what terms of an actuator leave. Second differences of the
-/// residual are third ones of the poses, which smooth errors of a model do not reach; of these
+/// Looks for scattering instants in what terms of an actuator leave of a log. Second differences of
+/// the residual are third ones of the poses, which smooth errors of a model do not reach; of these
 /// every fourth has a draw of its own. What lies far outside is an edge, not a scatter.
-pub(crate) fn scatter(cost: &Cost<'_>, terms: &[Term]) -> Scatter {
+pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Scatter {
     /// Cycles between values that share no pose.
     const APART: usize = 4;
     /// Deviations that are an edge.
     const EDGE: f64 = 4.0;
     /// Variance of the second difference of a difference of poses, over that of the difference.
     const BY_DIFFERENCES: f64 = 10.0;
-    if cost.is_sampled() {
+    if log.is_sampled() {
         return Scatter::default();
     }
     let mut values = Vec::new();
     for axis in (0..6).filter(|axis| cost.active[*axis]) {
-        let predicted = cost.simulate(&cost.chain(terms, axis), axis);
-        let residual = cost.residual(&predicted, axis);
-        let sigma = cost.sheet_sigma[axis];
+        let predicted = log.simulate(&cost.chain(terms, axis), axis);
+        let residual = log.residual(&predicted, axis);
+        let sigma = log.sheet_sigma[axis];
         let scale = 1.0 / (sigma * BY_DIFFERENCES.sqrt());
         // A pose has half of the variance of a difference.
-        let per_second = std::f64::consts::SQRT_2 / (cost.cycle_s() * sigma);
+        let per_second = std::f64::consts::SQRT_2 / (log.cycle_s() * sigma);
         let bends = residual.windows(3).zip(&predicted[1..]).step_by(APART);
         values.extend(
             bends.map(|(w, velocity)| ((w[2] - 2.0 * w[1] + w[0]) * scale, velocity * per_second)),
@@ -157,41 +170,35 @@ pub(crate) fn scatter(cost: &Cost<'_>, terms: &[Term]) -> Scatter {
 pub(crate) struct CommonDelay {
     /// By how much, s, with its deviation.
     pub late_s: (f64, f64),
-    /// χ² with it on the log of the fit.
-    pub train: f64,
+    /// χ² with it over all logs.
+    pub chi2: f64,
 }
 
-/// The best common delay of all axes, if it explains anything on both logs.
-pub(crate) fn common_delay(train: &Cost<'_>, test: &Cost<'_>) -> Option<CommonDelay> {
+/// The best common delay of all axes, if it explains anything.
+pub(crate) fn common_delay(logs: &Cost<'_>) -> Option<CommonDelay> {
     /// Latest that is tried, s.
     const LATEST_S: f64 = 0.06;
     /// Values of the grid.
     const GRID: u32 = 24;
-    /// Share of the gain that unseen data has to confirm.
-    const CONFIRMED: f64 = 0.15;
-    if train.is_sampled() {
+    if logs.is_sampled() {
         return None;
     }
-    let low = -train.delay_s();
+    let low = -logs.delay_s();
     let step = (LATEST_S - low) / f64::from(GRID);
-    let cost = |late_s: f64| train.of_later(late_s);
+    let cost = |late_s: f64| logs.of_later(late_s);
     let grid = (0..=GRID).map(|i| low + f64::from(i) * step);
     let coarse = grid.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
     let late_s = golden((coarse - step).max(low), coarse + step, 24, cost);
     let least = cost(late_s);
-    let (gain, on_test) = (
-        cost(0.0) - least,
-        test.of_later(0.0) - test.of_later(late_s),
-    );
-    if gain < SIGNIFICANT_LINEAR || on_test < CONFIRMED * gain {
+    if cost(0.0) - least < SIGNIFICANT_LINEAR {
         return None;
     }
-    let near = 0.01 * train.cycle_s();
+    let near = 0.01 * logs.cycle_s();
     let curvature = (cost(late_s + near) + cost(late_s - near) - 2.0 * least) / (near * near);
     let sigma = (2.0 / curvature.max(1e-12)).sqrt().min(step);
     Some(CommonDelay {
         late_s: (late_s, sigma),
-        train: least,
+        chi2: least,
     })
 }
 
@@ -199,11 +206,14 @@ pub(crate) fn common_delay(train: &Cost<'_>, test: &Cost<'_>) -> Option<CommonDe
 pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
     let (mut xx, mut xy) = (0.0, 0.0);
     for axis in (0..6).filter(|axis| cost.active[*axis]) {
-        let predicted = cost.simulate(&cost.chain(&[], axis), axis);
-        let weight = cost.sigma[axis].powi(-2);
-        for (p, r) in predicted.iter().zip(cost.residual(&predicted, axis)) {
-            xx += weight * p * p;
-            xy += weight * p * r;
+        let chain = cost.chain(&[], axis);
+        for log in &cost.logs {
+            let predicted = log.simulate(&chain, axis);
+            let weight = log.sigma[axis].powi(-2);
+            for (p, r) in predicted.iter().zip(log.residual(&predicted, axis)) {
+                xx += weight * p * p;
+                xy += weight * p * r;
+            }
         }
     }
     (xy / xx.max(1e-300), xx.max(1e-300).sqrt().recip())

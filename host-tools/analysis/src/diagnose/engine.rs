@@ -8,45 +8,90 @@ use super::body::{self, BodyFit, BodyRegression};
 use super::finding::NoiseFloor;
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
-use super::wrench::{self, Fitted, PreparedLog};
+use super::wrench::{self, Fitted, Joint};
 use crate::compare::Phase;
 use crate::model::Model;
 use crate::model::log::Log;
 use crate::model::prediction::{Prediction, predict};
 use crate::recording::Recording;
 
-/// Something for the log of the fit and for unseen data.
+/// Something for each log. The first ones are those of the fit, the others are unseen.
 #[derive(Clone, Debug)]
-pub struct Pair<T> {
-    /// Of the fit.
-    pub train: T,
-    /// Unseen.
-    pub test: T,
+pub struct Logs<T> {
+    /// Of each log.
+    pub all: Vec<T>,
+    /// Number of logs of the fit.
+    pub fitted: usize,
 }
 
-impl<T> Pair<T> {
-    pub(super) fn map<U>(&self, mut of: impl FnMut(&T) -> U) -> Pair<U> {
-        Pair {
-            train: of(&self.train),
-            test: of(&self.test),
+impl<T> Logs<T> {
+    /// Of the logs of the fit and of the unseen ones.
+    pub fn new(fitted: Vec<T>, unseen: Vec<T>) -> Self {
+        let count = fitted.len();
+        let mut all = fitted;
+        all.extend(unseen);
+        Self { all, fitted: count }
+    }
+
+    /// Those of the fit.
+    pub fn train(&self) -> &[T] {
+        &self.all[..self.fitted]
+    }
+
+    /// Those that are unseen; those of the fit where there are no others.
+    pub fn test(&self) -> &[T] {
+        match &self.all[self.fitted..] {
+            [] => &self.all,
+            unseen => unseen,
         }
     }
 
-    /// The same for both at once.
-    pub(super) fn map_both<U: Send>(&self, of: impl Fn(&T) -> U + Sync) -> Pair<U>
+    /// The first unseen one, which is what is drawn.
+    pub fn shown(&self) -> &T {
+        &self.test()[0]
+    }
+
+    /// Number of the first unseen log.
+    pub(super) fn shown_number(&self) -> usize {
+        self.fitted % self.all.len().max(1)
+    }
+
+    /// The same for each.
+    pub(super) fn map<U>(&self, of: impl FnMut(&T) -> U) -> Logs<U> {
+        Logs {
+            all: self.all.iter().map(of).collect(),
+            fitted: self.fitted,
+        }
+    }
+
+    /// The same for all at once.
+    pub(super) fn map_at_once<U: Send>(&self, of: impl Fn(&T) -> U + Sync + Send) -> Logs<U>
     where
         T: Sync,
     {
-        let (train, test) = rayon::join(|| of(&self.train), || of(&self.test));
-        Pair { train, test }
+        use rayon::prelude::*;
+        Logs {
+            all: self.all.par_iter().map(of).collect(),
+            fitted: self.fitted,
+        }
+    }
+}
+
+impl<T> Logs<anyhow::Result<T>> {
+    /// All, or the first error.
+    pub(super) fn whole(self) -> anyhow::Result<Logs<T>> {
+        Ok(Logs {
+            all: self.all.into_iter().collect::<anyhow::Result<Vec<T>>>()?,
+            fitted: self.fitted,
+        })
     }
 }
 
 /// The unmodelled error of the clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockFinding {
-    /// Standard deviation of the duration of a cycle, s, and the gain in χ² on both logs.
-    pub jitter: Option<(f64, (f64, f64))>,
+    /// Standard deviation of the duration of a cycle, s, and the gain in χ² over all logs.
+    pub jitter: Option<(f64, f64)>,
     /// Relative error, with its deviation.
     pub rate: Option<(f64, f64)>,
     /// Offset of the pose, s, with its deviation.
@@ -56,9 +101,9 @@ pub(crate) struct ClockFinding {
 /// Everything that the stages found.
 pub(crate) struct Stages {
     /// The logs.
-    pub logs: Pair<Log>,
+    pub logs: Logs<Log>,
     /// Predictions with the model as given.
-    pub before: Pair<Prediction>,
+    pub before: Logs<Prediction>,
     /// The clock.
     pub clock: ClockFinding,
     /// Errors of the clock that compete with stages of the actuator.
@@ -66,14 +111,14 @@ pub(crate) struct Stages {
     /// The actuator, where anything was commanded.
     pub actuator: Option<ActuatorFinding>,
     /// Sampling of the sensor.
-    pub sampling: Pair<Sampling>,
+    pub sampling: Logs<Sampling>,
     /// The reading.
     pub wrench: Option<WrenchFinding>,
     /// The model of the spacecraft.
     pub body: Vec<BodyFit>,
     /// Noise floors on the log of the fit.
     pub noise: Vec<NoiseFloor>,
-    /// Phases of the unseen log.
+    /// Phases of the log that is drawn.
     pub phases: Vec<Phase>,
 }
 
@@ -81,10 +126,10 @@ pub(crate) struct Stages {
 pub(crate) struct ActuatorFinding {
     /// The search.
     pub search: Search,
-    /// Residuals of each axis in units of its noise, with what is accepted.
-    pub white: Pair<[Vec<f64>; 6]>,
-    /// Level of each axis over the data sheet's noise.
-    pub level: Pair<[f64; 6]>,
+    /// Residuals of each log and axis in units of its noise, with what is accepted.
+    pub white: Vec<[Vec<f64>; 6]>,
+    /// Level of each log and axis over the data sheet's noise.
+    pub level: Vec<[f64; 6]>,
     /// Number of velocities that are judged.
     pub count: usize,
     /// Ends of the 95 % interval of each parameter of each term.
@@ -95,10 +140,10 @@ pub(crate) struct ActuatorFinding {
 pub(crate) struct WrenchFinding {
     /// The search.
     pub found: wrench::Found,
-    /// Both logs, ready for further questions.
-    pub prepared: Pair<PreparedLog>,
-    /// What rounds before this one accepted, and by how much χ² fell with it.
-    pub earlier: (Vec<Fitted>, f64),
+    /// All logs, ready for further questions.
+    pub prepared: Joint,
+    /// What rounds before this one accepted, the evidence for it, and by how much χ² fell.
+    pub earlier: (Vec<Fitted>, Vec<f64>, f64),
 }
 
 /// What is asked of the stages.
@@ -106,7 +151,7 @@ pub(crate) struct WrenchFinding {
 pub(crate) struct Question<'a> {
     /// Only this effect is tried.
     pub only: Option<&'a str>,
-    /// Take the best fit of it although it is not significant, or does not help on unseen data.
+    /// Take the best fit of it although it is not significant.
     pub forced: bool,
 }
 
@@ -120,12 +165,12 @@ impl Question<'_> {
 /// Runs all stages. `progress` is told a share and what is being done.
 pub(crate) fn run(
     model: &Model,
-    recordings: &Pair<&Recording>,
+    recordings: &Logs<&Recording>,
     question: &Question<'_>,
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Stages> {
     progress(0.02, "reading the logs");
-    let before = predict_both(model, recordings)?;
+    let before = predict_all(model, recordings)?;
     progress(0.1, "looking at the clock");
     let (results, rivals) = rivals::run_stages(model, recordings, question, progress)?;
     progress(0.9, "comparing the model of the spacecraft");
@@ -140,20 +185,18 @@ pub(crate) fn run(
         wrench: results.wrench,
         body,
         noise: results.noise,
-        phases: crate::compare::phases_of(model, recordings.test)?,
+        phases: crate::compare::phases_of(model, recordings.shown())?,
     })
 }
 
-/// Predicts both logs.
-pub(super) fn predict_both(
+/// Predicts all logs.
+pub(super) fn predict_all(
     model: &Model,
-    recordings: &Pair<&Recording>,
-) -> anyhow::Result<Pair<Prediction>> {
-    let both = recordings.map_both(|recording| predict(model, recording));
-    Ok(Pair {
-        train: both.train?,
-        test: both.test?,
-    })
+    recordings: &Logs<&Recording>,
+) -> anyhow::Result<Logs<Prediction>> {
+    recordings
+        .map_at_once(|recording| predict(model, recording))
+        .whole()
 }
 
 /// Whether an effect is in the model already.
@@ -169,18 +212,20 @@ pub(crate) fn is_shape(id: &str) -> bool {
 
 fn body_stage(
     model: &Model,
-    recordings: &Pair<&Recording>,
-    before: &Pair<Prediction>,
+    recordings: &Logs<&Recording>,
+    before: &Logs<Prediction>,
     question: &Question<'_>,
 ) -> Vec<BodyFit> {
-    let (train, test) = rayon::join(
-        || BodyRegression::new(model, recordings.train, &before.train),
-        || BodyRegression::new(model, recordings.test, &before.test),
-    );
-    match (train, test) {
-        (Some(train), Some(test)) => {
-            body::search(model, &train, &test, &|id| !question.tries(model, id))
-        }
-        _ => Vec::new(),
+    let both = recordings.all.iter().zip(&before.all);
+    let regressions: Vec<BodyRegression> = both
+        .filter_map(|(recording, before)| BodyRegression::new(model, recording, before))
+        .collect();
+    if regressions.len() < recordings.all.len() {
+        return Vec::new();
     }
+    let regressions = Logs {
+        all: regressions,
+        fitted: recordings.fitted,
+    };
+    body::search(model, &regressions, &|id| !question.tries(model, id))
 }

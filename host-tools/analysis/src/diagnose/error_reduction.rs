@@ -1,18 +1,14 @@
-//! The fall of the error as one effect after the other is added, and which of them help.
+//! The fall of the error as one effect after the other is added.
 
-use super::engine::{Pair, Stages, predict_both};
+use super::engine::{Logs, Stages, predict_all};
 use super::finding::Step;
 use super::named::{self, Named};
-use super::outcome::levels;
+use super::outcome::levels_of;
 use crate::model::Model;
 use crate::model::actuator::Stage;
 use crate::model::prediction::Prediction;
 use crate::recording::Recording;
 use std::collections::HashMap;
-
-/// Fall of the squared error, on the log of the fit and on unseen data, that makes an effect worth
-/// naming.
-const WORTH: f64 = 0.002;
 
 /// The model with effects added.
 pub(super) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
@@ -33,10 +29,9 @@ impl ErrorReduction {
     /// The fall, and what the model with all that is named predicts.
     pub(super) fn of(
         model: &Model,
-        recordings: &Pair<&Recording>,
+        recordings: &Logs<&Recording>,
         stages: &Stages,
-        forced: bool,
-    ) -> anyhow::Result<(Self, Pair<Prediction>)> {
+    ) -> anyhow::Result<(Self, Logs<Prediction>)> {
         let all = named::all(model, stages);
         let mut known = Known {
             model,
@@ -55,10 +50,7 @@ impl ErrorReduction {
             let square = |level: f64| level * level;
             let lost = square(without.train) - square(end.train);
             let share = lost / (square(start.train) - square(end.train)).max(1e-12);
-            let falls = |without: f64, end: f64| square(without) > (1.0 + WORTH) * square(end);
-            if forced || (falls(without.train, end.train) && falls(without.test, end.test)) {
-                named.push((k, share));
-            }
+            named.push((k, share));
         }
         named.sort_by(|a, b| b.1.total_cmp(&a.1));
         in_signal_order(&mut named, &all);
@@ -80,29 +72,38 @@ impl ErrorReduction {
     }
 }
 
+/// Errors of the logs of the fit and of the unseen ones.
+struct Error {
+    train: f64,
+    test: f64,
+}
+
 /// What the model predicts with some of the named effects, each once.
 struct Known<'a> {
     model: &'a Model,
-    recordings: &'a Pair<&'a Recording>,
+    recordings: &'a Logs<&'a Recording>,
     all: &'a [Named],
-    predictions: HashMap<Vec<usize>, Pair<Prediction>>,
+    predictions: HashMap<Vec<usize>, Logs<Prediction>>,
 }
 
 impl Known<'_> {
     /// Error on both logs with these effects.
-    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Pair<f64>> {
+    fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
         let key = sorted(effects);
         let both = match self.predictions.remove(&key) {
             Some(both) => both,
             None => self.predicted(&key)?,
         };
-        let totals = both.map(|prediction| levels(prediction).total());
+        let totals = Error {
+            train: levels_of(both.train()).total(),
+            test: levels_of(both.test()).total(),
+        };
         self.predictions.insert(key, both);
         Ok(totals)
     }
 
     /// The predictions themselves.
-    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+    fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let key = sorted(effects);
         match self.predictions.remove(&key) {
             Some(both) => Ok(both),
@@ -110,9 +111,9 @@ impl Known<'_> {
         }
     }
 
-    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Pair<Prediction>> {
+    fn predicted(&self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
-        predict_both(&model, self.recordings)
+        predict_all(&model, self.recordings)
     }
 }
 

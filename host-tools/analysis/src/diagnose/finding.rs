@@ -14,6 +14,10 @@ pub enum Verdict {
     NothingMissing,
     /// There is structure left that no effect of the catalogue accounts for.
     Unexplained,
+    /// The logs are not those of one machine: what is missing differs from one to the other.
+    LogsDisagree,
+    /// The logs hold nothing that a model could be held against.
+    NotTestable,
 }
 
 /// A parameter with its 95 % interval.
@@ -27,6 +31,28 @@ pub struct Estimate {
     pub low: f64,
     /// Upper end.
     pub high: f64,
+}
+
+/// A nominal parameter as the logs see it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Nominal {
+    /// Best value, SI.
+    pub value: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// How far it is from the value in the model, in tolerances.
+    pub tolerances: f64,
+}
+
+/// What the named effects leave beyond the noise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Remainder {
+    /// Share of the squared error beyond the noise, of the channel that has most of it; 0 to 1.
+    pub share: f64,
+    /// Where and when it shows, in words; empty where it is not told from noise.
+    pub follows: String,
 }
 
 /// Parameters of effects: by effect id, then by name.
@@ -181,8 +207,17 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Ids of the named effects, the largest share of the error first.
     pub effects: Vec<String>,
+    /// Probability of each effect that was found, given the catalogue.
+    pub probability: BTreeMap<String, f64>,
     /// Their parameters.
     pub parameters: Parameters,
+    /// Nominal parameters within their tolerances about which the logs say something.
+    pub nominal: BTreeMap<String, Nominal>,
+    /// What is left.
+    pub remainder: Remainder,
+    /// Ids of effects about which the logs disagree.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub disagreeing: Vec<String>,
     /// The same in other words, which no log can tell apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equivalent: Option<Equivalent>,

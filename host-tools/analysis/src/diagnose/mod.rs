@@ -1,8 +1,8 @@
 //! Which physical effect is missing?
 //!
-//! `diagnose` tests every effect of the catalogue as a hypothesis about a log, by simulation where
-//! a regression can't (delays, pauses, limits, timing), and ends in one of three verdicts. The
-//! method in short:
+//! `diagnose` tests every effect of the catalogue as a hypothesis about all logs together, by
+//! simulation where a regression can't (delays, pauses, limits, timing), and ends in one of five
+//! verdicts. The method in short:
 //!
 //! 1. `clock`: do the cycles last as long as the log says?
 //! 2. `actuator`: which stage between sent and executed velocity is missing?
@@ -16,9 +16,8 @@
 //! `rivals` goes through 1 to 4 once more with an error of the clock in the place of the stage of
 //! the actuator that it looks like.
 //!
-//! An effect counts only if it is significant on the log that it was fitted on, keeps its promise
-//! on unseen data with the same parameters, and has a sign that physics allows. Nominal parameters
-//! may move within their tolerances in every hypothesis.
+//! What an effect has to bring is said in `evidence`. Nominal parameters may move within their
+//! tolerances in every hypothesis; those that would have to move further are findings themselves.
 
 mod actuator;
 mod body;
@@ -26,6 +25,7 @@ mod clock;
 mod engine;
 mod equivalent;
 mod error_reduction;
+mod evidence;
 mod finding;
 mod named;
 pub(crate) mod optimise;
@@ -42,14 +42,14 @@ mod timed_logs;
 mod wrench;
 
 pub use finding::*;
-pub(crate) use outcome::levels;
+pub(crate) use outcome::levels_of;
 
 use crate::compare::compare;
 use crate::model::Model;
 use crate::model::prediction::Prediction;
 use crate::recording::Recording;
 use anyhow::{bail, ensure};
-pub use engine::Pair;
+pub use engine::Logs;
 use engine::{Question, WrenchFinding};
 use softdock_app::record::CycleRecord;
 use std::time::Instant;
@@ -70,8 +70,10 @@ pub struct Report {
     pub after_prediction: Prediction,
 }
 
-/// Diagnoses what a model lacks, on the log `train`, and judges on `test`; without it the end of
-/// `train` is held back. `progress` is told the share that is done, and what is being done.
+/// Diagnoses what a model lacks. All logs together decide what is missing; its parameters are those
+/// of the logs `train`, and errors are those on `test`, which the parameters have not seen. Without
+/// `test` the ends of the others are held back. `progress` is told the share that is done, and what
+/// is being done.
 ///
 /// # Errors
 ///
@@ -79,8 +81,8 @@ pub struct Report {
 /// time.
 pub fn diagnose(
     model: &Model,
-    train: &Recording,
-    test: Option<&Recording>,
+    train: &[&Recording],
+    test: &[&Recording],
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Report> {
     ask(model, train, test, &Question::default(), progress)
@@ -92,12 +94,12 @@ pub fn diagnose(
 /// # Errors
 ///
 /// Those of [`diagnose`]; an effect that is in the model already, on which these logs say nothing,
-/// whose sign physics forbids, or that does not help on unseen data.
+/// or whose sign physics forbids.
 pub fn fit_effect(
     model: &Model,
     id: &str,
-    train: &Recording,
-    test: Option<&Recording>,
+    train: &[&Recording],
+    test: &[&Recording],
     forced: bool,
 ) -> anyhow::Result<Report> {
     ensure!(
@@ -130,35 +132,33 @@ pub fn fit_effect(
 
 fn ask(
     model: &Model,
-    train: &Recording,
-    test: Option<&Recording>,
+    train: &[&Recording],
+    test: &[&Recording],
     question: &Question<'_>,
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Report> {
     let started = Instant::now();
-    let halves;
-    let recordings = match test {
-        Some(test) => Pair { train, test },
-        None => {
-            halves = held_back(train);
-            if moves_enough(&halves) {
-                Pair {
-                    train: &halves.train,
-                    test: &halves.test,
-                }
-            } else {
-                Pair { train, test: train }
-            }
+    ensure!(!train.is_empty(), "expected at least one log to fit on");
+    let halves: Vec<(Recording, Recording)>;
+    let recordings = if test.is_empty() {
+        halves = train.iter().map(|log| held_back(log)).collect();
+        if halves.iter().all(moves_enough) {
+            let (beginnings, ends) = halves.iter().map(|(a, b)| (a, b)).unzip();
+            Logs::new(beginnings, ends)
+        } else {
+            Logs::new(train.to_vec(), Vec::new())
         }
+    } else {
+        Logs::new(train.to_vec(), test.to_vec())
     };
     let stages = engine::run(model, &recordings, question, progress)?;
     progress(0.95, "drawing the conclusion");
-    let outcome = outcome::conclude(model, &recordings, &stages, test.is_some(), question)?;
+    let outcome = outcome::conclude(model, &recordings, &stages, !test.is_empty(), question)?;
     let mut diagnosis = outcome.diagnosis;
     if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
         for (log, recording) in [
-            ("the log of the fit", recordings.train),
-            ("unseen data", recordings.test),
+            ("the log of the fit", recordings.all[0]),
+            ("unseen data", *recordings.shown()),
         ] {
             let rest = compare(&outcome.after, recording)?.sentence;
             diagnosis
@@ -171,23 +171,23 @@ fn ask(
     Ok(Report {
         diagnosis,
         after: outcome.after,
-        before_prediction: stages.before.test,
-        after_prediction: outcome.predictions.test,
+        before_prediction: stages.before.shown().clone(),
+        after_prediction: outcome.predictions.shown().clone(),
     })
 }
 
 /// Whether more than details of its form is left of the reading.
 fn much_is_left(found: &WrenchFinding) -> bool {
     let accepted = found.found.accepted.as_ref();
-    accepted.is_some_and(|accepted| found.prepared.train.has_much_left(accepted))
+    accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted))
 }
 
 /// Whether what is held back excites what the beginning does.
-fn moves_enough(halves: &Pair<Recording>) -> bool {
+fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
     /// Least motion of the end, as a share of that of the beginning.
     const ENOUGH: f64 = 0.1;
     let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
-    let commanded = halves.train.cycles.iter().any(sent);
+    let commanded = beginning.cycles.iter().any(sent);
     let motion = |recording: &Recording| -> f64 {
         let changes = recording.cycles.windows(2).map(|pair| {
             let (a, b) = (&pair[0].trace, &pair[1].trace);
@@ -201,11 +201,11 @@ fn moves_enough(halves: &Pair<Recording>) -> bool {
         });
         changes.filter(|c| c.is_finite()).sum()
     };
-    motion(&halves.test) > ENOUGH * motion(&halves.train)
+    motion(end) > ENOUGH * motion(beginning)
 }
 
 /// The beginning of a recording to fit on, and its end to judge on.
-pub fn held_back(recording: &Recording) -> Pair<Recording> {
+pub fn held_back(recording: &Recording) -> (Recording, Recording) {
     let count = recording.cycles.len();
     let at = count - (count as f64 * HELD_BACK) as usize;
     let part = |range: std::ops::Range<usize>| Recording {
@@ -214,8 +214,5 @@ pub fn held_back(recording: &Recording) -> Pair<Recording> {
         truth: Vec::new(),
         cut: recording.cut.clone(),
     };
-    Pair {
-        train: part(0..at),
-        test: part(at..count),
-    }
+    (part(0..at), part(at..count))
 }

@@ -18,6 +18,10 @@ pub(crate) struct Named {
     pub effect: EffectModel,
     /// Its parameters with units and intervals.
     pub estimates: BTreeMap<String, Estimate>,
+    /// Evidence for it beside the others.
+    pub evidence: f64,
+    /// Evidence that the logs do not agree about it.
+    pub disagreement: f64,
 }
 
 impl Named {
@@ -29,6 +33,16 @@ impl Named {
                 ..EffectModel::default()
             },
             estimates: BTreeMap::new(),
+            evidence: f64::INFINITY,
+            disagreement: 0.0,
+        }
+    }
+
+    fn with_evidence(self, evidence: f64, disagreement: f64) -> Self {
+        Self {
+            evidence,
+            disagreement,
+            ..self
         }
     }
 
@@ -69,13 +83,28 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     named.extend(actuator(stages));
     named.extend(sampling(stages));
     if let Some(found) = &stages.wrench {
-        let last = found.found.accepted.iter().flat_map(|a| &a.effects);
-        named.extend(found.earlier.0.iter().chain(last).map(reading));
+        let earlier = found.earlier.0.iter().zip(&found.earlier.1);
+        named.extend(
+            earlier.map(|(fitted, evidence)| reading(fitted).with_evidence(*evidence, 0.0)),
+        );
+        if let Some(accepted) = &found.found.accepted {
+            let left = found.prepared.left(accepted);
+            let each = accepted.effects.iter().zip(&found.found.evidence);
+            let each = each.zip(found.prepared.contrasts(accepted));
+            named.extend(each.map(|((fitted, evidence), (contrast, _))| {
+                reading(fitted).with_evidence(*evidence, most_of(contrast, left))
+            }));
+        }
     }
     for fit in &stages.body {
-        let mut one = Named::new(fit.id, Vec::new());
+        let one = Named::new(fit.id, Vec::new());
+        let mut one = one.with_evidence(fit.evidence, most_of(fit.contrast, fit.left));
         for (name, (value, sigma, unit)) in &fit.parameters {
-            one = one.with(name, (*value, *sigma), unit);
+            one = if *sigma > 0.0 {
+                one.with(name, (*value, *sigma), unit)
+            } else {
+                one.choosing(name, *value)
+            };
         }
         named.push(one);
     }
@@ -83,6 +112,16 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
         divide_by_mass(&mut named);
     }
     named
+}
+
+/// A disagreement of the logs, if it is most of what is left; what else is left is no matter of one
+/// machine or two.
+fn most_of(disagreement: f64, left: f64) -> f64 {
+    if disagreement > 0.5 * left {
+        disagreement
+    } else {
+        0.0
+    }
 }
 
 /// Of a tool without nominal mass the fit gives mass times centre of mass.
@@ -116,7 +155,12 @@ fn divide_by_mass(named: &mut [Named]) {
 
 fn clock(stages: &Stages) -> Vec<Named> {
     let clock = &stages.clock;
-    let cycles = stages.logs.train.len() as f64;
+    let cycles = stages
+        .logs
+        .train()
+        .iter()
+        .map(|log| log.len())
+        .sum::<usize>() as f64;
     let one = |id: &str, name: &str, value: (f64, f64), unit: &str| {
         Named::new(id, Vec::new()).with(name, value, unit)
     };
@@ -145,11 +189,10 @@ fn actuator(stages: &Stages) -> Vec<Named> {
     let Some(accepted) = &found.search.accepted else {
         return Vec::new();
     };
-    let active = found
-        .white
-        .train
-        .each_ref()
-        .map(|series| !series.is_empty());
+    let Some(active) = found.white.first() else {
+        return Vec::new();
+    };
+    let active = active.each_ref().map(|series| !series.is_empty());
     let mut named: Vec<Named> = Vec::new();
     for (term, intervals) in accepted.terms.iter().zip(&found.intervals) {
         let id = term.stage.id();
@@ -157,7 +200,16 @@ fn actuator(stages: &Stages) -> Vec<Named> {
         let mut one = match named.iter().position(same) {
             // Translations and rotations with a limit each are one effect.
             Some(at) => named.remove(at),
-            None => Named::new(id, axes_of(term, &active)),
+            None => {
+                let of_id = found.search.evidence.iter().find(|(other, _)| *other == id);
+                Named::new(id, axes_of(term, &active)).with_evidence(
+                    of_id.map_or(f64::INFINITY, |(_, evidence)| *evidence),
+                    most_of(
+                        found.search.disagreement,
+                        found.search.reached() - found.count as f64,
+                    ),
+                )
+            }
         };
         let turns = term.axes.iter().skip(3).any(|a| *a);
         let kinds: &[bool] = match term.axes.iter().take(3).any(|a| *a) {
@@ -203,7 +255,7 @@ pub(crate) const NEARLY_AS_GOOD: f64 = 0.85;
 /// A parameter of a pair whose value depends on what else is believed has no narrower interval than
 /// the estimates of all hypotheses that explain nearly as much.
 fn widen(one: &mut Named, search: &Search) {
-    let gain = |c: &Candidate| search.nominal.0 - c.train;
+    let gain = |c: &Candidate| search.nominal.chi2 - c.chi2;
     let enough = NEARLY_AS_GOOD * search.accepted.as_ref().map_or(f64::INFINITY, gain);
     for rival in search.singles.iter().filter(|c| gain(c) > enough) {
         for term in rival.terms.iter().filter(|t| t.stage.id() == one.effect.id) {
@@ -230,11 +282,14 @@ fn axes_of(term: &Term, active: &[bool; 6]) -> Vec<Axis> {
 }
 
 fn sampling(stages: &Stages) -> Vec<Named> {
-    let (train, test) = (&stages.sampling.train, &stages.sampling.test);
+    let logs = &stages.sampling.all;
     let mut named = Vec::new();
-    if train.is_rounded() && test.is_rounded() {
+    let Some(first) = logs.first() else {
+        return named;
+    };
+    if logs.iter().all(|log| log.is_rounded()) {
         // The step is known to the digits of the log.
-        let [force, torque] = train.lsb;
+        let [force, torque] = first.lsb;
         let mut one = Named::new("ft_quantisation", Vec::new());
         if force > 0.0 {
             one = one.with("lsb_force_n", (force, 1e-4 * force), "N");
@@ -242,12 +297,17 @@ fn sampling(stages: &Stages) -> Vec<Named> {
         if torque > 0.0 {
             one = one.with("lsb_torque_n_m", (torque, 1e-4 * torque), "N·m");
         }
-        one = one.choosing("rounds_down", f64::from(u8::from(train.rounds_down)));
+        one = one.choosing("rounds_down", f64::from(u8::from(first.rounds_down)));
         named.push(one);
     }
-    if train.held_share > 0.0 && test.held_share > 0.0 {
-        let share = train.held_share;
-        let sigma = (share * (1.0 - share) / stages.logs.train.len() as f64).sqrt();
+    if logs.iter().all(|log| log.held_share > 0.0) {
+        let fitted = stages.sampling.train().iter().zip(stages.logs.train());
+        let (held, count) = fitted.fold((0.0, 0.0), |(held, count), (sampling, log)| {
+            let cycles = log.len() as f64;
+            (held + sampling.held_share * cycles, count + cycles)
+        });
+        let share: f64 = held / f64::max(count, 1.0);
+        let sigma = (share * (1.0 - share) / f64::max(count, 1.0)).sqrt();
         named.push(Named::new("ft_dropout", Vec::new()).with("held_share", (share, sigma), "-"));
     }
     named

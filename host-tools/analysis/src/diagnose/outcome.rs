@@ -1,18 +1,22 @@
 //! From what the stages found to a verdict.
 
 use super::actuator::{Candidate, Search};
-use super::engine::{ActuatorFinding, Pair, Question, Stages};
+use super::engine::{ActuatorFinding, Logs, Question, Stages};
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
-use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Verdict};
+use super::evidence;
+use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Nominal, Remainder, Verdict};
+use super::named::{INTERVAL_95, Named};
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::{ranking, regions, sentence};
 use crate::model::actuator::Reading;
+use crate::model::log::Log;
 use crate::model::prediction::{ChannelPrediction, Prediction};
 use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
 use crate::statistics::{Noise, noise_floor};
+use std::collections::BTreeMap;
 
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
@@ -24,23 +28,23 @@ pub(crate) struct Outcome {
     /// The model with the named effects.
     pub after: Model,
     /// Predictions with it.
-    pub predictions: Pair<Prediction>,
+    pub predictions: Logs<Prediction>,
 }
 
 /// Draws the conclusion; `unseen`: the second log was given, not held back.
 pub(crate) fn conclude(
     model: &Model,
-    recordings: &Pair<&Recording>,
+    recordings: &Logs<&Recording>,
     stages: &Stages,
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question.forced)?;
+    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages)?;
     let after = with_effects(model, reduction.named.iter().map(|n| &n.0));
     let left = left_over(stages, &predictions);
     // Who asks for one effect gets it, whatever else there is.
     // That something is left has to show on two logs.
-    let in_sample = std::ptr::eq(recordings.train, recordings.test);
+    let in_sample = recordings.all.len() < 2;
     let unexplained = question.only.is_none()
         && left.iter().any(Left::any)
         && (!in_sample || reduction.named.is_empty());
@@ -49,24 +53,37 @@ pub(crate) fn conclude(
         .iter()
         .map(|n| n.0.effect.id.clone())
         .collect();
+    let cycles = stages.logs.all.iter().map(Log::len).sum::<usize>();
+    let amount = evidence::price(cycles);
+    let disagree =
+        |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.evidence);
+    let disagreeing: Vec<&str> = reduction
+        .named
+        .iter()
+        .filter(disagree)
+        .map(|n| n.0.effect.id.as_str())
+        .collect();
     let verdict = match (unexplained, found.is_empty()) {
+        _ if lacking(stages).len() == TESTED => Verdict::NotTestable,
+        _ if !disagreeing.is_empty() && question.only.is_none() => Verdict::LogsDisagree,
         (true, _) => Verdict::Unexplained,
         (false, false) => Verdict::Named,
         (false, true) => Verdict::NothingMissing,
     };
+    let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
     let runner_up = found
         .first()
         .and_then(|id| ranking::runner_up(id, &found, &ranked));
     let mut looks_like = ranking::shapes(stages);
-    let regions = if unexplained {
+    let regions = if unnamed {
         looks_like.extend(found.iter().cloned());
         regions::left_over(&left, stages)
     } else {
-        regions::explained(&stages.before.test, &predictions.test, stages)
+        regions::explained(stages.before.shown(), predictions.shown(), stages)
     };
-    let named_effects = if unexplained { Vec::new() } else { found };
-    let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unexplained);
+    let named_effects = if unnamed { Vec::new() } else { found };
+    let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let mut notes = notes(stages, &left, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     let mut diagnosis = Diagnosis {
@@ -82,9 +99,17 @@ pub(crate) fn conclude(
             .collect(),
         equivalent: same,
         effects: named_effects,
+        probability: reduction
+            .named
+            .iter()
+            .map(|(n, _)| (n.effect.id.clone(), evidence::probability(n.evidence)))
+            .collect(),
+        nominal: nominal(stages),
+        remainder: remainder(&left),
+        disagreeing: disagreeing.iter().map(|id| (*id).to_owned()).collect(),
         residual_rms_sigma: BeforeAfter {
-            before: levels(&stages.before.test),
-            after: levels(&predictions.test),
+            before: levels_of(stages.before.test()),
+            after: levels_of(predictions.test()),
         },
         steps: reduction.steps,
         runner_up,
@@ -104,9 +129,63 @@ pub(crate) fn conclude(
     })
 }
 
+/// Number of things that a log may lack.
+const TESTED: usize = 3;
+
+/// What cannot be tested on these logs, and why.
+fn lacking(stages: &Stages) -> Vec<&'static str> {
+    let mut all = Vec::new();
+    if stages.actuator.is_none() {
+        all.push("The actuator is not tested: the logs hold no commanded velocities.");
+    }
+    if stages.wrench.is_none() {
+        all.push("The mechanism, the tool and the sensor are not tested: the logs hold no wrench.");
+    }
+    let model_velocity = |p: &Prediction| {
+        let channel = p.channel(Channel::ModelVelocity);
+        channel.predicted.iter().any(Option::is_some)
+    };
+    if !stages.before.all.iter().all(model_velocity) {
+        all.push("The model of the spacecraft is not tested: the logs hold no velocities of it.");
+    }
+    all
+}
+
+/// Nominal parameters beside what was found.
+fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
+    let found = stages.wrench.iter();
+    let all = found.flat_map(|w| w.prepared.nominal(w.found.accepted.as_ref()));
+    let of = |(name, value, sigma, tolerances): (String, f64, f64, f64)| {
+        let reach = INTERVAL_95 * sigma;
+        let nominal = Nominal {
+            value,
+            low: value - reach,
+            high: value + reach,
+            tolerances,
+        };
+        (name, nominal)
+    };
+    all.map(of).collect()
+}
+
+/// What is left of the channel that has most of it.
+fn remainder(left: &[Left]) -> Remainder {
+    let most = left.iter().max_by(|a, b| a.share.total_cmp(&b.share));
+    most.map_or_else(Remainder::default, |most| {
+        let words = most.structured().map(|(channel, axis, each)| {
+            let words = each.last().map(Structure::words).unwrap_or_default();
+            format!("{} {axis}: {words}", channel.name().replace('_', " "))
+        });
+        Remainder {
+            share: most.share,
+            follows: words.collect::<Vec<_>>().join("; "),
+        }
+    })
+}
+
 /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
 /// What the digits of a log make of the model's velocity, which has no other noise, is no error.
-pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
+fn levels(prediction: &Prediction) -> ChannelLevels {
     let level = |channel: Channel| -> f64 {
         let series = prediction.channel(channel);
         let judged = prediction.judged(channel).iter();
@@ -137,6 +216,25 @@ pub(crate) fn levels(prediction: &Prediction) -> ChannelLevels {
     }
 }
 
+/// Error per channel of several logs together.
+pub(crate) fn levels_of(predictions: &[Prediction]) -> ChannelLevels {
+    let all: Vec<(f64, ChannelLevels)> = predictions
+        .iter()
+        .map(|p| (p.time_s.len() as f64, levels(p)))
+        .collect();
+    let cycles: f64 = all.iter().map(|(n, _)| n).sum();
+    let mean = |of: &dyn Fn(&ChannelLevels) -> f64| {
+        let squares: f64 = all.iter().map(|(n, level)| n * of(level).powi(2)).sum();
+        (squares / cycles.max(1.0)).sqrt()
+    };
+    ChannelLevels {
+        executed_velocity: mean(&|l| l.executed_velocity),
+        wrench: mean(&|l| l.wrench),
+        model_velocity: mean(&|l| l.model_velocity),
+        pose: mean(&|l| l.pose),
+    }
+}
+
 /// Variance of the difference of two values that are rounded to the digits of a log.
 fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
     let values: Vec<f64> = series
@@ -152,14 +250,20 @@ fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
 }
 
 /// What is left of each channel.
-fn left_over(stages: &Stages, after: &Pair<Prediction>) -> Vec<Left> {
+fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
     let mut all = Vec::new();
     if let Some(found) = &stages.actuator {
         all.push(left_of_actuator(found, stages));
     }
     if let Some(found) = &stages.wrench {
         let accepted = found.found.accepted.as_ref();
-        all.push(structure::left(&found.prepared, accepted, found.earlier.1));
+        let mut left = structure::left(&found.prepared, accepted, found.earlier.2);
+        if stages.clock.jitter.is_some() {
+            // Instants that were recovered but for noise leave bursts where the load is steep.
+            let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
+            each.for_each(|one| *one = one.clone().of_size());
+        }
+        all.push(left);
     }
     all.push(left_of(Channel::ModelVelocity, stages, after));
     if stages.clock.jitter.is_none() {
@@ -169,41 +273,37 @@ fn left_over(stages: &Stages, after: &Pair<Prediction>) -> Vec<Left> {
 }
 
 fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
+    let moving = |axis: &Axis| found.white.iter().all(|w| !w[axis.index()].is_empty());
     let axes = Axis::ALL
         .into_iter()
-        .filter(|a| !found.white.train[a.index()].is_empty())
+        .filter(moving)
         .map(|axis| {
             let i = axis.index();
-            let of = |white: &[Vec<f64>; 6], level: &[f64; 6]| {
-                let all = Structure::of(&white[i], stages.logs.train.cycle_s, level[i]);
+            let logs = stages.logs.all.iter().zip(&found.white).zip(&found.level);
+            let of = logs.map(|((log, white), level)| {
+                let all = Structure::of(&white[i], log.cycle_s, level[i]);
                 // The noise of a difference of poses rises with frequency: its lines are no test.
-                let differenced = stages.logs.train.reading == Reading::Mean;
+                let differenced = log.reading == Reading::Mean;
                 if stages.clock.jitter.is_some() || differenced {
                     all.of_size()
                 } else {
                     all
                 }
-            };
-            (
-                Channel::ExecutedVelocity,
-                axis,
-                of(&found.white.train, &found.level.train),
-                of(&found.white.test, &found.level.test),
-            )
+            });
+            (Channel::ExecutedVelocity, axis, of.collect())
         })
         .collect();
-    let nominal = found.search.nominal.0;
-    let chi2 = found.search.accepted.as_ref().map_or(nominal, |c| c.train);
+    let nominal = found.search.nominal.chi2;
+    let chi2 = found.search.reached();
     let excess = (chi2 - found.count as f64).max(0.0);
     Left {
         axes,
         share: excess / (excess + nominal - chi2).max(1.0),
-        pulled: 0.0,
     }
 }
 
 /// Structure of a channel that the stages do not whiten themselves.
-fn left_of(channel: Channel, stages: &Stages, after: &Pair<Prediction>) -> Left {
+fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left {
     let series = |prediction: &Prediction, axis: Axis| -> Vec<f64> {
         let values = prediction.channel(channel);
         (0..prediction.time_s.len())
@@ -233,31 +333,34 @@ fn left_of(channel: Channel, stages: &Stages, after: &Pair<Prediction>) -> Left 
             ..Structure::of(&white, prediction.cycle_s, level)
         }
     };
-    let judged = after.train.judged(channel).iter().copied();
+    let judged = after.all[0].judged(channel).iter().copied();
     let axes = judged
         .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
-        .map(|axis| (channel, axis, of(&after.train, axis), of(&after.test, axis)))
+        .map(|axis| {
+            let each = after.all.iter().map(|prediction| of(prediction, axis));
+            (channel, axis, each.collect())
+        })
         .collect();
-    let square = |p: &Prediction| {
-        let z = levels(p);
+    let square = |p: &[Prediction]| {
+        let z = levels_of(p);
         if channel == Channel::Pose {
             z.pose.powi(2)
         } else {
             z.model_velocity.powi(2)
         }
     };
-    let (before, now) = (square(&stages.before.train), square(&after.train));
+    let (before, now) = (square(&stages.before.all), square(&after.all));
     let floor = if channel == Channel::Pose { 1.0 } else { 0.0 };
     let excess = (now - floor).max(0.0);
     Left {
         axes,
         share: excess / (excess + (before - now).max(0.0)).max(1e-12),
-        pulled: 0.0,
     }
 }
 
 fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> Vec<String> {
-    let mut notes = stages.before.test.notes.clone();
+    let mut notes = stages.before.shown().notes.clone();
+    notes.extend(lacking(stages).into_iter().map(str::to_owned));
     if in_sample {
         notes.push(
             "There is no unseen data: the end of the log holds too little motion to judge on, so \
@@ -281,11 +384,11 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
         }
     }
     for one in left.iter().filter(|_| !unexplained) {
-        for (channel, axis, _, test) in one.structured() {
+        for (channel, axis, each) in one.structured() {
+            let words = each.last().map(Structure::words).unwrap_or_default();
             notes.push(format!(
-                "A remainder of {:.2} % of the error of {channel} {axis} has structure ({}).",
+                "A remainder of {:.2} % of the error of {channel} {axis} has structure ({words}).",
                 100.0 * one.share,
-                test.words()
             ));
         }
     }

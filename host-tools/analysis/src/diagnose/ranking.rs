@@ -1,5 +1,6 @@
 //! Hypotheses with their evidence, and the closest rival of what is named.
 
+use super::actuator::Candidate;
 use super::engine::{Stages, is_shape};
 use super::finding::{Experiment, Ranked, RunnerUp};
 use super::rivals::ClockRival;
@@ -16,21 +17,23 @@ const REPORTED_LATER: usize = 4;
 /// Hypotheses of all stages with their evidence.
 pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     let mut all = Vec::new();
+    let fitted = stages.logs.fitted;
+    let fit = |gains: &[f64]| gains.iter().take(fitted).sum::<f64>();
+    let unseen = |gains: &[f64]| gains.iter().skip(fitted).sum::<f64>();
     if let Some(found) = &stages.actuator {
-        let nominal = found.search.nominal;
-        let pair = found.search.accepted.iter().filter(|c| c.terms.len() > 1);
+        let pair = found.search.accepted.iter().filter(|c| c.ids().len() > 1);
+        let gains = |c: &Candidate| -> Vec<f64> {
+            let both = found.search.nominal.each.iter().zip(&c.each);
+            both.map(|(nominal, own)| nominal - own).collect()
+        };
         for candidate in pair.chain(&found.search.singles) {
             all.push(Ranked {
-                effects: candidate
-                    .terms
-                    .iter()
-                    .map(|t| t.stage.id().to_owned())
-                    .collect(),
+                effects: candidate.ids().into_iter().map(str::to_owned).collect(),
                 beside: Vec::new(),
                 channel: Channel::ExecutedVelocity,
-                gain_train: nominal.0 - candidate.train,
-                gain_test: nominal.1 - candidate.test,
-                parameters: candidate.terms.iter().map(|t| t.values.len()).sum(),
+                gain_train: fit(&gains(candidate)),
+                gain_test: unseen(&gains(candidate)),
+                parameters: candidate.parameters(),
                 as_good_as: None,
                 refused: None,
             });
@@ -44,8 +47,8 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
                 effects: tested.ids(),
                 beside: tested.beside.clone(),
                 channel: Channel::Wrench,
-                gain_train: tested.gain,
-                gain_test: tested.gain_test,
+                gain_train: fit(&tested.gains),
+                gain_test: unseen(&tested.gains),
                 parameters: tested.parameters,
                 as_good_as: None,
                 refused: wrong,
@@ -53,38 +56,38 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         }
     }
     all.extend(in_place(stages));
-    for fit in &stages.body {
+    for body in &stages.body {
         all.push(Ranked {
-            effects: vec![fit.id.to_owned()],
+            effects: vec![body.id.to_owned()],
             beside: Vec::new(),
             channel: Channel::ModelVelocity,
-            gain_train: fit.gain.0,
-            gain_test: fit.gain.1,
-            parameters: fit.parameters.len(),
+            gain_train: fit(&body.gains),
+            gain_test: unseen(&body.gains),
+            parameters: body.parameters.len(),
             as_good_as: None,
             refused: None,
         });
     }
-    all.extend(stages.clock_rivals.iter().flat_map(against_the_clock));
+    all.extend(
+        stages
+            .clock_rivals
+            .iter()
+            .flat_map(|r| against_the_clock(r, fitted)),
+    );
     if let Some((_, gain)) = stages.clock.jitter {
         all.push(Ranked {
             effects: vec!["clock_jitter".to_owned()],
             beside: Vec::new(),
             channel: Channel::Pose,
-            gain_train: gain.0,
-            gain_test: gain.1,
+            gain_train: gain,
+            gain_test: 0.0,
             parameters: 1,
             as_good_as: None,
             refused: None,
         });
     }
-    for one in &mut all {
-        if one.refused.is_none() && one.gain_train > 40.0 && one.gain_test < 0.15 * one.gain_train {
-            one.refused =
-                Some("what it gains on the fitted log it loses on unseen data".to_owned());
-        }
-    }
-    all.sort_by(|a, b| b.gain_train.total_cmp(&a.gain_train));
+    let both = |r: &Ranked| r.gain_train + r.gain_test;
+    all.sort_by(|a, b| both(b).total_cmp(&both(a)));
     let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
     all.retain(|one| {
         let key = (one.effects.clone(), one.beside.clone());
@@ -92,47 +95,52 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         seen.push(key);
         new
     });
-    all.retain(|one| one.gain_train > 10.0);
+    all.retain(|one| both(one) > 10.0);
     shortened(all)
 }
 
 /// An error of the clock and the stage of the actuator that it looks like, the believed one first.
-fn against_the_clock(rival: &ClockRival) -> Vec<Ranked> {
-    let behind = (rival.better.0.abs(), rival.better.1.abs());
+fn against_the_clock(rival: &ClockRival, fitted: usize) -> Vec<Ranked> {
+    let behind = rival.better.abs();
     let (winner, loser) = if rival.believed {
         (rival.id, rival.of)
     } else {
         (rival.of, rival.id)
     };
-    let one = |id: &str, behind: (f64, f64), as_good_as: Option<&str>| Ranked {
+    let gain: f64 = rival.gain.iter().take(fitted).sum();
+    let gain_test: f64 = rival.gain.iter().skip(fitted).sum();
+    let one = |id: &str, behind: f64, as_good_as: Option<&str>| Ranked {
         effects: vec![id.to_owned()],
         beside: Vec::new(),
         channel: Channel::ExecutedVelocity,
-        gain_train: rival.gain.0 - behind.0,
-        gain_test: rival.gain.1 - behind.1,
+        gain_train: gain - behind,
+        gain_test,
         parameters: 1,
         as_good_as: as_good_as.map(str::to_owned),
         refused: None,
     };
     let tied = rival.is_tie().then_some(winner);
-    vec![one(winner, (0.0, 0.0), None), one(loser, behind, tied)]
+    vec![one(winner, 0.0, None), one(loser, behind, tied)]
 }
 
 /// Rivals of one of several effects, and the effect itself, both beside the others.
 fn in_place(stages: &Stages) -> Vec<Ranked> {
     let rivals = stages.wrench.iter().flat_map(|found| &found.found.rivals);
-    let each = rivals.flat_map(|rival| {
-        let as_good_as = rival.is_as_good.then(|| rival.of.to_owned());
+    let fitted = stages.logs.fitted;
+    let each = rivals.flat_map(move |rival| {
+        let sum = |gains: &[f64]| gains.iter().sum::<f64>();
+        let tie = sum(&rival.gain) - sum(&rival.gain_of_rival) < TOLD_APART;
+        let as_good_as = tie.then(|| rival.of.to_owned());
         [
-            (rival.of, rival.gain, None),
-            (rival.id, rival.gain_of_rival, as_good_as),
+            (rival.of, &rival.gain, None),
+            (rival.id, &rival.gain_of_rival, as_good_as),
         ]
         .map(|(id, gain, as_good_as)| Ranked {
             effects: vec![id.to_owned()],
             beside: rival.beside.clone(),
             channel: Channel::Wrench,
-            gain_train: gain.0,
-            gain_test: gain.1,
+            gain_train: gain.iter().take(fitted).sum(),
+            gain_test: gain.iter().skip(fitted).sum(),
             parameters: 1,
             as_good_as,
             refused: None,
@@ -166,6 +174,7 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
 /// the best single hypothesis in the place of the first, `id`, against the best one with that and
 /// nothing that is not named.
 pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+    let both = |r: &Ranked| r.gain_train + r.gain_test;
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
         let alone = |r: &&Ranked| r.beside == rival.beside && r.effects == [of.clone()];
@@ -176,7 +185,7 @@ pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option
         let with_it = ranked.iter().filter(is_named);
         let winner = with_it
             .filter(|r| r.effects.iter().any(|e| e == id))
-            .max_by(|a, b| a.gain_train.total_cmp(&b.gain_train))?;
+            .max_by(|a, b| both(a).total_cmp(&both(b)))?;
         let rival = ranked.iter().find(|r| {
             r.effects.len() == 1
                 && r.channel == winner.channel
@@ -187,7 +196,7 @@ pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option
         Some((winner, rival))
     })?;
     // What fits a little better, and was not taken for other reasons, ties.
-    let behind = (winner.gain_train - rival.gain_train).max(0.0);
+    let behind = (both(winner) - both(rival)).max(0.0);
     Some(RunnerUp {
         effect: rival.effects[0].clone(),
         of: winner.effects[0].clone(),

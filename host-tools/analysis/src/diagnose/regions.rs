@@ -7,22 +7,24 @@ use crate::compare::Phase;
 use crate::model::Channel;
 use crate::model::prediction::Prediction;
 
-/// Where structure is left on unseen data.
+/// Where structure is left on the log that is drawn.
 pub(super) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
-    let log = &stages.logs.test;
+    let log = stages.logs.shown();
+    let shown = stages.logs.shown_number();
     let at = |n: usize| log.time_s[n.min(log.len() - 1)];
     left.iter()
         .filter(|l| l.any())
         .flat_map(Left::structured)
-        .map(|(channel, axis, _, test)| {
-            let (from, length) = test.burst_at;
-            Region {
+        .filter_map(|(channel, axis, each)| {
+            let shown = each.get(shown)?;
+            let (from, length) = shown.burst_at;
+            Some(Region {
                 channel: *channel,
                 axis: *axis,
                 from_s: at(from),
                 to_s: at(from + length),
-                regime: test.words(),
-            }
+                regime: shown.words(),
+            })
         })
         .collect()
 }

@@ -7,7 +7,7 @@
 //! velocity and wrench is believed; where neither does they are tied.
 
 use super::clock::Scatter;
-use super::engine::{ClockFinding, Pair, Question};
+use super::engine::{ClockFinding, Logs, Question};
 use super::stage_results::StageResults;
 use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
@@ -29,26 +29,25 @@ pub(crate) struct ClockRival {
     pub id: &'static str,
     /// The stage.
     pub of: &'static str,
-    /// By how much χ² is less with the error of the clock, on the log of the fit and on unseen
-    /// data.
-    pub better: (f64, f64),
+    /// By how much χ² over all logs is less with the error of the clock.
+    pub better: f64,
     /// The clock is believed.
     pub believed: bool,
-    /// What the believed one gains.
-    pub gain: (f64, f64),
+    /// What the believed one gains on each log.
+    pub gain: Vec<f64>,
 }
 
 impl ClockRival {
     /// Whether neither can be preferred.
     pub(crate) fn is_tie(&self) -> bool {
-        self.better.0.abs() < TOLD_APART
+        self.better.abs() < TOLD_APART
     }
 }
 
 /// Runs the stages on the logs, as they are and with errors of their clock.
 pub(super) fn run_stages(
     model: &Model,
-    recordings: &Pair<&Recording>,
+    recordings: &Logs<&Recording>,
     question: &Question<'_>,
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<(StageResults, Vec<ClockRival>)> {
@@ -57,7 +56,7 @@ pub(super) fn run_stages(
         Ok(StageResults::of(timed, question, progress))
     };
     let mut best = with(None)?;
-    if best.timed.logs.train.reading == Reading::AtEnd || model.sensor.at_rest {
+    if best.timed.logs.all[0].reading == Reading::AtEnd || model.sensor.at_rest {
         return Ok((best, Vec::new()));
     }
     if let Some(jitter) = jitter(&best, model, question) {
@@ -72,15 +71,10 @@ pub(super) fn run_stages(
     let mut rivals = Vec::new();
     for (id, of, clock) in alternatives(&best, model, question) {
         let other = with(Some(clock))?;
-        let (own, others) = (left(&best), left(&other));
-        let better = (own.0 - others.0, own.1 - others.1);
+        let better = left(&best) - left(&other);
         let alone = question.only == Some(id);
-        let believed = alone || (better.0 > TOLD_APART && better.1 > 0.0);
-        let gain = if believed {
-            gain(&best, better)
-        } else {
-            gain(&best, (0.0, 0.0))
-        };
+        let believed = alone || better > TOLD_APART;
+        let gain = gain(&best, if believed { better } else { 0.0 });
         rivals.push(ClockRival {
             id,
             of,
@@ -95,24 +89,19 @@ pub(super) fn run_stages(
     Ok((best, rivals))
 }
 
-/// A scatter of the instants that both logs show.
-fn jitter(
-    found: &StageResults,
-    model: &Model,
-    question: &Question<'_>,
-) -> Option<(f64, (f64, f64))> {
-    let Pair { train, test } = &found.scatter;
-    let shown = Scatter::is_significant;
-    (shown(train) && shown(test) && question.tries(model, "clock_jitter"))
-        .then_some((train.scatter_s, (train.gain, test.gain)))
+/// A scatter of the instants that all logs show.
+fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Option<(f64, f64)> {
+    let shown = found.scatter.iter().all(Scatter::is_significant);
+    let gain = found.scatter.iter().map(|s| s.gain).sum();
+    let first = found.scatter.first()?;
+    (shown && question.tries(model, "clock_jitter")).then_some((first.scatter_s, gain))
 }
 
 /// Whether recovered instants explain most of what was left of the velocities.
 fn takes_most(before: &StageResults, after: &StageResults) -> bool {
-    let excess = |found: &StageResults| -> Option<[f64; 2]> {
-        let level = &found.actuator.as_ref()?.level;
+    let excess = |found: &StageResults| -> Option<Vec<f64>> {
         let of = |axes: &[f64; 6]| axes.iter().map(|l| (l * l - 1.0).max(0.0)).sum::<f64>();
-        Some([of(&level.train), of(&level.test)])
+        Some(found.actuator.as_ref()?.level.iter().map(of).collect())
     };
     match (excess(before), excess(after)) {
         (Some(before), Some(after)) => before.iter().zip(after).all(|(b, a)| a < (1.0 - TAKEN) * b),
@@ -132,12 +121,11 @@ fn alternatives(
     };
     let accepted = actuator.search.accepted.as_ref();
     let everywhere = |axes: &[bool; 6]| {
-        let moves = actuator
+        let moves = |white: &[Vec<f64>; 6]| white.each_ref().map(|series| !series.is_empty());
+        actuator
             .white
-            .train
-            .each_ref()
-            .map(|series| !series.is_empty());
-        *axes == moves
+            .first()
+            .is_some_and(|white| *axes == moves(white))
     };
     // The fitted value of a stage that all axes have, with its deviation.
     let value = |stage: Stage| -> Option<(f64, f64)> {
@@ -152,10 +140,10 @@ fn alternatives(
     };
     let jitter = found.timed.clock.jitter;
     let alone = |id: &str| question.only == Some(id);
-    let reached = accepted.map_or(actuator.search.nominal.0, |c| c.train);
+    let reached = actuator.search.reached();
     let earlier = found
         .common_delay
-        .filter(|l| alone("clock_offset") || l.train + TOLD_APART < reached);
+        .filter(|l| alone("clock_offset") || l.chi2 + TOLD_APART < reached);
     let late_s = value(Stage::Delay).or(earlier.map(|l| l.late_s));
     if let Some(late_s) = late_s.filter(|_| question.tries(model, "clock_offset")) {
         let clock = ClockFinding {
@@ -177,38 +165,40 @@ fn alternatives(
     all
 }
 
-/// Σ of squares of what is left of velocities and wrench, in units of the data sheet's noise, with
-/// a price for each parameter.
-fn left(found: &StageResults) -> (f64, f64) {
-    let (mut train, mut test) = (0.0, 0.0);
+/// Σ of squares of what is left of velocities and wrench over all logs, in units of the data sheet's
+/// noise, with a price for each parameter.
+fn left(found: &StageResults) -> f64 {
+    let mut left = 0.0;
     if let Some(actuator) = &found.actuator {
-        let of = |level: &[f64; 6], log: usize| -> f64 {
-            level.iter().map(|l| l * l * log as f64).sum()
-        };
-        train += of(&actuator.level.train, found.timed.logs.train.len());
-        test += of(&actuator.level.test, found.timed.logs.test.len());
-        let accepted = actuator.search.accepted.iter().flat_map(|c| &c.terms);
-        train += PRICE * accepted.map(|t| t.values.len()).sum::<usize>() as f64;
+        let logs = found.timed.logs.all.iter();
+        left += logs
+            .zip(&actuator.level)
+            .map(|(log, level)| level.iter().map(|l| l * l * log.len() as f64).sum::<f64>())
+            .sum::<f64>();
+        let accepted = actuator.search.accepted.as_ref();
+        left += PRICE * accepted.map_or(0, |c| c.parameters()) as f64;
     }
     if let Some(wrench) = &found.wrench {
         let accepted = wrench.found.accepted.as_ref();
-        let of = |log: &super::wrench::PreparedLog| -> f64 {
+        for log in &wrench.prepared.logs {
             let mut rest = log.residual.clone();
             if let Some(tested) = accepted {
                 subtract(&mut rest, &tested.contribution(&log.scene), 1.0);
             }
-            let fresh = log.problem.fresh();
             let of_axis = |(series, sigma): (&Vec<f64>, &f64)| -> f64 {
-                let counted = series.iter().zip(fresh).filter(|(_, fresh)| **fresh);
+                let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
                 counted.map(|(r, _)| (r / sigma) * (r / sigma)).sum()
             };
-            rest.0.iter().zip(&log.sheet_sigma).map(of_axis).sum()
-        };
-        train += of(&wrench.prepared.train);
-        test += of(&wrench.prepared.test);
+            left += rest
+                .0
+                .iter()
+                .zip(&log.sheet_sigma)
+                .map(of_axis)
+                .sum::<f64>();
+        }
         let last = accepted.map_or(0, |tested| tested.parameters);
         let earlier: usize = wrench.earlier.0.iter().map(|f| f.parameters.len()).sum();
-        train += PRICE * (last + earlier) as f64;
+        left += PRICE * (last + earlier) as f64;
     }
     let clock = &found.timed.clock;
     let believed = [
@@ -216,16 +206,22 @@ fn left(found: &StageResults) -> (f64, f64) {
         clock.rate.is_some(),
         clock.offset_s.is_some(),
     ];
-    train += PRICE * believed.iter().filter(|b| **b).count() as f64;
-    (train, test)
+    left + PRICE * believed.iter().filter(|b| **b).count() as f64
 }
 
-/// What the actuator gains, and a bit more.
-fn gain(found: &StageResults, more: (f64, f64)) -> (f64, f64) {
-    let (train, test) = found.actuator.as_ref().map_or((0.0, 0.0), |actuator| {
-        let nominal = actuator.search.nominal;
-        let accepted = actuator.search.accepted.as_ref();
-        accepted.map_or((0.0, 0.0), |c| (nominal.0 - c.train, nominal.1 - c.test))
+/// What the actuator gains on each log, and its share of a bit more.
+fn gain(found: &StageResults, more: f64) -> Vec<f64> {
+    let count = found.timed.logs.all.len();
+    let own = found.actuator.as_ref().and_then(|actuator| {
+        let accepted = actuator.search.accepted.as_ref()?;
+        let both = actuator.search.nominal.each.iter().zip(&accepted.each);
+        Some(
+            both.map(|(nominal, own)| nominal - own)
+                .collect::<Vec<f64>>(),
+        )
     });
-    (train + more.0, test + more.1)
+    let own = own.unwrap_or_else(|| vec![0.0; count]);
+    own.into_iter()
+        .map(|gain| gain + more / count as f64)
+        .collect()
 }

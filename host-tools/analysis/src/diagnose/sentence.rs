@@ -1,7 +1,7 @@
 //! The diagnosis in a sentence or two.
 
 use super::finding::{Diagnosis, Verdict};
-use super::structure::Left;
+use super::structure::{Left, Structure};
 
 /// Says what is missing, how far the error falls, and what is not certain.
 pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
@@ -12,6 +12,10 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
             diagnosis.residual_rms_sigma.after.total()
         ),
         Verdict::Unexplained => unexplained(diagnosis, left),
+        Verdict::LogsDisagree => logs_disagree(diagnosis),
+        Verdict::NotTestable => "The logs cannot say what is missing: they hold neither commanded \
+             velocities, nor a wrench, nor velocities of the model of the spacecraft."
+            .to_owned(),
     }
 }
 
@@ -48,14 +52,24 @@ fn named(diagnosis: &Diagnosis) -> String {
     text
 }
 
+fn logs_disagree(diagnosis: &Diagnosis) -> String {
+    let names: Vec<String> = diagnosis.disagreeing.iter().map(|id| title(id)).collect();
+    format!(
+        "The logs disagree: one shows much more than the other of what looks like {}. They are not \
+         logs of one machine in one state.",
+        names.join(", and ")
+    )
+}
+
 fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
     let mut places: Vec<String> = left
         .iter()
         .filter(|l| l.any())
         .flat_map(Left::structured)
-        .map(|(channel, axis, _, test)| {
+        .map(|(channel, axis, each)| {
             let channel = channel.name().replace('_', " ");
-            format!("{channel} {axis} ({})", test.words())
+            let words = each.last().map(Structure::words).unwrap_or_default();
+            format!("{channel} {axis} ({words})")
         })
         .collect();
     places.dedup();

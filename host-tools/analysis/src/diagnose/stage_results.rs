@@ -1,14 +1,14 @@
-//! What a pair of logs shows, with what is believed of their clock.
+//! What the logs show, with what is believed of their clock.
 
 use super::actuator::{self, Cost, Term};
 use super::clock::{self, CommonDelay, Scatter};
-use super::engine::{ActuatorFinding, Pair, Question, WrenchFinding, is_shape};
+use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
+use super::evidence::threshold;
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
-use super::structure;
 use super::timed_logs::TimedLogs;
-use super::wrench::{self, PreparedLog, Tested};
+use super::wrench::{self, Joint, PreparedLog};
 use crate::model::log::Log;
 use crate::model::{Axis, Channel, Model};
 
@@ -22,16 +22,16 @@ pub(super) struct StageResults {
     /// The actuator, where anything was commanded.
     pub actuator: Option<ActuatorFinding>,
     /// Scatter of the poses' instants that is left, in logs without a velocity of their own.
-    pub scatter: Pair<Scatter>,
+    pub scatter: Vec<Scatter>,
     /// A common delay of all velocities; None where nothing speaks for it.
     pub common_delay: Option<CommonDelay>,
     /// A common factor of all velocities, less 1, with its deviation.
     pub proportion: (f64, f64),
     /// Sampling of the sensor.
-    pub sampling: Pair<Sampling>,
+    pub sampling: Logs<Sampling>,
     /// The reading.
     pub wrench: Option<WrenchFinding>,
-    /// Noise floors on the log of the fit.
+    /// Noise floors on the first log.
     pub noise: Vec<NoiseFloor>,
 }
 
@@ -44,42 +44,33 @@ impl StageResults {
     ) -> Self {
         let (model, logs, intervals) = (&timed.model, &timed.logs, &timed.intervals);
         progress(0.15, "simulating actuators");
-        let mut costs = Pair {
-            train: Cost::new(model, &logs.train, intervals.train.clone()),
-            test: Cost::new(model, &logs.test, intervals.test.clone()),
-        };
+        let mut cost = Cost::new(model, &logs.all, &intervals.all);
         let jitters = timed.clock.jitter.is_some();
-        let actuator = actuator_stage(model, logs, &mut costs, jitters, question);
-        let terms: &[Term] = actuator
-            .as_ref()
-            .and_then(|a| a.search.accepted.as_ref())
-            .map_or(&[], |c| &c.terms);
-        let scatter = costs.map(|cost| clock::scatter(cost, terms));
-        let common_delay = clock::common_delay(&costs.train, &costs.test);
-        let proportion = clock::proportion(&costs.train);
+        let actuator = actuator_stage(model, logs, &mut cost, jitters, question);
+        let terms = actuator.as_ref().map_or(&[][..], |a| a.search.terms());
+        let of_log = |log| clock::scatter(&cost, log, terms);
+        let scatter = cost.logs.iter().map(of_log).collect();
+        let common_delay = clock::common_delay(&cost);
+        let proportion = clock::proportion(&cost);
         progress(0.5, "explaining the wrench");
         let sigma = wrench::sheet_sigma(model);
         let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
-        let aligned = timed.aligned();
         let plain = timed.without_offset();
         let moved = match &timed.aligned {
             // The actuator as it really moves the tool, not as late poses show it.
-            Some(aligned) => Pair {
-                train: Cost::new(&plain, &aligned.train, intervals.train.clone()),
-                test: Cost::new(&plain, &aligned.test, intervals.test.clone()),
-            },
-            None => costs.clone(),
+            Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
+            None => cost.clone(),
         };
         let wrench = wrench_rounds(model, question, &mut |model, question| {
             let motion = Motion {
-                logs: aligned,
-                costs: &moved,
+                logs: timed.aligned(),
+                cost: &moved,
                 intervals,
                 actuator: actuator.as_ref(),
             };
             wrench_stage(model, &motion, &mut sampling, question)
         });
-        let noise = noise_floors(model, &costs, wrench.as_ref());
+        let noise = noise_floors(model, &cost, wrench.as_ref());
         Self {
             actuator,
             scatter,
@@ -95,21 +86,22 @@ impl StageResults {
 
 /// How the tool moves, for the search on the reading.
 struct Motion<'a> {
-    logs: &'a Pair<Log>,
-    costs: &'a Pair<Cost<'a>>,
-    intervals: &'a Pair<Vec<f64>>,
+    logs: &'a Logs<Log>,
+    cost: &'a Cost<'a>,
+    intervals: &'a Logs<Vec<f64>>,
     actuator: Option<&'a ActuatorFinding>,
 }
 
 fn actuator_stage(
     model: &Model,
-    logs: &Pair<Log>,
-    costs: &mut Pair<Cost<'_>>,
+    logs: &Logs<Log>,
+    cost: &mut Cost<'_>,
     jitters: bool,
     question: &Question<'_>,
 ) -> Option<ActuatorFinding> {
-    let moves = costs.train.active.contains(&true) && costs.test.active.contains(&true);
-    if model.sensor.at_rest || !logs.train.is_commanded() || !logs.test.is_commanded() || !moves {
+    let moves = cost.active.contains(&true);
+    let commanded = logs.all.iter().all(Log::is_commanded);
+    if model.sensor.at_rest || !commanded || !moves {
         return None;
     }
     let excluded = |id: &str| !question.tries(model, id);
@@ -117,25 +109,23 @@ fn actuator_stage(
         excluded: &excluded,
         forced: question.forced,
         alone: jitters,
+        fitted: logs.fitted,
     };
-    let mut search = actuator::search(&costs.train, &costs.test, &ask);
-    if search.quieten(&mut costs.train) | search.quieten(&mut costs.test) {
-        search = actuator::search(&costs.train, &costs.test, &ask);
+    let mut search = actuator::search(cost, &ask);
+    if search.quieten(cost) {
+        search = actuator::search(cost, &ask);
     }
-    let terms: &[Term] = search.accepted.as_ref().map_or(&[], |c| &c.terms);
-    let around = costs.map(|cost| cost.around(terms));
-    let white = around.map(|cost| cost.white(terms));
-    let level = |cost: &Cost<'_>, white: &[Vec<f64>; 6]| -> [f64; 6] {
-        std::array::from_fn(|axis| rms(&white[axis]) * cost.sigma[axis] / cost.sheet_sigma[axis])
+    let around = cost.around(search.terms());
+    let white = around.white(search.terms());
+    let level = |(log, white): (&actuator::LogCost<'_>, &[Vec<f64>; 6])| -> [f64; 6] {
+        std::array::from_fn(|axis| rms(&white[axis]) * log.sigma[axis] / log.sheet_sigma[axis])
     };
+    let fitted = around.of_logs(|log| log < logs.fitted);
     Some(ActuatorFinding {
-        level: Pair {
-            train: level(&costs.train, &white.train),
-            test: level(&costs.test, &white.test),
-        },
+        level: cost.logs.iter().zip(&white).map(level).collect(),
         white,
-        count: costs.train.count(),
-        intervals: actuator::intervals(&search, &around.train),
+        count: cost.count(),
+        intervals: actuator::intervals(&search, &fitted),
         search,
     })
 }
@@ -160,7 +150,7 @@ fn wrench_rounds(
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
         };
-        if question.only.is_some() || !finding.prepared.train.has_much_left(accepted) {
+        if question.only.is_some() || !finding.prepared.has_much_left(accepted) {
             break;
         }
         known
@@ -169,18 +159,14 @@ fn wrench_rounds(
         let Some(mut next) = search(&known, question) else {
             break;
         };
-        let rest = finding.prepared.train.left(accepted);
-        if !next
-            .found
-            .accepted
-            .as_ref()
-            .is_some_and(|t| wrench::is_much(t.gain, rest))
-        {
+        let worth = |more: &wrench::Tested| more.gain > threshold(accepted.gain);
+        if !next.found.accepted.as_ref().is_some_and(worth) {
             break;
         }
         next.earlier = finding.earlier;
         next.earlier.0.extend(accepted.effects.iter().cloned());
-        next.earlier.1 += accepted.gain;
+        next.earlier.1.extend(finding.found.evidence);
+        next.earlier.2 += accepted.gain;
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
@@ -191,90 +177,57 @@ fn wrench_rounds(
 fn wrench_stage(
     model: &Model,
     motion: &Motion<'_>,
-    sampling: &mut Pair<Sampling>,
+    sampling: &mut Logs<Sampling>,
     question: &Question<'_>,
 ) -> Option<WrenchFinding> {
     let Motion {
         logs,
-        costs,
+        cost,
         intervals,
         actuator,
     } = motion;
     let measured = |log: &Log| log.wrench.iter().flatten().any(|v| *v != 0.0);
-    if !measured(&logs.train) || !measured(&logs.test) {
+    if !logs.all.iter().all(measured) {
         return None;
     }
-    let terms: &[Term] = actuator
-        .and_then(|a| a.search.accepted.as_ref())
-        .map_or(&[], |c| &c.terms);
-    let trusted = actuator.is_some_and(|a| {
-        let chi2 = a
-            .search
-            .accepted
-            .as_ref()
-            .map_or(a.search.nominal.0, |c| c.train);
-        (chi2 / a.count.max(1) as f64).sqrt() < TRUSTED
-    });
-    let side = |log: &Log, cost: &Cost<'_>, sampling: &mut Sampling, intervals: &[f64]| {
+    let terms: &[Term] = actuator.map_or(&[], |a| a.search.terms());
+    let trusted = actuator.is_some_and(|a| actuator::level(a.search.reached(), cost) < TRUSTED);
+    let each = logs.all.iter().zip(&intervals.all).zip(&mut sampling.all);
+    let prepared = each.map(|((log, intervals), sampling)| {
         let scene = wrench::scene(model, log, cost, terms, trusted, intervals);
         PreparedLog::new(model, log, scene, sampling)
-    };
-    let (train, test) = rayon::join(
-        || {
-            side(
-                &logs.train,
-                &costs.train,
-                &mut sampling.train,
-                &intervals.train,
-            )
-        },
-        || side(&logs.test, &costs.test, &mut sampling.test, &intervals.test),
-    );
-    let prepared = Pair { train, test };
-    let finished = |tested: &Tested| structure::left(&prepared, Some(tested), 0.0).is_finished();
+    });
+    let mut prepared = Joint::new(prepared.collect(), logs.fitted);
     let excluded =
         |id: &str| !question.tries(model, id) || (is_shape(id) && question.only.is_none());
-    let found = wrench::search(
-        &prepared.train,
-        &prepared.test,
-        &excluded,
-        &finished,
-        question.forced,
-    );
+    let found = wrench::search(&mut prepared, &excluded, question.forced);
     Some(WrenchFinding {
         found,
         prepared,
-        earlier: (Vec::new(), 0.0),
+        earlier: (Vec::new(), Vec::new(), 0.0),
     })
 }
 
-fn noise_floors(
-    model: &Model,
-    costs: &Pair<Cost<'_>>,
-    wrench: Option<&WrenchFinding>,
-) -> Vec<NoiseFloor> {
+fn noise_floors(model: &Model, cost: &Cost<'_>, wrench: Option<&WrenchFinding>) -> Vec<NoiseFloor> {
     let mut all = Vec::new();
-    for axis in Axis::ALL
-        .into_iter()
-        .filter(|a| costs.train.active[a.index()])
-    {
-        all.push(NoiseFloor {
+    let first = cost.logs.iter().take(1);
+    for log in first {
+        let moving = Axis::ALL.into_iter().filter(|a| cost.active[a.index()]);
+        all.extend(moving.map(|axis| NoiseFloor {
             channel: Channel::ExecutedVelocity,
             axis,
-            measured: costs.train.sigma[axis.index()],
-            data_sheet: costs.train.sheet_sigma[axis.index()],
-        });
+            measured: log.sigma[axis.index()],
+            data_sheet: log.sheet_sigma[axis.index()],
+        }));
     }
     let sheet = wrench::sheet_sigma(model);
-    for axis in Axis::ALL {
-        if let Some(found) = wrench {
-            all.push(NoiseFloor {
-                channel: Channel::Wrench,
-                axis,
-                measured: found.prepared.train.noise_model[axis.index()].level,
-                data_sheet: sheet[axis.index()],
-            });
-        }
+    for log in wrench.iter().flat_map(|found| found.prepared.logs.first()) {
+        all.extend(Axis::ALL.into_iter().map(|axis| NoiseFloor {
+            channel: Channel::Wrench,
+            axis,
+            measured: log.noise_model[axis.index()].level,
+            data_sheet: sheet[axis.index()],
+        }));
     }
     all
 }

@@ -1,11 +1,10 @@
 //! Whether a residual is noise, or still has structure; four tests that look at different things.
 //!
-//! The limits are above the largest values that logs without any missing effect have shown; a log
-//! has structure only if training and unseen data both say so.
+//! The limits are above the largest values that logs without any missing effect have shown; there is
+//! structure only if all logs say so.
 
-use super::engine::Pair;
 use super::rounding::Rounded;
-use super::wrench::{PreparedLog, Tested, sheet_sigma, subtract};
+use super::wrench::{Joint, PreparedLog, Rest, Tested, sheet_sigma};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
 use crate::statistics::{median, periodogram};
@@ -28,76 +27,64 @@ const LEVEL: f64 = 1.35;
 /// Share of the error that may be left without being called structure.
 const REMAINDER: f64 = 0.01;
 
-/// A parameter that is off by more than this many tolerances is not a matter of tolerance.
-const STRAINED: f64 = 4.0;
-
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Left {
-    /// Axes, with what the tests find on the log of the fit and on unseen data.
-    pub axes: Vec<(Channel, Axis, Structure, Structure)>,
+    /// Axes, with what the tests find on each log.
+    pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
     /// Excess over the noise that is left, of what there was.
     pub share: f64,
-    /// Largest use of a tolerance, in tolerances.
-    pub pulled: f64,
 }
 
 impl Left {
-    /// Whether both logs show structure that is more than a remainder.
+    /// Whether the logs show structure that is more than a remainder.
     pub(crate) fn any(&self) -> bool {
-        self.share > REMAINDER && self.axes.iter().any(|(_, _, a, b)| a.with(b))
+        self.share > REMAINDER && self.structured().next().is_some()
     }
 
-    /// Whether nothing but noise is left, and no tolerance is strained to make it so.
-    pub(crate) fn is_finished(&self) -> bool {
-        !self.any() && self.pulled < STRAINED
-    }
-
-    /// Axes with structure on both logs.
-    pub(crate) fn structured(
-        &self,
-    ) -> impl Iterator<Item = &(Channel, Axis, Structure, Structure)> {
-        self.axes.iter().filter(|(_, _, a, b)| a.with(b))
+    /// Axes with structure on all logs.
+    pub(crate) fn structured(&self) -> impl Iterator<Item = &(Channel, Axis, Vec<Structure>)> {
+        self.axes
+            .iter()
+            .filter(|(_, _, each)| Structure::in_all(each))
     }
 }
 
 /// What effects leave of the wrench.
 /// `earlier`: by how much χ² fell before.
-pub(crate) fn left(prepared: &Pair<PreparedLog>, tested: Option<&Tested>, earlier: f64) -> Left {
-    let (train, excess, pulled) = of_log(&prepared.train, tested);
-    let (test, _, _) = of_log(&prepared.test, tested);
+pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, earlier: f64) -> Left {
+    let rests = joint.rests(tested);
+    let of_logs: Vec<(Vec<Structure>, f64)> = joint
+        .logs
+        .iter()
+        .zip(&rests)
+        .map(|(log, rest)| of_log(joint, log, rest))
+        .collect();
     let axes = Axis::ALL
         .into_iter()
-        .zip(train.into_iter().zip(test))
-        .map(|(axis, (train, test))| (Channel::Wrench, axis, train, test))
+        .map(|axis| {
+            let each = of_logs.iter().map(|(s, _)| s[axis.index()].clone());
+            (Channel::Wrench, axis, each.collect())
+        })
         .collect();
+    let excess: f64 = of_logs.iter().map(|(_, excess)| excess).sum();
     let removed = earlier + tested.map_or(0.0, |t| t.gain);
     Left {
         axes,
         share: excess / (excess + removed).max(1.0),
-        pulled,
     }
 }
 
-/// Structure of each axis, the excess of χ² over its number of values, and the largest use of a
-/// tolerance.
-fn of_log(log: &PreparedLog, tested: Option<&Tested>) -> (Vec<Structure>, f64, f64) {
-    let part = tested.map_or_else(Column::default, |t| t.contribution(&log.scene));
-    let taken = log.problem.tolerances_with(&part);
-    let white = log.problem.rest(&part, &taken);
-    let mut raw = log.residual.clone();
-    subtract(&mut raw, &part, 1.0);
-    let exact = raw.clone();
-    for (column, taken) in log.tolerances.iter().zip(&taken) {
-        subtract(&mut raw, column, *taken);
-    }
+/// Structure of each axis of a log, and the excess of χ² over its number of values.
+fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, f64) {
     let sheet = log.sheet_sigma;
-    let (white, levels) = beyond_rounding(log, white, [&raw, &exact]);
+    let (white, levels) = beyond_rounding(log, rest);
     let squares: f64 = white.0.iter().flatten().map(|w| w * w).sum();
+    let values = joint.problem.axes * log.fresh.iter().filter(|f| **f).count();
     let structures: Vec<Structure> = (0..6)
         .map(|axis| {
             let level = levels[axis].unwrap_or_else(|| {
-                let counted = raw.0[axis].iter().zip(log.problem.fresh());
+                let counted = rest.raw.0[axis].iter().zip(&log.fresh);
                 let (power, count) = counted
                     .filter(|(_, fresh)| **fresh)
                     .fold((0.0, 0.0), |(sum, count), (r, _)| {
@@ -120,14 +107,14 @@ fn of_log(log: &PreparedLog, tested: Option<&Tested>) -> (Vec<Structure>, f64, f
         .iter()
         .map(|s: &Structure| s.level * s.level)
         .sum();
-    let plain = (levels / log.problem.axes as f64 - 1.0) * log.problem.count as f64;
-    let excess = (squares - log.problem.count as f64).max(plain).max(0.0);
-    (structures, excess, taken.amax())
+    let plain = (levels / joint.problem.axes as f64 - 1.0) * values as f64;
+    let excess = (squares - values as f64).max(plain).max(0.0);
+    (structures, excess)
 }
 
 /// Tests the cycles that count, as if the others had not been.
 fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
-    let counts = log.problem.fresh().iter().enumerate();
+    let counts = log.fresh.iter().enumerate();
     let places: Vec<usize> = counts.filter(|(_, c)| **c).map(|(n, _)| n).collect();
     let series: Vec<f64> = places
         .iter()
@@ -143,26 +130,24 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
 
 /// Rounded readings have residuals of their own, and a level over the data sheet's noise. The
 /// tolerances, which were taken as if rounding were noise, count only where they help.
-fn beyond_rounding(
-    log: &PreparedLog,
-    mut white: Column,
-    raw: [&Column; 2],
-) -> (Column, [Option<f64>; 6]) {
+fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6]) {
     let sheet = sheet_sigma(&log.scene.model);
+    let mut white = rest.white.clone();
     let levels = std::array::from_fn(|axis| {
         let half = log.half_step[axis];
         (half > 0.0).then(|| {
-            let [with, exact] = raw.map(|r| Rounded::new(&r.0[axis], half, sheet[axis]));
+            let [with, exact] =
+                [&rest.raw, &rest.exact].map(|r| Rounded::new(&r.0[axis], half, sheet[axis]));
             let mut own = if with.cost < exact.cost { with } else { exact };
             // A repeated reading says nothing new.
-            for (residual, fresh) in own.white.iter_mut().zip(log.problem.fresh()) {
+            for (residual, fresh) in own.white.iter_mut().zip(&log.fresh) {
                 if !fresh {
                     *residual = 0.0;
                 }
             }
             let squares: f64 = own.white.iter().map(|r| r * r).sum();
             white.0[axis] = own.white;
-            let fresh = log.problem.fresh().iter().filter(|f| **f).count();
+            let fresh = log.fresh.iter().filter(|f| **f).count();
             (squares / fresh.max(1) as f64).sqrt() * own.sigma / sheet[axis]
         })
     });
@@ -209,12 +194,13 @@ impl Structure {
         }
     }
 
-    /// Whether the same test fires for both.
-    pub(crate) fn with(&self, other: &Self) -> bool {
-        (self.slow > SLOW && other.slow > SLOW)
-            || (self.burst > BURST && other.burst > BURST)
-            || (self.line.0 > LINE && other.line.0 > LINE)
-            || (self.level > LEVEL && other.level > LEVEL)
+    /// Whether the same test fires on all logs.
+    pub(crate) fn in_all(each: &[Self]) -> bool {
+        let all = |fires: &dyn Fn(&Self) -> bool| !each.is_empty() && each.iter().all(fires);
+        all(&|s| s.slow > SLOW)
+            || all(&|s| s.burst > BURST)
+            || all(&|s| s.line.0 > LINE)
+            || all(&|s| s.level > LEVEL)
     }
 
     /// Only its size counts: for what is left of a clock whose jitter was recovered but for noise.

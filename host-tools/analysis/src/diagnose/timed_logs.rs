@@ -1,7 +1,7 @@
-//! A pair of logs with what is believed of their clock.
+//! Logs with what is believed of their clock.
 
-use super::clock;
-use super::engine::{ClockFinding, Pair, Question};
+use super::clock::{self, Clock};
+use super::engine::{ClockFinding, Logs, Question};
 use crate::model::actuator::Reading;
 use crate::model::clock::recover;
 use crate::model::log::Log;
@@ -24,11 +24,11 @@ pub(super) struct TimedLogs {
     /// clock.
     pub model: Model,
     /// The logs as they were recorded.
-    pub logs: Pair<Log>,
+    pub logs: Logs<Log>,
     /// The logs with poses at the instants of the wrenches and true velocities, where they differ.
-    pub aligned: Option<Pair<Log>>,
+    pub aligned: Option<Logs<Log>>,
     /// True durations of the cycles; empty where they are nominal.
-    pub intervals: Pair<Vec<f64>>,
+    pub intervals: Logs<Vec<f64>>,
 }
 
 impl TimedLogs {
@@ -36,21 +36,18 @@ impl TimedLogs {
     /// shows.
     pub(super) fn new(
         model: &Model,
-        recordings: &Pair<&Recording>,
+        recordings: &Logs<&Recording>,
         believed: Option<ClockFinding>,
         question: &Question<'_>,
     ) -> anyhow::Result<Self> {
-        let signals = Pair {
-            train: Signals::new(recordings.train)?,
-            test: Signals::new(recordings.test)?,
-        };
-        let of = |signals: &Signals<'_>| Log::of(signals, &model.noise);
-        let logs = Pair {
-            train: of(&signals.train)?,
-            test: of(&signals.test)?,
-        };
+        let signals = recordings
+            .map(|recording| Signals::new(recording))
+            .whole()?;
+        let logs = signals
+            .map(|signals| Log::of(signals, &model.noise))
+            .whole()?;
         let clock = believed.unwrap_or_else(|| clock_stage(model, &logs, question));
-        if logs.train.reading == Reading::AtEnd {
+        if logs.all[0].reading == Reading::AtEnd {
             return Ok(Self {
                 intervals: intervals(model, &logs, &clock),
                 model: model.clone(),
@@ -60,24 +57,26 @@ impl TimedLogs {
             });
         }
         let model = with_clock(model, &clock);
-        let all = signals.map_both(|signals| model::prediction::intervals(&model, signals));
-        let own = |log: &Log, all: &[f64]| {
+        let all = signals.map_at_once(|signals| model::prediction::intervals(&model, signals));
+        let own = |(log, all): (&Log, &Vec<f64>)| -> Vec<f64> {
             let own = all.iter().skip(log.first).take(log.len());
-            own.copied().collect::<Vec<f64>>()
+            own.copied().collect()
         };
-        let intervals = Pair {
-            train: own(&logs.train, &all.train),
-            test: own(&logs.test, &all.test),
+        let intervals = Logs {
+            all: logs.all.iter().zip(&all.all).map(own).collect(),
+            fitted: logs.fitted,
         };
-        let train = retimed(&model, &signals.train, &all.train);
-        let test = retimed(&model, &signals.test, &all.test);
-        let aligned = match (train, test) {
-            (Some(train), Some(test)) => Some(Pair {
-                train: Log::of(&signals.train.with(&train), &model.noise)?,
-                test: Log::of(&signals.test.with(&test), &model.noise)?,
-            }),
-            _ => None,
+        let retimed = |(signals, all): (&Signals<'_>, &Vec<f64>)| -> Option<anyhow::Result<Log>> {
+            let cycles = retimed(&model, signals, all)?;
+            Some(Log::of(&signals.with(&cycles), &model.noise))
         };
+        let aligned: Option<Vec<anyhow::Result<Log>>> =
+            signals.all.iter().zip(&all.all).map(retimed).collect();
+        let aligned = aligned.map(|all| {
+            let fitted = logs.fitted;
+            Logs { all, fitted }.whole()
+        });
+        let aligned = aligned.transpose()?;
         Ok(Self {
             clock,
             model,
@@ -88,7 +87,7 @@ impl TimedLogs {
     }
 
     /// The logs with poses at the instants of the wrenches.
-    pub(super) fn aligned(&self) -> &Pair<Log> {
+    pub(super) fn aligned(&self) -> &Logs<Log> {
         self.aligned.as_ref().unwrap_or(&self.logs)
     }
 
@@ -118,28 +117,29 @@ fn with_clock(model: &Model, clock: &ClockFinding) -> Model {
     with
 }
 
-fn clock_stage(model: &Model, logs: &Pair<Log>, question: &Question<'_>) -> ClockFinding {
-    let found = logs.map_both(|log| clock::test(model, log));
-    let (train, test) = (found.train, found.test);
-    let apart_s = SAMPLED_APART * logs.train.cycle_s;
-    let jitters = train.jitters() && test.jitters() && question.tries(model, "clock_jitter");
-    let rate = question.tries(model, "clock_rate");
-    let offset = question.tries(model, "clock_offset");
+fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> ClockFinding {
+    let found = logs.map_at_once(|log| clock::test(model, log)).all;
+    let apart_s = SAMPLED_APART * logs.all[0].cycle_s;
+    let tries = |id: &str| question.tries(model, id);
+    let each = |of: &dyn Fn(&Clock) -> bool| found.iter().all(of);
+    let train = Clock::common(&found[..logs.fitted]);
+    let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
+    let jitters = tries("clock_jitter") && gain > clock::SIGNIFICANT;
     ClockFinding {
-        jitter: jitters.then_some((train.jitter_s, (train.jitter_gain, test.jitter_gain))),
-        rate: (rate && train.has_rate_error(RATE_TOLERANCE) && test.has_rate_error(RATE_TOLERANCE))
+        jitter: jitters.then_some((train.jitter_s, gain)),
+        rate: (tries("clock_rate") && each(&|c| c.has_rate_error(RATE_TOLERANCE)))
             .then_some(train.rate),
-        offset_s: (offset && train.has_offset(apart_s) && test.has_offset(apart_s))
+        offset_s: (tries("clock_offset") && each(&|c| c.has_offset(apart_s)))
             .then_some(train.offset_s),
     }
 }
 
 /// True durations of the cycles; empty where they are nominal.
-fn intervals(model: &Model, logs: &Pair<Log>, clock: &ClockFinding) -> Pair<Vec<f64>> {
+fn intervals(model: &Model, logs: &Logs<Log>, clock: &ClockFinding) -> Logs<Vec<f64>> {
     let known = model.effects.iter().find(|e| e.id == "clock_jitter");
     let known_s = known.and_then(|e| e.parameters.get("jitter_s")).copied();
     match clock.jitter.map(|j| j.0).or(known_s) {
-        Some(jitter_s) => logs.map_both(|log| recover(model, log, jitter_s)),
+        Some(jitter_s) => logs.map_at_once(|log| recover(model, log, jitter_s)),
         None => logs.map(|_| Vec::new()),
     }
 }

@@ -1,4 +1,4 @@
-//! Fitting a model's parameters to a recording.
+//! Fitting a model's parameters to recordings.
 //!
 //! [`refit`] moves all parameters of the added effects, and every nominal parameter that has a
 //! tolerance, together: by Levenberg and Marquardt's method on the residuals of all channels of
@@ -95,10 +95,11 @@ pub struct Refit {
 /// A recording that cannot be predicted, or a model without anything to fit.
 pub fn refit(
     model: &Model,
-    recording: &Recording,
+    recordings: &[&Recording],
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Refit> {
-    let signals = Signals::new(recording)?;
+    let signals = recordings.iter().map(|recording| Signals::new(recording));
+    let signals = signals.collect::<anyhow::Result<Vec<_>>>()?;
     let mut free = parameter::all(model);
     ensure!(
         !free.is_empty(),

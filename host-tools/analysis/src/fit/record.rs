@@ -1,6 +1,6 @@
 //! The history in a model file: how the error fell, step by step.
 
-use crate::diagnose::{Step, levels};
+use crate::diagnose::{Step, levels_of};
 use crate::model::edit::rounded;
 use crate::model::prediction::predict;
 use crate::model::{HistoryStep, Model};
@@ -18,14 +18,15 @@ pub struct Names {
     pub test: Option<String>,
 }
 
-/// Error of a model on a recording: the root of the sum of squares over the channels, each in
+/// Error of a model on recordings: the root of the sum of squares over the channels, each in
 /// units of the data sheet's noise.
 ///
 /// # Errors
 ///
 /// A recording that cannot be predicted.
-pub fn error(model: &Model, recording: &Recording) -> anyhow::Result<f64> {
-    Ok(levels(&predict(model, recording)?).total())
+pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
+    let predictions = recordings.iter().map(|recording| predict(model, recording));
+    Ok(levels_of(&predictions.collect::<anyhow::Result<Vec<_>>>()?).total())
 }
 
 /// Appends steps to a history; the first of them is the model before anything was done.

@@ -12,6 +12,7 @@ const MOST: usize = 300_000;
 
 /// One residual.
 struct Row {
+    log: usize,
     channel: Channel,
     axis: Axis,
     cycle: usize,
@@ -22,9 +23,9 @@ struct Row {
 pub(super) struct Residuals<'a> {
     /// As it was given: the rig's own controller works with its tool and sensor.
     given: &'a Model,
-    signals: &'a Signals<'a>,
-    /// Durations of the cycles, by the model as it was given; empty if nominal.
-    intervals_s: Vec<f64>,
+    signals: &'a [Signals<'a>],
+    /// Durations of the cycles of each recording, by the model as it was given; empty if nominal.
+    intervals_s: Vec<Vec<f64>>,
     rows: Vec<Row>,
     /// The model velocity is predicted with the model's own tool and sensor, because the recording
     /// does not say with which ones the rig's controller computed it.
@@ -35,19 +36,29 @@ pub(super) struct Residuals<'a> {
 
 impl<'a> Residuals<'a> {
     /// Everything that the model predicts of the signals.
-    pub(super) fn new(given: &'a Model, signals: &'a Signals<'a>) -> Self {
-        let prediction = predict_signals(given, signals);
-        let mut rows = all_rows(&prediction, 1);
-        if rows.len() > MOST {
-            rows = all_rows(&prediction, rows.len().div_ceil(MOST));
+    pub(super) fn new(given: &'a Model, signals: &'a [Signals<'a>]) -> Self {
+        let predictions: Vec<Prediction> =
+            signals.iter().map(|s| predict_signals(given, s)).collect();
+        let rows = |every: usize| -> Vec<Row> {
+            let each = predictions.iter().enumerate();
+            each.flat_map(|(log, prediction)| all_rows(log, prediction, every))
+                .collect()
+        };
+        let mut all = rows(1);
+        if all.len() > MOST {
+            all = rows(all.len().div_ceil(MOST));
         }
-        let velocities = &prediction.channel(Channel::ModelVelocity).predicted;
+        let predicted = |p: &Prediction| {
+            let velocities = &p.channel(Channel::ModelVelocity).predicted;
+            velocities.iter().any(Option::is_some)
+        };
+        let foreign = signals.iter().all(|s| s.settings.is_none());
         Self {
             given,
             signals,
-            intervals_s: intervals(given, signals),
-            rows,
-            believed: signals.settings.is_none() && velocities.iter().any(Option::is_some),
+            intervals_s: signals.iter().map(|s| intervals(given, s)).collect(),
+            rows: all,
+            believed: foreign && predictions.iter().any(predicted),
             excess: [[1.0; 6]; 4],
         }
     }
@@ -80,15 +91,17 @@ impl<'a> Residuals<'a> {
 
     /// Residuals over noise.
     fn relative(&self, model: &Model) -> impl Iterator<Item = f64> + '_ {
-        let channels = self.channels(model);
+        let logs: Vec<[ChannelPrediction; 4]> = (0..self.signals.len())
+            .map(|log| self.channels(model, log))
+            .collect();
         self.rows.iter().map(move |row| {
-            let residual = channels[row.channel as usize].residual(row.cycle, row.axis);
+            let residual = logs[row.log][row.channel as usize].residual(row.cycle, row.axis);
             residual.unwrap_or(0.0) / row.sigma
         })
     }
 
-    fn channels(&self, model: &Model) -> [ChannelPrediction; 4] {
-        let (signals, intervals_s) = (self.signals, self.intervals_s.as_slice());
+    fn channels(&self, model: &Model, log: usize) -> [ChannelPrediction; 4] {
+        let (signals, intervals_s) = (&self.signals[log], self.intervals_s[log].as_slice());
         // The model velocity shows what the controller believes of tool and sensor, not what is.
         let believed = Model {
             tool: self.given.tool.clone(),
@@ -106,7 +119,7 @@ impl<'a> Residuals<'a> {
     }
 }
 
-fn all_rows(prediction: &Prediction, every: usize) -> Vec<Row> {
+fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {
     let mut rows = Vec::new();
     for channel in Channel::ALL {
         let series = prediction.channel(channel);
@@ -115,6 +128,7 @@ fn all_rows(prediction: &Prediction, every: usize) -> Vec<Row> {
                 let sigma = series.expected_sigma(cycle, axis);
                 if series.residual(cycle, axis).is_some() && sigma > 0.0 {
                     rows.push(Row {
+                        log,
                         channel,
                         axis,
                         cycle,

@@ -64,6 +64,30 @@ impl ModelFile {
     /// A model that a file cannot hold: values out of range, or none.
     pub fn edited(&self, after: &Model) -> Result<Edited<'_>> {
         let text = with_its_line_ends(&self.text, |text| merge::merge(text, &self.model, after))?;
+        self.checked(text, after)
+    }
+
+    /// The file without an effect.
+    ///
+    /// # Errors
+    ///
+    /// An effect that is not in the file; the error names those that are.
+    pub fn without(&self, id: &str) -> Result<Edited<'_>> {
+        let mut after = self.model.clone();
+        after.effects.retain(|effect| effect.id != id);
+        if after.effects.len() == self.model.effects.len() {
+            let ids: Vec<&str> = after.effects.iter().map(|e| e.id.as_str()).collect();
+            let there = match &ids[..] {
+                [] => "it has no effects".to_owned(),
+                ids => format!("its effects are {}", ids.join(", ")),
+            };
+            bail!("{}: `{id}` is not in it; {there}", self.path.display());
+        }
+        let text = with_its_line_ends(&self.text, |text| merge::without_effect(text, id))?;
+        self.checked(text, &after)
+    }
+
+    fn checked(&self, text: String, after: &Model) -> Result<Edited<'_>> {
         let name = self.path.display().to_string();
         let written = Model::from_toml(&text, &name)
             .context("the change does not fit into the model file; nothing was written")?;

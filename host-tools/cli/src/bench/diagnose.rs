@@ -100,7 +100,7 @@ pub fn truths(path: &Path) -> anyhow::Result<Vec<(String, Truth)>> {
 }
 
 fn judge(logs: &ImportedLogs) -> anyhow::Result<Diagnosis> {
-    let report = diagnose::diagnose(&logs.model, &logs.train, Some(&logs.test), &|_, _| {})?;
+    let report = diagnose::diagnose(&logs.model, &[&logs.train], &[&logs.test], &|_, _| {})?;
     Ok(report.diagnosis)
 }
 
@@ -111,6 +111,8 @@ fn answer(diagnosis: &Diagnosis) -> Answer {
             diagnose::Verdict::Named => Verdict::Named,
             diagnose::Verdict::NothingMissing => Verdict::NothingMissing,
             diagnose::Verdict::Unexplained => Verdict::Unexplained,
+            diagnose::Verdict::LogsDisagree => Verdict::LogsDisagree,
+            diagnose::Verdict::NotTestable => Verdict::NotTestable,
         },
         effects: diagnosis.effects.clone(),
         test_rms: [

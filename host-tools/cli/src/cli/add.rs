@@ -27,12 +27,12 @@ pub(super) struct Add {
     model: PathBuf,
     /// Effect to add; `softdock effects` lists them
     effect: Option<String>,
-    /// Recording to fit on (MCAP)
-    #[arg(long, value_name = "RECORDING")]
-    fit: PathBuf,
-    /// Recording to judge on (MCAP); without it the end of the other is held back
-    #[arg(long, value_name = "RECORDING")]
-    test: Option<PathBuf>,
+    /// Recordings to fit on (MCAP), one or several
+    #[arg(long, value_name = "RECORDING", num_args = 1.., required = true)]
+    fit: Vec<PathBuf>,
+    /// Recordings to judge on (MCAP); without them the end of the others is held back
+    #[arg(long, value_name = "RECORDING", num_args = 1..)]
+    test: Vec<PathBuf>,
     /// Print the difference to the model file and write nothing
     #[arg(long)]
     dry_run: bool,
@@ -60,7 +60,7 @@ impl Add {
         if let Some(id) = &self.effect {
             EffectModel::catalogued(id)?;
         }
-        let logs = Logs::open(file.model(), &self.fit, self.test.as_deref())?;
+        let logs = Logs::open(file.model(), &self.fit, &self.test)?;
         let report = self.fitted(file.model(), &logs)?;
         let diagnosis = &report.diagnosis;
         if diagnosis.effects.is_empty() {
@@ -89,7 +89,7 @@ impl Add {
 
     fn fitted(&self, model: &Model, logs: &Logs) -> Result<Report> {
         let progress = Progress::new();
-        let (train, test) = (&logs.train, logs.test.as_ref());
+        let (train, test) = (&logs.fitted()[..], &logs.unseen_ones()[..]);
         match &self.effect {
             Some(id) => {
                 progress.show(0.1, &format!("fitting {id}"));
@@ -102,7 +102,7 @@ impl Add {
     }
 
     fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
-        if diagnosis.verdict == Verdict::Unexplained {
+        if diagnosis.verdict != Verdict::NothingMissing {
             bail!(
                 "nothing was added. {} (--report of `softdock diagnose` shows it)",
                 diagnosis.sentence

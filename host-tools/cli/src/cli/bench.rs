@@ -144,6 +144,8 @@ fn cases(rows: &[&Row]) -> Table {
             softdock_hidden_effects::Verdict::Named => row.effects.join(" + "),
             softdock_hidden_effects::Verdict::NothingMissing => "nothing missing".to_owned(),
             softdock_hidden_effects::Verdict::Unexplained => "unexplained".to_owned(),
+            softdock_hidden_effects::Verdict::LogsDisagree => "logs disagree".to_owned(),
+            softdock_hidden_effects::Verdict::NotTestable => "not testable".to_owned(),
         };
         let hidden = if row.hidden.is_empty() {
             "nothing".to_owned()

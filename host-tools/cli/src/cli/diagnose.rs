@@ -17,20 +17,23 @@ use std::path::PathBuf;
 /// Find the physical effect that a model lacks: its name and size, "nothing is missing", or where
 /// an error without a name shows.
 ///
-/// Every effect of the catalogue is tried as a hypothesis on the log TRAIN and judged on TEST,
-/// which the fit does not see. Without TEST the end of TRAIN is held back for that.
+/// Every effect of the catalogue is tried as a hypothesis about all logs together. Its parameters are
+/// those of TRAIN, and the errors are those on TEST, which the parameters have not seen. Without TEST
+/// the end of TRAIN is held back for that.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock diagnose model.toml train.mcap --test test.mcap --report diagnosis.html
+         softdock diagnose model.toml slow.mcap fast.mcap --test a.mcap b.mcap
 Then:    softdock add model.toml --fit train.mcap --test test.mcap")]
 pub(super) struct Diagnose {
     /// Model file (TOML)
     model: PathBuf,
-    /// Recording to fit on (MCAP)
-    train: PathBuf,
-    /// Recording to judge on (MCAP)
-    #[arg(long, value_name = "RECORDING")]
-    test: Option<PathBuf>,
+    /// Recordings to fit on (MCAP), one or several
+    #[arg(required = true)]
+    train: Vec<PathBuf>,
+    /// Recordings to judge on (MCAP), one or several
+    #[arg(long, value_name = "RECORDING", num_args = 1..)]
+    test: Vec<PathBuf>,
     /// Also try on the simulated rig how clearly the experiment tells the effect from its closest
     /// rival (some seconds)
     #[arg(long)]
@@ -52,11 +55,14 @@ impl Diagnose {
         if let Some(path) = &self.report {
             refuse_overwrite(path, self.force)?;
         }
-        let logs = Logs::open(&model, &self.train, self.test.as_deref())?;
+        let logs = Logs::open(&model, &self.train, &self.test)?;
         let progress = Progress::new();
-        let mut report = diagnose(&model, &logs.train, logs.test.as_ref(), &|share, what| {
-            progress.show(share, what);
-        })?;
+        let mut report = diagnose(
+            &model,
+            &logs.fitted(),
+            &logs.unseen_ones(),
+            &|share, what| progress.show(share, what),
+        )?;
         if self.rehearse {
             rehearse(&mut report.diagnosis, &progress)?;
         }
@@ -78,8 +84,8 @@ impl Diagnose {
         let identity = Identity {
             model_path: self.model.display().to_string(),
             model_toml: report.after.to_toml(),
-            train: self.train.display().to_string(),
-            test: self.test.as_ref().map(|path| path.display().to_string()),
+            train: logs.names.train.clone(),
+            test: logs.names.test.clone().filter(|_| !logs.test.is_empty()),
             firmware: header.identity.clone(),
             settings_toml: header.settings_toml.clone(),
         };

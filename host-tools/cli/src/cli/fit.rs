@@ -10,6 +10,7 @@ use softdock_analysis::diagnose::{Step, held_back};
 use softdock_analysis::fit::{Refit, Refitted, Undetermined, record, refit};
 use softdock_analysis::model::edit::{Edited, ModelFile};
 use softdock_analysis::model::{HistoryStep, Model};
+use softdock_analysis::recording::Recording;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 
@@ -29,11 +30,12 @@ const DIGITS: usize = 5;
 pub(super) struct Fit {
     /// Model file (TOML)
     model: PathBuf,
-    /// Recording to fit on (MCAP)
-    train: PathBuf,
-    /// Recording to judge on (MCAP); without it the end of TRAIN is held back
-    #[arg(long, value_name = "RECORDING")]
-    test: Option<PathBuf>,
+    /// Recordings to fit on (MCAP), one or several
+    #[arg(required = true)]
+    train: Vec<PathBuf>,
+    /// Recordings to judge on (MCAP); without them the end of TRAIN is held back
+    #[arg(long, value_name = "RECORDING", num_args = 1..)]
+    test: Vec<PathBuf>,
     /// Write the values into the model file
     #[arg(long)]
     write: bool,
@@ -58,20 +60,25 @@ impl Fit {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
         let model = file.model();
-        let logs = Logs::open(model, &self.train, self.test.as_deref())?;
-        let halves = held_back(&logs.train);
-        let (train, test) = match &logs.test {
-            Some(test) => (&logs.train, test),
-            None => (&halves.train, &halves.test),
+        let logs = Logs::open(model, &self.train, &self.test)?;
+        let halves: Vec<(Recording, Recording)>;
+        let (train, test): (Vec<&Recording>, Vec<&Recording>) = if logs.test.is_empty() {
+            halves = logs.train.iter().map(held_back).collect();
+            halves
+                .iter()
+                .map(|(beginning, end)| (beginning, end))
+                .unzip()
+        } else {
+            (logs.fitted(), logs.unseen_ones())
         };
         let progress = Progress::new();
-        let mut fit = refit(model, train, &|share, what| progress.show(share, what))?;
+        let mut fit = refit(model, &train, &|share, what| progress.show(share, what))?;
         drop(progress);
         let step = |effect: &str, model: &Model| -> Result<Step> {
             Ok(Step {
                 effect: effect.to_owned(),
-                train_error: record::error(model, train)?,
-                test_error: Some(record::error(model, test)?),
+                train_error: record::error(model, &train)?,
+                test_error: Some(record::error(model, &test)?),
             })
         };
         let steps = [

@@ -1,17 +1,17 @@
 //! The recordings that a fit works with, checked before anything is concluded from them.
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use softdock_analysis::fit::excitation;
 use softdock_analysis::fit::record::Names;
 use softdock_analysis::import::checks::{Context, check};
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::Recording;
-use std::path::Path;
+use std::path::PathBuf;
 
-/// A recording to fit on and, if there is one, a recording that the fit does not see.
+/// Recordings to fit on, and recordings that the fit does not see, if there are any.
 pub(super) struct Logs {
-    pub(super) train: Recording,
-    pub(super) test: Option<Recording>,
+    pub(super) train: Vec<Recording>,
+    pub(super) test: Vec<Recording>,
     /// As the user gave them; without an unseen recording, `test` is the end of `train`.
     pub(super) names: Names,
     /// What the user should know about them.
@@ -23,10 +23,11 @@ impl Logs {
     ///
     /// # Errors
     ///
-    /// A file that is no recording, or one from which nothing can be concluded.
-    pub(super) fn open(model: &Model, train: &Path, test: Option<&Path>) -> Result<Self> {
+    /// A file that is no recording, one from which nothing can be concluded, or the same file twice.
+    pub(super) fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
+        refuse_twice(train.iter().chain(test))?;
         let mut notes = Vec::new();
-        let mut read = |path: &Path| -> Result<Recording> {
+        let mut read = |path: &PathBuf| -> Result<Recording> {
             let name = path.display().to_string();
             let recording = Recording::open(path)?;
             if let Some(cut) = &recording.cut {
@@ -42,30 +43,63 @@ impl Logs {
             notes.extend(excitation::missing(model, &recording, &name)?);
             Ok(recording)
         };
-        let logs = (read(train)?, test.map(&mut read).transpose()?);
+        let mut all =
+            |paths: &[PathBuf]| -> Result<Vec<Recording>> { paths.iter().map(&mut read).collect() };
+        let logs = (all(train)?, all(test)?);
         for note in &notes {
             eprintln!("warning: {note}");
         }
-        let name = train.display().to_string();
-        let test = test.map(|path| path.display().to_string());
+        let names = |paths: &[PathBuf]| -> String {
+            let names = paths.iter().map(|path| path.display().to_string());
+            names.collect::<Vec<_>>().join(", ")
+        };
         Ok(Self {
+            names: Names {
+                test: Some(match test {
+                    [] => format!("{}, its end", names(train)),
+                    test => names(test),
+                }),
+                train: names(train),
+            },
             train: logs.0,
             test: logs.1,
-            names: Names {
-                test: Some(test.unwrap_or_else(|| format!("{name}, its end"))),
-                train: name,
-            },
             notes,
         })
     }
 
-    /// The recording on which errors are judged.
+    /// Those to fit on.
+    pub(super) fn fitted(&self) -> Vec<&Recording> {
+        self.train.iter().collect()
+    }
+
+    /// Those that are unseen, if there are any.
+    pub(super) fn unseen_ones(&self) -> Vec<&Recording> {
+        self.test.iter().collect()
+    }
+
+    /// The recording whose settings a report shows.
     pub(super) fn judged(&self) -> &Recording {
-        self.test.as_ref().unwrap_or(&self.train)
+        self.test.first().unwrap_or(&self.train[0])
     }
 
     /// Its name in sentences.
     pub(super) fn unseen(&self) -> &str {
         self.names.test.as_deref().unwrap_or_default()
     }
+}
+
+/// A log that a fit has seen says nothing about what it has not.
+fn refuse_twice<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        let place = path.canonicalize().unwrap_or_else(|_| path.clone());
+        ensure!(
+            !seen.contains(&place),
+            "{} is given twice: a log that was fitted on is no unseen data; give another one, or \
+             leave --test out, and the end of the log is held back",
+            path.display()
+        );
+        seen.push(place);
+    }
+    Ok(())
 }

@@ -32,6 +32,7 @@ mod params;
 mod progress;
 mod qemu;
 mod record;
+mod remove;
 mod replay;
 mod reproduce;
 mod robot_config;
@@ -72,6 +73,7 @@ enum Command {
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Add(add::Add),
+    Remove(remove::Remove),
     Fit(fit::Fit),
     History(history::History),
     Bench(bench::Bench),
@@ -91,6 +93,7 @@ impl Cli {
             Command::Compare(command) => command.execute(),
             Command::Diagnose(command) => command.execute(),
             Command::Add(command) => command.execute(),
+            Command::Remove(command) => command.execute(),
             Command::Fit(command) => command.execute(),
             Command::History(command) => command.execute(),
             Command::Bench(command) => command.execute(),

@@ -22,7 +22,7 @@ pub fn separation(winner: &str, rival: &str, progress: &dyn Fn(f64, &str)) -> Re
         run(Part::Test, &hidden, SEED)?,
     );
     let model = diagnosis::model()?;
-    let report = diagnose(&model, &train.recording, Some(&test.recording), progress)?;
+    let report = diagnose(&model, &[&train.recording], &[&test.recording], progress)?;
     Ok(gain(&report.diagnosis, winner) - gain(&report.diagnosis, rival))
 }
 

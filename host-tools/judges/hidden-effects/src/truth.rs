@@ -15,6 +15,10 @@ pub enum Verdict {
     NothingMissing,
     /// Something is missing that no catalogue entry explains.
     Unexplained,
+    /// The logs are not those of one machine.
+    LogsDisagree,
+    /// The logs cannot say.
+    NotTestable,
 }
 
 /// Kind of a case. The labels easy, medium and hard of other sets are all [`Level::Single`].
@@ -53,6 +57,20 @@ pub struct Truth {
     pub z_oracle_test: [f64; 4],
     /// z of [A, B, C, K] on the test log under the nominal model.
     pub z_nominal_test: [f64; 4],
+}
+
+/// Names that other sets have for effects of this one.
+const ALIASES: [(&str, &str); 4] = [
+    ("actuator_gain", "velocity_gain"),
+    ("actuator_backlash", "backlash"),
+    ("ft_lowpass", "ft_low_pass"),
+    ("contact_stiffness_error", "contact_stiffness"),
+];
+
+/// The name that this set has for an effect.
+fn canonical(id: String) -> String {
+    let known = ALIASES.iter().find(|(alias, _)| *alias == id);
+    known.map_or(id, |(_, own)| (*own).to_owned())
 }
 
 /// Shape of one entry of `truth.json`; whatever else it holds is ignored.
@@ -103,11 +121,11 @@ impl From<[f64; 4]> for Channels {
 pub fn parse_truth(text: &str) -> Result<BTreeMap<String, Truth>, serde_json::Error> {
     let entries: BTreeMap<String, Entry> = serde_json::from_str(text)?;
     let truth = |entry: Entry| Truth {
-        effects: entry.effects,
+        effects: entry.effects.into_iter().map(canonical).collect(),
         parameters: entry
             .params
             .into_iter()
-            .map(|(id, values)| (id, flatten(values)))
+            .map(|(id, values)| (canonical(id), flatten(values)))
             .collect(),
         expected: entry.expected,
         level: entry.level,

@@ -1,6 +1,7 @@
-//! How well an actuator explains the executed velocity of a log.
+//! How well an actuator explains the executed velocities of all logs.
 
 use super::tried::Scale;
+use crate::diagnose::evidence::strained;
 use crate::model::actuator::{Chain, Reading, Stage, Timing, simulate};
 use crate::model::log::Log;
 use crate::model::prediction::retimed::clock_value;
@@ -27,7 +28,7 @@ pub(crate) struct Term {
     pub axes: [bool; 6],
 }
 
-/// Cost of one axis before the tolerances are spent.
+/// Cost of one axis before the tolerances are spent, over all logs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct AxisCost {
     /// Σ (r/σ)².
@@ -38,60 +39,52 @@ pub(crate) struct AxisCost {
 
 /// One log, ready to be explained.
 #[derive(Clone)]
-pub(crate) struct Cost<'a> {
+pub(crate) struct LogCost<'a> {
     log: &'a Log,
-    nominal: [Chain; 6],
-    /// Executed velocity with it, of the axes that move.
+    /// Executed velocity with the nominal actuator, of the axes that move.
     undisturbed: [Vec<f64>; 6],
-    tolerance: ToleranceModel,
-    /// Axes that move.
-    pub active: [bool; 6],
     /// Noise of each axis that the log itself shows, not below a third of the data sheet's.
     pub sigma: [f64; 6],
     /// The data sheet's.
     pub sheet_sigma: [f64; 6],
     /// Change of the velocity for one tolerance of delay and lag, in σ.
     jacobian: [[Vec<f64>; NUISANCES]; 6],
-    /// Their products.
-    normal: [[[f64; NUISANCES]; NUISANCES]; 6],
     intervals_s: Vec<f64>,
+    /// First cycles whose past is not known.
+    settling: usize,
 }
 
-impl<'a> Cost<'a> {
-    /// `intervals_s`: true durations of the cycles, empty where they are nominal.
-    pub(crate) fn new(model: &Model, log: &'a Log, intervals_s: Vec<f64>) -> Self {
-        // Poses that are taken late show a velocity late.
-        let late_s = match log.reading {
-            Reading::Mean => clock_value(model, "clock_offset", "offset_s"),
-            Reading::AtEnd => 0.0,
-        };
-        let mut active = [false; 6];
-        for axis in &model.rig.active_axes {
-            active[axis.index()] = log.sent[axis.index()].iter().any(|v| *v != 0.0);
-        }
+/// All logs, ready to be explained by one actuator.
+#[derive(Clone)]
+pub(crate) struct Cost<'a> {
+    /// The logs.
+    pub logs: Vec<LogCost<'a>>,
+    nominal: [Chain; 6],
+    tolerance: ToleranceModel,
+    /// Axes that move.
+    pub active: [bool; 6],
+    /// Products of the sensitivities.
+    normal: [[[f64; NUISANCES]; NUISANCES]; 6],
+}
+
+impl<'a> LogCost<'a> {
+    fn new(log: &'a Log, intervals_s: Vec<f64>, nominal: &[Chain; 6], active: &[bool; 6]) -> Self {
         let mut cost = Self {
             log,
-            nominal: std::array::from_fn(|axis| later(model.chain(axis), late_s)),
             undisturbed: Default::default(),
-            tolerance: model.tolerance.clone(),
-            active,
             sigma: log.velocity_sigma,
             sheet_sigma: log.velocity_sigma,
             jacobian: std::array::from_fn(|_| Default::default()),
-            normal: [[[0.0; NUISANCES]; NUISANCES]; 6],
             intervals_s,
+            settling: 0,
         };
+        cost.settling = cost.settling(&nominal[0], active);
         for axis in (0..6).filter(|axis| active[*axis]) {
-            cost.prepare(axis);
+            let predicted = cost.simulate(&nominal[axis], axis);
+            cost.sigma[axis] = cost.noise(&predicted, axis);
+            cost.undisturbed[axis] = predicted;
         }
-        cost.linearise(&[]);
         cost
-    }
-
-    fn prepare(&mut self, axis: usize) {
-        let predicted = self.simulate(&self.nominal[axis], axis);
-        self.sigma[axis] = self.noise(&predicted, axis);
-        self.undisturbed[axis] = predicted;
     }
 
     /// Noise that is left of an axis by a prediction.
@@ -104,50 +97,6 @@ impl<'a> Cost<'a> {
         let sheet = self.sheet_sigma[axis];
         let floor = noise_floor(&residual, noise);
         floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet))
-    }
-
-    /// Takes the noise from what hypotheses leave, where it is clearly less than before: an error
-    /// of the model that is as rough as the motion looks like noise. Returns whether it was.
-    pub(crate) fn quieten<'t>(&mut self, hypotheses: impl Iterator<Item = &'t [Term]>) -> bool {
-        /// Share of the noise before that is clearly less.
-        const LESS: f64 = 0.9;
-        let mut quieter = self.sigma;
-        for terms in hypotheses {
-            for axis in (0..6).filter(|axis| self.active[*axis]) {
-                let predicted = self.simulate(&self.chain(terms, axis), axis);
-                quieter[axis] = quieter[axis].min(self.noise(&predicted, axis));
-            }
-        }
-        let less = |axis: &usize| quieter[*axis] < LESS * self.sigma[*axis];
-        let any = (0..6).any(|axis| less(&axis));
-        if any {
-            self.sigma = quieter;
-            self.linearise(&[]);
-        }
-        any
-    }
-
-    /// The same log with the tolerances acting around terms, not around the nominal actuator: an
-    /// error of the nominal delay shifts the motion that the terms have made.
-    pub(crate) fn around(&self, terms: &[Term]) -> Self {
-        let mut around = self.clone();
-        around.linearise(terms);
-        around
-    }
-
-    fn linearise(&mut self, terms: &[Term]) {
-        let (delay, lag) = (self.tolerance.transport_delay_s, self.tolerance.lag_s);
-        let active = self.active;
-        for axis in (0..6).filter(|axis| active[*axis]) {
-            let chain = self.chain(terms, axis);
-            let predicted = self.simulate(&chain, axis);
-            let changes = [(delay, 0.0), (-delay, 0.0), (0.0, lag)];
-            let columns = changes.map(|change| self.sensitivity(axis, &chain, change, &predicted));
-            let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-            self.normal[axis] =
-                std::array::from_fn(|i| std::array::from_fn(|k| dot(&columns[i], &columns[k])));
-            self.jacobian[axis] = columns;
-        }
     }
 
     /// Change of the velocity by a tolerance of delay or lag, in σ; none where a value is exact.
@@ -168,10 +117,9 @@ impl<'a> Cost<'a> {
         let sigma = self.sigma[axis];
         let change = other.iter().zip(predicted).map(|(o, p)| (o - p) / sigma);
         // Where the residual does not count its slope does not either.
-        let unknown = self.settling();
         change
             .enumerate()
-            .map(|(n, c)| if n < unknown { 0.0 } else { c })
+            .map(|(n, c)| if n < self.settling { 0.0 } else { c })
             .collect()
     }
 
@@ -188,28 +136,24 @@ impl<'a> Cost<'a> {
 
     /// Measured minus predicted.
     pub(crate) fn residual(&self, predicted: &[f64], axis: usize) -> Vec<f64> {
-        let mut residual: Vec<f64> = self.log.executed[axis]
-            .iter()
-            .zip(predicted)
-            .map(|(e, p)| e - p)
-            .collect();
+        let executed = self.log.executed[axis].iter();
+        let mut residual: Vec<f64> = executed.zip(predicted).map(|(e, p)| e - p).collect();
         // The past of the first cycles is not known.
-        let unknown = self.settling().min(residual.len());
+        let unknown = self.settling.min(residual.len());
         residual[..unknown].fill(0.0);
         residual
     }
 
-    fn settling(&self) -> usize {
+    fn settling(&self, nominal: &Chain, active: &[bool; 6]) -> usize {
         /// Longest past that a hypothesis may have beyond the nominal one, s.
         const PAST_S: f64 = 0.25;
-        let past_s = self.nominal[0].delay_s + 5.0 * self.nominal[0].lag_s + PAST_S;
+        let past_s = nominal.delay_s + 5.0 * nominal.lag_s + PAST_S;
         // A log that starts at rest has no past: nothing was sent, or nothing moves yet.
         let unsent = (0..6).all(|axis| {
             let first = self.log.sent[axis].first().copied().unwrap_or(0.0);
             first.abs() < 1e-9
         });
-        let at_rest = unsent || self.stands_still_at_first();
-        if at_rest {
+        if unsent || self.stands_still_at_first(nominal, active) {
             0
         } else {
             (past_s / self.log.cycle_s) as usize + 1
@@ -217,14 +161,161 @@ impl<'a> Cost<'a> {
     }
 
     /// Whether no axis moves until the first command can arrive.
-    fn stands_still_at_first(&self) -> bool {
+    fn stands_still_at_first(&self, nominal: &Chain, active: &[bool; 6]) -> bool {
         /// Deviations of the noise that are no motion.
         const STILL: f64 = 4.0;
-        let cycles = (self.nominal[0].delay_s / self.log.cycle_s) as usize + 1;
-        (0..6).filter(|axis| self.active[*axis]).all(|axis| {
+        let cycles = (nominal.delay_s / self.log.cycle_s) as usize + 1;
+        (0..6).filter(|axis| active[*axis]).all(|axis| {
             let first = self.log.executed[axis].iter().take(cycles);
             first.fold(0.0_f64, |m, v| m.max(v.abs())) < STILL * self.sheet_sigma[axis]
         })
+    }
+
+    fn add_cost(&self, chain: &Chain, axis: usize, cost: &mut AxisCost) {
+        let predicted = self.simulate(chain, axis);
+        let residual = self.residual(&predicted, axis);
+        let scale = 1.0 / self.sigma[axis];
+        for r in &residual {
+            cost.squares += (r * scale) * (r * scale);
+        }
+        for (gradient, column) in cost.gradient.iter_mut().zip(&self.jacobian[axis]) {
+            let products = residual.iter().zip(column).map(|(r, c)| r * scale * c);
+            *gradient += products.sum::<f64>();
+        }
+    }
+
+    /// Duration of a cycle, s.
+    pub(crate) fn cycle_s(&self) -> f64 {
+        self.log.cycle_s
+    }
+
+    /// Whether the velocity was measured, not taken from two poses.
+    pub(crate) fn is_sampled(&self) -> bool {
+        self.log.reading == Reading::AtEnd
+    }
+}
+
+impl<'a> Cost<'a> {
+    /// Logs with the true durations of their cycles, which are empty where they are nominal.
+    pub(crate) fn new(model: &Model, logs: &'a [Log], intervals_s: &[Vec<f64>]) -> Self {
+        let mut active = [false; 6];
+        for axis in &model.rig.active_axes {
+            let moves = |log: &Log| log.sent[axis.index()].iter().any(|v| *v != 0.0);
+            active[axis.index()] = logs.iter().any(moves);
+        }
+        // Poses that are taken late show a velocity late.
+        let late_s = match logs.first().map(|log| log.reading) {
+            Some(Reading::Mean) => clock_value(model, "clock_offset", "offset_s"),
+            _ => 0.0,
+        };
+        let nominal = std::array::from_fn(|axis| later(model.chain(axis), late_s));
+        let both = logs.iter().zip(intervals_s);
+        let mut cost = Self {
+            logs: both
+                .map(|(log, intervals_s)| LogCost::new(log, intervals_s.clone(), &nominal, &active))
+                .collect(),
+            nominal,
+            tolerance: model.tolerance.clone(),
+            active,
+            normal: Default::default(),
+        };
+        cost.linearise(&[]);
+        cost
+    }
+
+    /// Some of the logs alone.
+    pub(crate) fn of_logs(&self, keeps: impl Fn(usize) -> bool) -> Self {
+        let mut some = self.clone();
+        let mut number = 0;
+        some.logs.retain(|_| {
+            number += 1;
+            keeps(number - 1)
+        });
+        some.sum_products();
+        some
+    }
+
+    /// Takes the noise from what hypotheses leave, where it is clearly less than before: an error
+    /// of the model that is as rough as the motion looks like noise. Returns whether it was.
+    pub(crate) fn quieten<'t>(&mut self, hypotheses: impl Iterator<Item = &'t [Term]>) -> bool {
+        /// Share of the noise before that is clearly less.
+        const LESS: f64 = 0.9;
+        let mut quieter: Vec<[f64; 6]> = self.logs.iter().map(|log| log.sigma).collect();
+        for terms in hypotheses {
+            for axis in (0..6).filter(|axis| self.active[*axis]) {
+                let chain = self.chain(terms, axis);
+                for (log, quieter) in self.logs.iter().zip(&mut quieter) {
+                    let noise = log.noise(&log.simulate(&chain, axis), axis);
+                    quieter[axis] = quieter[axis].min(noise);
+                }
+            }
+        }
+        let mut any = false;
+        for (log, quieter) in self.logs.iter_mut().zip(quieter) {
+            if (0..6).any(|axis| quieter[axis] < LESS * log.sigma[axis]) {
+                log.sigma = quieter;
+                any = true;
+            }
+        }
+        if any {
+            self.linearise(&[]);
+        }
+        any
+    }
+
+    /// The same logs with the tolerances acting around terms, not around the nominal actuator: an
+    /// error of the nominal delay shifts the motion that the terms have made.
+    pub(crate) fn around(&self, terms: &[Term]) -> Self {
+        let mut around = self.clone();
+        around.linearise(terms);
+        around
+    }
+
+    /// Takes tolerances away that terms strain: what they would have to take is a finding of its
+    /// own. Returns whether there are any.
+    pub(crate) fn freeze_strained(&mut self, terms: &[Term]) -> bool {
+        let axes = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
+        let taken = self.taken(&axes).1;
+        let strained = strained(taken.as_slice(), 2.0);
+        let delay = strained.contains(&LONGER) || strained.contains(&SHORTER);
+        let lag = strained.contains(&(NUISANCES - 1));
+        if delay {
+            self.tolerance.transport_delay_s = 0.0;
+        }
+        if lag {
+            self.tolerance.lag_s = 0.0;
+        }
+        if delay || lag {
+            self.linearise(&[]);
+        }
+        delay || lag
+    }
+
+    fn linearise(&mut self, terms: &[Term]) {
+        let (delay, lag) = (self.tolerance.transport_delay_s, self.tolerance.lag_s);
+        let active = self.active;
+        for axis in (0..6).filter(|axis| active[*axis]) {
+            let chain = self.chain(terms, axis);
+            for log in &mut self.logs {
+                let predicted = log.simulate(&chain, axis);
+                let changes = [(delay, 0.0), (-delay, 0.0), (0.0, lag)];
+                log.jacobian[axis] =
+                    changes.map(|change| log.sensitivity(axis, &chain, change, &predicted));
+            }
+        }
+        self.sum_products();
+    }
+
+    fn sum_products(&mut self) {
+        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+        self.normal = std::array::from_fn(|axis| {
+            std::array::from_fn(|i| {
+                std::array::from_fn(|k| {
+                    let columns = self.logs.iter().map(|log| &log.jacobian[axis]);
+                    columns.map(|c| dot(&c[i], &c[k])).sum()
+                })
+            })
+        });
     }
 
     /// The chain of an axis with terms added.
@@ -238,22 +329,11 @@ impl<'a> Cost<'a> {
 
     /// Cost of one axis.
     pub(crate) fn of_axis(&self, chain: &Chain, axis: usize) -> AxisCost {
-        if !self.active[axis] {
-            return AxisCost::default();
-        }
-        let predicted = self.simulate(chain, axis);
-        let residual = self.residual(&predicted, axis);
-        let scale = 1.0 / self.sigma[axis];
         let mut cost = AxisCost::default();
-        for r in &residual {
-            cost.squares += (r * scale) * (r * scale);
-        }
-        for (gradient, column) in cost.gradient.iter_mut().zip(&self.jacobian[axis]) {
-            *gradient = residual
-                .iter()
-                .zip(column)
-                .map(|(r, c)| r * scale * c)
-                .sum();
+        if self.active[axis] {
+            for log in &self.logs {
+                log.add_cost(chain, axis, &mut cost);
+            }
         }
         cost
     }
@@ -267,11 +347,6 @@ impl<'a> Cost<'a> {
                 AxisCost::default()
             }
         })
-    }
-
-    /// Costs of all axes without any stage.
-    pub(crate) fn bare(&self) -> [AxisCost; 6] {
-        std::array::from_fn(|axis| self.of_axis(&self.nominal[axis], axis))
     }
 
     /// χ² of all axes, with what the tolerances of delay and lag take away at their price.
@@ -312,25 +387,35 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// Residuals of all axes with these terms, in σ, less what the tolerances take.
-    pub(crate) fn white(&self, terms: &[Term]) -> [Vec<f64>; 6] {
+    /// Residuals of all axes of each log with these terms, in σ, less what the tolerances take.
+    pub(crate) fn white(&self, terms: &[Term]) -> Vec<[Vec<f64>; 6]> {
         let costs = std::array::from_fn(|axis| self.of_axis(&self.chain(terms, axis), axis));
         let taken = self.taken(&costs).1;
-        std::array::from_fn(|axis| {
-            if !self.active[axis] {
-                return Vec::new();
-            }
-            let predicted = self.simulate(&self.chain(terms, axis), axis);
-            let mut white = self.residual(&predicted, axis);
-            white.iter_mut().for_each(|r| *r /= self.sigma[axis]);
-            for (column, taken) in self.jacobian[axis].iter().zip(&taken) {
+        let of = |log: &LogCost<'_>, axis: usize| {
+            let predicted = log.simulate(&self.chain(terms, axis), axis);
+            let mut white = log.residual(&predicted, axis);
+            white.iter_mut().for_each(|r| *r /= log.sigma[axis]);
+            for (column, taken) in log.jacobian[axis].iter().zip(&taken) {
                 white
                     .iter_mut()
                     .zip(column)
                     .for_each(|(w, c)| *w -= taken * c);
             }
             white
-        })
+        };
+        let of_log = |log: &LogCost<'a>| -> [Vec<f64>; 6] {
+            std::array::from_fn(|axis| match self.active[axis] {
+                true => of(log, axis),
+                false => Vec::new(),
+            })
+        };
+        self.logs.iter().map(of_log).collect()
+    }
+
+    /// χ² of each log with these terms, with what the tolerances take.
+    pub(crate) fn of_each(&self, terms: &[Term]) -> Vec<f64> {
+        let squares = |white: &[Vec<f64>; 6]| white.iter().flatten().map(|w| w * w).sum();
+        self.white(terms).iter().map(squares).collect()
     }
 
     /// χ² of the nominal actuator with all that it does later by a time, s.
@@ -342,7 +427,7 @@ impl<'a> Cost<'a> {
 
     /// Whether the velocity was measured, not taken from two poses.
     pub(crate) fn is_sampled(&self) -> bool {
-        self.log.reading == Reading::AtEnd
+        self.logs.first().is_some_and(LogCost::is_sampled)
     }
 
     /// Delay of the nominal actuator, s.
@@ -365,7 +450,7 @@ impl<'a> Cost<'a> {
 
     /// Duration of a cycle, s.
     pub(crate) fn cycle_s(&self) -> f64 {
-        self.log.cycle_s
+        self.logs.first().map_or(0.0, LogCost::cycle_s)
     }
 
     /// Number of velocities that are judged.
@@ -375,14 +460,17 @@ impl<'a> Cost<'a> {
 
     /// Number of velocities of some axes.
     pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
-        axes.iter().filter(|a| **a).count() * self.log.len()
+        let cycles: usize = self.logs.iter().map(|log| log.log.len()).sum();
+        axes.iter().filter(|a| **a).count() * cycles
     }
 
     /// How large the motion of some axes is.
     pub(crate) fn scale(&self, axes: &[bool; 6]) -> Scale {
-        let moving = (0..6).filter(|a| axes[*a] && self.active[*a]);
-        let series = moving.map(|axis| (&self.log.sent[axis][..], &self.undisturbed[axis][..]));
-        Scale::of(series, self.log.cycle_s)
+        let series = self.logs.iter().flat_map(|log| {
+            let moving = (0..6).filter(|a| axes[*a] && self.active[*a]);
+            moving.map(|axis| (&log.log.sent[axis][..], &log.undisturbed[axis][..]))
+        });
+        Scale::of(series, self.cycle_s())
     }
 }
 

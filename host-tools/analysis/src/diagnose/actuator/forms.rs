@@ -8,11 +8,7 @@ use rayon::prelude::*;
 
 /// The same effects in other forms, one effect changed at a time; a form that is best for an effect
 /// alone need not be the best beside another.
-pub(super) fn other_forms(
-    candidate: &Candidate,
-    train: &Cost<'_>,
-    test: &Cost<'_>,
-) -> Vec<Candidate> {
+pub(super) fn other_forms(candidate: &Candidate, cost: &Cost<'_>) -> Vec<Candidate> {
     let stages = candidate.terms.iter().map(|t| t.stage);
     let mut others: Vec<Vec<Term>> = Vec::new();
     for from in stages {
@@ -31,12 +27,8 @@ pub(super) fn other_forms(
     others
         .into_par_iter()
         .map(|terms| {
-            let terms = refined(terms, train);
-            Candidate {
-                train: train.of(&terms),
-                test: test.of(&terms),
-                terms,
-            }
+            let terms = refined(terms, cost);
+            Candidate::new(terms, cost)
         })
         .collect()
 }

@@ -24,8 +24,8 @@ const FARTHEST: usize = 100;
 /// No instant is known better than half of a part of a cycle, as the simulation cuts it.
 const RESOLVED: f64 = 1.0 / 16.0;
 
-/// Ends of the 95 % interval of each parameter of what is accepted. Forms of it that the log does
-/// not tell apart widen it: the truth may be any of them.
+/// Ends of the 95 % interval of each parameter of what is accepted, from the logs of the fit. Forms
+/// of it that the logs do not tell apart widen it: the truth may be any of them.
 pub(crate) fn intervals(search: &Search, train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
     let Some(accepted) = &search.accepted else {
         return Vec::new();

@@ -2,8 +2,7 @@
 //!
 //! The velocities that were sent are free of noise, so the simulated execution is. Every stage of
 //! [`Stage::ALL`](crate::model::actuator::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
-//! are searched jointly. A stage counts only if it is significant on the log that it was fitted
-//! on, and keeps its parameters' promise on unseen data.
+//! are searched jointly, and more are added as long as the evidence over all logs rises.
 
 mod cost;
 mod forms;
@@ -15,6 +14,6 @@ mod search;
 mod steps;
 mod tried;
 
-pub(crate) use cost::{Cost, Term};
+pub(crate) use cost::{Cost, LogCost, Term};
 pub(crate) use intervals::intervals;
-pub(crate) use search::{Ask, Candidate, Search, search};
+pub(crate) use search::{Ask, Candidate, Search, level, search};

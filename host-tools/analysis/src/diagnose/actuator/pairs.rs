@@ -3,7 +3,7 @@
 use super::cost::{AxisCost, Cost, Term};
 use super::grid::grid;
 use super::refine::refined;
-use super::search::{Candidate, is_a_cause, penalised};
+use super::search::{Candidate, is_a_cause};
 use super::tried::specs;
 use crate::model::actuator::Stage;
 use rayon::prelude::*;
@@ -17,13 +17,9 @@ const GRIDDED: usize = 8;
 const REFINED: usize = 4;
 
 /// The best pair of different stages, both searched together.
-pub(super) fn best_pair(
-    singles: &[Candidate],
-    train: &Cost<'_>,
-    test: &Cost<'_>,
-) -> Option<Candidate> {
+pub(super) fn best_pair(singles: &[Candidate], cost: &Cost<'_>) -> Option<Candidate> {
     let mut blocks: Vec<&[Term]> = Vec::new();
-    for candidate in singles.iter().filter(|c| is_a_cause(c)) {
+    for candidate in singles.iter().filter(|c| is_a_cause(c, cost)) {
         let id = |terms: &[Term]| terms.first().map(|t| t.stage.id());
         let new = blocks.iter().all(|b| id(b) != id(&candidate.terms));
         if blocks.len() < PAIRED && new {
@@ -37,7 +33,7 @@ pub(super) fn best_pair(
     let mut grids: Vec<(f64, PairGrid<'_>)> = pairs
         .par_iter()
         .map(|(a, b)| {
-            let mut grid = PairGrid::new(a, b, train);
+            let mut grid = PairGrid::new(a, b, cost);
             (grid.best_line().0, grid)
         })
         .collect();
@@ -52,24 +48,20 @@ pub(super) fn best_pair(
         .into_par_iter()
         .take(REFINED)
         .map(|(_, terms)| {
-            let terms = refined(terms, train);
-            Candidate {
-                train: train.of(&terms),
-                test: test.of(&terms),
-                terms,
-            }
+            let terms = refined(terms, cost);
+            Candidate::new(terms, cost)
         })
         .collect();
     refined
         .into_iter()
-        .min_by(|a, b| penalised(a).total_cmp(&penalised(b)))
+        .min_by(|a, b| a.priced(cost).total_cmp(&b.priced(cost)))
 }
 
 /// Values around the best ones of a block alone, one parameter moved at a time.
-fn around(block: &[Term], train: &Cost<'_>) -> Vec<Vec<Term>> {
+fn around(block: &[Term], cost: &Cost<'_>) -> Vec<Vec<Term>> {
     let mut all = vec![block.to_vec()];
     for (i, term) in block.iter().enumerate() {
-        for (k, spec) in specs(term.stage, &train.scale(&term.axes))
+        for (k, spec) in specs(term.stage, &cost.scale(&term.axes))
             .iter()
             .enumerate()
         {
@@ -88,7 +80,7 @@ fn around(block: &[Term], train: &Cost<'_>) -> Vec<Vec<Term>> {
 /// Simulating is what costs, and most points differ on some axes only: each axis is simulated once
 /// for each pair of values that it can have.
 struct PairGrid<'a> {
-    train: &'a Cost<'a>,
+    cost: &'a Cost<'a>,
     variants: [Vec<Vec<Term>>; 2],
     /// Per axis the first variant that is the same there.
     same: [Vec<[usize; 6]>; 2],
@@ -96,8 +88,8 @@ struct PairGrid<'a> {
 }
 
 impl<'a> PairGrid<'a> {
-    fn new(a: &[Term], b: &[Term], train: &'a Cost<'a>) -> Self {
-        let variants = [around(a, train), around(b, train)];
+    fn new(a: &[Term], b: &[Term], cost: &'a Cost<'a>) -> Self {
+        let variants = [around(a, cost), around(b, cost)];
         let same = [0, 1].map(|block: usize| {
             let all: &Vec<Vec<Term>> = &variants[block];
             let first = |v: &[Term]| -> [usize; 6] {
@@ -109,7 +101,7 @@ impl<'a> PairGrid<'a> {
             all.iter().map(|v| first(v)).collect()
         });
         Self {
-            train,
+            cost,
             variants,
             same,
             known: Default::default(),
@@ -121,15 +113,15 @@ impl<'a> PairGrid<'a> {
         [&self.variants[0][i][..], &self.variants[1][k]].concat()
     }
 
-    fn cost(&mut self, i: usize, k: usize) -> f64 {
+    fn of(&mut self, i: usize, k: usize) -> f64 {
         let terms = self.terms(i, k);
         let axes = std::array::from_fn(|axis| {
             let key = (self.same[0][i][axis], self.same[1][k][axis]);
             *self.known[axis]
                 .entry(key)
-                .or_insert_with(|| self.train.of_axis(&self.train.chain(&terms, axis), axis))
+                .or_insert_with(|| self.cost.of_axis(&self.cost.chain(&terms, axis), axis))
         });
-        self.train.total(&axes)
+        self.cost.total(&axes)
     }
 
     /// Best cost with one of the two as it is best alone.
@@ -148,13 +140,13 @@ impl<'a> PairGrid<'a> {
     fn best_of(&mut self, points: impl Iterator<Item = (usize, usize)>) -> (f64, Vec<Term>) {
         let mut best = (f64::INFINITY, (0, 0));
         for (i, k) in points {
-            let cost = self.cost(i, k);
-            if cost < best.0 {
-                best = (cost, (i, k));
+            let chi2 = self.of(i, k);
+            if chi2 < best.0 {
+                best = (chi2, (i, k));
             }
         }
-        let (cost, (i, k)) = best;
-        (cost, self.terms(i, k))
+        let (chi2, (i, k)) = best;
+        (chi2, self.terms(i, k))
     }
 }
 

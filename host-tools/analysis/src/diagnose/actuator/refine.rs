@@ -7,19 +7,19 @@ use crate::diagnose::optimise::{golden, nelder_mead};
 use crate::model::actuator::Stage;
 
 /// Improves the parameters of terms from where they are.
-pub(super) fn refined(terms: Vec<Term>, train: &Cost<'_>) -> Vec<Term> {
-    improved(terms, train, &|terms| train.of(terms))
+pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {
+    improved(terms, logs, &|terms| logs.of(terms))
 }
 
 /// The same with a cost of its own.
 pub(super) fn improved(
     terms: Vec<Term>,
-    train: &Cost<'_>,
+    logs: &Cost<'_>,
     cost: &dyn Fn(&[Term]) -> f64,
 ) -> Vec<Term> {
     let specs: Vec<Vec<Spec>> = terms
         .iter()
-        .map(|t| specs(t.stage, &train.scale(&t.axes)))
+        .map(|t| specs(t.stage, &logs.scale(&t.axes)))
         .collect();
     let with = |places: &[f64]| -> Vec<Term> {
         let mut places = places.iter();

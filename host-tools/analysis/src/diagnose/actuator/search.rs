@@ -1,4 +1,7 @@
-//! The search over stages of the actuator, alone and in pairs.
+//! The search over stages of the actuator, over all logs together.
+//!
+//! Every stage is tried alone; the best stages are searched in pairs, both at once; and what is
+//! best is added to, exchanged and taken back one stage at a time as long as the evidence rises.
 
 use super::cost::{AxisCost, Cost, Term};
 use super::forms::other_forms;
@@ -7,46 +10,81 @@ use super::pairs::best_pair;
 use super::refine::{improved, refined};
 use super::steps::best_step;
 use super::tried::specs;
+use crate::diagnose::evidence::{self, PRIOR, threshold};
 use crate::model::actuator::Stage;
 use rayon::prelude::*;
 
-/// 2 Δ log L below which a stage is noise (14 stages are tried, each with scanned parameters).
-const SIGNIFICANT: f64 = 30.0;
-/// Share of the explained error below which a further stage is a detail of the first.
-const DETAIL: f64 = 0.01;
-/// Share of the gain on the fitted log that unseen data has to confirm.
-const CONFIRMED: f64 = 0.15;
+/// Fall of χ² below which two forms or scopes of a stage are equal.
+const TOLD_APART: f64 = 10.0;
 /// Gain on the grid below which a stage is not searched further.
 const NEGLIGIBLE_GAIN: f64 = 5.0;
 /// Residual over noise at which nothing is left to explain.
 const AT_NOISE: f64 = 1.03;
+/// Most stages that an actuator may lack.
+const MOST: usize = 4;
+/// Stages that are tried beside others.
+const TRIED_BESIDE: usize = 6;
 
 /// A hypothesis with its best parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
-    /// One stage, or two.
+    /// One stage, or several.
     pub terms: Vec<Term>,
-    /// χ² on the log of the fit.
-    pub train: f64,
-    /// χ² on unseen data with the same parameters.
-    pub test: f64,
+    /// χ² over all logs.
+    pub chi2: f64,
+    /// χ² of each log.
+    pub each: Vec<f64>,
+}
+
+impl Candidate {
+    /// With these terms.
+    pub(super) fn new(terms: Vec<Term>, cost: &Cost<'_>) -> Self {
+        Self {
+            chi2: cost.of(&terms),
+            each: cost.of_each(&terms),
+            terms,
+        }
+    }
+
+    /// Number of parameters.
+    pub(crate) fn parameters(&self) -> usize {
+        self.terms.iter().map(|t| t.values.len()).sum()
+    }
+
+    /// Ids of its effects, each once.
+    pub(crate) fn ids(&self) -> Vec<&'static str> {
+        let mut ids: Vec<&str> = self.terms.iter().map(|t| t.stage.id()).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    }
+
+    /// χ² with the price of the parameters and the prior odds of the effects.
+    pub(super) fn priced(&self, cost: &Cost<'_>) -> f64 {
+        let price = evidence::price(cost.count());
+        self.chi2 + price * self.parameters() as f64 + PRIOR * self.ids().len() as f64
+    }
 }
 
 /// Result of the search.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
-    /// χ² of the nominal actuator on both logs.
-    pub nominal: (f64, f64),
+    /// The nominal actuator.
+    pub nominal: Candidate,
     /// Stages alone, best first.
     pub singles: Vec<Candidate>,
-    /// What is accepted, if anything.
+    /// What is accepted, if anything: its parameters are those of the logs of the fit.
     pub accepted: Option<Candidate>,
-    /// Other forms of what is accepted that explain the log as well.
+    /// Evidence for each of its effects beside the others.
+    pub evidence: Vec<(&'static str, f64)>,
+    /// Evidence that the logs do not have the same parameters.
+    pub disagreement: f64,
+    /// Other forms of what is accepted that explain the logs as well.
     pub equal_forms: Vec<Candidate>,
 }
 
 impl Search {
-    /// Takes the noise of a log from what the best hypotheses leave; returns whether it is less.
+    /// Takes the noise of the logs from what the best hypotheses leave; returns whether it is less.
     pub(crate) fn quieten(&self, cost: &mut Cost<'_>) -> bool {
         /// Hypotheses whose remainder is looked at.
         const BEST: usize = 3;
@@ -55,9 +93,14 @@ impl Search {
         cost.quieten(best.map(|c| &c.terms[..]))
     }
 
-    /// Residual over noise of a χ².
-    pub(crate) fn level(chi2: f64, cost: &Cost<'_>) -> f64 {
-        (chi2 / cost.count().max(1) as f64).sqrt()
+    /// What is accepted.
+    pub(crate) fn terms(&self) -> &[Term] {
+        self.accepted.as_ref().map_or(&[], |c| &c.terms)
+    }
+
+    /// χ² with what is accepted.
+    pub(crate) fn reached(&self) -> f64 {
+        self.accepted.as_ref().unwrap_or(&self.nominal).chi2
     }
 }
 
@@ -69,120 +112,213 @@ pub(crate) struct Ask<'a> {
     pub forced: bool,
     /// No pairs: what is left is known not to be the actuator's.
     pub alone: bool,
+    /// Number of logs of the fit, the first ones.
+    pub fitted: usize,
 }
 
-/// Searches; `test` is the unseen log.
-pub(crate) fn search(train: &Cost<'_>, test: &Cost<'_>, ask: &Ask<'_>) -> Search {
-    let nominal = (train.of(&[]), test.of(&[]));
-    let scopes = scopes(&train.active);
-    let mut singles: Vec<Candidate> = Stage::ALL
+/// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
+pub(crate) fn search(cost: &mut Cost<'_>, ask: &Ask<'_>) -> Search {
+    let mut found = searched(cost, ask);
+    if cost.freeze_strained(found.terms()) {
+        found = searched(cost, ask);
+    }
+    found
+}
+
+fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
+    let nominal = Candidate::new(Vec::new(), cost);
+    let scopes = scopes(&cost.active);
+    let singles: Vec<Candidate> = Stage::ALL
         .par_iter()
         .filter(|stage| !(ask.excluded)(stage.id()))
-        .filter_map(|stage| best_single(*stage, &scopes, train, test))
+        .filter_map(|stage| best_single(*stage, &scopes, cost, &[]))
         .collect();
-    singles.sort_by(|a, b| penalised(a).total_cmp(&penalised(b)));
-    let mut accepted = singles
-        .iter()
-        .find(|c| is_a_cause(c) && is_accepted(c, nominal, nominal))
-        .cloned();
-    let unfinished = accepted.as_ref().map_or_else(
-        || Search::level(nominal.0, train) > AT_NOISE,
-        |c| Search::level(c.train, train) > AT_NOISE,
-    );
-    if unfinished && let Some(servo) = complete_servo(&singles, train) {
-        let before = accepted.as_ref().map_or(nominal, |c| (c.train, c.test));
-        if is_accepted(servo, nominal, before) {
-            accepted = Some(servo.clone());
-        }
+    let mut order: Vec<(f64, Candidate)> =
+        singles.into_iter().map(|c| (c.priced(cost), c)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let singles: Vec<Candidate> = order.into_iter().map(|o| o.1).collect();
+    let first = singles.iter().find(|c| is_a_cause(c, cost));
+    let mut best = first.cloned().unwrap_or_else(|| nominal.clone());
+    let unfinished = |c: &Candidate| level(c.chi2, cost) > AT_NOISE;
+    let significant = |c: &Candidate| nominal.priced(cost) - c.priced(cost) > threshold(0.0);
+    if unfinished(&best) && !ask.alone && singles.iter().any(significant) {
+        best = climbed(best, &singles, &scopes, cost);
     }
-    if unfinished && !ask.alone {
-        let alone = accepted.as_ref().map_or(nominal, |c| (c.train, c.test));
-        if let Some(pair) = best_pair(&singles, train, test)
-            && is_accepted(&pair, nominal, alone)
-        {
-            accepted = Some(pair);
-        }
-    }
+    let mut accepted = pruned(best, &nominal, cost);
     if ask.forced && accepted.is_none() {
         accepted = singles.first().cloned();
     }
     let mut equal_forms = Vec::new();
     if let Some(candidate) = &mut accepted {
-        equal_forms = choose_form(candidate, train, test);
-        prefer_exact_nominal(candidate, train, test);
+        equal_forms = choose_form(candidate, cost);
+        prefer_exact_nominal(candidate, cost);
     }
+    let evidence = accepted
+        .iter()
+        .flat_map(|c| each(c, &nominal, cost))
+        .collect();
+    let disagreement = accepted.as_ref().map_or(0.0, |c| disagreement(c, cost));
     Search {
+        accepted: accepted.map(|c| of_fit(c, cost, ask.fitted)),
         nominal,
         singles,
-        accepted,
+        evidence,
+        disagreement,
         equal_forms,
     }
 }
 
-/// Takes the form that explains the log best; returns those that it does not tell from it.
-fn choose_form(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) -> Vec<Candidate> {
-    let mut others = other_forms(candidate, train, test);
-    others.sort_by(|a, b| a.train.total_cmp(&b.train));
+/// Residual over noise of a χ².
+pub(crate) fn level(chi2: f64, cost: &Cost<'_>) -> f64 {
+    (chi2 / cost.count().max(1) as f64).sqrt()
+}
+
+/// Pairs, then one stage more at a time, as long as the evidence rises.
+fn climbed(
+    start: Candidate,
+    singles: &[Candidate],
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+) -> Candidate {
+    let better = |new: &Candidate, old: &Candidate| {
+        let more = new.ids().len() > old.ids().len();
+        let form = if more {
+            threshold(singles.first().map_or(0.0, |_| cost.of(&[]) - old.chi2)) - threshold(0.0)
+        } else {
+            0.0
+        };
+        new.priced(cost) + form < old.priced(cost)
+    };
+    let mut now = start;
+    if let Some(pair) = best_pair(singles, cost).filter(|pair| better(pair, &now)) {
+        now = pair;
+    }
+    while now.ids().len() < MOST && level(now.chi2, cost) > AT_NOISE {
+        let new = |c: &&Candidate| !c.ids().iter().any(|id| now.ids().contains(id));
+        let stages: Vec<Stage> = singles
+            .iter()
+            .filter(|c| is_a_cause(c, cost))
+            .filter(new)
+            .filter_map(|c| Some(c.terms.first()?.stage))
+            .take(TRIED_BESIDE)
+            .collect();
+        let beside = |stage: &Stage| best_single(*stage, scopes, cost, &now.terms);
+        let more: Vec<Candidate> = stages.par_iter().filter_map(beside).collect();
+        let best = more
+            .into_iter()
+            .min_by(|a, b| a.priced(cost).total_cmp(&b.priced(cost)));
+        match best.filter(|best| better(best, &now)) {
+            Some(best) => now = best,
+            None => break,
+        }
+    }
+    now
+}
+
+/// What is left without one effect, with the others at their best.
+fn without(candidate: &Candidate, id: &str, nominal: &Candidate, cost: &Cost<'_>) -> Candidate {
+    let rest: Vec<Term> = candidate
+        .terms
+        .iter()
+        .filter(|t| t.stage.id() != id)
+        .cloned()
+        .collect();
+    if rest.is_empty() {
+        return nominal.clone();
+    }
+    Candidate::new(refined(rest, cost), cost)
+}
+
+/// Evidence for each effect beside the others.
+fn each(candidate: &Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Vec<(&'static str, f64)> {
+    let priced = candidate.priced(cost);
+    let ids = candidate.ids().into_iter();
+    ids.map(|id| {
+        (
+            id,
+            without(candidate, id, nominal, cost).priced(cost) - priced,
+        )
+    })
+    .collect()
+}
+
+/// Without the effects that are not worth their price beside the others.
+fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Candidate> {
+    let mut now = found;
+    while !now.terms.is_empty() {
+        let each = each(&now, nominal, cost);
+        let (id, evidence) = *each.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let others = nominal.chi2 - now.chi2 - evidence;
+        if evidence >= threshold(if each.len() > 1 { others } else { 0.0 }) {
+            return Some(now);
+        }
+        now = without(&now, id, nominal, cost);
+    }
+    None
+}
+
+/// By how much the logs prefer parameters of their own, less the price of these.
+fn disagreement(candidate: &Candidate, cost: &Cost<'_>) -> f64 {
+    let count = cost.logs.len();
+    if count < 2 {
+        return 0.0;
+    }
+    let own = |log: usize| {
+        let alone = cost.of_logs(|k| k == log);
+        let terms = refined(candidate.terms.clone(), &alone);
+        alone.of(&terms).min(alone.of(&candidate.terms))
+    };
+    let own: f64 = (0..count).into_par_iter().map(own).sum();
+    let price = evidence::price(cost.count()) * candidate.parameters() as f64;
+    candidate.chi2 - own - price * (count - 1) as f64
+}
+
+/// The same stages with the parameters that the logs of the fit alone give.
+fn of_fit(candidate: Candidate, cost: &Cost<'_>, fitted: usize) -> Candidate {
+    let own = cost.of_logs(|log| log < fitted);
+    let terms = refined(candidate.terms.clone(), &own);
+    // What these logs do not show is taken from all.
+    if own.of(&[]) - own.of(&terms) < NEGLIGIBLE_GAIN {
+        return candidate;
+    }
+    Candidate::new(terms, cost)
+}
+
+/// Takes the form that explains the logs best; returns those that are not told from it.
+fn choose_form(candidate: &mut Candidate, cost: &Cost<'_>) -> Vec<Candidate> {
+    let mut others = other_forms(candidate, cost);
+    others.sort_by(|a, b| a.chi2.total_cmp(&b.chi2));
     if let Some(best) = others.first_mut()
-        && best.train < candidate.train
-        // Unseen data has the last word on what the log of the fit only just prefers.
-        && (best.train + SIGNIFICANT < candidate.train || best.test < candidate.test)
+        && best.chi2 < candidate.chi2
     {
         std::mem::swap(best, candidate);
     }
     // In units of the noise that the best form leaves.
-    let noise = (candidate.train / train.count().max(1) as f64).max(1.0);
-    let as_good = candidate.train + SIGNIFICANT * noise;
-    others.retain(|other| other.train < as_good);
+    let noise = (candidate.chi2 / cost.count().max(1) as f64).max(1.0);
+    let as_good = candidate.chi2 + TOLD_APART * noise;
+    others.retain(|other| other.chi2 < as_good);
     others
 }
 
 /// What a stage explains is not left to the tolerances: its parameters are fitted once more with
 /// exact nominal values, if that explains the log as well.
-fn prefer_exact_nominal(candidate: &mut Candidate, train: &Cost<'_>, test: &Cost<'_>) {
-    let exact = improved(candidate.terms.clone(), train, &|terms| {
-        train.exactly(terms)
-    });
-    if train.exactly(&exact) < candidate.train + SIGNIFICANT {
-        candidate.train = train.of(&exact);
-        candidate.test = test.of(&exact);
-        candidate.terms = exact;
+fn prefer_exact_nominal(candidate: &mut Candidate, cost: &Cost<'_>) {
+    let exact = improved(candidate.terms.clone(), cost, &|terms| cost.exactly(terms));
+    if cost.exactly(&exact) < candidate.chi2 + TOLD_APART {
+        *candidate = Candidate::new(exact, cost);
     }
 }
 
-/// A servo that leaves nothing but noise: where no other stage does so alone, it is simpler than
-/// two of them together.
-fn complete_servo<'c>(singles: &'c [Candidate], train: &Cost<'_>) -> Option<&'c Candidate> {
-    let servo = |c: &&Candidate| c.terms.iter().all(|term| term.stage == Stage::Servo);
-    let found = singles.iter().find(servo)?;
-    (Search::level(found.train, train) < AT_NOISE).then_some(found)
-}
-
-/// A damped second order imitates delay, lag and limits together: it is a rival of theirs, but no
-/// cause beside others. A structure rings.
-pub(super) fn is_a_cause(candidate: &Candidate) -> bool {
+/// A damped second order imitates delay, lag and limits together: it is a cause only where it leaves
+/// nothing but noise. A structure rings.
+pub(super) fn is_a_cause(candidate: &Candidate, cost: &Cost<'_>) -> bool {
     /// Damping ratio up to which a mode rings.
     const RINGS: f64 = 0.25;
     candidate.terms.iter().all(|term| match term.stage {
-        Stage::Servo => false,
+        Stage::Servo | Stage::ServoForLag => level(candidate.chi2, cost) < AT_NOISE,
         Stage::Resonance => term.values.get(1).is_some_and(|damping| *damping < RINGS),
         _ => true,
     })
-}
-
-/// χ² with a price for each parameter, so that among equals the simplest is first.
-pub(super) fn penalised(candidate: &Candidate) -> f64 {
-    let parameters: usize = candidate.terms.iter().map(|t| t.values.len()).sum();
-    candidate.train + 10.0 * parameters as f64
-}
-
-/// Whether a candidate beats `before`, where `nominal` is the error of the nominal actuator.
-fn is_accepted(candidate: &Candidate, nominal: (f64, f64), before: (f64, f64)) -> bool {
-    let gain = before.0 - candidate.train;
-    let on_test = before.1 - candidate.test;
-    gain > SIGNIFICANT + DETAIL * (nominal.0 - candidate.train).max(0.0)
-        // Unseen data may hold less of an effect: its own error before sets the scale.
-        && on_test > CONFIRMED * gain * (before.1 / before.0.max(1e-9)).min(1.0)
 }
 
 /// Sets of axes that may have a stage of their own.
@@ -204,46 +340,43 @@ fn scopes(active: &[bool; 6]) -> Vec<[bool; 6]> {
     scopes
 }
 
+/// The best values of a stage beside given terms, which are refined with it.
 fn best_single(
     stage: Stage,
     scopes: &[[bool; 6]],
-    train: &Cost<'_>,
-    test: &Cost<'_>,
+    cost: &Cost<'_>,
+    beside: &[Term],
 ) -> Option<Candidate> {
     let terms = if stage.has_units_of_its_axes() {
-        by_kind(stage, train)?
+        by_kind(stage, cost, beside)?
     } else {
-        vec![best_scope(stage, scopes, train)?]
+        vec![best_scope(stage, scopes, cost, beside)?]
     };
+    let all = [beside, &terms[..]].concat();
     // What the grid does not show at all is not worth a search.
-    let hopeless =
-        train.total(&train.bare()) - train.of(&terms) < NEGLIGIBLE_GAIN && !slips_through(stage);
-    let terms = if hopeless {
-        terms
-    } else if stage.has_units_of_its_axes() {
-        refined(terms, train)
+    let hopeless = cost.of(beside) - cost.of(&all) < NEGLIGIBLE_GAIN && !slips_through(stage);
+    let all = if hopeless {
+        all
+    } else if stage.has_units_of_its_axes() || !beside.is_empty() {
+        refined(all, cost)
     } else {
-        on_all_axes(refined(terms, train), train)
+        on_all_axes(refined(all, cost), cost)
     };
-    Some(Candidate {
-        train: train.of(&terms),
-        test: test.of(&terms),
-        terms,
-    })
+    Some(Candidate::new(all, cost))
 }
 
 /// What the grid saw on some axes only may be on all of them, with a value between its own.
-fn on_all_axes(terms: Vec<Term>, train: &Cost<'_>) -> Vec<Term> {
-    let some = |t: &Term| (0..6).any(|axis| train.active[axis] && !t.axes[axis]);
+fn on_all_axes(terms: Vec<Term>, cost: &Cost<'_>) -> Vec<Term> {
+    let some = |t: &Term| (0..6).any(|axis| cost.active[axis] && !t.axes[axis]);
     if !terms.iter().any(some) {
         return terms;
     }
     let everywhere = terms.iter().map(|t| Term {
-        axes: train.active,
+        axes: cost.active,
         ..t.clone()
     });
-    let everywhere = refined(everywhere.collect(), train);
-    if train.of(&everywhere) < train.of(&terms) + SIGNIFICANT {
+    let everywhere = refined(everywhere.collect(), cost);
+    if cost.of(&everywhere) < cost.of(&terms) + TOLD_APART {
         everywhere
     } else {
         terms
@@ -255,37 +388,42 @@ fn slips_through(stage: Stage) -> bool {
     matches!(stage, Stage::Delay | Stage::Lag | Stage::Gain)
 }
 
-/// The costs of all axes on the grid of a stage.
-fn table(stage: Stage, axes: &[bool; 6], train: &Cost<'_>) -> Vec<(Vec<f64>, [AxisCost; 6])> {
-    combinations(&specs(stage, &train.scale(axes)))
+/// The costs of all axes on the grid of a stage beside given terms.
+fn table(
+    stage: Stage,
+    axes: &[bool; 6],
+    cost: &Cost<'_>,
+    beside: &[Term],
+) -> Vec<(Vec<f64>, [AxisCost; 6])> {
+    combinations(&specs(stage, &cost.scale(axes)))
         .into_par_iter()
         .map(|values| {
-            let term = [Term {
+            let term = Term {
                 stage,
                 values: values.clone(),
                 axes: *axes,
-            }];
-            let costs = std::array::from_fn(|a| {
-                if axes[a] {
-                    train.of_axis(&train.chain(&term, a), a)
-                } else {
-                    AxisCost::default()
-                }
-            });
+            };
+            let terms = [beside, &[term]].concat();
+            let costs = cost.of_axes(&terms, axes);
             (values, costs)
         })
         .collect()
 }
 
 /// The best values and the best set of axes for a stage.
-fn best_scope(stage: Stage, scopes: &[[bool; 6]], train: &Cost<'_>) -> Option<Term> {
-    let bare = train.bare();
-    let table = table(stage, scopes.first()?, train);
+fn best_scope(
+    stage: Stage,
+    scopes: &[[bool; 6]],
+    cost: &Cost<'_>,
+    beside: &[Term],
+) -> Option<Term> {
+    let bare = cost.of_axes(beside, &cost.active);
+    let table = table(stage, scopes.first()?, cost, beside);
     let mut best: Option<(f64, Term)> = None;
     for scope in scopes {
         for (values, costs) in &table {
             let mixed = std::array::from_fn(|a| if scope[a] { costs[a] } else { bare[a] });
-            let chi2 = train.total(&mixed);
+            let chi2 = cost.total(&mixed);
             if best.as_ref().is_none_or(|(least, _)| chi2 < least - 1e-9) {
                 let term = Term {
                     stage,
@@ -300,22 +438,22 @@ fn best_scope(stage: Stage, scopes: &[[bool; 6]], train: &Cost<'_>) -> Option<Te
 }
 
 /// Translations and rotations with a value each, as far as both gain by it.
-fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
-    let bare = train.bare();
+fn by_kind(stage: Stage, cost: &Cost<'_>, beside: &[Term]) -> Option<Vec<Term>> {
+    let bare = cost.of_axes(beside, &cost.active);
     let mut kinds: Vec<(f64, Term)> = Vec::new();
     for kind in [0..3, 3..6] {
-        let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && train.active[a]);
+        let axes: [bool; 6] = std::array::from_fn(|a| kind.contains(&a) && cost.active[a]);
         if !axes.contains(&true) {
             continue;
         }
         let of = |(values, costs): (Vec<f64>, [AxisCost; 6])| {
             let mixed = std::array::from_fn(|a| if axes[a] { costs[a] } else { bare[a] });
-            (train.total(&mixed), values)
+            (cost.total(&mixed), values)
         };
-        let best = table(stage, &axes, train).into_iter().map(of);
+        let best = table(stage, &axes, cost, beside).into_iter().map(of);
         let mut values = best.min_by(|a, b| a.0.total_cmp(&b.0))?.1;
         if stage == Stage::CommandStep
-            && let Some(step) = best_step(&axes, train)
+            && let Some(step) = best_step(&axes, cost)
         {
             values = vec![step];
         }
@@ -326,17 +464,20 @@ fn by_kind(stage: Stage, train: &Cost<'_>) -> Option<Vec<Term>> {
         }];
         // The grid is coarse: where there is something to explain, a kind is judged by its best
         // value.
-        let of_kind = |terms: &[Term]| train.total(&train.of_axes(terms, &axes));
-        let noise = AT_NOISE * AT_NOISE * train.count_of(&axes) as f64;
+        let of_kind = |terms: &[Term]| {
+            let all = [beside, terms].concat();
+            cost.total(&cost.of_axes(&all, &axes))
+        };
+        let noise = AT_NOISE * AT_NOISE * cost.count_of(&axes) as f64;
         if of_kind(&[]) > noise {
-            term = improved(term, train, &of_kind);
+            term = improved(term, cost, &of_kind);
         }
         kinds.push((of_kind(&[]) - of_kind(&term), term.swap_remove(0)));
     }
     kinds.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut terms: Vec<Term> = Vec::new();
     for (gain, term) in kinds {
-        if terms.is_empty() || gain > SIGNIFICANT {
+        if terms.is_empty() || gain > threshold(0.0) + evidence::price(cost.count()) {
             terms.push(term);
         }
     }

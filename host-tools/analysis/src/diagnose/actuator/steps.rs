@@ -5,7 +5,7 @@
 //! of steps in the largest velocity is right to a small fraction of one. The grid is uniform in that
 //! number, and axes without any error do not count.
 
-use super::cost::{AxisCost, Cost, Term};
+use super::cost::{AxisCost, Cost, LogCost, Term};
 use super::refine::bottom;
 use crate::model::actuator::Stage;
 
@@ -26,20 +26,20 @@ const VALLEYS: usize = 4;
 const VISIBLE: f64 = 1.03;
 
 /// The step of the axes of one kind that explains them best; None where nothing is wrong.
-pub(super) fn best_step(axes: &[bool; 6], train: &Cost<'_>) -> Option<f64> {
+pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
     let wrong: Vec<usize> = (0..6)
-        .filter(|axis| axes[*axis] && level(train, *axis) > VISIBLE)
+        .filter(|axis| axes[*axis] && level(cost, *axis) > VISIBLE)
         .collect();
-    let fastest = train.scale(axes).sent_velocity;
+    let fastest = cost.scale(axes).sent_velocity;
     if fastest <= 0.0 || wrong.is_empty() {
         return None;
     }
     let mut unrounded = [AxisCost::default(); 6];
     for axis in &wrong {
-        unrounded[*axis] = train.of_axis(&train.chain(&[], *axis), *axis);
+        unrounded[*axis] = cost.of_axis(&cost.chain(&[], *axis), *axis);
     }
-    let unrounded = train.total(&unrounded);
-    let cost = |steps: f64| {
+    let unrounded = cost.total(&unrounded);
+    let of = |steps: f64| {
         let term = [Term {
             stage: Stage::CommandStep,
             values: vec![fastest / steps],
@@ -48,8 +48,8 @@ pub(super) fn best_step(axes: &[bool; 6], train: &Cost<'_>) -> Option<f64> {
         let mut costs = [AxisCost::default(); 6];
         let mut sum = 0.0;
         for axis in &wrong {
-            costs[*axis] = train.of_axis(&train.chain(&term, *axis), *axis);
-            sum = train.total(&costs);
+            costs[*axis] = cost.of_axis(&cost.chain(&term, *axis), *axis);
+            sum = cost.total(&costs);
             // What is worse than no rounding need not be known exactly.
             if sum > unrounded {
                 break;
@@ -57,7 +57,7 @@ pub(super) fn best_step(axes: &[bool; 6], train: &Cost<'_>) -> Option<f64> {
         }
         sum
     };
-    let mut grid: Vec<(f64, f64)> = places().map(|steps| (cost(steps), steps)).collect();
+    let mut grid: Vec<(f64, f64)> = places().map(|steps| (of(steps), steps)).collect();
     grid.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut valleys: Vec<f64> = Vec::new();
     for (_, steps) in grid {
@@ -69,8 +69,8 @@ pub(super) fn best_step(axes: &[bool; 6], train: &Cost<'_>) -> Option<f64> {
         }
     }
     let refined = valleys.into_iter().map(|steps| {
-        let steps = bottom(steps - apart(steps), steps + apart(steps), cost);
-        (cost(steps), steps)
+        let steps = bottom(steps - apart(steps), steps + apart(steps), of);
+        (of(steps), steps)
     });
     let best = refined.min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(fastest / best.1)
@@ -87,9 +87,12 @@ fn places() -> impl Iterator<Item = f64> {
 }
 
 /// Error of an axis with the nominal actuator, over the data sheet's noise.
-fn level(train: &Cost<'_>, axis: usize) -> f64 {
-    let predicted = train.simulate(&train.chain(&[], axis), axis);
-    let residual = train.residual(&predicted, axis);
-    let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
-    power.sqrt() / train.sheet_sigma[axis]
+fn level(cost: &Cost<'_>, axis: usize) -> f64 {
+    let chain = cost.chain(&[], axis);
+    let level = |log: &LogCost<'_>| {
+        let residual = log.residual(&log.simulate(&chain, axis), axis);
+        let power = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
+        power.sqrt() / log.sheet_sigma[axis]
+    };
+    cost.logs.iter().map(level).fold(0.0, f64::max)
 }

@@ -7,7 +7,7 @@
 use crate::statistics::{median, periodogram};
 
 /// Order of the model.
-const ORDER: usize = 4;
+pub(super) const ORDER: usize = 4;
 /// Below this frequency effects live, Hz.
 const SLOW_HZ: f64 = 6.0;
 /// Width of the band whose level stands for the slow part, Hz.

@@ -14,10 +14,10 @@ mod tested;
 mod variants;
 
 pub(crate) use motions::scene;
-pub(crate) use problem::{Problem, Solution, subtract};
+pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
-pub(crate) use prepared_log::{PreparedLog, sheet_sigma};
-pub(crate) use stage::{Found, is_much, search};
+pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
+pub(crate) use stage::{Found, search};
 pub(crate) use tested::{Fitted, Tested};
 
 /// White noise of a standard deviation.

@@ -2,14 +2,11 @@
 //! of two that imitate each other it is.
 //!
 //! Forms are chosen when an effect is found, and those that are found later can change the choice:
-//! a delay moves the reversals, and with them how sharp the dry friction there looks. And where
-//! more is left than noise, a small difference in χ² tells nothing: the error of form that is left
-//! can be of its size.
+//! a delay moves the reversals, and with them how sharp the dry friction there looks.
 
 use super::search::{Hypothesis, KINDS, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
-use crate::diagnose::named::{INTERVAL_95, NEARLY_AS_GOOD};
 use crate::model::load::effects::LoadEffect;
 
 /// Rounds over all effects.
@@ -24,62 +21,10 @@ pub(crate) struct Rival {
     pub id: &'static str,
     /// Ids of the effects beside which both were fitted.
     pub beside: Vec<String>,
-    /// What the effect gains beside the others, on the log of the fit and on unseen data.
-    pub gain: (f64, f64),
+    /// What the effect gains beside the others on each log.
+    pub gain: Vec<f64>,
     /// What the rival gains.
-    pub gain_of_rival: (f64, f64),
-    /// Whether nothing tells the two apart: more than noise is left, and both explain as much.
-    pub is_as_good: bool,
-    /// The fit with the rival.
-    pub tested: Tested,
-}
-
-/// Rivals in the place of one of several effects. Where much is left, one that explains as much
-/// and stands earlier in the catalogue is named instead, intervals are widened, and what they do not
-/// determine is taken back.
-pub(super) fn without_equivalents(
-    library: &Library,
-    accepted: &mut Tested,
-    much: bool,
-    price: f64,
-    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
-    pieces: &dyn Fn(&Hypothesis) -> Vec<Tested>,
-) -> Vec<Rival> {
-    let found = |accepted: &Tested| rivals(library, accepted, much, price, test);
-    let mut all = found(accepted);
-    if !much {
-        return all;
-    }
-    let place = |id: &str| LoadEffect::all().position(|effect| effect.id == id);
-    let earlier = |r: &&Rival| r.is_as_good && place(r.id) < place(r.of);
-    if let Some(rival) = all.iter().find(earlier) {
-        *accepted = rival.tested.clone();
-        all = found(accepted);
-    }
-    widen(library, accepted, price, pieces);
-    while let Some(fewer) = without_undetermined(library, accepted, price, test) {
-        *accepted = fewer;
-        widen(library, accepted, price, pieces);
-        all = found(accepted);
-    }
-    all
-}
-
-/// The fit without the effect of which no parameter is known to differ from 0, if there is one.
-fn without_undetermined(
-    library: &Library,
-    accepted: &Tested,
-    price: f64,
-    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
-) -> Option<Tested> {
-    let place = accepted.effects.iter().position(|effect| {
-        let mut known = effect.parameters.values();
-        known.all(|(value, sigma, _)| *sigma <= 0.0 || value.abs() < INTERVAL_95 * sigma)
-    })?;
-    let mut parts = parts_of(library, accepted);
-    parts.remove(place);
-    let fewer = test(&[evaluate(library, parts, price)?]).pop()?;
-    fewer.wrong.is_empty().then_some(fewer)
+    pub gain_of_rival: Vec<f64>,
 }
 
 /// The same effects, with the form of each chosen again beside the others.
@@ -127,15 +72,17 @@ fn other_forms<'a>(
         })
 }
 
-/// Rivals of the same kind in the place of each of several effects; `much`: more than noise is left.
-fn rivals(
+/// Rivals of the same kind in the place of each of several effects.
+pub(super) fn rivals(
     library: &Library,
     accepted: &Tested,
-    much: bool,
     price: f64,
     test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
 ) -> Vec<Rival> {
     let parts = parts_of(library, accepted);
+    if parts.len() < 2 {
+        return Vec::new();
+    }
     let mut all = Vec::new();
     for (place, part) in parts.iter().enumerate() {
         let of = library.variants[part.variant].effect.id;
@@ -153,18 +100,16 @@ fn rivals(
                 continue;
             };
             let beside = accepted.beside.iter().cloned().chain(without.ids());
-            let own = |t: &Tested| (t.gain - without.gain, t.gain_test - without.gain_test);
-            let (gain, gain_of_rival) = (own(accepted), own(&tested));
+            let own = |t: &Tested| -> Vec<f64> {
+                let both = t.gains.iter().zip(&without.gains);
+                both.map(|(with, without)| with - without).collect()
+            };
             all.push(Rival {
                 of,
                 id,
                 beside: beside.collect(),
-                gain,
-                gain_of_rival,
-                is_as_good: much
-                    && gain_of_rival.0 >= NEARLY_AS_GOOD * gain.0
-                    && gain_of_rival.1 >= NEARLY_AS_GOOD * gain.1,
-                tested,
+                gain: own(accepted),
+                gain_of_rival: own(&tested),
             });
         }
     }
@@ -195,17 +140,8 @@ fn best_in_place(
 
 /// Widens intervals to how far the parameters move when one piece of the log or another is left
 /// out (the jackknife: variance (K − 1)/K · Σ (θ(k) − mean)², Efron 1982), which holds for
-/// remainders that are neither white nor noise. `pieces` fits a hypothesis without each.
-fn widen(
-    library: &Library,
-    accepted: &mut Tested,
-    price: f64,
-    pieces: &dyn Fn(&Hypothesis) -> Vec<Tested>,
-) {
-    let Some(hypothesis) = evaluate(library, parts_of(library, accepted), price) else {
-        return;
-    };
-    let fits = pieces(&hypothesis);
+/// remainders that are neither white nor noise. `fits` are those without each piece.
+pub(super) fn widen(accepted: &mut Tested, fits: &[Tested]) {
     let count = fits.len().max(1) as f64;
     for (place, effect) in accepted.effects.iter_mut().enumerate() {
         for (name, (_, sigma, _)) in &mut effect.parameters {

@@ -5,74 +5,139 @@ use crate::model::load::effects::LoadEffect;
 use crate::model::load::{Column, Scene};
 use nalgebra::Vector3;
 
-/// Change of the reading for one tolerance of each parameter that has one.
-pub(crate) fn columns(model: &Model, scene: &Scene) -> Vec<Column> {
+/// A nominal parameter that may move within its tolerance.
+pub(crate) struct Nuisance {
+    /// Place in the model file.
+    pub name: String,
+    /// Nominal value.
+    pub value: f64,
+    /// One standard deviation.
+    pub tolerance: f64,
+    change: Change,
+}
+
+/// Adds a step to a parameter.
+type Change = Box<dyn Fn(&mut Model, f64)>;
+
+/// All nominal parameters with a tolerance on which a reading can depend.
+pub(crate) fn all(model: &Model) -> Vec<Nuisance> {
     let mut all = Vec::new();
-    let mut add = |step: f64, change: &dyn Fn(&mut Model, f64)| {
-        if step > 0.0 {
-            let mut other = model.clone();
-            change(&mut other, step);
-            let column = scene.change(&other, 1.0);
-            if !column.is_zero() {
-                all.push(column);
-            }
+    let mut add = |name: String, value: f64, tolerance: f64, change: Change| {
+        if tolerance > 0.0 {
+            all.push(Nuisance {
+                name,
+                value,
+                tolerance,
+                change,
+            });
         }
     };
     let tolerance = &model.tolerance;
     for (i, wall) in model.contact.walls.iter().enumerate() {
-        add(tolerance.wall_stiffness(wall), &|m, step| {
-            m.contact.walls[i].stiffness_n_per_m += step;
-        });
-        add(tolerance.wall_damping(wall), &|m, step| {
-            m.contact.walls[i].damping_n_s_per_m += step;
-        });
-        add(tolerance.wall_position_m, &|m, step| {
-            let wall = &mut m.contact.walls[i];
-            let shift = Vector3::from(wall.normal).normalize() * step;
-            wall.point_m
-                .iter_mut()
-                .zip(&shift)
-                .for_each(|(p, s)| *p += s);
-        });
+        let name = |what: &str| format!("contact.walls[{i}].{what}");
+        add(
+            name("stiffness_n_per_m"),
+            wall.stiffness_n_per_m,
+            tolerance.wall_stiffness(wall),
+            Box::new(move |m, step| m.contact.walls[i].stiffness_n_per_m += step),
+        );
+        add(
+            name("damping_n_s_per_m"),
+            wall.damping_n_s_per_m,
+            tolerance.wall_damping(wall),
+            Box::new(move |m, step| m.contact.walls[i].damping_n_s_per_m += step),
+        );
+        let normal = Vector3::from(wall.normal).normalize();
+        add(
+            name("point_m along its normal"),
+            normal.dot(&Vector3::from(wall.point_m)),
+            tolerance.wall_position_m,
+            Box::new(move |m, step| {
+                let point = &mut m.contact.walls[i].point_m;
+                point
+                    .iter_mut()
+                    .zip(&normal)
+                    .for_each(|(p, n)| *p += step * n);
+            }),
+        );
     }
     if let Some(guide) = &model.contact.guide {
         add(
+            "contact.guide.stiffness_n_per_m".to_owned(),
+            guide.stiffness_n_per_m,
             tolerance.guide_stiffness(guide.stiffness_n_per_m),
-            &|m, step| {
-                guide_of(m, |g| g.stiffness_n_per_m += step);
-            },
+            Box::new(|m, step| guide_of(m, |g| g.stiffness_n_per_m += step)),
         );
         add(
+            "contact.guide.damping_n_s_per_m".to_owned(),
+            guide.damping_n_s_per_m,
             tolerance.guide_damping(guide.damping_n_s_per_m),
-            &|m, step| {
-                guide_of(m, |g| g.damping_n_s_per_m += step);
-            },
+            Box::new(|m, step| guide_of(m, |g| g.damping_n_s_per_m += step)),
         );
         for i in 0..3 {
-            add(tolerance.guide_position_m, &|m, step| {
-                guide_of(m, |g| g.point_m[i] += step)
-            });
+            add(
+                format!("contact.guide.point_m[{i}]"),
+                guide.point_m[i],
+                tolerance.guide_position_m,
+                Box::new(move |m, step| guide_of(m, |g| g.point_m[i] += step)),
+            );
         }
     }
-    add(tolerance.tool_mass_kg, &|m, step| m.tool.mass_kg += step);
+    add(
+        "tool.mass_kg".to_owned(),
+        model.tool.mass_kg,
+        tolerance.tool_mass_kg,
+        Box::new(|m, step| m.tool.mass_kg += step),
+    );
     for i in 0..3 {
-        add(tolerance.tool_com_m, &|m, step| m.tool.com_m[i] += step);
+        add(
+            format!("tool.com_m[{i}]"),
+            model.tool.com_m[i],
+            tolerance.tool_com_m,
+            Box::new(move |m, step| m.tool.com_m[i] += step),
+        );
         let moment = model.tool.inertia_kg_m2[i][i];
-        add(tolerance.tool_inertia(moment), &|m, step| {
-            m.tool.inertia_kg_m2[i][i] += step
-        });
-        add(tolerance.sensor_position_m, &|m, step| {
-            m.sensor.position_m[i] += step
-        });
-        add(tolerance.sensor_orientation_rad, &|m, step| {
-            crate::model::load::effects::turn(m, i, step);
-        });
+        add(
+            format!("tool.inertia_kg_m2[{i}][{i}]"),
+            moment,
+            tolerance.tool_inertia(moment),
+            Box::new(move |m, step| m.tool.inertia_kg_m2[i][i] += step),
+        );
+        add(
+            format!("sensor.position_m[{i}]"),
+            model.sensor.position_m[i],
+            tolerance.sensor_position_m,
+            Box::new(move |m, step| m.sensor.position_m[i] += step),
+        );
+        add(
+            format!("sensor.orientation about {}", ["x", "y", "z"][i]),
+            0.0,
+            tolerance.sensor_orientation_rad,
+            Box::new(move |m, step| crate::model::load::effects::turn(m, i, step)),
+        );
     }
     for (i, sigma) in tolerance.bias.into_iter().enumerate() {
-        add(sigma, &|m, step| m.sensor.bias[i] += step);
+        add(
+            format!("sensor.bias[{i}]"),
+            model.sensor.bias[i],
+            sigma,
+            Box::new(move |m, step| m.sensor.bias[i] += step),
+        );
     }
-    all.extend(added_effects(model, scene));
     all
+}
+
+/// Change of the reading for one tolerance of each nominal parameter, then for one standard deviation
+/// of each fitted one. A parameter without any effect on this log may have one on another.
+pub(crate) fn columns(model: &Model, scene: &Scene) -> Vec<Column> {
+    let nominal = all(model);
+    let of = |nuisance: &Nuisance| {
+        let mut other = model.clone();
+        (nuisance.change)(&mut other, nuisance.tolerance);
+        scene.change(&other, 1.0)
+    };
+    let nominal = nominal.iter().map(of);
+    nominal.chain(added_effects(model, scene)).collect()
 }
 
 fn guide_of(model: &mut Model, change: impl Fn(&mut crate::model::GuideModel)) {

@@ -1,15 +1,18 @@
-//! One log of a pair, prepared for the regression of its wrench.
+//! Logs, prepared for the regression of their wrench.
 
-use super::autoregressive::AutoregressiveNoise;
+use super::autoregressive::{AutoregressiveNoise, ORDER};
 use super::nuisance;
-use super::problem::Problem;
+use super::problem::{Problem, Segment};
 use super::saturated;
 use super::stiction::without_stiction;
 use super::tested::Tested;
+use crate::diagnose::evidence::strained;
 use crate::diagnose::sampling::Sampling;
 use crate::model::Model;
+use crate::model::load::effects::{LoadEffect, Sign};
 use crate::model::load::{Column, Scene};
 use crate::model::log::Log;
+use nalgebra::DVector;
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
 const MUCH: f64 = 0.05;
@@ -18,10 +21,10 @@ const MUCH: f64 = 0.05;
 pub(crate) struct PreparedLog {
     /// Its motion and nominal reading.
     pub scene: Scene,
-    /// Its regression.
-    pub problem: Problem,
     /// Measured minus nominal reading.
     pub residual: Column,
+    /// Rows that count.
+    pub fresh: Vec<bool>,
     /// Autoregressive noise model of each axis.
     pub noise_model: [AutoregressiveNoise; 6],
     /// Change of the reading for one tolerance of each parameter.
@@ -51,8 +54,8 @@ impl PreparedLog {
             *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
         }
         let tolerances = nuisance::columns(model, &scene);
-        let counts = without_stiction(&scene, &sampling.fresh);
-        let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &counts);
+        let fresh = without_stiction(&scene, &after_gaps(&sampling.fresh));
+        let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &fresh);
         let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
         let noise_model = std::array::from_fn(|axis| {
             let series = &unexplained.0[axis];
@@ -64,14 +67,10 @@ impl PreparedLog {
             noise_model.level *= sheet[axis];
             noise_model
         });
-        let mut problem = Problem::new(&residual, &tolerances, noise_model, counts);
-        // A low-pass leaves two values per period of its cutoff.
-        let share = cutoff_hz.map_or(1.0, |cutoff_hz| (2.0 * cutoff_hz * log.cycle_s).min(1.0));
-        problem.count = (share * problem.count as f64) as usize;
         Self {
             scene,
-            problem,
             residual,
+            fresh,
             noise_model,
             tolerances,
             sheet_sigma: sheet,
@@ -79,29 +78,10 @@ impl PreparedLog {
         }
     }
 
-    /// The regression without one of so many pieces of the log.
-    pub(super) fn without(&self, piece: usize, of: usize) -> Problem {
-        let fresh = self.problem.fresh();
-        let place = |n: usize| n * of / fresh.len().max(1);
-        let kept = fresh.iter().enumerate();
-        let kept = kept.map(|(n, fresh)| *fresh && place(n) != piece).collect();
-        Problem::new(&self.residual, &self.tolerances, self.noise_model, kept)
-    }
-
-    /// χ² that a hypothesis leaves beyond the number of values.
-    pub(crate) fn left(&self, tested: &Tested) -> f64 {
-        self.problem.chi2 - tested.gain - self.problem.count as f64
-    }
-
-    /// Whether that is more than details of the form of an effect.
-    pub(crate) fn has_much_left(&self, tested: &Tested) -> bool {
-        self.left(tested) > MUCH * self.problem.count as f64
-    }
-
     /// Fall of Σ (distance to the interval that a rounded reading stands for)², in σ²; an effect
     /// that only moves predictions inside of these intervals has no evidence. Without rounding the
     /// question does not arise.
-    pub(super) fn gain_beyond_rounding(&self, contribution: &Column) -> f64 {
+    fn gain_beyond_rounding(&self, contribution: &Column) -> f64 {
         if self.half_step.iter().all(|h| *h <= 0.0) {
             return f64::INFINITY;
         }
@@ -116,6 +96,288 @@ impl PreparedLog {
         }
         gain
     }
+}
+
+/// Rows that count but for those whose whitened residual mixes in one that does not.
+fn after_gaps(fresh: &[bool]) -> Vec<bool> {
+    let whole = |n: usize| {
+        fresh[n.saturating_sub(ORDER)..=n]
+            .iter()
+            .all(|fresh| *fresh)
+    };
+    (0..fresh.len()).map(whole).collect()
+}
+
+/// All logs with one regression.
+pub(crate) struct Joint {
+    /// The logs; the first ones are those of the fit.
+    pub logs: Vec<PreparedLog>,
+    /// Number of logs of the fit.
+    pub fitted: usize,
+    /// The regression of all.
+    pub problem: Problem,
+    /// Tolerances that are not available: what they would have to take is a finding.
+    frozen: Vec<usize>,
+}
+
+impl Joint {
+    /// All logs together.
+    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize) -> Self {
+        let problem = problem(&logs, &[], |_, _| true);
+        Self {
+            logs,
+            fitted,
+            problem,
+            frozen: Vec::new(),
+        }
+    }
+
+    /// The regression of some rows: `keeps` is asked for log and row.
+    fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
+        problem(&self.logs, &self.frozen, keeps)
+    }
+
+    /// The regression of the logs of the fit.
+    pub(super) fn of_fit(&self) -> Problem {
+        self.of_rows(|log, _| log < self.fitted)
+    }
+
+    /// The regression of the logs of the fit, without one of so many pieces of each.
+    pub(super) fn without(&self, piece: usize, of: usize) -> Problem {
+        self.of_rows(|log, n| {
+            log < self.fitted && n * of / self.logs[log].fresh.len().max(1) != piece
+        })
+    }
+
+    /// Takes tolerances away that a hypothesis strains; returns whether there are any.
+    pub(super) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
+        let taken = self.taken(tested);
+        let open: Vec<usize> = (0..self.all_tolerances())
+            .filter(|i| !self.frozen.contains(i))
+            .collect();
+        let strained = strained(taken.as_slice(), self.problem.informed());
+        let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
+        let any = !strained.is_empty();
+        if any {
+            self.frozen.extend(strained);
+            self.problem = self.of_rows(|_, _| true);
+        }
+        any
+    }
+
+    fn all_tolerances(&self) -> usize {
+        self.logs.first().map_or(0, |log| log.tolerances.len())
+    }
+
+    /// What the tolerances take beside a hypothesis, in tolerances.
+    fn taken(&self, tested: Option<&Tested>) -> DVector<f64> {
+        self.problem.tolerances_with(&self.white_part(tested))
+    }
+
+    /// Nominal parameters beside a hypothesis: value and standard deviation, and by how many tolerances
+    /// it is off. Those that the logs say nothing about are left out.
+    pub(crate) fn nominal(&self, tested: Option<&Tested>) -> Vec<(String, f64, f64, f64)> {
+        /// Share of a tolerance that the logs have to take away to say something.
+        const SAYS: f64 = 0.05;
+        let Some(first) = self.logs.first() else {
+            return Vec::new();
+        };
+        let taken = self.taken(tested);
+        let known = self.problem.tolerance_deviations();
+        let all = nuisance::all(&first.scene.model);
+        let open = (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i));
+        let each = open.enumerate().filter_map(|(k, i)| {
+            let nuisance = all.get(i)?;
+            let (off, sigma) = (taken[k], known[k]);
+            let value = nuisance.value + off * nuisance.tolerance;
+            let says = sigma < 1.0 - SAYS;
+            says.then(|| {
+                (
+                    nuisance.name.clone(),
+                    value,
+                    sigma * nuisance.tolerance,
+                    off,
+                )
+            })
+        });
+        each.collect()
+    }
+
+    /// What a hypothesis contributes to each log.
+    pub(crate) fn parts(&self, tested: Option<&Tested>) -> Vec<Column> {
+        let of = |log: &PreparedLog| tested.map(|t| t.contribution(&log.scene));
+        self.logs
+            .iter()
+            .map(|log| of(log).unwrap_or_default())
+            .collect()
+    }
+
+    fn white_part(&self, tested: Option<&Tested>) -> Column {
+        let parts = self.parts(tested);
+        self.problem.whitened(&parts.iter().collect::<Vec<_>>())
+    }
+
+    /// What a hypothesis and the tolerances leave of each log, in units of the noise; and what they
+    /// leave of its readings, with the tolerances spent and without.
+    pub(crate) fn rests(&self, tested: Option<&Tested>) -> Vec<Rest> {
+        let parts = self.parts(tested);
+        let white = self.problem.whitened(&parts.iter().collect::<Vec<_>>());
+        let taken = self.problem.tolerances_with(&white);
+        let rest = self.problem.rest(&white, &taken);
+        let open: Vec<usize> = (0..self.all_tolerances())
+            .filter(|i| !self.frozen.contains(i))
+            .collect();
+        let of = |(k, (log, part)): (usize, (&PreparedLog, &Column))| {
+            let mut exact = log.residual.clone();
+            super::subtract(&mut exact, part, 1.0);
+            let mut raw = exact.clone();
+            for (i, taken) in open.iter().zip(&taken) {
+                super::subtract(&mut raw, &log.tolerances[*i], *taken);
+            }
+            Rest {
+                white: self.problem.part(&rest, k),
+                raw,
+                exact,
+            }
+        };
+        self.logs.iter().zip(&parts).enumerate().map(of).collect()
+    }
+
+    /// Columns of an effect over all logs, in units of the noise; None where no log has anything
+    /// for it to act on. `around`: coefficients around which they are taken.
+    pub(super) fn columns(
+        &self,
+        effect: &LoadEffect,
+        shapes: &[f64],
+        around: &[f64],
+    ) -> Option<Vec<Column>> {
+        self.columns_of(&self.problem, effect, shapes, around)
+    }
+
+    /// The same in the units of another regression of these logs.
+    pub(super) fn columns_of(
+        &self,
+        problem: &Problem,
+        effect: &LoadEffect,
+        shapes: &[f64],
+        around: &[f64],
+    ) -> Option<Vec<Column>> {
+        let build = |log: &PreparedLog| effect.columns_at(&log.scene, shapes, around);
+        let of_logs: Vec<Option<Vec<Column>>> = self.logs.iter().map(build).collect();
+        let count = of_logs.iter().flatten().map(Vec::len).max()?;
+        let nothing = Column::default();
+        let column = |k: usize| {
+            let each = of_logs.iter();
+            let each = each.map(|c| c.as_ref().and_then(|c| c.get(k)).unwrap_or(&nothing));
+            problem.whitened(&each.collect::<Vec<_>>())
+        };
+        Some((0..count).map(column).collect())
+    }
+
+    /// By how much a contribution, in units of the noise, lets χ² of each log fall.
+    pub(super) fn gains(&self, problem: &Problem, white: &Column) -> Vec<f64> {
+        let squares = |white: &Column| -> Vec<f64> {
+            let rest = problem.rest(white, &problem.tolerances_with(white));
+            let of = |k: usize| -> f64 {
+                let part = problem.part(&rest, k);
+                part.0.iter().flatten().map(|r| r * r).sum()
+            };
+            (0..self.logs.len()).map(of).collect()
+        };
+        let both = squares(&Column::default()).into_iter().zip(squares(white));
+        both.map(|(before, after)| before - after).collect()
+    }
+
+    /// Fall of the squared distance to the intervals of rounded readings.
+    pub(super) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
+        if self
+            .logs
+            .iter()
+            .flat_map(|log| log.half_step)
+            .all(|half| half <= 0.0)
+        {
+            return f64::INFINITY;
+        }
+        let parts = self.parts(Some(tested));
+        let both = self.logs.iter().zip(&parts);
+        let each = both.map(|(log, part)| log.gain_beyond_rounding(part));
+        // What is beyond the rounding on one log alone is not an effect.
+        self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
+    }
+
+    /// For each effect the gain in χ² of an amount of its own for one of the logs, and the number of
+    /// the log that differs most.
+    pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<(f64, usize)> {
+        let count = tested.effects.len();
+        let alone = (0..count).map(|k| self.white_part(Some(&tested.alone(k))));
+        let parts: Vec<Column> = alone.collect();
+        let gain = |own: Option<Column>| -> f64 {
+            let columns: Vec<&Column> = parts.iter().chain(own.as_ref()).collect();
+            let free = vec![Sign::Free; columns.len()];
+            let solution = self.problem.solve_whitened(&columns, &free);
+            solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+        };
+        let common = gain(None);
+        let of = |part: &Column| {
+            let own = |log: usize| {
+                let masked = self.problem.masked(part, log);
+                ((gain(Some(masked)) - common).max(0.0), log)
+            };
+            let all = (0..self.logs.len()).map(own);
+            all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+        };
+        parts.iter().map(of).collect()
+    }
+
+    /// χ² that a hypothesis leaves beyond the number of values.
+    pub(crate) fn left(&self, tested: &Tested) -> f64 {
+        self.problem.chi2 - tested.gain - self.problem.count as f64
+    }
+
+    /// Whether that is more than details of the form of an effect.
+    pub(crate) fn has_much_left(&self, tested: &Tested) -> bool {
+        self.left(tested) > MUCH * self.problem.count as f64
+    }
+}
+
+/// What is left of a log.
+pub(crate) struct Rest {
+    /// In units of the noise.
+    pub white: Column,
+    /// Of the readings, with the tolerances spent.
+    pub raw: Column,
+    /// The same with exact nominal parameters.
+    pub exact: Column,
+}
+
+fn problem(
+    logs: &[PreparedLog],
+    frozen: &[usize],
+    keeps: impl Fn(usize, usize) -> bool,
+) -> Problem {
+    let segment = |(k, log): (usize, &PreparedLog)| Segment {
+        noise_model: log.noise_model,
+        fresh: (0..log.fresh.len())
+            .map(|n| log.fresh[n] && keeps(k, n))
+            .collect(),
+    };
+    let segments = logs.iter().enumerate().map(segment).collect();
+    let residuals: Vec<&Column> = logs.iter().map(|log| &log.residual).collect();
+    let open = |log: &PreparedLog| -> Vec<Column> {
+        let all = log.tolerances.iter().enumerate();
+        let open = all.filter(|(i, _)| !frozen.contains(i));
+        open.map(|(_, column)| column.clone()).collect()
+    };
+    let tolerances: Vec<Vec<Column>> = logs.iter().map(open).collect();
+    let tolerances: Vec<&[Column]> = tolerances.iter().map(|t| &t[..]).collect();
+    let mut problem = Problem::new(segments, &residuals, &tolerances);
+    // A low-pass leaves two values per period of its cutoff.
+    let share = logs.first().map_or(1.0, |log| {
+        let filter = log.scene.model.sensor.filter;
+        filter.map_or(1.0, |f| (2.0 * f.cutoff_hz * log.scene.cycle_s).min(1.0))
+    });
+    problem.count = (share * problem.count as f64) as usize;
+    problem
 }
 
 /// Noise of the six readings by data sheet.

@@ -1,4 +1,5 @@
-//! The regression of a log: whitened residual, tolerances, and what further columns would gain.
+//! The regression of all logs together: whitened residual, tolerances, and what further columns
+//! would gain.
 
 use super::autoregressive::AutoregressiveNoise;
 use crate::model::load::Column;
@@ -10,12 +11,19 @@ use std::borrow::Borrow;
 /// A column of which tolerances and other columns leave less than this is not determined.
 const LEFT: f64 = 1e-6;
 
-/// What is left of a log after the nominal model, with the tolerances taken into account.
-pub(crate) struct Problem {
-    noise_model: [AutoregressiveNoise; 6],
+/// One log's part of a regression: its noise, and its rows that count.
+#[derive(Clone)]
+pub(crate) struct Segment {
+    /// Autoregressive noise model of each axis.
+    pub noise_model: [AutoregressiveNoise; 6],
     /// Rows that count.
-    fresh: Vec<bool>,
-    all_fresh: bool,
+    pub fresh: Vec<bool>,
+}
+
+/// What is left of the logs after the nominal model, with the tolerances taken into account. The
+/// logs stand one behind the other in each series.
+pub(crate) struct Problem {
+    segments: Vec<Segment>,
     residual: Column,
     tolerances: Vec<Column>,
     /// Cholesky factor of the normal matrix of the tolerances with their priors.
@@ -44,21 +52,20 @@ pub(crate) struct Solution {
 }
 
 impl Problem {
-    /// From a residual (measured minus nominal) and the tolerances, one column per one tolerance.
+    /// From the residual (measured minus nominal) and the tolerances, one column per one tolerance,
+    /// of each log.
     pub(crate) fn new(
-        residual: &Column,
-        tolerances: &[Column],
-        noise_model: [AutoregressiveNoise; 6],
-        fresh: Vec<bool>,
+        segments: Vec<Segment>,
+        residuals: &[&Column],
+        tolerances: &[&[Column]],
     ) -> Self {
-        let all_fresh = fresh.iter().all(|f| *f);
-        let counted = fresh.iter().filter(|f| **f).count();
-        let recorded = residual.0.iter().filter(|series| !series.is_empty());
-        let axes = recorded.count().max(1);
+        let fresh = segments.iter().flat_map(|s| &s.fresh);
+        let counted = fresh.filter(|f| **f).count();
+        let recorded = |axis: &usize| residuals.iter().any(|r| !r.0[*axis].is_empty());
+        let axes = (0..6).filter(recorded).count().max(1);
+        let size = tolerances.first().map_or(0, |t| t.len());
         let mut problem = Self {
-            noise_model,
-            fresh,
-            all_fresh,
+            segments,
             residual: Column::default(),
             tolerances: Vec::new(),
             factor: DMatrix::zeros(0, 0),
@@ -67,9 +74,13 @@ impl Problem {
             axes,
             count: axes * counted,
         };
-        problem.residual = problem.whitened(residual);
-        problem.tolerances = tolerances.iter().map(|c| problem.whitened(c)).collect();
-        let size = tolerances.len();
+        problem.residual = problem.whitened(residuals);
+        problem.tolerances = (0..size)
+            .map(|i| {
+                let of_logs: Vec<&Column> = tolerances.iter().map(|t| &t[i]).collect();
+                problem.whitened(&of_logs)
+            })
+            .collect();
         // One tolerance each is the prior.
         let normal = gram(&problem.tolerances) + DMatrix::identity(size, size);
         // A sum of a unit matrix and a Gram matrix is positive definite.
@@ -89,27 +100,49 @@ impl Problem {
             .unwrap_or_else(|| right.clone())
     }
 
-    /// Rows that count.
-    pub(crate) fn fresh(&self) -> &[bool] {
-        &self.fresh
-    }
-
-    /// A column in units of the noise.
-    pub(crate) fn whitened(&self, column: &Column) -> Column {
+    /// Columns of each log as one, in units of the noise.
+    pub(crate) fn whitened(&self, columns: &[&Column]) -> Column {
         let mut out = Column::default();
-        for (axis, series) in column.0.iter().enumerate() {
-            if series.is_empty() {
+        for (axis, out) in out.0.iter_mut().enumerate() {
+            if columns.iter().all(|c| c.0[axis].is_empty()) {
                 continue;
             }
-            let mut white = self.noise_model[axis].whiten(series);
-            if !self.all_fresh {
-                for (value, fresh) in white.iter_mut().zip(&self.fresh) {
-                    *value *= f64::from(u8::from(*fresh));
+            for (segment, column) in self.segments.iter().zip(columns) {
+                let series = &column.0[axis];
+                if series.is_empty() {
+                    out.resize(out.len() + segment.fresh.len(), 0.0);
+                    continue;
                 }
+                let white = segment.noise_model[axis].whiten(series);
+                let counted = white.iter().zip(&segment.fresh);
+                out.extend(counted.map(|(value, fresh)| if *fresh { *value } else { 0.0 }));
             }
-            out.0[axis] = white;
         }
         out
+    }
+
+    /// The rows of one log in a column of all.
+    pub(crate) fn part(&self, column: &Column, log: usize) -> Column {
+        let lengths = self.segments.iter().map(|s| s.fresh.len());
+        let from: usize = lengths.take(log).sum();
+        let to = from + self.segments[log].fresh.len();
+        Column(column.0.each_ref().map(|series| match series.is_empty() {
+            true => Vec::new(),
+            false => series[from..to].to_vec(),
+        }))
+    }
+
+    /// A column of all logs without the rows of all but one.
+    pub(crate) fn masked(&self, column: &Column, log: usize) -> Column {
+        let lengths = self.segments.iter().map(|s| s.fresh.len());
+        let from: usize = lengths.take(log).sum();
+        let to = from + self.segments[log].fresh.len();
+        let mut masked = column.clone();
+        for series in masked.0.iter_mut().filter(|s| !s.is_empty()) {
+            series[..from].fill(0.0);
+            series[to..].fill(0.0);
+        }
+        masked
     }
 
     /// Products of whitened columns with each other and with the residual, after the tolerances
@@ -136,11 +169,37 @@ impl Problem {
         )
     }
 
-    /// Best coefficients of columns, which are whitened here.
-    pub(crate) fn solve(&self, columns: &[(Column, Sign)]) -> Option<Solution> {
-        let white: Vec<Column> = columns.iter().map(|(c, _)| self.whitened(c)).collect();
-        let signs: Vec<Sign> = columns.iter().map(|(_, s)| *s).collect();
-        self.solve_whitened(&white, &signs)
+    /// How many nominal parameters the logs determine rather than their tolerances: the trace of what
+    /// they add to the knowledge of each.
+    pub(crate) fn informed(&self) -> f64 {
+        let size = self.factor.nrows();
+        let below = self
+            .factor
+            .solve_lower_triangular(&DMatrix::identity(size, size));
+        let kept = below.map_or(0.0, |below| below.norm_squared());
+        size as f64 - kept
+    }
+
+    /// Standard deviation of each tolerance after the logs, in tolerances.
+    pub(crate) fn tolerance_deviations(&self) -> Vec<f64> {
+        let size = self.factor.nrows();
+        let below = self
+            .factor
+            .solve_lower_triangular(&DMatrix::identity(size, size));
+        let below = below.unwrap_or_else(|| DMatrix::identity(size, size));
+        below.column_iter().map(|column| column.norm()).collect()
+    }
+
+    /// A column with its products with the tolerances and the residual.
+    pub(crate) fn projected(&self, column: Column) -> Projected {
+        let size = self.tolerances.len();
+        let products = DVector::from_fn(size, |i, _| dot(&self.tolerances[i], &column));
+        let against = self.below(&products);
+        Projected {
+            right: dot(&column, &self.residual) - against.dot(&self.spent),
+            against,
+            column,
+        }
     }
 
     /// Best coefficients of columns in units of the noise.
@@ -154,31 +213,31 @@ impl Problem {
         solve(&gram, &right, &all, signs)
     }
 
-    /// By how much χ² falls with a given contribution to the reading.
-    pub(crate) fn gain_of(&self, contribution: &Column) -> f64 {
-        let white = self.whitened(contribution);
-        let (gram, right) = self.products(std::slice::from_ref(&white));
+    /// By how much χ² falls with a given contribution, in units of the noise.
+    pub(crate) fn gain_of(&self, white: &Column) -> f64 {
+        let (gram, right) = self.products(std::slice::from_ref(white));
         2.0 * right[0] - gram[(0, 0)]
     }
 
-    /// What a contribution and the tolerances leave, in units of the noise.
-    pub(crate) fn rest(&self, contribution: &Column, taken: &DVector<f64>) -> Column {
-        let mut left = self.less(contribution);
+    /// What a contribution, in units of the noise, and the tolerances leave.
+    pub(crate) fn rest(&self, white: &Column, taken: &DVector<f64>) -> Column {
+        let mut left = self.less(white);
         for (column, taken) in self.tolerances.iter().zip(taken) {
             subtract(&mut left, column, *taken);
         }
         left
     }
 
-    fn less(&self, contribution: &Column) -> Column {
+    fn less(&self, white: &Column) -> Column {
         let mut left = self.residual.clone();
-        subtract(&mut left, &self.whitened(contribution), 1.0);
+        subtract(&mut left, white, 1.0);
         left
     }
 
-    /// What the tolerances take, in units of one tolerance each, beside a contribution.
-    pub(crate) fn tolerances_with(&self, contribution: &Column) -> DVector<f64> {
-        let left = self.less(contribution);
+    /// What the tolerances take, in units of one tolerance each, beside a contribution in units of
+    /// the noise.
+    pub(crate) fn tolerances_with(&self, white: &Column) -> DVector<f64> {
+        let left = self.less(white);
         let products = DVector::from_fn(self.tolerances.len(), |i, _| {
             dot(&self.tolerances[i], &left)
         });
@@ -187,6 +246,24 @@ impl Problem {
             .transpose()
             .solve_upper_triangular(&below)
             .unwrap_or(below)
+    }
+}
+
+/// A column in units of the noise, with what the tolerances can take of it.
+#[derive(Clone)]
+pub(crate) struct Projected {
+    /// The column.
+    pub column: Column,
+    /// Its products with the tolerances, in units in which these are independent.
+    against: DVector<f64>,
+    /// Its product with the residual, after the tolerances.
+    pub right: f64,
+}
+
+impl Projected {
+    /// Product with another one, after the tolerances.
+    pub(crate) fn product(&self, other: &Self) -> f64 {
+        dot(&self.column, &other.column) - self.against.dot(&other.against)
     }
 }
 

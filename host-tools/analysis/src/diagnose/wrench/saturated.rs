@@ -5,7 +5,7 @@
 //! it swallows what is looked for.
 
 use super::autoregressive::AutoregressiveNoise;
-use super::problem::{Problem, dot};
+use super::problem::{Problem, Segment, dot};
 use crate::model::load::effects::{LoadEffect, Shape};
 use crate::model::load::{Column, Scene};
 use rayon::prelude::*;
@@ -44,7 +44,11 @@ pub(crate) fn residual(
             series.iter_mut().for_each(|v| *v *= WEAK * sigma / size);
         }
     }
-    let problem = Problem::new(residual, &columns, noise_model, fresh.to_vec());
+    let segment = Segment {
+        noise_model,
+        fresh: fresh.to_vec(),
+    };
+    let problem = Problem::new(vec![segment], &[residual], &[&columns]);
     let nothing = Column::default();
     problem.rest(&nothing, &problem.tolerances_with(&nothing))
 }

@@ -2,6 +2,7 @@
 
 use super::problem::{Solution, best_gain, solve};
 use super::variants::{Library, Variant};
+use crate::diagnose::evidence::PRIOR;
 use crate::model::load::effects::Sign;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -25,14 +26,14 @@ pub(crate) struct Part {
     pub used: Vec<usize>,
 }
 
-/// A hypothesis with its evidence on the log of the fit.
+/// A hypothesis with its evidence.
 #[derive(Clone, Debug)]
 pub(crate) struct Hypothesis {
     /// One effect, or more.
     pub parts: Vec<Part>,
     /// Best coefficients.
     pub solution: Solution,
-    /// Gain less the price of the parameters.
+    /// Gain less the price of the parameters and the prior odds of the effects.
     pub evidence: f64,
     /// Number of parameters, scanned ones included.
     pub parameters: usize,
@@ -86,7 +87,8 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
             selection += 2.0 * part.used.len() as f64 * (variant.columns.len() as f64).ln();
         }
     }
-    let evidence = solution.gain - price * parameters as f64 - selection;
+    let prior = PRIOR * parts.len() as f64;
+    let evidence = solution.gain - price * parameters as f64 - selection - prior;
     Some(Hypothesis {
         parts,
         solution,

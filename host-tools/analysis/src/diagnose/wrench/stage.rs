@@ -1,200 +1,271 @@
-//! The search for effects on the reading of one pair of logs.
+//! The search for effects on the reading over all logs together.
+//!
+//! The best effects alone and in pairs are refined; from the best of them the search goes on by
+//! adding, exchanging and removing one effect at a time as long as the evidence rises. What is left
+//! at the end is worth its price beside all others.
 
-use super::model_selection::{Rival, parts_of, with_forms_reselected, without_equivalents};
-use super::prepared_log::PreparedLog;
-use super::search::{DETAILS, Hypothesis, pairs, with_one_more};
+use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
+use super::prepared_log::Joint;
+use super::search::{DETAILS, Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
+use crate::diagnose::evidence::{self, PRIOR, threshold};
 
-/// Gain in χ² below which nothing is accepted, without the price of the parameters.
-const SIGNIFICANT: f64 = 40.0;
-/// Share of the gain on the fitted log that unseen data has to confirm, per unit of χ².
-const CONFIRMED: f64 = 0.15;
-/// A further effect has to add this share of what is explained already.
-const ADDED: f64 = 0.02;
-/// Among hypotheses that differ by less than this share of the gain the simplest is taken.
-const DETAIL: f64 = 0.004;
-/// Where much is left, a further effect may add less, if it takes this share of what is left.
-const OF_THE_REST: f64 = 0.1;
 /// Pieces of a log that are left out in turn.
 const PIECES: usize = 6;
 /// Most effects on one channel.
 const MOST: usize = 5;
-/// Evidence by which a pair has to be better although it has no more parameters: an effect alone
-/// is simpler than two.
-const SIMPLER: f64 = 15.0;
-/// Hypotheses that are refined and held against unseen data, alone and in pairs.
+/// Hypotheses that are refined, alone and in pairs.
 const TRIED: usize = 12;
+/// Hypotheses that are refined at each further step.
+const TRIED_LATER: usize = 3;
+/// Starts from which the search goes on.
+const STARTS: usize = 2;
 /// Gain in χ² below which a hypothesis is not looked at again.
 const NEGLIGIBLE_GAIN: f64 = 15.0;
 
 /// Result of the search on the reading.
 pub(crate) struct Found {
-    /// What is accepted, if anything.
+    /// What is accepted, if anything: its parameters are those of the logs of the fit.
     pub accepted: Option<Tested>,
-    /// All that were held against unseen data, best first.
+    /// Evidence for each accepted effect beside the others.
+    pub evidence: Vec<f64>,
+    /// All that were tried, best first.
     pub ranked: Vec<Tested>,
     /// Effects of the same kind in the place of one of several that are accepted.
     pub rivals: Vec<Rival>,
 }
 
-/// Searches; `finished` says whether a hypothesis leaves nothing but noise on both logs. `forced`:
-/// the best hypothesis is taken although it is not significant.
-pub(crate) fn search(
-    train: &PreparedLog,
-    test: &PreparedLog,
-    excluded: &dyn Fn(&str) -> bool,
-    finished: &dyn Fn(&Tested) -> bool,
-    forced: bool,
-) -> Found {
-    let library = Library::new(&train.scene, &train.problem, excluded);
-    let price = (train.problem.count.max(2) as f64).ln();
-    let test_all = |hypotheses: &[Hypothesis]| -> Vec<Tested> {
-        use rayon::prelude::*;
-        distinct(&library, hypotheses)
-            .par_iter()
-            .map(|h| tested(&library, h, train, test))
-            .collect()
-    };
-    let is_detail = |variant: &Variant| DETAILS.contains(&variant.effect.id);
-    // Who asks for a detail alone has in the model what it is a detail of.
-    let any = forced || library.variants.iter().all(is_detail);
-    let whole = |h: &Hypothesis| {
-        let mut variants = h.parts.iter().map(|part| &library.variants[part.variant]);
-        !variants.any(is_detail)
-    };
-    let first = |all: Vec<Hypothesis>| -> Vec<Hypothesis> {
-        all.into_iter().filter(|h| any || whole(h)).collect()
-    };
-    let singles = test_all(&first(with_one_more(&library, &[], price)));
-    let doubles = test_all(&first(pairs(&library, price)));
-    let single = best(&singles, None, price);
-    let double = best(&doubles, None, price);
-    let mut accepted = match (single, double) {
-        (Some(one), Some(two)) => Some(if pair_wins(&one, &two, price, finished) {
-            two
-        } else {
-            one
-        }),
-        (one, two) => one.or(two),
-    };
-    while let Some(now) = &accepted {
-        match with_another(&library, now, train, price, finished, &test_all) {
-            Some(next) => accepted = Some(next),
-            None => break,
+/// What a search works with.
+struct Work<'a> {
+    joint: &'a Joint,
+    library: &'a Library,
+    price: f64,
+    /// Details of other effects may stand alone.
+    any: bool,
+}
+
+/// Searches; `forced`: the best hypothesis is taken although it is not significant. Tolerances that
+/// the answer strains are taken away, and the search begins anew.
+pub(crate) fn search(joint: &mut Joint, excluded: &dyn Fn(&str) -> bool, forced: bool) -> Found {
+    /// Tolerances that turn out to be strained when others were taken away.
+    const ROUNDS: usize = 3;
+    let mut library = Library::new(joint, excluded);
+    let mut found = searched(joint, &library, forced);
+    for _ in 0..ROUNDS {
+        if !joint.freeze_strained(found.accepted.as_ref()) {
+            break;
         }
+        library = library.anew(joint);
+        found = searched(joint, &library, forced);
     }
-    let pieces = |h: &Hypothesis| -> Vec<Tested> {
-        let fit = |k| fitted_to(&train.without(k, PIECES), &library, h, train, test);
-        (0..PIECES).map(fit).collect()
+    found
+}
+
+fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
+    let is_detail = |variant: &Variant| DETAILS.contains(&variant.effect.id);
+    let work = Work {
+        price: evidence::price(joint.problem.count),
+        // Who asks for a detail alone has in the model what it is a detail of.
+        any: forced || library.variants.iter().all(is_detail),
+        library,
+        joint,
     };
-    let rivals = match &mut accepted {
-        Some(several) if several.effects.len() > 1 => {
-            let much = train.has_much_left(several);
-            without_equivalents(&library, several, much, price, &test_all, &pieces)
-        }
-        _ => Vec::new(),
-    };
+    let singles = work.tested(
+        &work.whole(with_one_more(work.library, &[], work.price)),
+        TRIED,
+    );
+    let doubles = work.tested(&work.whole(pairs(work.library, work.price)), TRIED);
     let mut ranked = singles;
     ranked.extend(doubles);
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let starts = ranked.iter().filter(|t| work.is_possible(t)).take(STARTS);
+    let ends = starts.map(|start| work.climbed(start.clone()));
+    let best = ends.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let mut accepted = best.and_then(|best| work.pruned(best));
     if forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
     }
+    let evidence = accepted.as_ref().map_or_else(Vec::new, |t| work.each(t));
+    let rivals = accepted.as_ref().map_or_else(Vec::new, |t| work.rivals(t));
     Found {
-        accepted,
+        accepted: accepted.map(|all| work.of_fit(all)),
+        evidence,
         ranked,
         rivals,
     }
 }
 
-/// What is accepted with one more effect, if any is worth it, and the forms of all chosen again.
-fn with_another(
-    library: &Library,
-    now: &Tested,
-    train: &PreparedLog,
-    price: f64,
-    finished: &dyn Fn(&Tested) -> bool,
-    test: &dyn Fn(&[Hypothesis]) -> Vec<Tested>,
-) -> Option<Tested> {
-    let (rest, much) = (train.left(now), train.has_much_left(now));
-    if now.effects.len() >= MOST || (finished(now) && !much) {
-        return None;
+impl Work<'_> {
+    fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
+        use rayon::prelude::*;
+        distinct(self.library, hypotheses, most)
+            .par_iter()
+            .map(|h| tested(self.library, h, self.joint))
+            .collect()
     }
-    let more = test(&with_one_more(library, &parts_of(library, now), price));
-    let next = best(&more, Some(now), price)?;
-    if !is_worth_it(next.gain - now.gain, now.gain, rest, much) {
-        return None;
+
+    /// Hypotheses without details of effects that they do not have.
+    fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
+        let is_detail =
+            |part: &Part| DETAILS.contains(&self.library.variants[part.variant].effect.id);
+        let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
+        all.into_iter().filter(whole).collect()
     }
-    let again = with_forms_reselected(library, parts_of(library, &next), price);
-    let again = again.and_then(|h| test(&[h]).pop());
-    Some(again.filter(|t| is_better(t, &next)).unwrap_or(next))
-}
 
-/// Whether the same effects in other forms explain significantly more, and not less of unseen data.
-fn is_better(other: &Tested, than: &Tested) -> bool {
-    other.wrong.is_empty()
-        && other.gain > than.gain + SIGNIFICANT
-        && other.gain_test >= than.gain_test
-}
-
-/// Whether a further effect is more than a detail of those before it.
-fn is_worth_it(added: f64, gain: f64, rest: f64, much: bool) -> bool {
-    added > ADDED * gain || (much && is_much(added, rest))
-}
-
-/// Whether a gain takes much of what is left.
-pub(crate) fn is_much(gain: f64, rest: f64) -> bool {
-    gain > OF_THE_REST * rest
-}
-
-/// Whether a pair is to be preferred to a single effect.
-fn pair_wins(one: &Tested, two: &Tested, price: f64, finished: &dyn Fn(&Tested) -> bool) -> bool {
-    if two.parameters <= one.parameters && two.evidence > one.evidence + SIMPLER {
-        return true;
+    /// Physics and the rounding of the readings allow it.
+    fn is_possible(&self, tested: &Tested) -> bool {
+        let price = self.price * tested.parameters as f64 + PRIOR * tested.effects.len() as f64;
+        tested.wrong.is_empty() && tested.beyond_rounding > threshold(0.0) + price
     }
-    let added = two.gain - one.gain;
-    let significant = added
-        > SIGNIFICANT + 2.0 * price * (two.parameters - one.parameters.min(two.parameters)) as f64
-        && two.gain_test - one.gain_test > CONFIRMED * added * ratio(one).min(1.0);
-    significant && two.evidence > one.evidence && (added > ADDED * one.gain || !finished(one))
-}
 
-/// Gain on unseen data over gain on the log of the fit.
-fn ratio(tested: &Tested) -> f64 {
-    (tested.gain_test / tested.gain.max(1e-9)).max(0.0)
-}
+    fn parts(&self, tested: &Tested) -> Vec<Part> {
+        parts_of(self.library, tested)
+    }
 
-/// The best hypothesis that is accepted beside what there is already.
-fn best(all: &[Tested], before: Option<&Tested>, price: f64) -> Option<Tested> {
-    let (gain, gain_test, parameters) =
-        before.map_or((0.0, 0.0, 0), |b| (b.gain, b.gain_test, b.parameters));
-    let accepted: Vec<&Tested> = all
-        .iter()
-        .filter(|t| {
-            let more = t.parameters.saturating_sub(parameters) as f64;
-            t.wrong.is_empty()
-                && t.beyond_rounding.0.min(t.beyond_rounding.1) > SIGNIFICANT
-                && t.gain - gain > SIGNIFICANT + 2.0 * price * more
-                && t.gain_test - gain_test > CONFIRMED * (t.gain - gain)
+    /// Adds, exchanges and removes one effect at a time as long as the evidence rises.
+    fn climbed(&self, start: Tested) -> Tested {
+        let mut now = start;
+        loop {
+            let more = if now.effects.len() < MOST {
+                with_one_more(self.library, &self.parts(&now), self.price)
+            } else {
+                Vec::new()
+            };
+            let next = self.best_of(&now, more).or_else(|| {
+                let (exchanged, fewer) = (self.exchanged(&now), self.fewer(&now));
+                self.best_of(&now, exchanged.into_iter().chain(fewer).collect())
+            });
+            match next {
+                Some(next) => now = next,
+                None => return now,
+            }
+        }
+    }
+
+    /// The best of some hypotheses with more evidence than what there is.
+    fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
+        all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let explained = threshold(now.gain) - threshold(0.0);
+        let better = |t: &Tested| {
+            let form = if t.effects.len() > now.effects.len() {
+                explained
+            } else {
+                0.0
+            };
+            t.evidence > now.evidence + form + 1e-6
+        };
+        let all = self.tested(&all, TRIED_LATER).into_iter();
+        let best = all
+            .filter(|t| self.is_possible(t) && better(t))
+            .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
+        let again = with_forms_reselected(self.library, self.parts(&best), self.price);
+        let again = again.map(|h| tested(self.library, &h, self.joint));
+        let again = again.filter(|t| self.is_possible(t) && t.evidence > best.evidence);
+        Some(again.unwrap_or(best))
+    }
+
+    /// One effect exchanged for another.
+    fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
+        let parts = self.parts(now);
+        let without = |place: usize| {
+            let mut rest = parts.clone();
+            rest.remove(place);
+            with_one_more(self.library, &rest, self.price)
+        };
+        (0..parts.len()).flat_map(without).collect()
+    }
+
+    /// One effect less.
+    fn fewer(&self, now: &Tested) -> Vec<Hypothesis> {
+        let parts = self.parts(now);
+        if parts.len() < 2 {
+            return Vec::new();
+        }
+        let without = |place: usize| {
+            let mut rest = parts.clone();
+            rest.remove(place);
+            with_forms_reselected(self.library, rest, self.price)
+        };
+        (0..parts.len()).filter_map(without).collect()
+    }
+
+    /// Evidence for each effect beside the others.
+    fn each(&self, now: &Tested) -> Vec<f64> {
+        let of = |place: usize| match now.effects.len() {
+            1 => now.evidence,
+            _ => {
+                let mut rest = self.parts(now);
+                rest.remove(place);
+                let rest = with_forms_reselected(self.library, rest, self.price);
+                let rest = rest.map(|h| tested(self.library, &h, self.joint));
+                now.evidence - rest.map_or(0.0, |t| t.evidence.max(0.0))
+            }
+        };
+        (0..now.effects.len()).map(of).collect()
+    }
+
+    /// Without the effects that are not worth their price beside the others.
+    fn pruned(&self, found: Tested) -> Option<Tested> {
+        let mut now = found;
+        loop {
+            let each = self.each(&now);
+            let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+            let (place, evidence) = least.map(|(place, e)| (place, *e))?;
+            let others = now.gain - now.gain.min(evidence.max(0.0));
+            if evidence >= threshold(others) {
+                return Some(now);
+            }
+            let mut rest = self.parts(&now);
+            if rest.len() < 2 {
+                return None;
+            }
+            rest.remove(place);
+            let rest = evaluate(self.library, rest, self.price)?;
+            now = tested(self.library, &rest, self.joint);
+        }
+    }
+
+    fn rivals(&self, accepted: &Tested) -> Vec<Rival> {
+        rivals(self.library, accepted, self.price, &|h| {
+            self.tested(h, TRIED_LATER)
         })
-        .collect();
-    let top = accepted
-        .iter()
-        .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
-    // The simplest among those that explain the same but for details.
-    let same =
-        |t: &&&Tested| top.gain - t.gain < DETAIL * top.gain && t.parameters < top.parameters;
-    let simplest = accepted.iter().filter(same).max_by(|a, b| {
-        b.parameters
-            .cmp(&a.parameters)
-            .then(a.evidence.total_cmp(&b.evidence))
-    });
-    Some((**simplest.unwrap_or(top)).clone())
+    }
+
+    /// The same effects with the parameters that the logs of the fit alone give, where these
+    /// determine them.
+    fn of_fit(&self, all: Tested) -> Tested {
+        let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
+            return all;
+        };
+        let logs = self.joint.of_fit();
+        let mut fitted = fitted_to(&logs, self.library, &hypothesis, self.joint);
+        if !fitted.wrong.is_empty() || !is_determined(&fitted) {
+            return all;
+        }
+        if self.joint.has_much_left(&all) {
+            let of = |k| {
+                let problem = self.joint.without(k, PIECES);
+                fitted_to(&problem, self.library, &hypothesis, self.joint)
+            };
+            widen(&mut fitted, &(0..PIECES).map(of).collect::<Vec<_>>());
+        }
+        Tested {
+            effects: fitted.effects,
+            ..all
+        }
+    }
 }
 
-/// The best hypotheses, at most a few shapes of the same effects.
-fn distinct(library: &Library, hypotheses: &[Hypothesis]) -> Vec<Hypothesis> {
+/// Whether the parameters of a fit are known at all.
+fn is_determined(fitted: &Tested) -> bool {
+    let parameters = fitted.effects.iter().flat_map(|e| e.parameters.values());
+    let mut parameters = parameters.map(|(value, sigma, _)| (*value, *sigma));
+    parameters.all(|(value, sigma)| value.is_finite() && sigma.is_finite())
+}
+
+/// The best hypotheses, at most so many, and two shapes of the same effects.
+fn distinct(library: &Library, hypotheses: &[Hypothesis], most: usize) -> Vec<Hypothesis> {
     let mut kept: Vec<(Vec<&str>, Hypothesis)> = Vec::new();
     for hypothesis in hypotheses {
         if hypothesis.solution.gain < NEGLIGIBLE_GAIN {
@@ -210,7 +281,7 @@ fn distinct(library: &Library, hypotheses: &[Hypothesis]) -> Vec<Hypothesis> {
         if alike < 2 {
             kept.push((ids, hypothesis.clone()));
         }
-        if kept.len() >= TRIED {
+        if kept.len() >= most {
             break;
         }
     }

@@ -1,11 +1,12 @@
-//! A hypothesis with refined shapes, held against unseen data.
+//! A hypothesis with refined shapes.
 
-use super::prepared_log::PreparedLog;
-use super::problem::{Problem, Solution};
+use super::prepared_log::Joint;
+use super::problem::{Problem, Projected, Solution, solve, subtract};
 use super::search::{Hypothesis, Part};
 use super::variants::Library;
 use crate::model::load::effects::{LoadEffect, Sign};
 use crate::model::load::{Column, Scene};
+use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Gain in χ² below which shapes are not worth refining.
@@ -20,31 +21,38 @@ pub(crate) struct Fitted {
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
 }
 
-/// A hypothesis after its shapes were refined, with its evidence on both logs.
+/// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug)]
 pub(crate) struct Tested {
     /// Its effects.
     pub effects: Vec<Fitted>,
     /// Ids of what the model had already.
     pub beside: Vec<String>,
-    /// Fall of χ² on the log of the fit.
+    /// Fall of χ² over all logs.
     pub gain: f64,
-    /// Fall of χ² on unseen data with the same parameters.
-    pub gain_test: f64,
-    /// Gain less the price of the parameters.
+    /// Fall of χ² of each log.
+    pub gains: Vec<f64>,
+    /// Gain less the price of the parameters and the prior odds of the effects.
     pub evidence: f64,
     /// Number of parameters.
     pub parameters: usize,
-    /// Parameters with a sign that physics forbids.
+    /// Parameters with a sign that physics forbids, or out of any plausible range.
     pub wrong: Vec<String>,
-    /// Fall of the squared distance to the intervals of rounded readings, on both logs.
-    pub beyond_rounding: (f64, f64),
+    /// Fall of the squared distance to the intervals of rounded readings.
+    pub beyond_rounding: f64,
 }
 
 impl Tested {
     /// Ids, in order.
     pub(crate) fn ids(&self) -> Vec<String> {
         self.effects.iter().map(|e| e.id.to_owned()).collect()
+    }
+
+    /// One of its effects.
+    pub(crate) fn alone(&self, place: usize) -> Self {
+        let mut alone = self.clone();
+        alone.effects = vec![self.effects[place].clone()];
+        alone
     }
 
     /// Their part of a reading.
@@ -68,78 +76,78 @@ impl Tested {
     }
 }
 
-/// Columns of a hypothesis with given shapes, around the given coefficients of its columns.
-fn columns(
-    library: &Library,
-    parts: &[Part],
-    shapes: &[Vec<f64>],
-    around: &[f64],
-    scene: &Scene,
-) -> Option<Vec<(Column, Sign)>> {
-    let mut all = Vec::new();
-    for (part, shapes) in parts.iter().zip(shapes) {
-        let variant = &library.variants[part.variant];
-        let own = around.get(all.len()..).unwrap_or_default();
-        let mut built = variant.effect.columns_at(scene, shapes, own)?;
-        for &k in &part.used {
-            all.push((std::mem::take(&mut built[k]), variant.signs[k]));
-        }
-    }
-    Some(all)
-}
-
 /// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
 /// own part.
 struct Shaped<'a> {
+    joint: &'a Joint,
     problem: &'a Problem,
     library: &'a Library,
     parts: &'a [Part],
-    scene: &'a Scene,
     /// Per part; none where it has nothing to act on.
-    white: Vec<Option<Vec<Column>>>,
+    white: Vec<Option<Vec<Projected>>>,
+    /// Products of all columns, in their order.
+    gram: DMatrix<f64>,
     signs: Vec<Sign>,
 }
 
 impl<'a> Shaped<'a> {
     fn new(
+        joint: &'a Joint,
         problem: &'a Problem,
         library: &'a Library,
         parts: &'a [Part],
-        scene: &'a Scene,
     ) -> Self {
         let sign = |part: &'a Part| {
             let signs = &library.variants[part.variant].signs;
             part.used.iter().map(|k| signs[*k])
         };
         let mut shaped = Self {
+            joint,
             problem,
             library,
             parts,
-            scene,
             white: vec![None; parts.len()],
+            gram: DMatrix::zeros(0, 0),
             signs: parts.iter().flat_map(sign).collect(),
         };
         for (i, part) in parts.iter().enumerate() {
-            shaped.set(i, &library.variants[part.variant].shapes);
+            let variant = &library.variants[part.variant];
+            if std::ptr::eq(problem, &joint.problem) {
+                let known = part.used.iter().map(|k| variant.columns[*k]);
+                let columns = known.map(|c| problem.projected(library.columns[c].clone()));
+                shaped.white[i] = Some(columns.collect());
+            } else {
+                // For small effects, where they are not linear.
+                shaped.white[i] = shaped.built(i, &variant.shapes, &[]);
+            }
         }
+        shaped.multiply();
         shaped
     }
 
     /// Takes other shapes for a part.
     fn set(&mut self, i: usize, shapes: &[f64]) {
-        self.white[i] = self.built(i, shapes);
+        self.white[i] = self.built(i, shapes, &[]);
+        self.multiply();
     }
 
-    fn built(&self, i: usize, shapes: &[f64]) -> Option<Vec<Column>> {
+    fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
         let part = &self.parts[i];
         let effect = self.library.variants[part.variant].effect;
-        // For small effects, where they are not linear.
-        let columns = effect.columns_at(self.scene, shapes, &[])?;
-        let used = part
-            .used
-            .iter()
-            .map(|k| self.problem.whitened(&columns[*k]));
-        Some(used.collect())
+        let mut columns = self
+            .joint
+            .columns_of(self.problem, effect, shapes, around)?;
+        let used = part.used.iter().map(|k| std::mem::take(&mut columns[*k]));
+        Some(used.map(|column| self.problem.projected(column)).collect())
+    }
+
+    fn multiply(&mut self) {
+        let all: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
+        self.gram = DMatrix::from_fn(all.len(), all.len(), |i, k| match i <= k {
+            true => all[i].product(all[k]),
+            false => 0.0,
+        });
+        self.gram.fill_lower_triangle_with_upper_triangle();
     }
 
     fn solution(&self) -> Option<Solution> {
@@ -147,58 +155,107 @@ impl<'a> Shaped<'a> {
     }
 
     /// The best solution with other columns for part `i`.
-    fn solution_with(&self, i: usize, own: &[Column]) -> Option<Solution> {
-        let mut all: Vec<&Column> = Vec::with_capacity(self.signs.len());
+    fn solution_with(&self, i: usize, own: &[Projected]) -> Option<Solution> {
+        let mut all: Vec<&Projected> = Vec::with_capacity(self.signs.len());
+        let mut changed = 0..0;
         for (k, white) in self.white.iter().enumerate() {
-            match k == i {
-                true => all.extend(own),
-                false => all.extend(white.as_ref()?),
+            if k == i {
+                changed = all.len()..all.len() + own.len();
+                all.extend(own);
+            } else {
+                all.extend(white.as_ref()?);
             }
         }
-        self.problem.solve_whitened(&all, &self.signs)
+        let mut gram = self.gram.clone();
+        if !changed.is_empty() {
+            gram.resize_mut(all.len(), all.len(), 0.0);
+        }
+        for a in changed {
+            for b in 0..all.len() {
+                let product = all[a].product(all[b]);
+                (gram[(a, b)], gram[(b, a)]) = (product, product);
+            }
+        }
+        let right = DVector::from_iterator(all.len(), all.iter().map(|p| p.right));
+        let places: Vec<usize> = (0..all.len()).collect();
+        solve(&gram, &right, &places, &self.signs)
+    }
+
+    /// Columns of the parts that are not linear, around coefficients of all columns.
+    fn set_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) {
+        let mut at = 0;
+        for (i, part) in self.parts.iter().enumerate() {
+            let own = &coefficients[at..at + part.used.len()];
+            at += part.used.len();
+            if !self.library.variants[part.variant].effect.is_linear() {
+                self.white[i] = self.built(i, &shapes[i], own);
+            }
+        }
+        self.multiply();
+    }
+
+    /// By how much χ² really falls with coefficients.
+    fn gain_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<f64> {
+        self.set_around(coefficients, shapes);
+        self.white.iter().all(Option::is_some).then(|| {
+            let sum = self.sum(coefficients);
+            self.problem.gain_of(&sum)
+        })
+    }
+
+    /// What all parts contribute.
+    fn sum(&self, coefficients: &[f64]) -> Column {
+        let mut sum = Column::default();
+        let columns = self.white.iter().flatten().flatten();
+        for (column, factor) in columns.zip(coefficients) {
+            subtract(&mut sum, &column.column, -factor);
+        }
+        sum
     }
 
     /// By how much χ² falls with other shapes for part `i`.
     fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
-        let own = self.built(i, shapes);
+        let own = self.built(i, shapes, &[]);
         let solution = own.and_then(|own| self.solution_with(i, &own));
         solution.map_or(f64::NEG_INFINITY, |s| s.gain)
     }
 }
 
-/// Refines the shapes of a hypothesis and holds it against unseen data.
-pub(super) fn tested(
-    library: &Library,
-    hypothesis: &Hypothesis,
-    train: &PreparedLog,
-    test: &PreparedLog,
-) -> Tested {
-    fitted_to(&train.problem, library, hypothesis, train, test)
+/// Refines the shapes of a hypothesis on all logs.
+pub(super) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) -> Tested {
+    let mut tested = fitted_to(&joint.problem, library, hypothesis, joint);
+    tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
+    tested
 }
 
-/// The same, fitted to another regression than that of the whole log.
+/// The same, fitted to some rows of the logs.
 pub(super) fn fitted_to(
     problem: &Problem,
     library: &Library,
     hypothesis: &Hypothesis,
-    train: &PreparedLog,
-    test: &PreparedLog,
+    joint: &Joint,
 ) -> Tested {
     let parts = &hypothesis.parts;
     let mut shapes: Vec<Vec<f64>> = parts
         .iter()
         .map(|p| library.variants[p.variant].shapes.clone())
         .collect();
-    let mut shaped = Shaped::new(problem, library, parts, &train.scene);
+    let mut shaped = Shaped::new(joint, problem, library, parts);
     let mut sigmas: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     // Shapes of a hopeless hypothesis are not worth refining.
     if hypothesis.solution.gain > WORTH_REFINING {
         for (i, part) in parts.iter().enumerate() {
             let effect = library.variants[part.variant].effect;
-            for (k, shape) in effect.shapes.iter().enumerate().filter(|(_, s)| !s.choice) {
+            for (k, shape) in effect.shapes.iter().enumerate() {
+                // A form of no size has none.
+                if !shape.continuous || shapes[i][k] <= 0.0 {
+                    continue;
+                }
                 let gain = |own: &[f64]| shaped.gain_with(i, own);
                 let sigma = refine(&mut shapes[i], k, shape.tried, &gain);
-                sigmas.insert((i, k), sigma);
+                if !shape.choice {
+                    sigmas.insert((i, k), sigma);
+                }
                 shaped.set(i, &shapes[i]);
             }
         }
@@ -210,10 +267,9 @@ pub(super) fn fitted_to(
     let solution = if parts.iter().all(linear) {
         solution
     } else {
-        exact(solution, problem, |around| {
-            columns(library, parts, &shapes, around, &train.scene)
-        })
+        exact(solution, &mut shaped, &shapes)
     };
+    let white = shaped.sum(&solution.coefficients);
     let mut effects = Vec::new();
     let mut wrong = Vec::new();
     let mut at = 0;
@@ -227,7 +283,10 @@ pub(super) fn fitted_to(
                     coefficient.name,
                     (value, solution.sigma[at], coefficient.unit),
                 );
-                if solution.wrong.contains(&at) {
+                let model = &joint.logs[0].scene.model;
+                if solution.wrong.contains(&at)
+                    || effect.is_implausible(model, coefficient.name, value)
+                {
                     wrong.push(format!(
                         "{} = {value:.3e} {}",
                         coefficient.name, coefficient.unit
@@ -246,62 +305,46 @@ pub(super) fn fitted_to(
         });
     }
     let improvement = solution.gain - hypothesis.solution.gain;
-    let known = &train.scene.model.effects;
-    let mut tested = Tested {
+    let known = joint
+        .logs
+        .iter()
+        .take(1)
+        .flat_map(|l| &l.scene.model.effects);
+    Tested {
         effects,
-        beside: known.iter().map(|e| e.id.clone()).collect(),
+        beside: known.map(|e| e.id.clone()).collect(),
         gain: solution.gain,
-        gain_test: 0.0,
+        gains: joint.gains(problem, &white),
         evidence: hypothesis.evidence + improvement,
         parameters: hypothesis.parameters,
         wrong,
-        beyond_rounding: (0.0, 0.0),
-    };
-    let (on_train, on_test) = (
-        tested.contribution(&train.scene),
-        tested.contribution(&test.scene),
-    );
-    tested.gain_test = test.problem.gain_of(&on_test);
-    tested.beyond_rounding = (
-        train.gain_beyond_rounding(&on_train),
-        test.gain_beyond_rounding(&on_test),
-    );
-    tested
+        beyond_rounding: f64::INFINITY,
+    }
 }
 
 /// Times that coefficients are found anew with the columns around the last ones.
 const ROUNDS: usize = 4;
 
 /// The solution with columns that fit its own coefficients, the best of some rounds.
-fn exact(
-    start: Solution,
-    problem: &Problem,
-    columns: impl Fn(&[f64]) -> Option<Vec<(Column, Sign)>>,
-) -> Solution {
-    let gain = |solution: &Solution| {
-        let columns = columns(&solution.coefficients)?;
-        let mut sum = Column::default();
-        for ((column, _), factor) in columns.iter().zip(&solution.coefficients) {
-            let scaled = column
-                .0
-                .each_ref()
-                .map(|s| s.iter().map(|v| factor * v).collect());
-            sum.add(&scaled);
-        }
-        Some(problem.gain_of(&sum))
-    };
+fn exact(start: Solution, shaped: &mut Shaped<'_>, shapes: &[Vec<f64>]) -> Solution {
     let mut best = start;
-    best.gain = gain(&best).unwrap_or(best.gain);
+    best.gain = shaped
+        .gain_around(&best.coefficients, shapes)
+        .unwrap_or(best.gain);
     let mut last = best.clone();
     for _ in 0..ROUNDS {
-        let next = columns(&last.coefficients).and_then(|c| problem.solve(&c));
-        let Some(mut next) = next else { break };
-        next.gain = gain(&next).unwrap_or(f64::NEG_INFINITY);
+        shaped.set_around(&last.coefficients, shapes);
+        let Some(mut next) = shaped.solution() else {
+            break;
+        };
+        let gain = shaped.gain_around(&next.coefficients, shapes);
+        next.gain = gain.unwrap_or(f64::NEG_INFINITY);
         if next.gain > best.gain {
             best = next.clone();
         }
         last = next;
     }
+    shaped.set_around(&best.coefficients, shapes);
     best
 }
 
@@ -311,7 +354,7 @@ fn refine(shapes: &mut [f64], k: usize, tried: &[f64], gain: &dyn Fn(&[f64]) -> 
     let lower = tried
         .iter()
         .copied()
-        .filter(|t| *t < at)
+        .filter(|t| *t < at && *t > 0.0)
         .fold(f64::NAN, f64::max);
     let upper = tried
         .iter()

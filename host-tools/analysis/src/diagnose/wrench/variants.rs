@@ -1,8 +1,8 @@
 //! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
 
-use super::problem::Problem;
+use super::prepared_log::Joint;
+use crate::model::load::Column;
 use crate::model::load::effects::{LoadEffect, Sign};
-use crate::model::load::{Column, Scene};
 use nalgebra::{DMatrix, DVector};
 
 /// An effect with given shape parameters.
@@ -24,10 +24,12 @@ impl Variant {
     }
 }
 
-/// All variants with the products of their columns.
+/// All variants with their columns and the products of these.
 pub(crate) struct Library {
     /// The hypotheses.
     pub variants: Vec<Variant>,
+    /// Columns over all logs, in units of the noise.
+    pub columns: Vec<Column>,
     /// Products of the columns after the tolerances.
     pub gram: DMatrix<f64>,
     /// Products with the residual.
@@ -35,8 +37,8 @@ pub(crate) struct Library {
 }
 
 impl Library {
-    /// For a log; `excluded` effects are in the model already, or not to be tried.
-    pub(crate) fn new(scene: &Scene, problem: &Problem, excluded: &dyn Fn(&str) -> bool) -> Self {
+    /// For some logs; `excluded` effects are in the model already, or not to be tried.
+    pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
         let wanted: Vec<(&LoadEffect, Vec<f64>)> = LoadEffect::all()
             .filter(|effect| !excluded(effect.id))
@@ -44,10 +46,7 @@ impl Library {
             .collect();
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
-            .map(|(effect, shapes)| {
-                let columns = effect.columns(scene, shapes)?;
-                Some(columns.iter().map(|c| problem.whitened(c)).collect())
-            })
+            .map(|(effect, shapes)| joint.columns(effect, shapes, &[]))
             .collect();
         let mut store = Store::default();
         let mut variants = Vec::new();
@@ -67,11 +66,22 @@ impl Library {
                 signs,
             });
         }
-        let (gram, right) = problem.products(&store.columns);
+        let (gram, right) = joint.problem.products(&store.columns);
         Self {
             variants,
+            columns: store.columns,
             gram,
             right,
+        }
+    }
+
+    /// The same columns after other tolerances.
+    pub(crate) fn anew(self, joint: &Joint) -> Self {
+        let (gram, right) = joint.problem.products(&self.columns);
+        Self {
+            gram,
+            right,
+            ..self
         }
     }
 }

@@ -4,7 +4,7 @@ use super::meta::{Contact, Meta, Rotation};
 use super::tolerance;
 use crate::model::{
     ActuatorModel, Axis, BodyModel, ContactModel, GuideModel, Model, NoiseModel, RigModel,
-    SensorModel, ToleranceModel, ToolModel, TwoBodyModel, WallModel,
+    SensorModel, ToolModel, TwoBodyModel, WallModel,
 };
 use anyhow::{bail, ensure};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -64,7 +64,7 @@ pub(super) fn model(meta: &Meta, notes: &mut Vec<String>) -> anyhow::Result<Mode
         },
         tolerance: match &meta.tolerance {
             Some(paths) => tolerance::tolerance(paths, notes)?,
-            None => ToleranceModel::default(),
+            None => tolerance::unstated(),
         },
         ..Model::default()
     };

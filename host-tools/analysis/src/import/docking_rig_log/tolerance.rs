@@ -29,6 +29,23 @@ fn exact() -> ToleranceModel {
     }
 }
 
+/// Where a log states no tolerances its nominal values count as exact but for a fifth of what a model
+/// file usually allows: enough for another integration of the same equations.
+pub(super) fn unstated() -> ToleranceModel {
+    const SHARE: f64 = 0.2;
+    let usual = ToleranceModel::default();
+    ToleranceModel {
+        transport_delay_s: SHARE * usual.transport_delay_s,
+        lag_s: SHARE * usual.lag_s,
+        wall_position_m: SHARE * usual.wall_position_m,
+        guide_position_m: SHARE * usual.guide_position_m,
+        tool_mass_kg: SHARE * usual.tool_mass_kg,
+        tool_com_m: SHARE * usual.tool_com_m,
+        bias: usual.bias.map(|b| SHARE * b),
+        ..usual
+    }
+}
+
 /// Tolerances of the model file; paths that it has no place for are told in `notes`.
 ///
 /// # Errors

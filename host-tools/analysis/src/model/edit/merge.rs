@@ -37,6 +37,30 @@ pub(super) fn merge(text: &str, before: &Model, after: &Model) -> Result<String>
     Ok(document.to_string())
 }
 
+/// `text` without the effects of an id, comments of the others kept.
+pub(super) fn without_effect(text: &str, id: &str) -> Result<String> {
+    let mut document: DocumentMut = text.parse().context("the model file is not TOML")?;
+    let is_other = |named: Option<&str>| named != Some(id);
+    let none_left = match document.get_mut("effect") {
+        Some(Item::ArrayOfTables(tables)) => {
+            tables.retain(|table| is_other(table.get("id").and_then(Item::as_str)));
+            tables.is_empty()
+        }
+        Some(Item::Value(Value::Array(array))) => {
+            array.retain(|effect| {
+                let table = effect.as_inline_table();
+                is_other(table.and_then(|t| t.get("id")).and_then(Value::as_str))
+            });
+            array.is_empty()
+        }
+        _ => false,
+    };
+    if none_left {
+        document.remove("effect");
+    }
+    Ok(document.to_string())
+}
+
 /// Whether two items say the same.
 fn same(a: &Item, b: &Item) -> bool {
     a.to_string().trim() == b.to_string().trim()

@@ -123,7 +123,7 @@ impl Story<'_> {
             bar.set_message(what.to_owned());
         };
         let (train, test) = (&runs.train.recording, &runs.test.recording);
-        let report = diagnose(model, train, Some(test), &progress)?;
+        let report = diagnose(model, &[train], &[test], &progress)?;
         bar.finish_and_clear();
         self.tell_findings(&report.diagnosis)?;
         Ok(report)
@@ -181,9 +181,7 @@ impl Story<'_> {
                 "Add it to {}, compare again, and watch the error fall:",
                 self.files.model.display()
             ),
-            Verdict::NothingMissing | Verdict::Unexplained => {
-                "Nothing was named, so nothing is added:".to_owned()
-            }
+            _ => "Nothing was named, so nothing is added:".to_owned(),
         };
         self.say(&format!(
             "\n6. {what}\n\n{}\n\n   {}\n",

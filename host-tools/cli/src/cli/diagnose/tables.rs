@@ -21,7 +21,9 @@ pub(super) fn text(diagnosis: &Diagnosis) -> String {
         "Error before and after, in units of the data sheet's noise",
         levels(&diagnosis.residual_rms_sigma),
     );
+    titled("Effects", effects(diagnosis));
     titled("Parameters", parameters(&diagnosis.parameters));
+    titled("Nominal parameters that moved", nominal(diagnosis));
     titled("Hypotheses, the likeliest first", hypotheses(diagnosis));
     titled("Where it shows", regions(diagnosis));
     parts.extend(rival(diagnosis));
@@ -68,6 +70,44 @@ fn after_cell(before: f64, after: f64) -> Cell {
         change if change > CHANGED => cell.marked(Mark::Bad),
         _ => cell,
     }
+}
+
+/// What was found, with its probability.
+fn effects(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Effect"),
+        Column::number("Probability", ""),
+    ]);
+    for (id, probability) in &diagnosis.probability {
+        table.push(vec![
+            Cell::text(id),
+            Cell::formatted(*probability, Format::Fixed(4)),
+        ]);
+    }
+    table
+}
+
+/// Nominal parameters that are off by more than one tolerance.
+fn nominal(diagnosis: &Diagnosis) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("Parameter"),
+        Column::number("Value", "SI"),
+        Column::number("95 % interval", "SI"),
+        Column::number("Off by", "tolerances"),
+    ]);
+    let moved = diagnosis
+        .nominal
+        .iter()
+        .filter(|(_, n)| n.tolerances.abs() > 1.0);
+    for (name, nominal) in moved {
+        table.push(vec![
+            Cell::text(name),
+            Cell::number(nominal.value, DIGITS),
+            Cell::interval(nominal.low, nominal.high, 2),
+            Cell::number(nominal.tolerances, 2),
+        ]);
+    }
+    table
 }
 
 /// Parameters with their intervals.

@@ -18,7 +18,7 @@ impl Source<'_> {
             return;
         }
         page.section(match self.diagnosis.verdict {
-            Verdict::Unexplained => "Where the unexplained error shows",
+            Verdict::Unexplained | Verdict::LogsDisagree => "Where the unexplained error shows",
             _ => "Where the error showed",
         });
         page.table(&self.region_table());

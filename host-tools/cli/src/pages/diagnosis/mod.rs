@@ -75,6 +75,8 @@ pub fn page(
         Verdict::Named => (Mark::Neutral, "Named"),
         Verdict::NothingMissing => (Mark::Good, "Nothing missing"),
         Verdict::Unexplained => (Mark::Bad, "Unexplained"),
+        Verdict::LogsDisagree => (Mark::Bad, "The logs disagree"),
+        Verdict::NotTestable => (Mark::Bad, "Not testable"),
     };
     page.verdict(mark, badge, &diagnosis.sentence);
     source.error(&mut page)?;

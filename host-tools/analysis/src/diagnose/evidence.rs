@@ -1,0 +1,59 @@
+//! The one price of everything: how much the logs have to say for an effect before it is named.
+//!
+//! Evidence is 2 ln of the posterior odds in the approximation of Schwarz (BIC): the fall of χ²
+//! over all logs together with common parameters, less `ln N` for each fitted parameter, less the
+//! prior odds of each effect: with M effects in the catalogue, of which one is missing, 2 ln M.
+//!
+//! | constant | value | reason |
+//! |---|---|---|
+//! | [`PRIOR`] | 7.6 | 2 ln 45: the catalogue has 45 effects, none of which is likelier than others |
+//! | [`NAMED`] | 30 | three times what is called very strong (Kass and Raftery 1995): of the 44 logs with nothing hidden of `softdock bench diagnose` none shows more than 21, and noise is never quite what its model says |
+//! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained may be the error of a law's form, not a further effect |
+//! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+/// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
+pub(crate) const PRIOR: f64 = 7.6;
+/// Evidence for an effect beside the others from which it is named.
+pub(crate) const NAMED: f64 = 30.0;
+/// Share of χ² that laws explain which errors of their form may leave.
+pub(crate) const LAW: f64 = 0.001;
+/// Probability of what nominal parameters have to take, in tolerances, below which it is a finding of
+/// its own.
+const STRAINED: f64 = 6e-5;
+
+/// Price of a parameter among so many values.
+pub(crate) fn price(count: usize) -> f64 {
+    (count.max(2) as f64).ln()
+}
+
+/// What an effect has to bring beside others that explain `explained` of χ².
+pub(crate) fn threshold(explained: f64) -> f64 {
+    NAMED + LAW * explained.max(0.0)
+}
+
+/// Probability of what has this evidence against the best of all that does without it.
+pub(crate) fn probability(evidence: f64) -> f64 {
+    1.0 / (1.0 + (-0.5 * evidence).exp())
+}
+
+/// Which nominal parameters have to be off by more than their tolerances allow: those that take most
+/// of what all of them together should not have to take. `informed`: how many of them the logs
+/// determine rather than their tolerances.
+pub(crate) fn strained(taken: &[f64], informed: f64) -> Vec<usize> {
+    /// Tolerances by which any one is off by chance.
+    const BY_CHANCE: f64 = 2.0;
+    let Ok(law) = ChiSquared::new(informed.max(1.0)) else {
+        return Vec::new();
+    };
+    let together: f64 = taken.iter().map(|t| t * t).sum();
+    let one = Normal::standard().inverse_cdf(1.0 - 0.5 * STRAINED);
+    let all = law.sf(together) < STRAINED;
+    let limit = if all { BY_CHANCE } else { one };
+    let places = taken.iter().enumerate();
+    places
+        .filter(|(_, t)| t.abs() > limit)
+        .map(|(k, _)| k)
+        .collect()
+}
