@@ -258,25 +258,16 @@ proptest! {
 /// An effect is taken out again, and every other line of the file stays.
 #[test]
 fn an_effect_is_removed_and_nothing_else() {
-    let folder = scratch("model_edit_remove");
-    let path = folder.join("model.toml");
-    let effect = |id: &str, value: &str| {
-        format!("\n# found on Monday\n[[effect]]\nid = \"{id}\"\nparameters = {{ {value} }}\n")
-    };
-    let kept = effect("guide_viscous", "damping_n_s_per_m = 3.0");
-    let both = format!(
-        "{BEFORE}\n{}{kept}",
-        effect("guide_coulomb", "force_n = 2.0")
-    );
-    fs::write(&path, &both).unwrap();
-    let file = ModelFile::open(&path).unwrap();
-    let edited = file.without("guide_coulomb").unwrap();
+    let more = "\n\n# found on Monday\n[[effect]]\nid = \"guide_viscous\"\n\
+                parameters = { damping_n_s_per_m = 3.0 }\n";
+    let (_, file) = file("model_edit_remove", &format!("{BEFORE}{more}"));
+    let edited = file.without("guide_viscous").unwrap();
     assert!(
-        !edited.text().contains("guide_coulomb"),
+        !edited.text().contains("guide_viscous"),
         "{}",
         edited.text()
     );
-    assert!(edited.text().starts_with(BEFORE) && edited.text().contains("guide_viscous"));
+    assert!(edited.text().contains("found in spring") && edited.text().contains("cable is new"));
     let unknown = file.without("guide_stribeck").unwrap_err().to_string();
     assert!(
         unknown.contains("guide_coulomb, guide_viscous"),

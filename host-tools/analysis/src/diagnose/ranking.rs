@@ -3,6 +3,7 @@
 use super::actuator::Candidate;
 use super::engine::{Stages, is_shape};
 use super::finding::{Experiment, Ranked, RunnerUp};
+use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
 use crate::model::Channel;
 use std::collections::BTreeMap;
@@ -127,9 +128,16 @@ fn against_the_clock(rival: &ClockRival, fitted: usize) -> Vec<Ranked> {
 fn in_place(stages: &Stages) -> Vec<Ranked> {
     let rivals = stages.wrench.iter().flat_map(|found| &found.found.rivals);
     let fitted = stages.logs.fitted;
+    let much = stages.wrench.iter().any(|found| {
+        let accepted = found.found.accepted.as_ref();
+        accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted))
+    });
     let each = rivals.flat_map(move |rival| {
         let sum = |gains: &[f64]| gains.iter().sum::<f64>();
-        let tie = sum(&rival.gain) - sum(&rival.gain_of_rival) < TOLD_APART;
+        let (own, others) = (sum(&rival.gain), sum(&rival.gain_of_rival));
+        // Where more is left than noise, the error of form that is left can be of the difference's
+        // size.
+        let tie = own - others < TOLD_APART || (much && others > NEARLY_AS_GOOD * own);
         let as_good_as = tie.then(|| rival.of.to_owned());
         [
             (rival.of, &rival.gain, None),

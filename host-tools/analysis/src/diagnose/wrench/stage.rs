@@ -7,7 +7,7 @@
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
 use super::prepared_log::Joint;
 use super::search::{DETAILS, Hypothesis, Part, evaluate, pairs, with_one_more};
-use super::tested::{Tested, fitted_to, tested};
+use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, PRIOR, threshold};
 
@@ -239,14 +239,26 @@ impl Work<'_> {
             return all;
         };
         let logs = self.joint.of_fit();
-        let mut fitted = fitted_to(&logs, self.library, &hypothesis, self.joint);
+        let mut fitted = fitted_to(
+            &logs,
+            self.library,
+            &hypothesis,
+            self.joint,
+            Care::Estimating,
+        );
         if !fitted.wrong.is_empty() || !is_determined(&fitted) {
             return all;
         }
         if self.joint.has_much_left(&all) {
             let of = |k| {
                 let problem = self.joint.without(k, PIECES);
-                fitted_to(&problem, self.library, &hypothesis, self.joint)
+                fitted_to(
+                    &problem,
+                    self.library,
+                    &hypothesis,
+                    self.joint,
+                    Care::Screening,
+                )
             };
             widen(&mut fitted, &(0..PIECES).map(of).collect::<Vec<_>>());
         }

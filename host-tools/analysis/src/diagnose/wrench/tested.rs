@@ -4,7 +4,7 @@ use super::prepared_log::Joint;
 use super::problem::{Problem, Projected, Solution, solve, subtract};
 use super::search::{Hypothesis, Part};
 use super::variants::Library;
-use crate::model::load::effects::{LoadEffect, Sign};
+use crate::model::load::effects::{LoadEffect, Shape, Sign};
 use crate::model::load::{Column, Scene};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -213,6 +213,62 @@ impl<'a> Shaped<'a> {
         sum
     }
 
+    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
+    /// place, all together: from the products of the columns with the derivatives of what the shapes
+    /// contribute. None if the logs do not determine them.
+    fn deviations(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Option<(Vec<f64>, ShapeDeviations)> {
+        /// Relative step of the derivatives.
+        const STEP: f64 = 0.02;
+        let mut columns: Vec<Projected> = Vec::new();
+        let mut open = Vec::new();
+        for (place, column) in self.white.iter().flatten().flatten().enumerate() {
+            if self.signs[place] != Sign::One {
+                columns.push(column.clone());
+                open.push(place);
+            }
+        }
+        let (mut places, mut at) = (Vec::new(), 0);
+        for (i, part) in self.parts.iter().enumerate() {
+            let own = &coefficients[at..at + part.used.len()];
+            at += part.used.len();
+            let effect = self.library.variants[part.variant].effect;
+            for (k, shape) in effect.shapes.iter().enumerate() {
+                if !has_size(shape, shapes[i][k]) {
+                    continue;
+                }
+                let mut slope = Column::default();
+                for (factor, side) in [(1.0 + STEP, 1.0), (1.0 - STEP, -1.0)] {
+                    let mut moved = shapes[i].clone();
+                    moved[k] *= factor;
+                    for (column, c) in self.built(i, &moved, own)?.iter().zip(own) {
+                        subtract(&mut slope, &column.column, -c * side / (2.0 * STEP));
+                    }
+                }
+                columns.push(self.problem.projected(slope));
+                places.push((i, k));
+            }
+        }
+        let size = columns.len();
+        let products = DMatrix::from_fn(size, size, |i, k| columns[i].product(&columns[k]));
+        let scale: Vec<f64> = (0..size).map(|i| products[(i, i)].sqrt()).collect();
+        let unit = DMatrix::from_fn(size, size, |i, k| products[(i, k)] / (scale[i] * scale[k]));
+        let covariance = unit.cholesky()?.inverse();
+        let sigma = |i: usize| covariance[(i, i)].sqrt() / scale[i];
+        let mut of_coefficients = vec![0.0; coefficients.len()];
+        for (i, place) in open.iter().enumerate() {
+            of_coefficients[*place] = sigma(i);
+        }
+        let of_shapes = places
+            .into_iter()
+            .enumerate()
+            .map(|(n, (i, k))| ((i, k), sigma(open.len() + n) * shapes[i][k]));
+        Some((of_coefficients, of_shapes.collect()))
+    }
+
     /// By how much χ² falls with other shapes for part `i`.
     fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
         let own = self.built(i, shapes, &[]);
@@ -223,9 +279,21 @@ impl<'a> Shaped<'a> {
 
 /// Refines the shapes of a hypothesis on all logs.
 pub(super) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) -> Tested {
-    let mut tested = fitted_to(&joint.problem, library, hypothesis, joint);
+    let mut tested = fitted_to(&joint.problem, library, hypothesis, joint, Care::Screening);
     tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
     tested
+}
+
+/// Standard deviations of shapes, by part and place.
+type ShapeDeviations = BTreeMap<(usize, usize), f64>;
+
+/// How carefully shapes are refined.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Care {
+    /// Once, one after the other.
+    Screening,
+    /// Until they fit each other, with the covariance of everything together.
+    Estimating,
 }
 
 /// The same, fitted to some rows of the logs.
@@ -234,25 +302,36 @@ pub(super) fn fitted_to(
     library: &Library,
     hypothesis: &Hypothesis,
     joint: &Joint,
+    care: Care,
 ) -> Tested {
+    /// Rounds over all shapes.
+    const ROUNDS: usize = 3;
     let parts = &hypothesis.parts;
     let mut shapes: Vec<Vec<f64>> = parts
         .iter()
         .map(|p| library.variants[p.variant].shapes.clone())
         .collect();
     let mut shaped = Shaped::new(joint, problem, library, parts);
-    let mut sigmas: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+    let mut sigmas = ShapeDeviations::new();
     // Shapes of a hopeless hypothesis are not worth refining.
-    if hypothesis.solution.gain > WORTH_REFINING {
+    let rounds = match care {
+        _ if hypothesis.solution.gain <= WORTH_REFINING => 0,
+        Care::Screening => 1,
+        Care::Estimating => ROUNDS,
+    };
+    for round in 0..rounds {
         for (i, part) in parts.iter().enumerate() {
             let effect = library.variants[part.variant].effect;
             for (k, shape) in effect.shapes.iter().enumerate() {
-                // A form of no size has none.
-                if !shape.continuous || shapes[i][k] <= 0.0 {
+                if !has_size(shape, shapes[i][k]) {
                     continue;
                 }
                 let gain = |own: &[f64]| shaped.gain_with(i, own);
-                let sigma = refine(&mut shapes[i], k, shape.tried, &gain);
+                let range = match round {
+                    0 => neighbours(shapes[i][k], shape.tried),
+                    _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
+                };
+                let sigma = refine(&mut shapes[i], k, range, &gain);
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
                 }
@@ -270,6 +349,15 @@ pub(super) fn fitted_to(
         exact(solution, &mut shaped, &shapes)
     };
     let white = shaped.sum(&solution.coefficients);
+    let mut deviations = solution.sigma.clone();
+    if care == Care::Estimating
+        && let Some((own, of_shapes)) = shaped.deviations(&solution.coefficients, &shapes)
+    {
+        deviations = own;
+        for (place, sigma) in &mut sigmas {
+            *sigma = of_shapes.get(place).copied().unwrap_or(*sigma);
+        }
+    }
     let mut effects = Vec::new();
     let mut wrong = Vec::new();
     let mut at = 0;
@@ -279,10 +367,7 @@ pub(super) fn fitted_to(
         for &k in &part.used {
             if let Some(coefficient) = effect.coefficients.get(k) {
                 let value = solution.coefficients[at];
-                parameters.insert(
-                    coefficient.name,
-                    (value, solution.sigma[at], coefficient.unit),
-                );
+                parameters.insert(coefficient.name, (value, deviations[at], coefficient.unit));
                 let model = &joint.logs[0].scene.model;
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
@@ -348,21 +433,33 @@ fn exact(start: Solution, shaped: &mut Shaped<'_>, shapes: &[Vec<f64>]) -> Solut
     best
 }
 
-/// Moves one shape to its best value between its neighbours on the grid; returns its deviation.
-fn refine(shapes: &mut [f64], k: usize, tried: &[f64], gain: &dyn Fn(&[f64]) -> f64) -> f64 {
+/// A shape around which a later round looks goes from one over this to this times its value.
+const NEAR: f64 = 1.15;
+
+/// Whether a shape has a size that can be refined: a form of no size has none.
+fn has_size(shape: &Shape, value: f64) -> bool {
+    shape.continuous && value > 0.0
+}
+
+/// The values of a grid on either side.
+fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
+    let positive = || tried.iter().copied().filter(|t| *t > 0.0);
+    let lower = positive().filter(|t| *t < at).fold(f64::NAN, f64::max);
+    let upper = positive().filter(|t| *t > at).fold(f64::NAN, f64::min);
+    (
+        if lower.is_nan() { at / 2.0 } else { lower },
+        if upper.is_nan() { at * 2.0 } else { upper },
+    )
+}
+
+/// Moves one shape to its best value in a range; returns its deviation with all else as it is.
+fn refine(
+    shapes: &mut [f64],
+    k: usize,
+    (low, high): (f64, f64),
+    gain: &dyn Fn(&[f64]) -> f64,
+) -> f64 {
     let at = shapes[k];
-    let lower = tried
-        .iter()
-        .copied()
-        .filter(|t| *t < at && *t > 0.0)
-        .fold(f64::NAN, f64::max);
-    let upper = tried
-        .iter()
-        .copied()
-        .filter(|t| *t > at)
-        .fold(f64::NAN, f64::min);
-    let low = if lower.is_nan() { at / 2.0 } else { lower };
-    let high = if upper.is_nan() { at * 2.0 } else { upper };
     let mut trial = shapes.to_vec();
     let mut cost = |log_value: f64| {
         trial[k] = log_value.exp();

@@ -90,8 +90,8 @@ impl LinearStages {
 
     /// A time that does not occur again, as a sum of binary digits of a second, of which each does.
     fn in_digits(&mut self, input: f64, duration_s: f64) -> Moved {
-        /// First and last digit: 62.5 ms and 0.1 ns.
-        const DIGITS: std::ops::RangeInclusive<i32> = 4..=33;
+        /// First and last digit: 62.5 ms and 4 ps.
+        const DIGITS: std::ops::RangeInclusive<i32> = 4..=38;
         if self.digits.is_empty() {
             let respond = |digit: i32| self.respond(0.5_f64.powi(digit));
             self.digits = DIGITS.map(respond).collect();

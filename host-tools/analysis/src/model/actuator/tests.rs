@@ -207,7 +207,7 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
                         };
                         for (n, (at_once, parts)) in of(true).iter().zip(of(false)).enumerate() {
                             assert!(
-                                (at_once - parts).abs() < 1e-8,
+                                (at_once - parts).abs() < 1e-9,
                                 "{first}, {second}, {delay} s, {lag} s, cycle {n}: {at_once} {parts}"
                             );
                         }

@@ -37,28 +37,61 @@ pub(super) fn merge(text: &str, before: &Model, after: &Model) -> Result<String>
     Ok(document.to_string())
 }
 
-/// `text` without the effects of an id, comments of the others kept.
+/// `text` without the effects of an id; every other line stays, comments that stand right above
+/// an effect apart.
 pub(super) fn without_effect(text: &str, id: &str) -> Result<String> {
     let mut document: DocumentMut = text.parse().context("the model file is not TOML")?;
-    let is_other = |named: Option<&str>| named != Some(id);
-    let none_left = match document.get_mut("effect") {
-        Some(Item::ArrayOfTables(tables)) => {
-            tables.retain(|table| is_other(table.get("id").and_then(Item::as_str)));
-            tables.is_empty()
+    if let Some(Item::Value(Value::Array(effects))) = document.get_mut("effect") {
+        effects.retain(|effect| {
+            let table = effect.as_inline_table();
+            table.and_then(|t| t.get("id")).and_then(Value::as_str) != Some(id)
+        });
+        if effects.is_empty() {
+            document.remove("effect");
         }
-        Some(Item::Value(Value::Array(array))) => {
-            array.retain(|effect| {
-                let table = effect.as_inline_table();
-                is_other(table.and_then(|t| t.get("id")).and_then(Value::as_str))
-            });
-            array.is_empty()
-        }
-        _ => false,
-    };
-    if none_left {
-        document.remove("effect");
+        return Ok(document.to_string());
     }
-    Ok(document.to_string())
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    let mut kept: Vec<&str> = Vec::with_capacity(lines.len());
+    let mut at = 0;
+    while at < lines.len() {
+        if lines[at].trim_start().starts_with("[[effect]]") {
+            let end = end_of_effect(&lines, at);
+            let body: DocumentMut = lines[at..end].concat().parse()?;
+            let of_id = |table: &Table| table.get("id").and_then(Item::as_str) == Some(id);
+            let effects = body.get("effect").and_then(Item::as_array_of_tables);
+            if effects.is_some_and(|effects| effects.iter().any(of_id)) {
+                while kept.last().is_some_and(|line| is_comment(line)) {
+                    kept.pop();
+                }
+                at = end;
+                continue;
+            }
+        }
+        kept.push(lines[at]);
+        at += 1;
+    }
+    Ok(kept.concat())
+}
+
+/// The line behind the last one that belongs to the effect whose header stands in line `at`.
+fn end_of_effect(lines: &[&str], at: usize) -> usize {
+    let is_header = |line: &&str| {
+        let line = line.trim_start();
+        let name = line.trim_start_matches('[');
+        let named = name.starts_with(|c: char| c.is_ascii_alphabetic());
+        line.starts_with('[') && named && !line.starts_with("[effect.")
+    };
+    let next = lines[at + 1..].iter().position(is_header);
+    let mut end = next.map_or(lines.len(), |n| at + 1 + n);
+    while end > at + 1 && (is_comment(lines[end - 1]) || lines[end - 1].trim().is_empty()) {
+        end -= 1;
+    }
+    end
+}
+
+fn is_comment(line: &str) -> bool {
+    line.trim_start().starts_with('#')
 }
 
 /// Whether two items say the same.

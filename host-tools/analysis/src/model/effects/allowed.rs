@@ -63,6 +63,8 @@ pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
     for shape in load.shapes {
         let least = shape.tried.iter().copied().fold(shape.default, f64::min);
         let most = shape.tried.iter().copied().fold(shape.default, f64::max);
+        // What takes any value is not bounded by what a search begins with.
+        let most = if shape.continuous { 10.0 * most } else { most };
         let of = Allowed::chosen(shape.name, shape.unit, least, most, shape.default);
         let of = add(&mut all, of);
         of.default = shape.default;
