@@ -39,6 +39,8 @@ const FASTEST_MM_S: f64 = 1e4;
 const LARGEST_MM_S2: f64 = 1e5;
 /// Likewise, motion in a cycle, mm.
 const LONGEST_MM: f64 = 1e2;
+/// Largest force that damps, N.
+const LARGEST_N: f64 = 1e6;
 
 crate::described! {
 /// Settings of the passivity observer and controller.
@@ -127,8 +129,16 @@ impl<S: Scalar> Passivity<S> {
         if along.mobility <= S::of(1e-8) {
             return felt;
         }
-        let force = (slower - after) / self.ts / along.mobility * S::of(1e-3);
-        felt + self.line.wrench(saturated(force, 1e6))
+        let (wanted, most) = ((slower - after) / self.ts, S::of(LARGEST_N));
+        // Asked before it is divided: in fixed point the quotient would overflow.
+        let force = if wanted.abs() * S::of(1e-3) < along.mobility * most {
+            wanted / along.mobility * S::of(1e-3)
+        } else if wanted < S::zero() {
+            -most
+        } else {
+            most
+        };
+        felt + self.line.wrench(force)
     }
 
     /// What it knows: contact and whether it damps in this cycle.
