@@ -4,9 +4,9 @@
 use softdock::experiment::diagnosis::{self, Part};
 use softdock::experiment::run::record;
 use softdock_analysis::compare::compare;
+use softdock_analysis::effects::{CATALOGUE, Effect, Group};
 use softdock_analysis::model::Channel;
 use softdock_analysis::recording::Recording;
-use softdock_control::effects::{CATALOGUE, Effect, Group};
 use softdock_control::modes::Mode;
 use softdock_rig::rig::{Hidden, hidden::suggest};
 

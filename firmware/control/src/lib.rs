@@ -8,8 +8,7 @@
 //! - [`frames`]: poses, twists, wrenches and the drawing of all named frames,
 //! - [`cycle`]: the step that runs with each telegram of the robot,
 //! - [`wrench`], [`dynamics`], [`delay`], [`limits`], [`modes`]: its phases in their order,
-//! - [`settings`]: what a person writes; `validation` declares the range of each field,
-//! - `effects`: physical effects of rigs, one file each.
+//! - [`settings`]: what a person writes; `validation` declares the range of each field.
 #![cfg_attr(not(test), no_std)]
 
 pub mod cost;
@@ -17,12 +16,12 @@ pub mod cycle;
 pub mod delay;
 pub mod described;
 pub mod dynamics;
-pub mod effects;
 pub mod frames;
 pub mod health;
 pub mod io;
 pub mod jog;
 pub mod limits;
+pub mod manipulator;
 pub mod modes;
 pub mod range;
 pub mod robot;

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `recording`, `telemetry`, `replay` | cycles on disk and over the network, recomputed bit for bit |
 //! | `import` | logs of other rigs |
+//! | `effects` | the catalogue of physical effects, one file each |
 //! | `model` | the model file, its effects, and what it predicts |
 //! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
 //! | `commission` | calibration of the sensor, identification of the actuator, parameters of a board |
@@ -12,6 +13,7 @@
 pub mod commission;
 pub mod compare;
 pub mod diagnose;
+pub mod effects;
 pub mod fit;
 pub mod identity;
 pub mod import;

@@ -5,9 +5,6 @@ use crate::model::load::LoadModel;
 use crate::model::prediction::Six;
 use crate::model::prediction::signals::VelocityMeaning;
 use crate::model::{Axis, Channel, Model};
-use nalgebra::UnitQuaternion;
-use softdock_control::frames::Twist;
-use softdock_control::wrench::Motion;
 
 /// What is computed twice from the same numbers differs by round-off: below this part of the
 /// noise nothing is looked for.
@@ -101,22 +98,7 @@ fn inertial_share(source: &Source<'_>) -> Six {
         return [0.0; 6];
     }
     let (_, acceleration_sigma) = source.signals.motion_sigma(&model.noise);
-    let mut variance = [0.0; 6];
-    for (i, sigma) in acceleration_sigma.iter().enumerate() {
-        let mut acceleration = [0.0; 6];
-        acceleration[i] = *sigma;
-        let motion = Motion {
-            velocity: Twist::zero(),
-            acceleration: Twist::of(&acceleration),
-        };
-        let part = load
-            .compensation
-            .inertial_wrench(&UnitQuaternion::identity(), &motion);
-        variance
-            .iter_mut()
-            .zip(part.get())
-            .for_each(|(v, p)| *v += p * p);
-    }
+    let variance = load.inertial_variance(&acceleration_sigma);
     Axis::ALL.map(|axis| {
         let sensor = if axis.is_rotation() {
             model.noise.torque_n_m

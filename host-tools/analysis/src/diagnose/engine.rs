@@ -206,8 +206,7 @@ pub(crate) fn has(model: &Model, id: &str) -> bool {
 
 /// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.
 pub(crate) fn is_shape(id: &str) -> bool {
-    softdock_control::effects::by_id(id)
-        .is_some_and(|e| e.naming == softdock_control::effects::Naming::Shape)
+    crate::effects::by_id(id).is_some_and(|e| e.naming == crate::effects::Naming::Shape)
 }
 
 fn body_stage(

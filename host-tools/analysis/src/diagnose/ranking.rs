@@ -215,8 +215,7 @@ pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option
 
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
 pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
-    let effect = softdock_control::effects::by_id(&rival.of)
-        .or_else(|| softdock_control::effects::by_id(first?))?;
+    let effect = crate::effects::by_id(&rival.of).or_else(|| crate::effects::by_id(first?))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,

@@ -20,7 +20,7 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
 }
 
 fn title(id: &str) -> String {
-    softdock_control::effects::by_id(id).map_or_else(
+    crate::effects::by_id(id).map_or_else(
         || id.to_owned(),
         |effect| format!("{} ({id})", effect.title),
     )

@@ -2,7 +2,6 @@
 
 use super::nominal::nominal;
 use crate::model::edit::rounded;
-use crate::model::load::effects::turn;
 use crate::model::{Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters};
 use nalgebra::Vector3;
 
@@ -195,7 +194,7 @@ impl Parameter {
             ParameterId::ToolInertia(i) => tool.inertia_kg_m2[*i][*i] = value,
             ParameterId::Bias(i) => sensor.bias[*i] = value,
             ParameterId::SensorPosition(i) => sensor.position_m[*i] = value,
-            ParameterId::SensorOrientation(i) => turn(model, *i, value),
+            ParameterId::SensorOrientation(i) => model.turn_sensor(*i, value),
             ParameterId::BodyMass(spacecraft) => body_of(model, *spacecraft).mass_kg = Some(value),
             ParameterId::BodyInertia(spacecraft, i) => {
                 if let Some(inertia) = &mut body_of(model, *spacecraft).inertia_kg_m2 {

@@ -29,6 +29,7 @@ pub use tolerance::ToleranceModel;
 pub use validation::ModelError;
 
 use crate::input;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::{DynamicCompensation, SensorSettings};
 use std::path::Path;
@@ -62,6 +63,14 @@ pub struct Model {
 }
 
 impl Model {
+    /// Turns the sensor about one of its axes.
+    pub(crate) fn turn_sensor(&mut self, axis: usize, angle_rad: f64) {
+        let [w, x, y, z] = self.sensor.orientation_wxyz;
+        let turned = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+            * UnitQuaternion::from_scaled_axis(Vector3::ith(axis, angle_rad));
+        self.sensor.orientation_wxyz = [turned.w, turned.i, turned.j, turned.k];
+    }
+
     /// Reads and checks a `model.toml`.
     ///
     /// # Errors

@@ -6,16 +6,16 @@ use super::excitation::{
 use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
-use softdock_control::effects::actuator::actuation_delay::TransportDelay;
-use softdock_control::effects::actuator::actuation_lag::FirstOrderLag;
-use softdock_control::effects::actuator::backlash::Backlash;
-use softdock_control::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_control::effects::actuator::jerk_limit::JerkLimit;
-use softdock_control::effects::actuator::rate_limit::RateLimit;
-use softdock_control::effects::actuator::second_order_servo::SecondOrderServo;
-use softdock_control::effects::actuator::velocity_gain::VelocityGain;
-use softdock_control::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_control::effects::actuator::zero_cross_pause::ZeroCrossingPause;
+use softdock_analysis::effects::actuator::actuation_delay::TransportDelay;
+use softdock_analysis::effects::actuator::actuation_lag::FirstOrderLag;
+use softdock_analysis::effects::actuator::backlash::Backlash;
+use softdock_analysis::effects::actuator::command_quantisation::CommandQuantisation;
+use softdock_analysis::effects::actuator::jerk_limit::JerkLimit;
+use softdock_analysis::effects::actuator::rate_limit::RateLimit;
+use softdock_analysis::effects::actuator::second_order_servo::SecondOrderServo;
+use softdock_analysis::effects::actuator::velocity_gain::VelocityGain;
+use softdock_analysis::effects::actuator::velocity_saturation::VelocitySaturation;
+use softdock_analysis::effects::actuator::zero_cross_pause::ZeroCrossingPause;
 
 /// Commands that the delay line of a picture can hold.
 const COMMANDS_IN_FLIGHT: usize = 64;
@@ -86,7 +86,7 @@ fn axis(id: &str, size: &Size) -> Result<Axis> {
 
 /// A delay line takes whole cycles, and is asked for each step of them.
 fn delay(delay_s: f64) -> Result<Axis> {
-    let mut line = TransportDelay::<f64, 1, COMMANDS_IN_FLIGHT>::new(delay_s, CYCLE_S)?;
+    let mut line = TransportDelay::<1, COMMANDS_IN_FLIGHT>::new(delay_s, CYCLE_S)?;
     let mut step = 0;
     Ok(Box::new(move |u| {
         if step == 0 {

@@ -8,12 +8,12 @@ use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
+use softdock_analysis::effects::body::clock_jitter::ClockJitter;
+use softdock_analysis::effects::body::clock_offset::ClockOffset;
+use softdock_analysis::effects::body::clock_rate::ClockRate;
+use softdock_analysis::effects::body::sc_inertia_error::InertiaError;
+use softdock_analysis::effects::body::sc_mass_error::MassError;
 use softdock_analysis::statistics::RandomStream;
-use softdock_control::effects::body::clock_jitter::ClockJitter;
-use softdock_control::effects::body::clock_offset::ClockOffset;
-use softdock_control::effects::body::clock_rate::ClockRate;
-use softdock_control::effects::body::sc_inertia_error::InertiaError;
-use softdock_control::effects::body::sc_mass_error::MassError;
 
 /// Nominal mass of the spacecraft, kg.
 const SPACECRAFT_KG: f64 = 100.0;
@@ -42,7 +42,7 @@ fn floating(acceleration: impl Fn(f64) -> f64) -> Curve {
 }
 
 fn mass(size: &Size) -> Result<Picture> {
-    let under = |spacecraft: MassError<f64>| {
+    let under = |spacecraft: MassError| {
         floating(move |force| spacecraft.acceleration(&Vector3::new(force, 0.0, 0.0)).x)
     };
     let spacecraft = MassError::new(SPACECRAFT_KG, size.get("mass_error_kg"))?;
@@ -58,7 +58,7 @@ fn mass(size: &Size) -> Result<Picture> {
 }
 
 fn inertia(size: &Size) -> Result<Picture> {
-    let under = |spacecraft: InertiaError<f64>| {
+    let under = |spacecraft: InertiaError| {
         floating(move |torque| {
             let torque = Vector3::new(0.0, 0.0, torque);
             spacecraft

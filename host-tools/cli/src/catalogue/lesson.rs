@@ -2,8 +2,8 @@
 
 use super::picture::Picture;
 use anyhow::Result;
+use softdock_analysis::effects::{Effect, Naming, Parameter, by_id};
 use softdock_analysis::identity;
-use softdock_control::effects::{Effect, Naming, Parameter, by_id};
 use softdock_report::number::significant;
 use softdock_report::{Cell, Column, Page, Table};
 
@@ -93,7 +93,9 @@ fn parameters(effect: &Effect) -> Table {
 }
 
 fn sign(parameter: &Parameter) -> &'static str {
-    if parameter.is_signed() {
+    if parameter.is_form() {
+        "chooses the form of the law"
+    } else if parameter.is_signed() {
         "either"
     } else {
         "never negative: a negative fit is refused"

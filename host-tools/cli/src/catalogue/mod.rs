@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use softdock::catalogue::{lesson, picture};
-//! use softdock_control::effects::by_id;
+//! use softdock_analysis::effects::by_id;
 //!
 //! let effect = by_id("zero_cross_pause").unwrap();
 //! let picture = picture(effect)?;
@@ -37,7 +37,7 @@ pub use picture::Picture;
 
 use anyhow::Result;
 use size::Size;
-use softdock_control::effects::{Effect, Group};
+use softdock_analysis::effects::{Effect, Group};
 
 /// The picture of an effect.
 ///
@@ -45,11 +45,11 @@ use softdock_control::effects::{Effect, Group};
 ///
 /// The effect has no picture, which no effect of the catalogue reports.
 pub fn picture(effect: &Effect) -> Result<Picture> {
-    let size = Size::of(effect)?;
+    let size = Size::of(effect);
     match effect.group {
         Group::Actuator => actuator::picture(effect.id, &size),
-        Group::Mechanism => mechanism::picture(effect.id, &size),
-        Group::Sensor => sensor::picture(effect.id, &size),
+        Group::Mechanism => mechanism::picture(effect, &size),
+        Group::Sensor => sensor::picture(effect, &size),
         Group::Body => body::picture(effect.id, &size),
     }
 }

@@ -1,6 +1,6 @@
 //! The list of all effects.
 
-use softdock_control::effects::{CATALOGUE, Effect, Group, Naming};
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, Naming};
 use softdock_report::{Cell, Column, Table};
 
 /// Parameters that are listed one by one; of more, the first and the last are named.
@@ -26,7 +26,8 @@ pub fn overview(group: Group) -> Table {
 }
 
 fn parameters(effect: &Effect) -> String {
-    let names: Vec<&str> = effect.parameters.iter().map(|p| p.name).collect();
+    let sizes = effect.parameters.iter().filter(|p| !p.is_form());
+    let names: Vec<&str> = sizes.map(|p| p.name).collect();
     match names.as_slice() {
         [first, .., last] if names.len() > LISTED => {
             format!("{} parameters, {first} to {last}", names.len())

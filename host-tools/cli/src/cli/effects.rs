@@ -5,8 +5,8 @@ use crate::catalogue::{lesson, overview, page, picture};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, by_id};
 use softdock_analysis::input::{nearest, refuse_overwrite};
-use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
 use std::path::{Path, PathBuf};
 
 /// List the physical effects that a model can contain, or teach one of them.

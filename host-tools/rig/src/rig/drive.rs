@@ -6,9 +6,9 @@ use super::settings::RigSettings;
 use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
-use softdock_control::effects::actuator::actuation_delay::TransportDelay;
-use softdock_control::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_control::effects::body::clock_rate::ClockRate;
+use softdock_analysis::effects::actuator::actuation_delay::TransportDelay;
+use softdock_analysis::effects::actuator::command_quantisation::CommandQuantisation;
+use softdock_analysis::effects::body::clock_rate::ClockRate;
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
@@ -23,8 +23,8 @@ pub type Axes = [f64; 6];
 /// arm lives in the real time that passes meanwhile.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    rounding: Option<CommandQuantisation<f64>>,
-    line: TransportDelay<f64, 6, COMMANDS_IN_FLIGHT>,
+    rounding: Option<CommandQuantisation>,
+    line: TransportDelay<6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
     /// Nominal integration step, s, and the clock that says how long it really takes.
     step_s: f64,

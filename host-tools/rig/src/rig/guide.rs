@@ -1,72 +1,30 @@
 //! The guide of the mechanism: what centres the tip, and hidden forces along the free direction.
 
-use super::checks::{check, check_all, prefixed};
+use super::checks::{check, check_all};
 use super::drive::Axes;
 use super::hidden::{self, Hidden};
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
+use softdock_analysis::effects::{self, Direction, Group, Law, Slide};
 use softdock_analysis::model::GuideModel;
-use softdock_analysis::model::load::{self, on_tip};
-use softdock_control::effects::mechanism::cable_stiffness::CableSpring;
-use softdock_control::effects::mechanism::guide_asymmetry::AsymmetricFriction;
-use softdock_control::effects::mechanism::guide_coulomb::DryFriction;
-use softdock_control::effects::mechanism::guide_hysteresis::BoucWen;
-use softdock_control::effects::mechanism::guide_offset::ConstantForce;
-use softdock_control::effects::mechanism::guide_stribeck::StribeckFriction;
-use softdock_control::effects::mechanism::guide_viscous::ViscousFriction;
+use softdock_analysis::model::load::{self, on_tip, tip_motion};
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
 
-/// A force along the free direction that depends on the velocity alone.
+/// A hidden force on the moving side.
 #[derive(Clone, Debug)]
-enum Friction {
-    Dry(DryFriction<f64>),
-    Viscous(ViscousFriction<f64>),
-    Stribeck(StribeckFriction<f64>),
-    Asymmetric(AsymmetricFriction<f64>),
-    Offset(ConstantForce<f64>),
+enum Force {
+    /// Along the free direction, with the direction of the motion as the law sees it.
+    Along(effects::Guide, Direction),
+    /// In all directions.
+    Spring(fn(&[f64], &Vector3<f64>) -> Vector3<f64>),
 }
 
-impl Friction {
-    fn force(&self, velocity: f64) -> f64 {
-        match self {
-            Self::Dry(law) => law.force(velocity),
-            Self::Viscous(law) => law.force(velocity),
-            Self::Stribeck(law) => law.force(velocity),
-            Self::Asymmetric(law) => law.force(velocity),
-            Self::Offset(law) => law.force(),
-        }
-    }
-
-    /// The law of a hidden effect, if it is one of these.
-    fn of(hidden: &Hidden) -> Result<Option<Self>> {
-        let force_n = hidden.value("force_n");
-        let built = match hidden.id.as_str() {
-            "guide_coulomb" => DryFriction::new(force_n).map(Self::Dry),
-            "guide_viscous" => {
-                ViscousFriction::new(hidden.value("damping_n_s_per_m")).map(Self::Viscous)
-            }
-            "guide_stribeck" => {
-                let names = ["coulomb_n", "excess_n", "stribeck_speed_m_s"];
-                let [coulomb_n, excess_n, speed] = hidden.values(names);
-                StribeckFriction::new(coulomb_n, excess_n, speed).map(Self::Stribeck)
-            }
-            "guide_asymmetry" => {
-                let names = ["forward_n", "backward_n", "viscous_difference_n_s_per_m"];
-                let [forward_n, backward_n, difference] = hidden.values(names);
-                AsymmetricFriction::new(forward_n, backward_n, difference).map(Self::Asymmetric)
-            }
-            "guide_offset" => ConstantForce::new(force_n).map(Self::Offset),
-            _ => return Ok(None),
-        };
-        prefixed(&format!("rig.hidden {}.", hidden.id), built).map(Some)
-    }
-}
-
-/// Hysteresis along the guide, and the force that it has built up.
+/// A hidden force with its values and the point of M on which it acts.
 #[derive(Clone, Debug)]
-struct Hysteresis {
-    law: BoucWen<f64>,
-    force_n: f64,
+struct Acting {
+    force: Force,
+    values: Vec<f64>,
+    point: Vector3<f64>,
 }
 
 /// Everything that acts on M along and across the guide.
@@ -75,45 +33,45 @@ pub(super) struct Guide {
     centring: Option<GuideModel>,
     /// The free direction in C.
     pub(super) axis: Vector3<f64>,
-    frictions: Vec<Friction>,
-    hysteresis: Option<Hysteresis>,
-    cable: Option<CableSpring<f64>>,
+    acting: Vec<Acting>,
     start: Vector3<f64>,
     /// Position at the last integration step, m.
     last: Vector3<f64>,
 }
 
 impl Guide {
-    /// A guide, with M at `start`.
+    /// A guide, with M at `start`; `tip` and `sensor` are where forces may act instead of at M, m.
     pub(super) fn new(
         centring: Option<&GuideModel>,
         hidden: &[Hidden],
         start: &Axes,
+        [tip, sensor]: [Vector3<f64>; 2],
     ) -> Result<Self> {
         if let Some(guide) = centring {
             check_guide(guide)?;
         }
-        let frictions = hidden.iter().filter_map(|h| Friction::of(h).transpose());
-        let hysteresis = hidden::find(hidden, "guide_hysteresis").map(|h| {
-            let [force_n, displacement_m] = h.values(["force_n", "displacement_m"]);
-            prefixed(
-                "rig.hidden guide_hysteresis.",
-                BoucWen::new(force_n, displacement_m),
-            )
-        });
-        let cable = hidden::find(hidden, "cable_stiffness").map(|h| {
-            let built = CableSpring::new(h.value("stiffness_n_per_m"));
-            prefixed("rig.hidden cable_stiffness.", built)
+        let acting = hidden::in_order(hidden, Group::Mechanism).filter_map(|(effect, values)| {
+            let force = match effect.law {
+                Law::Guide(law) => Force::Along(law, Direction::new((law.reversal)(&values)?)),
+                Law::Spring(law) => Force::Spring(law),
+                _ => return None,
+            };
+            let point = match effect.place("acts_at").map(|k| values[k] as u8) {
+                Some(1) => tip,
+                Some(2) => sensor,
+                _ => Vector3::zeros(),
+            };
+            Some(Acting {
+                force,
+                values,
+                point,
+            })
         });
         let start = Vector3::new(start[0], start[1], start[2]);
         Ok(Self {
             centring: centring.cloned(),
             axis: centring.map_or_else(Vector3::x, |g| vector::<f64>(&g.axis).normalize()),
-            frictions: frictions.collect::<Result<_>>()?,
-            hysteresis: hysteresis
-                .transpose()?
-                .map(|law| Hysteresis { law, force_n: 0.0 }),
-            cable: cable.transpose()?,
+            acting: acting.collect(),
             start,
             last: start,
         })
@@ -121,11 +79,13 @@ impl Guide {
 
     /// Moves what remembers to where an integration step ends.
     pub(super) fn advance(&mut self, position: &Axes) {
-        let Some(hysteresis) = &mut self.hysteresis else {
-            return;
-        };
         let now = Vector3::new(position[0], position[1], position[2]);
-        hysteresis.force_n = hysteresis.law.advance(self.axis.dot(&(now - self.last)));
+        let path = self.axis.dot(&(now - self.last));
+        for acting in &mut self.acting {
+            if let Force::Along(_, direction) = &mut acting.force {
+                direction.moved(path);
+            }
+        }
         self.last = now;
     }
 
@@ -137,18 +97,26 @@ impl Guide {
             let force = guide.force(c_from_m, twist);
             wrench = on_tip(c_from_m, &guide.tip, &force);
         }
-        let speed = self.axis.dot(&twist.linear);
-        let along = self
-            .frictions
-            .iter()
-            .map(|law| law.force(speed))
-            .sum::<f64>()
-            + self.hysteresis.as_ref().map_or(0.0, |h| h.force_n);
-        let mut force = self.axis * along;
-        if let Some(cable) = &self.cable {
-            force += (c_from_m.translation.vector - self.start).map(|d| cable.force(d));
+        for acting in &self.acting {
+            let (_, velocity) = tip_motion(c_from_m, twist, &acting.point);
+            let force = match &acting.force {
+                Force::Along(law, direction) => {
+                    let velocity = self.axis.dot(&velocity);
+                    let slide = Slide {
+                        position: self.axis.dot(&c_from_m.translation.vector),
+                        direction: direction.at(velocity),
+                        velocity,
+                        ..Slide::default()
+                    };
+                    self.axis * (law.force)(&acting.values, &slide)
+                }
+                Force::Spring(law) => {
+                    law(&acting.values, &(c_from_m.translation.vector - self.start))
+                }
+            };
+            wrench = wrench + on_tip(c_from_m, &acting.point, &force);
         }
-        wrench + on_tip(c_from_m, &Vector3::zeros(), &force)
+        wrench
     }
 }
 

@@ -5,9 +5,9 @@ use super::drive::{Axes, Drive};
 use super::hidden;
 use super::settings::RigSettings;
 use anyhow::Result;
+use softdock_analysis::effects::body::clock_jitter::ClockJitter;
+use softdock_analysis::effects::body::clock_offset::ClockOffset;
 use softdock_analysis::statistics::RandomStream;
-use softdock_control::effects::body::clock_jitter::ClockJitter;
-use softdock_control::effects::body::clock_offset::ClockOffset;
 use std::collections::VecDeque;
 
 /// Standard deviations of the jitter that the memory of positions reaches back.

@@ -10,8 +10,9 @@ use super::hidden::Hidden;
 use super::settings::MechanismSettings;
 use super::wall::Wall;
 use anyhow::{Context, Result, ensure};
-use softdock_control::effects::mechanism::lever::{tip_motion, wrench_at_origin};
-use softdock_control::frames::{Pose, Twist, Wrench};
+use nalgebra::Vector3;
+use softdock_analysis::model::load::{on_tip, tip_motion};
+use softdock_control::frames::{Pose, Twist, Wrench, vector};
 
 /// Planes that a mechanism can have.
 pub const MAX_WALLS: usize = 8;
@@ -40,16 +41,20 @@ impl Mechanism {
         settings: &MechanismSettings,
         hidden: &[Hidden],
         start: &Axes,
+        sensor: Vector3<f64>,
     ) -> Result<Self> {
         let count = settings.walls.len();
         ensure!(
             count <= MAX_WALLS,
             "rig.mechanism.walls: {count} walls, allowed are 0 to {MAX_WALLS}"
         );
-        let guide = Guide::new(settings.guide.as_ref(), hidden, start)?;
+        let tips = settings.guide.iter().map(|guide| guide.tip_m);
+        let mut tips = tips.chain(settings.walls.iter().map(|wall| wall.tip_m));
+        let tip = tips.next().map_or_else(Vector3::zeros, |tip| vector(&tip));
+        let guide = Guide::new(settings.guide.as_ref(), hidden, start, [tip, sensor])?;
         let walls = settings.walls.iter().enumerate().map(|(i, wall)| {
             let section = || format!("in [[rig.mechanism.walls]] number {}", i + 1);
-            Wall::new(wall, hidden, &guide.axis).with_context(section)
+            Wall::new(wall, i + 1, hidden, &guide.axis).with_context(section)
         });
         Ok(Self {
             walls: walls.collect::<Result<_>>()?,
@@ -74,8 +79,7 @@ impl Mechanism {
             let touch = wall.evaluate(&tip, &velocity);
             *penetration_m = touch.penetration_m;
             if touch.penetration_m > 0.0 {
-                contact.wrench = contact.wrench
-                    + wrench_at_origin(&c_from_m.rotation, &touch.force, &wall.tip_m);
+                contact.wrench = contact.wrench + on_tip(c_from_m, &wall.tip_m, &touch.force);
             }
         }
         contact
@@ -104,7 +108,7 @@ mod tests {
 
     fn mechanism(walls: Vec<WallSettings>) -> Result<Mechanism> {
         let settings = MechanismSettings { walls, guide: None };
-        Mechanism::new(&settings, &[], &[0.0; 6])
+        Mechanism::new(&settings, &[], &[0.0; 6], Vector3::zeros())
     }
 
     /// An oblique stop meets a tip off the axis of a turned spacecraft: force along the normal, torque

@@ -1,7 +1,7 @@
 //! The simulated rig: a robot with its controller, a docking mechanism and a force/torque sensor.
 //!
 //! The plant runs in sub-millisecond steps, independent of the board's own integrator; its physics
-//! are the effects of `softdock_control::effects`. The rig speaks plain SI values; codecs wrap them
+//! are the effects of `softdock_analysis::effects`. The rig speaks plain SI values; codecs wrap them
 //! elsewhere. It is a function of its settings, its seed and the answers: the same run repeats bit
 //! for bit.
 //!
@@ -18,6 +18,7 @@ mod checks;
 mod controller;
 pub mod drive;
 mod feedback;
+mod gauge_quantisation;
 mod guide;
 pub mod hidden;
 mod instants;
@@ -47,7 +48,7 @@ use load::Load;
 use mechanism::{Contact, Mechanism};
 use sensor::Sensor;
 use softdock_analysis::statistics::RandomStream;
-use softdock_control::frames::{Pose, Twist, Wrench};
+use softdock_control::frames::{Pose, Twist, Wrench, vector};
 
 /// Longest history of twists: integration steps per cycle.
 const MAX_SUBSTEPS: usize = 64;
@@ -121,7 +122,12 @@ impl Rig {
             start: start_pose,
             controller: Controller::new(settings)?,
             drive: Drive::new(settings, start_pose)?,
-            mechanism: Mechanism::new(&settings.mechanism, &settings.hidden, &start_pose)?,
+            mechanism: Mechanism::new(
+                &settings.mechanism,
+                &settings.hidden,
+                &start_pose,
+                vector(&settings.sensor.position_m),
+            )?,
             sensor: Sensor::new(
                 settings,
                 RandomStream::new(seed, 0),

@@ -1,13 +1,13 @@
 //! The force/torque sensor: from its load to gauge counts.
 
 use super::checks::{check, check_all, prefixed};
+use super::gauge_quantisation::{GaugeError, GaugeQuantisation};
 use super::load::{Load, ToolLoad};
 use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::{Result, anyhow};
+use softdock_analysis::effects::{Late, Lateness};
 use softdock_analysis::statistics::RandomStream;
-use softdock_control::effects::sensor::ft_low_pass::LowPass;
-use softdock_control::effects::sensor::gauge_quantisation::{GaugeError, GaugeQuantisation};
 use softdock_control::frames::{Wrench, vector};
 use std::f64::consts::TAU;
 
@@ -27,8 +27,10 @@ pub(super) struct Sensor {
     reading: Reading,
     bias: Wrench<f64>,
     drift_per_s: Wrench<f64>,
-    low_pass: Option<LowPass<f64>>,
-    gauges: GaugeQuantisation<f64>,
+    /// The sensor's own filter, and its integration step, s.
+    low_pass: Option<(Lateness, Late)>,
+    step_s: f64,
+    gauges: GaugeQuantisation,
     noise_sigma: [f64; 6],
     noise: RandomStream,
     /// Status word that readings carry.
@@ -52,15 +54,19 @@ impl Sensor {
         let step_s = settings.substep_s();
         let low_pass = |cutoff: f64| {
             check("rig.sensor.low_pass_hz", cutoff, 0.1, 1e5)?;
-            let filter = LowPass::new(1.0 / (TAU * cutoff), step_s);
-            prefixed("rig.sensor.low_pass ", filter)
+            let lag = Lateness {
+                delay_s: 0.0,
+                lag_s: 1.0 / (TAU * cutoff),
+            };
+            anyhow::Ok((lag, Late::new(lag, step_s, [0.0; 6])))
         };
         Ok(Self {
             tool: ToolLoad::new(settings)?,
-            reading: Reading::new(&settings.hidden, step_s, losses)?,
+            reading: Reading::new(&settings.hidden, step_s, losses),
             bias: six(&s.bias_n, &s.bias_nm),
             drift_per_s: six(&s.drift_n_per_s, &s.drift_nm_per_s),
             low_pass: s.low_pass_hz.map(low_pass).transpose()?,
+            step_s,
             gauges: gauges(s)?,
             noise_sigma: [force, force, force, torque, torque, torque],
             noise,
@@ -81,8 +87,8 @@ impl Sensor {
     /// Starts as if the load had been at rest like this for a long time.
     pub(super) fn settle(&mut self, load: &Load) {
         let wrench = self.strain(load);
-        if let Some(filter) = &mut self.low_pass {
-            filter.settle(&wrench);
+        if let Some((lag, filter)) = &mut self.low_pass {
+            *filter = Late::new(*lag, self.step_s, wrench.get());
         }
         self.reading.settle(&wrench);
     }
@@ -91,7 +97,7 @@ impl Sensor {
     pub(super) fn advance(&mut self, load: &Load) {
         let wrench = self.strain(load);
         let filtered = match &mut self.low_pass {
-            Some(filter) => filter.advance(&wrench),
+            Some((_, filter)) => Wrench::of(&filter.advance(wrench.get())),
             None => wrench,
         };
         self.reading.advance(&filtered);
@@ -99,12 +105,11 @@ impl Sensor {
 
     /// A reading at `time_s`.
     pub(super) fn read(&mut self, load: &Load, time_s: f64) -> SensorSampleSim {
-        let felt = if self.has_memory() {
-            self.reading.felt()
-        } else {
-            self.strain(load)
-        };
-        let zero = self.bias + self.drift_per_s * time_s + self.reading.drift(time_s);
+        let filtered = self.low_pass.as_ref();
+        let filtered = filtered.map(|(_, filter)| Wrench::of(&filter.value()));
+        let felt = self.reading.felt().or(filtered);
+        let felt = felt.unwrap_or_else(|| self.strain(load));
+        let zero = self.bias + self.drift_per_s * time_s + self.reading.zero(time_s);
         let mut wrench = (felt + zero).get();
         for (value, sigma) in wrench.iter_mut().zip(self.noise_sigma) {
             *value = self.noise.around(*value, sigma);
@@ -122,7 +127,7 @@ impl Sensor {
     }
 }
 
-fn gauges(s: &SensorSettings) -> Result<GaugeQuantisation<f64>> {
+fn gauges(s: &SensorSettings) -> Result<GaugeQuantisation> {
     let built = GaugeQuantisation::new(
         &s.calibration,
         s.counts_per_newton,

@@ -4,27 +4,27 @@ use super::checks::{named, prefixed};
 use super::hidden::{self, Hidden};
 use super::settings::{ActuatorSettings, RigSettings, ServoSettings};
 use anyhow::Result;
-use softdock_control::effects::actuator::actuation_lag::FirstOrderLag;
-use softdock_control::effects::actuator::backlash::Backlash;
-use softdock_control::effects::actuator::jerk_limit::JerkLimit;
-use softdock_control::effects::actuator::rate_limit::RateLimit;
-use softdock_control::effects::actuator::second_order_servo::SecondOrderServo;
-use softdock_control::effects::actuator::velocity_gain::VelocityGain;
-use softdock_control::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_control::effects::actuator::zero_cross_pause::ZeroCrossingPause;
-use softdock_control::effects::{CATALOGUE, Group};
+use softdock_analysis::effects::actuator::actuation_lag::FirstOrderLag;
+use softdock_analysis::effects::actuator::backlash::Backlash;
+use softdock_analysis::effects::actuator::jerk_limit::JerkLimit;
+use softdock_analysis::effects::actuator::rate_limit::RateLimit;
+use softdock_analysis::effects::actuator::second_order_servo::SecondOrderServo;
+use softdock_analysis::effects::actuator::velocity_gain::VelocityGain;
+use softdock_analysis::effects::actuator::velocity_saturation::VelocitySaturation;
+use softdock_analysis::effects::actuator::zero_cross_pause::ZeroCrossingPause;
+use softdock_analysis::effects::{CATALOGUE, Group};
 
 /// One stage: mean velocity over a step in, mean velocity out.
 #[derive(Clone, Debug)]
 enum Stage {
-    Lag(FirstOrderLag<f64>),
-    Servo(SecondOrderServo<f64>),
-    Pause(ZeroCrossingPause<f64>),
-    RateLimit(RateLimit<f64>),
-    JerkLimit(JerkLimit<f64>),
-    Saturation(VelocitySaturation<f64>),
-    Gain(VelocityGain<f64>),
-    Backlash(Backlash<f64>),
+    Lag(FirstOrderLag),
+    Servo(SecondOrderServo),
+    Pause(ZeroCrossingPause),
+    RateLimit(RateLimit),
+    JerkLimit(JerkLimit),
+    Saturation(VelocitySaturation),
+    Gain(VelocityGain),
+    Backlash(Backlash),
 }
 
 impl Stage {
@@ -78,8 +78,10 @@ impl Axis {
     /// `unit` is that of the axis, `m` or `rad`.
     pub(super) fn new(settings: &RigSettings, step_s: f64, unit: &str) -> Result<Self> {
         let mut stages = nominal(&settings.robot.actuator, step_s, unit)?;
-        for (effect, hidden) in hidden::in_order(&settings.hidden, Group::Actuator) {
-            let stage = Stage::of(hidden, step_s)?;
+        for (effect, _) in hidden::in_order(&settings.hidden, Group::Actuator) {
+            let hidden = hidden::find(&settings.hidden, effect.id);
+            let stage = hidden.map(|hidden| Stage::of(hidden, step_s)).transpose()?;
+            let stage = stage.flatten();
             stages.extend(stage.map(|stage| (effect.id, stage)));
         }
         stages.sort_by_key(|(id, _)| CATALOGUE.iter().position(|effect| effect.id == *id));

@@ -1,217 +1,188 @@
-//! One wall of the mechanism: the nominal plane, and what hidden effects make of it.
+//! One wall of the mechanism: `pen = −n·(tip − point) − gap`, `N = max(0, k pen + c onset dpen/dt)`
+//! while pen > 0, `F = N n + friction` (Kelvin-Voigt, clipped because a wall cannot pull), and what
+//! hidden effects make of it.
 
-use super::checks::{check_all, prefixed};
+use super::checks::{check, check_all};
 use super::hidden::{self, Hidden};
 use super::settings::WallSettings;
 use anyhow::Result;
 use nalgebra::Vector3;
-use softdock_control::effects::mechanism::contact_coulomb::CoulombFriction;
-use softdock_control::effects::mechanism::contact_cubic::CubicSpring;
-use softdock_control::effects::mechanism::contact_damping::ContactDamping;
-use softdock_control::effects::mechanism::contact_deadzone::DeadZone;
-use softdock_control::effects::mechanism::contact_stiffness::StiffnessError;
-use softdock_control::effects::mechanism::hunt_crossley::HuntCrossley;
-use softdock_control::effects::mechanism::plane_contact::{
-    ContactForce, PlaneContact, PlaneParameters,
-};
-use softdock_control::effects::mechanism::wall_position::WallPosition;
+use softdock_analysis::effects::mechanism::contact_coulomb;
+use softdock_analysis::effects::{Facing, Group, Law, Penetration};
 use softdock_control::frames::vector;
+
+/// What a wall does to the tip at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Contact {
+    /// Penetration into the spring, m; negative is the distance to it.
+    pub(super) penetration_m: f64,
+    /// Force on the tip, N, axes of C.
+    pub(super) force: Vector3<f64>,
+}
 
 /// An elastic plane and the tip that it stops.
 #[derive(Clone, Debug)]
 pub(super) struct Wall {
     /// The point of M that touches, m.
     pub(super) tip_m: Vector3<f64>,
-    plane: PlaneContact<f64>,
-    changed: Option<ChangedContact>,
+    normal: Vector3<f64>,
+    facing: Facing,
+    /// The spring begins where n·tip equals this, m.
+    offset_m: f64,
+    settings: WallSettings,
+    /// Hidden effects of the contact, with their values.
+    laws: Vec<(Law, Vec<f64>)>,
 }
 
 impl Wall {
-    /// A wall with the hidden effects of the contact; `axis` is the guide's free direction.
-    pub(super) fn new(wall: &WallSettings, hidden: &[Hidden], axis: &Vector3<f64>) -> Result<Self> {
-        check_all("tip_m", &wall.tip_m, -100.0, 100.0)?;
-        let plane = PlaneContact::new(&PlaneParameters {
-            point_m: wall.point_m,
-            normal: wall.normal,
-            stiffness_n_per_m: wall.stiffness_n_per_m,
-            damping_n_s_per_m: wall.damping_n_s_per_m,
-            damping_onset_m: wall.damping_onset_m,
-            gap_m: wall.gap_m,
-            friction_coefficient: wall.friction_coefficient,
-            smoothing_speed_m_s: wall.smoothing_speed_m_s,
-        })?;
-        let effects = ContactEffects::new(wall, hidden)?;
+    /// Wall number `number`, from 1, with the hidden effects of the contact; `axis` is the guide's
+    /// free direction.
+    pub(super) fn new(
+        wall: &WallSettings,
+        number: usize,
+        hidden: &[Hidden],
+        axis: &Vector3<f64>,
+    ) -> Result<Self> {
+        check_wall(wall)?;
+        let normal = vector::<f64>(&wall.normal).normalize();
+        let laws = hidden::in_order(hidden, Group::Mechanism);
         Ok(Self {
             tip_m: vector(&wall.tip_m),
-            plane,
-            changed: effects
-                .map(|effects| ChangedContact::new(wall, axis, effects))
-                .transpose()?,
+            normal,
+            facing: Facing {
+                along_axis: normal.dot(axis),
+                number,
+            },
+            offset_m: vector::<f64>(&wall.point_m).dot(&normal) - wall.gap_m,
+            settings: wall.clone(),
+            laws: laws
+                .filter(|(effect, _)| hidden::acts_at_walls(effect))
+                .map(|(effect, values)| (effect.law, values))
+                .collect(),
         })
     }
 
     /// Force on the tip at a position (m) with a velocity (m/s), axes of C.
-    pub(super) fn evaluate(
-        &self,
-        tip: &Vector3<f64>,
-        velocity: &Vector3<f64>,
-    ) -> ContactForce<f64> {
-        match &self.changed {
-            Some(changed) => changed.evaluate(tip, velocity),
-            None => self.plane.evaluate(tip, velocity),
+    pub(super) fn evaluate(&self, tip: &Vector3<f64>, velocity: &Vector3<f64>) -> Contact {
+        let wall = &self.settings;
+        let mut depth = self.offset_m - self.normal.dot(tip);
+        for (law, p) in &self.laws {
+            if let Law::Depth(law) = law {
+                depth = law(p, depth, &self.facing);
+            }
         }
-    }
-}
-
-/// Hidden effects of the contact, each with the values that do nothing where it is not hidden.
-#[derive(Clone, Debug)]
-struct ContactEffects {
-    position: WallPosition<f64>,
-    play: DeadZone<f64>,
-    stiffness: StiffnessError<f64>,
-    cubic: CubicSpring<f64>,
-    damping: ContactDamping<f64>,
-    hunt_crossley: Option<HuntCrossley<f64>>,
-    friction: Option<CoulombFriction<f64>>,
-}
-
-impl ContactEffects {
-    /// `None` if no effect of the contact is hidden.
-    fn new(wall: &WallSettings, hidden: &[Hidden]) -> Result<Option<Self>> {
-        if !hidden
-            .iter()
-            .any(|h| hidden::AT_WALLS.contains(&h.id.as_str()))
-        {
-            return Ok(None);
-        }
-        let value = |id, name| hidden::find(hidden, id).map_or(0.0, |hidden| hidden.value(name));
-        let damping = value("contact_damping", "damping_n_s_per_m");
-        let hunt_crossley = hidden::find(hidden, "hunt_crossley").map(|h| {
-            let [damping, exponent] = h.values(["damping_n_s_per_m2", "exponent"]);
-            prefixed(
-                "rig.hidden hunt_crossley.",
-                HuntCrossley::new(damping, exponent),
-            )
-        });
-        let friction = hidden::find(hidden, "contact_coulomb").map(|h| {
-            let [coefficient, speed] = h.values(["friction_coefficient", "smoothing_speed_m_s"]);
-            prefixed(
-                "rig.hidden contact_coulomb.",
-                CoulombFriction::new(coefficient, speed),
-            )
-        });
-        Ok(Some(Self {
-            position: WallPosition::new(value("wall_position", "shift_m"))?,
-            play: DeadZone::new(value("contact_deadzone", "gap_m"))?,
-            stiffness: StiffnessError::new(value("contact_stiffness", "stiffness_error_n_per_m"))?,
-            cubic: CubicSpring::new(value("contact_cubic", "stiffness_n_per_m3"))?,
-            damping: ContactDamping::new(damping, wall.damping_onset_m)?,
-            hunt_crossley: hunt_crossley.transpose()?,
-            friction: friction.transpose()?,
-        }))
-    }
-}
-
-/// A plane with hidden effects: the catalogue's pieces put together as [`PlaneContact`] does.
-#[derive(Clone, Debug)]
-struct ChangedContact {
-    normal: Vector3<f64>,
-    /// Component of the normal along the guide.
-    normal_along_axis: f64,
-    /// The nominal spring begins where n·tip equals this, m.
-    offset_m: f64,
-    spring: StiffnessError<f64>,
-    damping: ContactDamping<f64>,
-    friction: Option<CoulombFriction<f64>>,
-    effects: ContactEffects,
-}
-
-impl ChangedContact {
-    /// From a wall that [`PlaneContact::new`] has checked.
-    fn new(wall: &WallSettings, axis: &Vector3<f64>, effects: ContactEffects) -> Result<Self> {
-        let normal = vector::<f64>(&wall.normal).normalize();
-        let friction = (wall.friction_coefficient != 0.0)
-            .then(|| CoulombFriction::new(wall.friction_coefficient, wall.smoothing_speed_m_s));
-        Ok(Self {
-            normal,
-            normal_along_axis: normal.dot(axis),
-            offset_m: vector::<f64>(&wall.point_m).dot(&normal) - wall.gap_m,
-            spring: StiffnessError::new(wall.stiffness_n_per_m)?,
-            damping: ContactDamping::new(wall.damping_n_s_per_m, wall.damping_onset_m)?,
-            friction: friction.transpose()?,
-            effects,
-        })
-    }
-
-    fn evaluate(&self, tip: &Vector3<f64>, velocity: &Vector3<f64>) -> ContactForce<f64> {
-        let effects = &self.effects;
-        let nominal_m = self.offset_m - self.normal.dot(tip);
-        let distance_m = effects
-            .position
-            .penetration(nominal_m, self.normal_along_axis);
-        let depth = effects.play.penetration(distance_m);
         if depth <= 0.0 {
-            return ContactForce {
-                penetration_m: distance_m.min(0.0),
+            return Contact {
+                penetration_m: depth,
                 force: Vector3::zeros(),
             };
         }
         let receding = self.normal.dot(velocity);
-        let push = self.spring.force(depth)
-            + self.damping.force(depth, -receding)
-            + effects.stiffness.force(depth)
-            + effects.cubic.force(depth)
-            + effects.damping.force(depth, -receding)
-            + effects
-                .hunt_crossley
-                .map_or(0.0, |law| law.force(depth, -receding));
-        let normal_force = push.max(0.0);
-        let sliding = velocity - self.normal * receding;
-        let mut force = self.normal * normal_force;
-        for friction in self.friction.iter().chain(&effects.friction) {
-            force += friction.force(normal_force, &sliding);
+        let touch = Penetration {
+            depth,
+            rate: -receding,
+            onset: match wall.damping_onset_m > 1e-9 {
+                true => (depth / wall.damping_onset_m).min(1.0),
+                false => 1.0,
+            },
+        };
+        let mut push =
+            wall.stiffness_n_per_m * depth + wall.damping_n_s_per_m * touch.onset * touch.rate;
+        for (law, p) in &self.laws {
+            if let Law::Push(law) = law {
+                push += law(p, &touch);
+            }
         }
-        ContactForce {
+        let push = push.max(0.0);
+        let sliding = velocity - self.normal * receding;
+        let nominal = [wall.friction_coefficient, wall.smoothing_speed_m_s];
+        let mut force = self.normal * push;
+        if wall.friction_coefficient != 0.0 {
+            force += contact_coulomb::force(&nominal, push, &sliding);
+        }
+        for (law, p) in &self.laws {
+            if let Law::Friction(law) = law {
+                force += law(p, push, &sliding);
+            }
+        }
+        Contact {
             penetration_m: depth,
             force,
         }
     }
 }
 
+fn check_wall(wall: &WallSettings) -> Result<()> {
+    let normal = vector::<f64>(&wall.normal);
+    check_all("tip_m", &wall.tip_m, -100.0, 100.0)?;
+    check("normal length", normal.norm(), 1e-6, 1e6)?;
+    check("gap_m", wall.gap_m, 0.0, 10.0)?;
+    check("stiffness_n_per_m", wall.stiffness_n_per_m, 0.0, 1e8)?;
+    check("damping_n_s_per_m", wall.damping_n_s_per_m, 0.0, 1e7)?;
+    check("damping_onset_m", wall.damping_onset_m, 0.0, 1.0)?;
+    let offset_m = vector::<f64>(&wall.point_m).dot(&normal.normalize());
+    check("point_m", offset_m, -1e3, 1e3)?;
+    check("friction_coefficient", wall.friction_coefficient, 0.0, 10.0)?;
+    if wall.friction_coefficient != 0.0 {
+        check("smoothing_speed_m_s", wall.smoothing_speed_m_s, 1e-4, 1.0)?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// With effects of no size, the pieces give what the nominal plane gives.
+    /// A wall at x = 0.02 m whose free side is −x.
+    const WALL: WallSettings = WallSettings {
+        point_m: [0.02, 0.0, 0.0],
+        normal: [-2.0, 0.0, 0.0],
+        tip_m: [0.0; 3],
+        stiffness_n_per_m: 1e4,
+        damping_n_s_per_m: 100.0,
+        damping_onset_m: 0.0,
+        gap_m: 0.001,
+        friction_coefficient: 0.5,
+        smoothing_speed_m_s: 0.001,
+    };
+
+    fn at(wall: &WallSettings, x: f64, v: [f64; 3]) -> Contact {
+        let wall = Wall::new(wall, 1, &[], &Vector3::x()).unwrap();
+        wall.evaluate(&Vector3::new(x, 0.3, 0.0), &v.into())
+    }
+
     #[test]
-    fn the_changed_contact_without_a_change_is_the_nominal_plane() {
-        let wall = WallSettings {
-            point_m: [0.01, 0.0, 0.0],
-            normal: [-2.0, 1.0, 0.0],
-            tip_m: [0.0; 3],
-            stiffness_n_per_m: 5000.0,
-            damping_n_s_per_m: 80.0,
-            damping_onset_m: 0.001,
-            gap_m: 0.002,
-            friction_coefficient: 0.2,
-            smoothing_speed_m_s: 1e-3,
+    fn known_forces() {
+        let free = at(&WALL, 0.0205, [1.0, 0.0, 0.0]); // inside the gap
+        assert!((free.penetration_m + 0.0005).abs() < 1e-8 && free.force == Vector3::zeros());
+        let pressed = at(&WALL, 0.023, [0.05, 0.0, 0.0]).force; // 1e4 · 2 mm + 100 · 50 mm/s
+        assert!((pressed.x + 25.0).abs() < 1e-3, "{pressed}");
+        let sliding = at(&WALL, 0.023, [0.0, 0.0, 0.5]).force;
+        assert!((sliding.x + 20.0).abs() < 1e-3 && (sliding.z + 10.0).abs() < 1e-3);
+        let pulled = at(&WALL, 0.023, [-0.5, 0.0, 0.5]).force; // damping would pull with 30 N
+        assert_eq!(pulled, Vector3::zeros());
+    }
+
+    #[test]
+    fn damping_can_set_in_without_a_jump() {
+        let soft = WallSettings {
+            damping_onset_m: 0.002,
+            ..WALL
         };
-        let nothing = Hidden {
-            id: "contact_cubic".to_owned(),
-            parameters: [("stiffness_n_per_m3".to_owned(), 0.0)].into(),
+        let force = at(&soft, 0.0215, [0.05, 0.0, 0.0]).force;
+        assert!((force.x + 5.0 + 1.25).abs() < 1e-9); // a quarter of the damping at 0.5 mm of 2 mm
+    }
+
+    #[test]
+    fn a_normal_without_direction_is_refused() {
+        let flat = WallSettings {
+            normal: [0.0; 3],
+            ..WALL
         };
-        let nominal = Wall::new(&wall, &[], &Vector3::x()).unwrap();
-        let changed = Wall::new(&wall, &[nothing], &Vector3::x()).unwrap();
-        assert!(changed.changed.is_some());
-        let velocity = Vector3::new(0.01, -0.02, 0.03);
-        for x in [-0.01, 0.011, 0.0125, 0.02] {
-            let tip = Vector3::new(x, 0.001, 0.0);
-            let (a, b) = (
-                nominal.evaluate(&tip, &velocity),
-                changed.evaluate(&tip, &velocity),
-            );
-            assert!((a.force - b.force).norm() < 1e-9, "{x}");
-            assert!((a.penetration_m - b.penetration_m).abs() < 1e-12, "{x}");
-        }
+        let error = Wall::new(&flat, 1, &[], &Vector3::x()).unwrap_err();
+        assert!(
+            error.to_string().contains("`normal length` is 0"),
+            "{error}"
+        );
     }
 }

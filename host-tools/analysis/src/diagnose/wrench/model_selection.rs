@@ -4,7 +4,7 @@
 //! Forms are chosen when an effect is found, and those that are found later can change the choice:
 //! a delay moves the reversals, and with them how sharp the dry friction there looks.
 
-use super::search::{Hypothesis, KINDS, Part, evaluate};
+use super::search::{Hypothesis, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
 use crate::model::load::effects::LoadEffect;
@@ -85,11 +85,13 @@ pub(super) fn rivals(
     }
     let mut all = Vec::new();
     for (place, part) in parts.iter().enumerate() {
-        let of = library.variants[part.variant].effect.id;
-        let others = || KINDS.iter().filter(|kind| kind.contains(&of)).copied();
+        let LoadEffect { id: of, effect, .. } = library.variants[part.variant].effect;
+        let of = *of;
+        let others = LoadEffect::all()
+            .filter(|other| effect.kind.is_some() && other.effect.kind == effect.kind);
         let mut rest = parts.clone();
         rest.remove(place);
-        for id in others().flatten().copied().filter(|id| *id != of) {
+        for id in others.map(|other| other.id).filter(|id| *id != of) {
             let Some(rival) = best_in_place(library, &parts, place, id, price) else {
                 continue;
             };

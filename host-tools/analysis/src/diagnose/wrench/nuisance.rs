@@ -113,7 +113,7 @@ pub(crate) fn all(model: &Model) -> Vec<Nuisance> {
             format!("sensor.orientation about {}", ["x", "y", "z"][i]),
             0.0,
             tolerance.sensor_orientation_rad,
-            Box::new(move |m, step| crate::model::load::effects::turn(m, i, step)),
+            Box::new(move |m, step| m.turn_sensor(i, step)),
         );
     }
     for (i, sigma) in tolerance.bias.into_iter().enumerate() {
@@ -155,20 +155,17 @@ fn added_effects(model: &Model, scene: &Scene) -> Vec<Column> {
         let Some(effect) = LoadEffect::find(&added.id) else {
             continue;
         };
-        for coefficient in effect.coefficients {
+        for coefficient in &effect.coefficients {
             let Some([low, high]) = added.interval_95.get(coefficient.name) else {
                 continue;
             };
             let sigma = 0.5 * (high - low) / HALF_OF_95;
             let mut alone = added.parameters.clone();
-            for other in effect.coefficients {
+            for other in &effect.coefficients {
                 alone.insert(other.name.to_owned(), 0.0);
             }
             alone.insert(coefficient.name.to_owned(), sigma);
-            let part = effect.contribution(scene, &alone);
-            all.push(Column::of(scene.len(), |n| {
-                std::array::from_fn(|axis| part[axis][n])
-            }));
+            all.push(effect.contribution(scene, &alone));
         }
     }
     all

@@ -27,7 +27,7 @@ pub(crate) fn residual(
         .collect::<Vec<_>>()
         .par_iter()
         .flat_map_iter(|effect| {
-            some_shapes(effect.shapes)
+            some_shapes(&effect.shapes)
                 .into_iter()
                 .filter_map(|shapes| effect.columns(scene, &shapes))
                 .flatten()

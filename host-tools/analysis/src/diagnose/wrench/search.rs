@@ -3,6 +3,7 @@
 use super::problem::{Solution, best_gain, solve};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence::PRIOR;
+use crate::effects::Effect;
 use crate::model::load::effects::Sign;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -39,23 +40,9 @@ pub(crate) struct Hypothesis {
     pub parameters: usize,
 }
 
-/// A detail of another effect, looked for only beside what is found.
-pub(super) const DETAILS: &[&str] = &["guide_asymmetry"];
-
-/// Effects of which one contains or imitates the other: two of a kind are one effect whose form
-/// is not in the catalogue.
-pub(super) const KINDS: [&[&str]; 4] = [
-    &["guide_coulomb", "guide_stribeck", "guide_hysteresis"],
-    &["contact_damping", "hunt_crossley"],
-    &["ft_low_pass", "ft_latency"],
-    &["actuation_lag", "actuation_delay"],
-];
-
-fn is_redundant(one: &str, other: &str) -> bool {
-    one == other
-        || KINDS
-            .iter()
-            .any(|kind| kind.contains(&one) && kind.contains(&other))
+/// Whether one of two effects contains or imitates the other.
+fn is_redundant(one: &Effect, other: &Effect) -> bool {
+    one == other || (one.kind.is_some() && one.kind == other.kind)
 }
 
 /// Columns and signs of parts, in their order.
@@ -82,7 +69,7 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
     for part in &parts {
         let variant = &library.variants[part.variant];
         parameters += variant.scanned();
-        if variant.effect.separable {
+        if variant.effect.effect.separable {
             // Choosing some of many columns is a choice that costs, too.
             selection += 2.0 * part.used.len() as f64 * (variant.columns.len() as f64).ln();
         }
@@ -107,7 +94,7 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
             columns.push(variant.columns[k]);
             all_signs.push(variant.signs[k]);
         }
-        let detail = DETAILS.contains(&variant.effect.id);
+        let detail = variant.effect.effect.detail;
         best_gain(&library.gram, &library.right, &columns, &all_signs)
             // The opposite column gains the same with the sign that physics allows.
             .filter(|s| !detail || (s.own > OWN && s.wrong.iter().all(|k| *k < beside.len())))
@@ -146,7 +133,7 @@ fn worth(columns: usize) -> f64 {
 /// A variant as a part beside other parts.
 fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
     let variant = &library.variants[index];
-    let used = if variant.effect.separable {
+    let used = if variant.effect.effect.separable {
         let (columns, signs) = flat(library, beside);
         grown(library, variant, &columns, &signs)
     } else {
@@ -161,10 +148,9 @@ fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
 /// The best hypotheses that add one effect to given parts, best first.
 pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> Vec<Hypothesis> {
     let taken = |index: usize| {
-        let id = library.variants[index].effect.id;
-        beside
-            .iter()
-            .any(|p| is_redundant(library.variants[p.variant].effect.id, id))
+        let effect = |variant: usize| library.variants[variant].effect.effect;
+        let mut there = beside.iter();
+        there.any(|p| is_redundant(effect(p.variant), effect(index)))
     };
     let mut all: Vec<Hypothesis> = (0..library.variants.len())
         .into_par_iter()
@@ -195,16 +181,19 @@ pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
             let found = (0..count).filter_map(move |k| {
                 let second = &library.variants[k];
                 // Each pair once; a separable effect is grown beside the other.
-                let ordered = match (first.effect.separable, second.effect.separable) {
+                let ordered = match (
+                    first.effect.effect.separable,
+                    second.effect.effect.separable,
+                ) {
                     (false, true) => true,
                     (true, false) => false,
                     _ => i < k,
                 };
-                if !ordered || is_redundant(first.effect.id, second.effect.id) {
+                if !ordered || is_redundant(first.effect.effect, second.effect.effect) {
                     return None;
                 }
                 let two = part(library, k, std::slice::from_ref(one))?;
-                let pair = if first.effect.separable {
+                let pair = if first.effect.effect.separable {
                     // What the first needs beside the second may differ from what it needs alone.
                     vec![part(library, i, std::slice::from_ref(&two))?, two]
                 } else {

@@ -6,7 +6,7 @@
 
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
 use super::prepared_log::Joint;
-use super::search::{DETAILS, Hypothesis, Part, evaluate, pairs, with_one_more};
+use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, PRIOR, threshold};
@@ -63,7 +63,7 @@ pub(crate) fn search(joint: &mut Joint, excluded: &dyn Fn(&str) -> bool, forced:
 }
 
 fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
-    let is_detail = |variant: &Variant| DETAILS.contains(&variant.effect.id);
+    let is_detail = |variant: &Variant| variant.effect.effect.detail;
     let work = Work {
         price: evidence::price(joint.problem.count),
         // Who asks for a detail alone has in the model what it is a detail of.
@@ -107,8 +107,7 @@ impl Work<'_> {
 
     /// Hypotheses without details of effects that they do not have.
     fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
-        let is_detail =
-            |part: &Part| DETAILS.contains(&self.library.variants[part.variant].effect.id);
+        let is_detail = |part: &Part| self.library.variants[part.variant].effect.effect.detail;
         let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
         all.into_iter().filter(whole).collect()
     }

@@ -57,7 +57,7 @@ impl Tested {
 
     /// Their part of a reading.
     pub(crate) fn contribution(&self, scene: &Scene) -> Column {
-        let mut sum: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; scene.len()]);
+        let mut sum = Column::default();
         for fitted in &self.effects {
             let Some(effect) = LoadEffect::find(fitted.id) else {
                 continue;
@@ -67,12 +67,9 @@ impl Tested {
                 .iter()
                 .map(|(name, (value, _, _))| ((*name).to_owned(), *value))
                 .collect();
-            let part = effect.contribution(scene, &values);
-            for (sum, part) in sum.iter_mut().zip(part) {
-                sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
-            }
+            sum.add(&effect.contribution(scene, &values).0);
         }
-        Column(sum)
+        sum
     }
 }
 

@@ -55,7 +55,7 @@ impl Library {
             if columns.iter().all(Column::is_zero) {
                 continue;
             }
-            let signs = match effect.coefficients {
+            let signs = match effect.coefficients.as_slice() {
                 [] => vec![Sign::One; columns.len()],
                 some => some.iter().map(|c| c.sign).collect(),
             };
@@ -115,7 +115,7 @@ impl Store {
 /// All combinations of the shapes that are tried.
 fn combinations(effect: &LoadEffect) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
-    for shape in effect.shapes {
+    for shape in &effect.shapes {
         all = all
             .into_iter()
             .flat_map(|head| {

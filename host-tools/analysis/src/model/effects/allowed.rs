@@ -1,8 +1,7 @@
 //! Which parameters an effect of a model file may have.
 
+use crate::effects::Effect;
 use crate::model::actuator::Stage;
-use crate::model::load::effects::{LoadEffect, Sign};
-use softdock_control::effects::Effect;
 
 /// A parameter that an effect may have in a model file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +20,7 @@ pub(crate) struct Allowed {
     pub choice: bool,
 }
 
-/// Parameters that an effect may have: those of the catalogue, and the choices of its form.
+/// Parameters that an effect may have: those of the catalogue, and the forms of its stages.
 pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
     let mut all: Vec<Allowed> = effect
         .parameters
@@ -31,45 +30,24 @@ pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
             unit: p.unit,
             low: p.low,
             high: p.high,
-            default: 0.0,
-            choice: false,
+            default: p.default(),
+            choice: p.is_form(),
         })
         .collect();
     let forms = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
     for name in forms.flat_map(|stage| stage.form()) {
-        add(&mut all, Allowed::chosen(name, "-", 0.0, 1.0, 0.0));
+        let (low, high, default) = (0.0, 1.0, 0.0);
+        let form = Allowed {
+            name,
+            unit: "-",
+            low,
+            high,
+            default,
+            choice: true,
+        };
+        add(&mut all, form);
     }
     add_rotations(&mut all, effect);
-    if effect.id == "manipulator_resistance" {
-        add(&mut all, Allowed::chosen("about_start", "-", 0.0, 1.0, 0.0));
-    }
-    if effect.id == "ft_quantisation" {
-        add(&mut all, Allowed::chosen("rounds_down", "-", 0.0, 1.0, 0.0));
-    }
-    let Some(load) = LoadEffect::find(effect.id) else {
-        return all;
-    };
-    for c in load.coefficients {
-        let low = if c.sign == Sign::Free { f64::MIN } else { 0.0 };
-        let of = Allowed::chosen(c.name, c.unit, low, f64::MAX, 0.0);
-        add(
-            &mut all,
-            Allowed {
-                choice: false,
-                ..of
-            },
-        );
-    }
-    for shape in load.shapes {
-        let least = shape.tried.iter().copied().fold(shape.default, f64::min);
-        let most = shape.tried.iter().copied().fold(shape.default, f64::max);
-        // What takes any value is not bounded by what a search begins with.
-        let most = if shape.continuous { 10.0 * most } else { most };
-        let of = Allowed::chosen(shape.name, shape.unit, least, most, shape.default);
-        let of = add(&mut all, of);
-        of.default = shape.default;
-        of.choice = shape.choice;
-    }
     all
 }
 
@@ -87,28 +65,14 @@ fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
     }
 }
 
-/// Adds a parameter; one of the same name keeps the catalogue's range.
-fn add(all: &mut Vec<Allowed>, one: Allowed) -> &mut Allowed {
-    let place = all.iter().position(|a| a.name == one.name);
-    let place = place.unwrap_or_else(|| {
+/// Adds a parameter, unless one of its name is there.
+fn add(all: &mut Vec<Allowed>, one: Allowed) {
+    if all.iter().all(|a| a.name != one.name) {
         all.push(one);
-        all.len() - 1
-    });
-    &mut all[place]
+    }
 }
 
 impl Allowed {
-    fn chosen(name: &'static str, unit: &'static str, low: f64, high: f64, default: f64) -> Self {
-        Self {
-            name,
-            unit,
-            low,
-            high,
-            default,
-            choice: true,
-        }
-    }
-
     /// Whether it may have a value.
     pub(crate) fn holds(&self, value: f64) -> bool {
         value >= self.low && value <= self.high

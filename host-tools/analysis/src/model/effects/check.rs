@@ -1,10 +1,10 @@
 //! Which effects and parameters a model file may hold.
 
 use super::{Allowed, EffectError, EffectModel, known};
+use crate::effects::{CATALOGUE, Effect, Group, by_id};
 use crate::input::nearest;
 use crate::model::actuator::Stage;
 use crate::model::load::effects::LoadEffect;
-use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
 
 /// Effects on clock, spacecraft and sampling, which [`crate::model::prediction`] knows by their ids.
 const OTHERS: [&str; 8] = [
@@ -172,8 +172,8 @@ mod tests {
             assert_eq!(model.validate(), Ok(()));
         }
         for load in LoadEffect::all() {
-            for shape in load.shapes {
-                for value in shape.tried.iter().chain([&shape.default]) {
+            for shape in &load.shapes {
+                for value in shape.tried {
                     let model = effect(load.id, &[(shape.name, *value)]);
                     assert_eq!(model.validate(), Ok(()), "{} {value}", shape.name);
                 }

@@ -1,6 +1,7 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
 use super::{LoadModel, tip_motion};
+use crate::effects::Lateness;
 use crate::model::Model;
 use nalgebra::{Matrix3, Vector3};
 use softdock_control::frames::{Pose, Wrench};
@@ -58,6 +59,12 @@ impl Column {
         }
     }
 
+    /// Multiplies all series.
+    pub fn scale(&mut self, factor: f64) {
+        let all = self.0.iter_mut().flatten();
+        all.for_each(|value| *value *= factor);
+    }
+
     /// Adds a multiple of this column to other series.
     pub fn add_to(&self, factor: f64, series: &mut [Vec<f64>; 6]) {
         for (own, other) in self.0.iter().zip(series) {
@@ -71,6 +78,8 @@ impl Column {
 /// Contact of the tip with one wall over a log.
 #[derive(Clone, Debug)]
 pub struct Touch {
+    /// Number of the wall in the model, from 1.
+    pub number: usize,
     /// Out of the wall, in C.
     pub normal: Vector3<f64>,
     /// The point that touches, in M.
@@ -87,6 +96,25 @@ pub struct Touch {
     pub damping: f64,
     /// Penetration at which the damping acts in full, m.
     pub damping_depth: f64,
+}
+
+impl Touch {
+    /// Share of the damping that acts at a depth, 0 to 1.
+    pub fn onset(&self, depth: f64) -> f64 {
+        if self.damping_depth > 0.0 {
+            (depth / self.damping_depth).min(1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// What the nominal wall would push at a depth in a cycle, N, and pull where it cannot.
+    pub fn push_at(&self, n: usize, depth: f64) -> f64 {
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        self.stiffness * depth + self.damping * self.onset(depth) * self.rate[n]
+    }
 }
 
 /// Motion, contact and nominal reading of every cycle of a log.
@@ -109,6 +137,8 @@ pub struct Scene {
     pub reading: Column,
     /// Zero of the sensor.
     pub bias: [f64; 6],
+    /// Position of S in M.
+    pub m_from_s: Pose<f64>,
     /// Origin of S in M, m.
     pub sensor: Vector3<f64>,
     /// Orientation of M in S.
@@ -145,13 +175,15 @@ impl Scene {
         let touches = load
             .walls
             .iter()
-            .map(|wall| {
+            .zip(1..)
+            .map(|(wall, number)| {
                 let at: Vec<(f64, f64)> = pose
                     .iter()
                     .zip(&motion)
                     .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
                     .collect();
                 Touch {
+                    number,
                     normal: wall.normal,
                     tip: wall.tip,
                     force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
@@ -175,6 +207,7 @@ impl Scene {
             reading: nominal.clone(),
             nominal,
             bias: model.sensor.bias,
+            m_from_s: load.m_from_s,
             sensor: load.m_from_s.translation.vector,
             s_from_m: load
                 .m_from_s
@@ -225,6 +258,26 @@ impl Scene {
     /// Whether there are no cycles.
     pub fn is_empty(&self) -> bool {
         self.pose.is_empty()
+    }
+
+    /// Reading of all axes in a cycle.
+    pub fn reading_at(&self, n: usize) -> [f64; 6] {
+        std::array::from_fn(|axis| self.reading.at(axis, n))
+    }
+
+    /// What has to be commanded in a cycle so that the reading comes, late as it is: the reading of
+    /// a delay later, and the time constant of a lag times its slope.
+    pub fn anticipated(&self, n: usize, late: &Lateness) -> [f64; 6] {
+        let last = self.len().saturating_sub(1);
+        let at = (n as f64 + late.delay_s / self.cycle_s).clamp(0.0, last as f64);
+        let (low, share) = (at.floor() as usize, at.fract());
+        let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
+        let span_s = (after - before).max(1) as f64 * self.cycle_s;
+        std::array::from_fn(|axis| {
+            let value = |k: usize| self.reading.at(axis, k.min(last));
+            let slope = (value(after) - value(before)) / span_s;
+            value(low) + share * (value(low + 1) - value(low)) + late.lag_s * slope
+        })
     }
 
     /// Reading of a force in C on a point of M.

@@ -12,9 +12,9 @@ use super::signals::Signals;
 use super::{ChannelPrediction, Six, six};
 use crate::model::load::{Guide, LoadModel, Wall, on_tip};
 use crate::model::{Channel, Model};
-use nalgebra::{UnitQuaternion, Vector3};
-use softdock_control::frames::{Twist, Wrench};
-use softdock_control::wrench::{Compensation, Motion};
+use nalgebra::Vector3;
+use softdock_control::frames::Wrench;
+use softdock_control::wrench::Motion;
 
 /// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal, and
 /// `executed` is the prediction of the executed velocity.
@@ -63,13 +63,10 @@ pub fn measured_contact_force(model: &Model, signals: &Signals<'_>) -> Vec<Optio
             let sampled = signals.sampled_in(n)?;
             let (pose, motion) = (signals.pose(sampled)?, motion_of(signals, sampled, &[])?);
             let raw = Wrench::of(&signals.cycles[n].inputs.sensor.wrench);
-            let contact = load
-                .compensation
-                .compensate(&raw, &pose.rotation, &motion)
-                .at_m;
+            let contact = load.contact_force(&raw, &pose, &motion);
             let guide = load.guide.as_ref();
             let guided = guide.map_or(Vector3::zeros(), |g| g.force(&pose, &motion.velocity));
-            Some(pose.rotation * contact.force - guided)
+            Some(contact - guided)
         })
         .collect()
 }
@@ -103,9 +100,11 @@ impl NoisyLoad {
         let (velocity, acceleration) = signals.motion_sigma(&model.noise);
         let sensor = six(model.noise.force_n, model.noise.torque_n_m);
         let mut free_variance = sensor.map(|s| s * s);
-        if load.inertial {
-            add_inertial_variance(&load.compensation, &acceleration, &mut free_variance);
-        }
+        let inertial = load.inertial_variance(&acceleration);
+        free_variance
+            .iter_mut()
+            .zip(inertial)
+            .for_each(|(v, i)| *v += i);
         Self {
             load,
             noise: MotionNoise {
@@ -151,25 +150,6 @@ fn guide_sigma(guide: &Guide, noise: &MotionNoise) -> [Vector3<f64>; 2] {
     let away = Vector3::ith(guide.axis.iamin(), 1.0);
     let across = guide.axis.cross(&away).normalize();
     [across * sigma, guide.axis.cross(&across) * sigma]
-}
-
-/// The tool's inertial wrench is linear in the acceleration; the orientation does not matter,
-/// because the noise of the three axes is the same.
-fn add_inertial_variance(
-    compensation: &Compensation<f64>,
-    acceleration_sigma: &Six,
-    variance: &mut Six,
-) {
-    for (i, sigma) in acceleration_sigma.iter().enumerate() {
-        let mut acceleration = [0.0; 6];
-        acceleration[i] = *sigma;
-        let motion = Motion {
-            velocity: Twist::zero(),
-            acceleration: Twist::of(&acceleration),
-        };
-        let part = compensation.inertial_wrench(&UnitQuaternion::identity(), &motion);
-        add_squares(variance, &part.get());
-    }
 }
 
 fn add_squares(variance: &mut Six, sigma: &Six) {

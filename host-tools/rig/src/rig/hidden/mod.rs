@@ -26,8 +26,8 @@ pub use suggest::suggest;
 use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, by_id};
 use softdock_analysis::input::nearest;
-use softdock_control::effects::{CATALOGUE, Effect, Group, by_id};
 use std::collections::BTreeMap;
 
 /// One hidden effect.
@@ -76,7 +76,7 @@ impl Hidden {
         }
         for parameter in effect.parameters {
             ensure!(
-                parameter.is_plausible(self.value(parameter.name)),
+                parameter.is_plausible(self.value(parameter.name).max(parameter.default())),
                 "`{}` is missing; allowed is {} to {}",
                 parameter.name,
                 parameter.low,
@@ -130,22 +130,16 @@ pub(super) fn validate(settings: &RigSettings) -> Result<()> {
     Ok(())
 }
 
-/// Ids of effects that need a wall.
-pub(super) const AT_WALLS: [&str; 7] = [
-    "wall_position",
-    "contact_deadzone",
-    "contact_stiffness",
-    "contact_cubic",
-    "contact_damping",
-    "hunt_crossley",
-    "contact_coulomb",
-];
+/// Whether an effect is one of contacts.
+pub(super) fn acts_at_walls(effect: &Effect) -> bool {
+    matches!(effect.law, Law::Push(_) | Law::Depth(_) | Law::Friction(_))
+}
 
 /// Whether the rig has what the effect acts on.
 fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
     let id = hidden.id.as_str();
     ensure!(
-        !AT_WALLS.contains(&id) || !settings.mechanism.walls.is_empty(),
+        !acts_at_walls(hidden.effect()?) || !settings.mechanism.walls.is_empty(),
         "`{id}` acts in contact, and the rig has no wall; add a [[rig.mechanism.walls]]"
     );
     ensure!(
@@ -167,10 +161,17 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
     Ok(())
 }
 
-/// Hidden effects of one group, in the catalogue's order.
-pub(super) fn in_order(hidden: &[Hidden], group: Group) -> Vec<(&'static Effect, &Hidden)> {
-    let of_group = CATALOGUE.iter().filter(|effect| effect.group == group);
-    of_group
-        .filter_map(|effect| Some((*effect, find(hidden, effect.id)?)))
-        .collect()
+/// Hidden effects of one group with their values, in the catalogue's order.
+pub(super) fn in_order(
+    hidden: &[Hidden],
+    group: Group,
+) -> impl Iterator<Item = (&'static Effect, Vec<f64>)> {
+    let of_group = CATALOGUE
+        .iter()
+        .copied()
+        .filter(move |effect| effect.group == group);
+    of_group.filter_map(|effect| {
+        let hidden = find(hidden, effect.id)?;
+        Some((effect, effect.values(&hidden.parameters)))
+    })
 }

@@ -3,9 +3,9 @@
 use super::{Hidden, find};
 use crate::rig::checks::prefixed;
 use anyhow::Result;
-use softdock_control::effects::body::sc_inertia_error::InertiaError;
-use softdock_control::effects::body::sc_mass_error::MassError;
-use softdock_control::effects::mechanism::manipulator_resistance::ManipulatorResistance;
+use softdock_analysis::effects::body::sc_inertia_error::InertiaError;
+use softdock_analysis::effects::body::sc_mass_error::MassError;
+use softdock_control::manipulator::ManipulatorResistance;
 use softdock_control::settings::Settings;
 
 /// Changes the settings of spacecraft K, the one that the robot moves, as hidden effects say.
@@ -23,13 +23,13 @@ pub fn apply(hidden: &[Hidden], settings: &mut Settings) -> Result<()> {
     }
     if let Some(error) = find(hidden, "sc_mass_error") {
         let error_kg = error.value("mass_error_kg");
-        let built = MassError::<f64>::new(body.mass_kg, error_kg);
+        let built = MassError::new(body.mass_kg, error_kg);
         prefixed("rig.hidden sc_mass_error.", built)?;
         body.mass_kg += error_kg;
     }
     if let Some(error) = find(hidden, "sc_inertia_error") {
         let errors = error.values(["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"]);
-        let built = InertiaError::<f64>::new(&body.inertia_kg_m2, &errors);
+        let built = InertiaError::new(&body.inertia_kg_m2, &errors);
         prefixed("rig.hidden sc_inertia_error.", built)?;
         for (axis, error_kg_m2) in errors.into_iter().enumerate() {
             body.inertia_kg_m2[axis][axis] += error_kg_m2;

@@ -1,0 +1,55 @@
+//! Offset between the clocks of robot and sensor.
+
+use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use softdock_control::range::{SettingsError, in_range};
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "clock_offset",
+    title: "Offset of the clocks",
+    summary: "the time stamps of wrench and pose are shifted against each other",
+    group: Group::Body,
+    naming: Naming::Cause,
+    equation: "t_pose = t_wrench + offset_s for the same instant",
+    source: "textbook (clock synchronisation)",
+    signature: "wrench and pose fit after a shift in time, in the log only: the loop itself is not late",
+    typical: "0.5 to 20 ms between logs of two computers",
+    parameters: &[Parameter::new("offset_s", "s", -0.1, 0.1)
+        .hidden(0.006, 0.012)
+        .either_sign()
+        .pictured(-0.02)],
+    confused_with: &["ft_latency", "actuation_delay", "clock_rate"],
+    tell_apart: "close the loop on an elastic bounce: a latency makes the rebound faster than the approach, an \
+                 offset of the log does not; an offset may be negative, a latency cannot",
+    law: Law::Clock,
+    ..Effect::PLAIN
+};
+
+/// Clocks that are apart.
+#[derive(Clone, Copy, Debug)]
+pub struct ClockOffset {
+    offset_s: f64,
+}
+
+impl ClockOffset {
+    /// `offset_s` within ±10 s.
+    pub fn new(offset_s: f64) -> Result<Self, SettingsError> {
+        in_range("offset_s", offset_s, -10.0, 10.0)?;
+        Ok(Self { offset_s })
+    }
+
+    /// Time stamp of the pose (s) for an instant on the wrench's clock.
+    pub fn pose_time(&self, wrench_time_s: f64) -> f64 {
+        wrench_time_s + self.offset_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_shifts() {
+        assert_eq!(ClockOffset::new(-0.25).unwrap().pose_time(4.0), 3.75);
+    }
+}

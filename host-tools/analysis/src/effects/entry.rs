@@ -1,0 +1,345 @@
+//! Catalogue entries: what is known about an effect before any data.
+
+use super::Law;
+use std::collections::BTreeMap;
+
+/// An effect's catalogue entry: everything that anybody has to know about it.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct Effect {
+    /// Stable identifier, as used in model files and verdicts.
+    pub id: &'static str,
+    /// Short name for people.
+    pub title: &'static str,
+    /// What it does, in one line.
+    pub summary: &'static str,
+    /// Where in the chain it acts.
+    pub group: Group,
+    /// What a verdict may say when it fits.
+    pub naming: Naming,
+    /// The equation, in the symbols of `parameters`.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+    /// What it leaves in a recording.
+    pub signature: &'static str,
+    /// How large it usually is on a rig.
+    pub typical: &'static str,
+    /// Parameters, units in their names.
+    pub parameters: &'static [Parameter],
+    /// Ids of effects that leave a similar signature.
+    pub confused_with: &'static [&'static str],
+    /// The experiment that tells it from those.
+    pub tell_apart: &'static str,
+    /// How it acts.
+    #[serde(skip)]
+    pub law: Law,
+    /// Its linear parameters are parts of their own: some may be missing.
+    #[serde(skip)]
+    pub separable: bool,
+    /// A detail of another effect, looked for only beside what is found.
+    #[serde(skip)]
+    pub detail: bool,
+    /// What it is a form of.
+    #[serde(skip)]
+    pub kind: Option<Kind>,
+}
+
+impl Effect {
+    /// What an entry has unless it says otherwise.
+    pub const PLAIN: Self = Self {
+        id: "",
+        title: "",
+        summary: "",
+        group: Group::Mechanism,
+        naming: Naming::Cause,
+        equation: "",
+        source: "",
+        signature: "",
+        typical: "",
+        parameters: &[],
+        confused_with: &[],
+        tell_apart: "",
+        law: Law::Clock,
+        separable: false,
+        detail: false,
+        kind: None,
+    };
+
+    /// Place of a parameter.
+    pub fn place(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.name == name)
+    }
+
+    /// Values in the order of the parameters; what is left out has its default.
+    pub fn values(&self, given: &BTreeMap<String, f64>) -> Vec<f64> {
+        let value = |p: &Parameter| given.get(p.name).copied().unwrap_or(p.default());
+        self.parameters.iter().map(value).collect()
+    }
+}
+
+/// Two entries with one id are the same effect.
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id
+    }
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Parameter {
+    /// Name with its SI unit as suffix.
+    pub name: &'static str,
+    /// SI unit, `-` if it has none.
+    pub unit: &'static str,
+    /// Smallest plausible value; not negative where physics forbids a negative value.
+    pub low: f64,
+    /// Largest plausible value.
+    pub high: f64,
+    /// How it enters the law.
+    #[serde(skip)]
+    pub role: Role,
+    /// Sizes of which a simulated rig hides one.
+    #[serde(skip)]
+    pub hidden: Option<Draw>,
+    /// Value in the picture of the effect, large enough to be seen.
+    #[serde(skip)]
+    pub pictured: f64,
+    /// Least share of the weighed tool that it can be.
+    #[serde(skip)]
+    pub of_the_tool: f64,
+}
+
+/// How a parameter enters the law of its effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// It multiplies its part of the law; 0: no such part.
+    Linear,
+    /// It shapes the law.
+    Shape(Tried),
+    /// It says which form the law has: no physical size that matters, it has no interval.
+    Form(Tried),
+}
+
+/// Where the search for a parameter begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tried {
+    /// Values that are tried.
+    pub values: &'static [f64],
+    /// Value where a model file does not give one.
+    pub default: f64,
+    /// It takes any value between those that are tried.
+    pub continuous: bool,
+}
+
+/// Range of sizes that a simulated rig hides.
+///
+/// They are made for the diagnosis scenario (200 kg at 40 mm/s between two springs of 6 kN/m, noise
+/// of 0.2 N and 1 µm): each is several times the noise in the channel that shows it, and none makes
+/// the closed loop run away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Draw {
+    /// Smallest.
+    pub low: f64,
+    /// Largest.
+    pub high: f64,
+    /// Either sign.
+    pub signed: bool,
+    /// Drawn values are multiples of this; 0: any.
+    pub step: f64,
+}
+
+impl Parameter {
+    /// A linear parameter with its unit and plausible range.
+    pub const fn new(name: &'static str, unit: &'static str, low: f64, high: f64) -> Self {
+        Self {
+            name,
+            unit,
+            low,
+            high,
+            role: Role::Linear,
+            hidden: None,
+            pictured: 0.0,
+            of_the_tool: 0.0,
+        }
+    }
+
+    /// It shapes the law.
+    pub const fn shape(self, values: &'static [f64], default: f64) -> Self {
+        let continuous = true;
+        Self {
+            role: Role::Shape(Tried {
+                values,
+                default,
+                continuous,
+            }),
+            ..self
+        }
+    }
+
+    /// It says which form the law has.
+    pub const fn form(self, values: &'static [f64], default: f64) -> Self {
+        let continuous = false;
+        Self {
+            role: Role::Form(Tried {
+                values,
+                default,
+                continuous,
+            }),
+            ..self
+        }
+    }
+
+    /// A form that has a size.
+    pub const fn form_size(self, values: &'static [f64], default: f64) -> Self {
+        let continuous = true;
+        Self {
+            role: Role::Form(Tried {
+                values,
+                default,
+                continuous,
+            }),
+            ..self
+        }
+    }
+
+    /// Sizes that a simulated rig hides.
+    pub const fn hidden(self, low: f64, high: f64) -> Self {
+        let (signed, step) = (false, 0.0);
+        Self {
+            hidden: Some(Draw {
+                low,
+                high,
+                signed,
+                step,
+            }),
+            ..self
+        }
+    }
+
+    /// They are hidden with either sign.
+    pub const fn either_sign(mut self) -> Self {
+        if let Some(draw) = &mut self.hidden {
+            draw.signed = true;
+        }
+        self
+    }
+
+    /// They are hidden as multiples of this.
+    pub const fn in_steps(mut self, step: f64) -> Self {
+        if let Some(draw) = &mut self.hidden {
+            draw.step = step;
+        }
+        self
+    }
+
+    /// Its value in the picture.
+    pub const fn pictured(self, value: f64) -> Self {
+        Self {
+            pictured: value,
+            ..self
+        }
+    }
+
+    /// It is at least this share of the weighed tool.
+    pub const fn of_the_tool(self, share: f64) -> Self {
+        Self {
+            of_the_tool: share,
+            ..self
+        }
+    }
+
+    /// Whether the parameter may have either sign; if not, a negative value is unphysical.
+    pub fn is_signed(&self) -> bool {
+        self.low < 0.0
+    }
+
+    /// Whether `value` lies in the plausible range; NaN does not.
+    pub fn is_plausible(&self, value: f64) -> bool {
+        value >= self.low && value <= self.high
+    }
+
+    /// Whether it says which form the law has.
+    pub fn is_form(&self) -> bool {
+        matches!(self.role, Role::Form(_))
+    }
+
+    /// Where its search begins; None if it is linear.
+    pub fn tried(&self) -> Option<&Tried> {
+        match &self.role {
+            Role::Linear => None,
+            Role::Shape(tried) | Role::Form(tried) => Some(tried),
+        }
+    }
+
+    /// Its value where none is given.
+    pub fn default(&self) -> f64 {
+        self.tried().map_or(0.0, |tried| tried.default)
+    }
+}
+
+/// Where in the chain from command to force an effect acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// From the commanded velocity to the executed one.
+    Actuator,
+    /// Forces on the moving side.
+    Mechanism,
+    /// From forces to the wrench as read.
+    Sensor,
+    /// The simulated spacecraft and the clock of the control cycle.
+    Body,
+}
+
+impl Group {
+    /// All groups, in the order in which a signal meets them.
+    pub const ALL: [Self; 4] = [Self::Actuator, Self::Mechanism, Self::Sensor, Self::Body];
+
+    /// Name with a short description.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Actuator => "Actuator: from the commanded velocity to the executed one",
+            Self::Mechanism => "Mechanism: forces on the moving side",
+            Self::Sensor => "Sensor: from forces to the wrench as read",
+            Self::Body => "Body: the simulated spacecraft and the clock of the cycle",
+        }
+    }
+}
+
+/// What a verdict may say when an effect fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Naming {
+    /// One physical cause: it may be named.
+    Cause,
+    /// A curve that fits many mechanisms: it may only be reported as "looks like".
+    Shape,
+}
+
+/// Effects of which one contains or imitates the other: two of a kind beside each other are one
+/// effect whose form is not in the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A friction that changes its sign with the direction.
+    DryFriction,
+    /// A damper in the contact.
+    ContactDamping,
+    /// A reading that comes late.
+    LateReading,
+    /// A commanded force that comes late.
+    LateCommand,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lower_bound_is_the_sign_constraint() {
+        let friction = Parameter::new("force_n", "N", 0.0, 50.0);
+        let offset = Parameter::new("force_n", "N", -50.0, 50.0);
+        assert!(!friction.is_signed() && offset.is_signed());
+        assert!(offset.is_plausible(-3.0) && !friction.is_plausible(-3.0));
+        assert!(!offset.is_plausible(f64::NAN));
+    }
+}

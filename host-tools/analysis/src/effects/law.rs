@@ -1,0 +1,326 @@
+//! How effects act: what each kind of law is given, and what it returns.
+//!
+//! A law is a pure function of its parameters, in the order of the catalogue entry, and of the state
+//! of what it acts on. Whoever simulates, predicts, fits or draws an effect evaluates this function;
+//! what it does over a time, a log or a picture follows from its kind.
+
+use super::sensor::tool::ToolState;
+use nalgebra::Vector3;
+use softdock_control::frames::Wrench;
+use std::collections::VecDeque;
+
+/// Parameters of a law, in the order of the catalogue entry.
+pub type Values<'a> = &'a [f64];
+
+/// How an effect acts.
+#[derive(Clone, Copy, Debug)]
+pub enum Law {
+    /// A force on the moving side along the guide.
+    Guide(Guide),
+    /// A force (N) on the moving side in all directions, of its displacement (m) from where it rests.
+    Spring(fn(Values<'_>, &Vector3<f64>) -> Vector3<f64>),
+    /// Push (N) of a wall beside the nominal one, where the tip is in the wall. A wall cannot pull:
+    /// the sum of all pushes is clipped at zero.
+    Push(fn(Values<'_>, &Penetration) -> f64),
+    /// Penetration (m) of the wall's spring, from the nominal one.
+    Depth(fn(Values<'_>, f64, &Facing) -> f64),
+    /// Force (N) across the normal, of the wall's push (N) and the sliding velocity (m/s).
+    Friction(fn(Values<'_>, f64, &Vector3<f64>) -> Vector3<f64>),
+    /// Wrench at S of the tool, beside the nominal one.
+    Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
+    /// What the sensor feels of its load.
+    Load(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    /// Zero of the sensor, so many seconds after the log began.
+    Zero(fn(Values<'_>, f64) -> Wrench<f64>),
+    /// By how much the reading comes late.
+    Late(fn(Values<'_>) -> Lateness),
+    /// What the sensor can read of a wrench.
+    Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    /// What is sent of a wrench, of the sample before, and of a random number in (0, 1].
+    Sample(fn(Values<'_>, &Wrench<f64>, &Wrench<f64>, f64) -> Wrench<f64>),
+    /// From the commanded velocity to the executed one; and by how much a force that is commanded
+    /// through the same actuator comes late, if that is all it does.
+    Actuator(Option<fn(Values<'_>) -> Lateness>),
+    /// The simulated spacecraft.
+    Spacecraft,
+    /// The clock of the control cycle.
+    Clock,
+}
+
+/// A force along the guide.
+#[derive(Clone, Copy, Debug)]
+pub struct Guide {
+    /// Force on the moving side, N, positive along the guide.
+    pub force: fn(Values<'_>, &Slide) -> f64,
+    /// What a reversal looks like to it; None where the forms exclude each other.
+    pub reversal: fn(Values<'_>) -> Option<Reversal>,
+}
+
+/// What the guided point does along the guide.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slide {
+    /// Position, m.
+    pub position: f64,
+    /// Velocity, m/s.
+    pub velocity: f64,
+    /// Acceleration, m/s².
+    pub acceleration: f64,
+    /// Time since the log began, s.
+    pub time_s: f64,
+    /// Sign of the velocity, −1 to 1, as the reversal lets it change.
+    pub direction: f64,
+}
+
+impl Slide {
+    /// A motion with this velocity, whose direction is sharp.
+    pub fn at_velocity(velocity: f64) -> Self {
+        Self {
+            velocity,
+            direction: sign(velocity),
+            ..Self::default()
+        }
+    }
+}
+
+/// How the direction of a motion changes at a reversal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reversal {
+    /// At once; 0 at standstill.
+    Sharp,
+    /// Over this speed, m/s: tanh(v/speed).
+    OverSpeed(f64),
+    /// Over this distance, m (Dahl 1968): dz/dx = (1 − sgn(dx) z)/distance.
+    OverDistance(f64),
+    /// Over this distance, m, relaxing linearly: dz/dx = 1 − |z| while z and dx agree, else 1, over
+    /// the distance (Bouc-Wen with A = 1, β = γ = 1/2, n = 1).
+    BoucWen(f64),
+}
+
+impl Reversal {
+    /// Of a law without dry friction.
+    pub fn sharp(_: Values<'_>) -> Option<Self> {
+        Some(Self::Sharp)
+    }
+
+    /// Over a speed or over a distance; None: both.
+    pub fn of(speed_m_s: f64, distance_m: f64) -> Option<Self> {
+        match (speed_m_s > 0.0, distance_m > 0.0) {
+            (false, false) => Some(Self::Sharp),
+            (true, false) => Some(Self::OverSpeed(speed_m_s)),
+            (false, true) => Some(Self::OverDistance(distance_m)),
+            (true, true) => None,
+        }
+    }
+}
+
+/// The direction of a motion from instant to instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Direction {
+    reversal: Reversal,
+    /// What has been built up, −1 to 1.
+    share: f64,
+    velocity: f64,
+}
+
+impl Direction {
+    /// Relaxed and at rest.
+    pub fn new(reversal: Reversal) -> Self {
+        Self {
+            reversal,
+            share: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// The direction at the next instant, `step_s` later; the velocity (m/s) is straight between the two.
+    pub fn advance(&mut self, velocity: f64, step_s: f64) -> f64 {
+        let before = std::mem::replace(&mut self.velocity, velocity);
+        let path = |v: f64, share: f64| 0.5 * v * share * step_s;
+        if before * velocity < 0.0 {
+            // Cut where the motion turns.
+            let cut = before / (before - velocity);
+            self.moved(path(before, cut));
+            self.moved(path(velocity, 1.0 - cut));
+        } else {
+            self.moved(path(before + velocity, 1.0));
+        }
+        self.at(velocity)
+    }
+
+    /// The direction at a velocity (m/s), without any time that passes.
+    pub fn at(&self, velocity: f64) -> f64 {
+        match self.reversal {
+            Reversal::Sharp => sign(velocity),
+            Reversal::OverSpeed(speed) => (velocity / speed).tanh(),
+            Reversal::OverDistance(_) | Reversal::BoucWen(_) => self.share,
+        }
+    }
+
+    /// Moves by a path (m) in one direction; exact.
+    pub fn moved(&mut self, path: f64) {
+        let towards = sign(path);
+        if towards == 0.0 {
+            return;
+        }
+        match self.reversal {
+            Reversal::OverDistance(distance) => {
+                let left = (-path.abs() / distance).exp();
+                self.share = towards + (self.share - towards) * left;
+            }
+            Reversal::BoucWen(distance) => {
+                let mut along = self.share * towards;
+                let mut travel = path.abs() / distance.max(1e-9);
+                let relaxed = travel.min((-along).max(0.0));
+                along += relaxed;
+                travel -= relaxed;
+                if travel > 0.0 {
+                    along = 1.0 + (along - 1.0) * (-travel).exp();
+                }
+                self.share = along * towards;
+            }
+            Reversal::Sharp | Reversal::OverSpeed(_) => {}
+        }
+    }
+}
+
+/// The tip in a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Penetration {
+    /// How deep, m; positive.
+    pub depth: f64,
+    /// How fast it grows, m/s.
+    pub rate: f64,
+    /// Share of the wall's damping that acts at this depth, 0 to 1.
+    pub onset: f64,
+}
+
+/// Which wall it is, and how it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facing {
+    /// Component of its outward normal along the guide, −1 to 1.
+    pub along_axis: f64,
+    /// Its number in the model, from 1.
+    pub number: usize,
+}
+
+/// A delay and a first-order lag behind it, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lateness {
+    /// Delay.
+    pub delay_s: f64,
+    /// Time constant.
+    pub lag_s: f64,
+}
+
+/// Six signals that come late, sampled at equal steps and straight between two samples.
+#[derive(Clone, Debug)]
+pub struct Late {
+    lateness: Lateness,
+    step_s: f64,
+    line: VecDeque<[f64; 6]>,
+    delayed: [f64; 6],
+    value: [f64; 6],
+}
+
+impl Late {
+    /// As if `first` had been there for a long time.
+    pub fn new(lateness: Lateness, step_s: f64, first: [f64; 6]) -> Self {
+        let held = (lateness.delay_s.max(0.0) / step_s).ceil() as usize + 2;
+        Self {
+            lateness,
+            step_s,
+            line: VecDeque::from(vec![first; held]),
+            delayed: first,
+            value: first,
+        }
+    }
+
+    /// What comes out when this sample goes in.
+    pub fn advance(&mut self, sample: [f64; 6]) -> [f64; 6] {
+        self.line.pop_back();
+        self.line.push_front(sample);
+        let steps = self.lateness.delay_s.max(0.0) / self.step_s;
+        let (whole, rest) = (steps.floor() as usize, steps.fract());
+        let (near, far) = (
+            self.line[whole],
+            self.line[(whole + 1).min(self.line.len() - 1)],
+        );
+        let now: [f64; 6] = std::array::from_fn(|i| near[i] + rest * (far[i] - near[i]));
+        let before = std::mem::replace(&mut self.delayed, now);
+        if self.lateness.lag_s <= 0.0 {
+            self.value = now;
+            return now;
+        }
+        // Exact for an input that is straight between two samples.
+        let h = self.step_s / self.lateness.lag_s;
+        let left = (-h).exp();
+        for (i, value) in self.value.iter_mut().enumerate() {
+            let slope = (now[i] - before[i]) / h;
+            *value = now[i] - slope + (*value - before[i] + slope) * left;
+        }
+        self.value
+    }
+
+    /// What comes out now.
+    pub fn value(&self) -> [f64; 6] {
+        self.value
+    }
+}
+
+/// +1, −1, or 0 for zero, which `signum` does not give.
+pub fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From relaxed: z = 1 − exp(−x/x0); back: linear to zero, then again the exponential.
+    #[test]
+    fn bouc_wen_forth_and_back() {
+        let (length, speed, step_s) = (0.002, 0.02, 0.001);
+        let mut direction = Direction::new(Reversal::BoucWen(length));
+        direction.velocity = speed;
+        for k in 1..=300 {
+            let expected = 1.0 - (-speed * step_s * f64::from(k) / length).exp();
+            assert!((direction.advance(speed, step_s) - expected).abs() < 1e-12);
+        }
+        direction.velocity = -speed;
+        for k in 1..=300 {
+            let back = speed * step_s * f64::from(k) / length;
+            let top = 1.0 - (-3.0_f64).exp();
+            let z = if back < top {
+                top - back
+            } else {
+                (top - back).exp() - 1.0
+            };
+            assert!((direction.advance(-speed, step_s) - z).abs() < 1e-9, "{k}");
+        }
+    }
+
+    /// A motion that turns within a step: out by half a step, back by half a step.
+    #[test]
+    fn dahl_is_cut_where_the_motion_turns() {
+        let mut direction = Direction::new(Reversal::OverDistance(1e-3));
+        direction.velocity = 1.0;
+        let out = 1.0 - (-0.25_f64).exp();
+        let back = -1.0 + (out + 1.0) * (-0.25_f64).exp();
+        assert!((direction.advance(-1.0, 1e-3) - back).abs() < 1e-12);
+        assert_eq!(Reversal::of(1e-3, 1e-3), None);
+    }
+
+    #[test]
+    fn a_ramp_is_late_by_delay_and_lag() {
+        let late = Lateness {
+            delay_s: 0.010,
+            lag_s: 0.003,
+        };
+        let mut line = Late::new(late, 0.004, [0.0; 6]);
+        let mut value = 0.0;
+        for k in 1..=40 {
+            value = line.advance([f64::from(k); 6])[5];
+        }
+        assert!((value - (40.0 - 0.013 / 0.004)).abs() < 1e-6, "{value}");
+    }
+}

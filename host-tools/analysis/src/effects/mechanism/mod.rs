@@ -1,0 +1,31 @@
+//! Forces on the moving side: of the guide it runs on, of the contact of its tip with a wall, of
+//! the cables that it drags, and of the manipulator that would hold the real spacecraft.
+
+use super::Parameter;
+
+/// Speed over which a dry friction changes its sign.
+const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 0.05)
+    .form_size(&[0.0, 3e-4, 8e-4, 2e-3, 5e-3], 0.0);
+
+/// Distance over which a dry friction builds up after a reversal.
+const PRESLIDING: Parameter = Parameter::new("presliding_m", "m", 0.0, 5e-4)
+    .form_size(&[0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5], 0.0);
+
+/// Where the force acts: 0 at M, 1 at the tip, 2 at the sensor's origin (no torque).
+const ACTS_AT: Parameter = Parameter::new("acts_at", "-", 0.0, 2.0).form(&[0.0, 1.0, 2.0], 0.0);
+
+pub mod cable_stiffness;
+pub mod contact_coulomb;
+pub mod contact_cubic;
+pub mod contact_damping;
+pub mod contact_deadzone;
+pub mod contact_stiffness;
+pub mod guide_asymmetry;
+pub mod guide_coulomb;
+pub mod guide_hysteresis;
+pub mod guide_offset;
+pub mod guide_stribeck;
+pub mod guide_viscous;
+pub mod hunt_crossley;
+pub mod manipulator_resistance;
+pub mod wall_position;

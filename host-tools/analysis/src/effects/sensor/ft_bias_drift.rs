@@ -1,0 +1,56 @@
+//! Drift of the sensor's zero.
+
+use super::six;
+use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use softdock_control::frames::Wrench;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "ft_bias_drift",
+    title: "Drift of the sensor's zero",
+    summary: "the zero of the wrench creeps to a new value",
+    group: Group::Sensor,
+    naming: Naming::Cause,
+    equation: "W(t) = W_nominal + (fx_n, .., tz_n_m) (1 - exp(-t/time_constant_s)), t from the last zeroing",
+    source: "strain-gauge data sheets (drift of the zero with temperature); first-order warming",
+    signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp",
+    typical: "0.5 to 3 N over some seconds to minutes after the load or the temperature has changed",
+    parameters: &[
+        Parameter::new("fx_n", "N", -100.0, 100.0)
+            .hidden(1.0, 2.0)
+            .either_sign()
+            .pictured(2.0),
+        Parameter::new("fy_n", "N", -100.0, 100.0),
+        Parameter::new("fz_n", "N", -100.0, 100.0),
+        Parameter::new("tx_n_m", "N·m", -20.0, 20.0),
+        Parameter::new("ty_n_m", "N·m", -20.0, 20.0),
+        Parameter::new("tz_n_m", "N·m", -20.0, 20.0),
+        Parameter::new("time_constant_s", "s", 0.1, 1000.0)
+            .shape(&[0.7, 1.2, 2.0, 3.0, 4.0, 5.5, 8.0, 12.0, 25.0, 1e3], 1e3)
+            .hidden(3.0, 8.0)
+            .pictured(15.0),
+    ],
+    confused_with: &["ft_bias", "cable_stiffness", "tool_mass_error"],
+    tell_apart: "a long log at standstill: only drift changes there; a cable needs motion",
+    law: Law::Zero(zero),
+    separable: true,
+    ..Effect::PLAIN
+};
+
+/// The offset so long after the log began, which is approached exponentially.
+fn zero(p: &[f64], time_s: f64) -> Wrench<f64> {
+    six(p) * -(-time_s.max(0.0) / p[6]).exp_m1()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_creeps_to_its_last_value() {
+        let at = |t| zero(&[1.0, 0.0, 0.0, 0.0, 0.0, -2.0, 4.0], t);
+        assert_eq!(at(0.0).get(), [0.0; 6]);
+        assert!((at(4.0).force.x - (1.0 - (-1.0_f64).exp())).abs() < 1e-12);
+        assert!((at(400.0).torque.z + 2.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,35 @@
+//! Age of the sensor's samples.
+
+use crate::effects::{Effect, Group, Kind, Lateness, Law, Naming, Parameter};
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "ft_latency",
+    title: "Latency of the sensor",
+    summary: "the wrench is older than its time stamp says",
+    group: Group::Sensor,
+    naming: Naming::Cause,
+    equation: "W(t) = W_nominal(t - latency_s)",
+    source: "sensor manuals (internal filters and bus transfer)",
+    signature: "the wrench is a shifted copy of what the penetration predicts: force against penetration opens to a \
+                loop that feeds energy in",
+    typical: "1 to 10 ms: one to some cycles of the sensor's own sampling and the bus",
+    parameters: &[Parameter::new("latency_s", "s", 0.0, 0.1)
+        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
+        .hidden(0.012, 0.022)
+        .pictured(0.02)],
+    confused_with: &[
+        "ft_low_pass",
+        "clock_offset",
+        "actuation_delay",
+        "contact_damping",
+    ],
+    tell_apart: "tap the sensor while the robot stands: a latency shifts the tap, a filter smears it; a negative \
+                 damping of the contact is a latency",
+    law: Law::Late(|p| Lateness {
+        delay_s: p[0],
+        lag_s: 0.0,
+    }),
+    kind: Some(Kind::LateReading),
+    ..Effect::PLAIN
+};
