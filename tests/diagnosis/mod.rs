@@ -7,4 +7,6 @@ mod import_checks;
 mod import_docking_rig_log;
 mod import_examples;
 mod import_mapping;
+mod one_place;
+mod own_hypothesis;
 mod real_data;

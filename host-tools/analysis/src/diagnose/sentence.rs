@@ -21,7 +21,7 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
 
 fn title(id: &str) -> String {
     crate::effects::by_id(id).map_or_else(
-        || id.to_owned(),
+        || format!("your own hypothesis `{id}`"),
         |effect| format!("{} ({id})", effect.title),
     )
 }

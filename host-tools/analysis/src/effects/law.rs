@@ -4,6 +4,7 @@
 //! of what it acts on. Whoever simulates, predicts, fits or draws an effect evaluates this function;
 //! what it does over a time, a log or a picture follows from its kind.
 
+use super::formula::Formula;
 use super::sensor::tool::ToolState;
 use nalgebra::Vector3;
 use softdock_control::frames::Wrench;
@@ -41,6 +42,8 @@ pub enum Law {
     /// From the commanded velocity to the executed one; and by how much a force that is commanded
     /// through the same actuator comes late, if that is all it does.
     Actuator(Option<fn(Values<'_>) -> Lateness>),
+    /// What a user has written.
+    Formula(&'static Formula),
     /// The simulated spacecraft.
     Spacecraft,
     /// The clock of the control cycle.

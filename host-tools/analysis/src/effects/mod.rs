@@ -13,6 +13,7 @@
 pub mod actuator;
 pub mod body;
 mod entry;
+pub mod formula;
 pub mod law;
 pub mod mechanism;
 pub mod sensor;

@@ -110,13 +110,13 @@ pub(super) fn all(model: &Model) -> Vec<Parameter> {
         }
     });
     for (k, effect) in model.effects.iter().enumerate() {
-        of_effect(k, effect, &mut all);
+        of_effect(model, k, effect, &mut all);
     }
     all
 }
 
-fn of_effect(k: usize, effect: &EffectModel, all: &mut Vec<Parameter>) {
-    let Ok(entry) = EffectModel::catalogued(&effect.id) else {
+fn of_effect(model: &Model, k: usize, effect: &EffectModel, all: &mut Vec<Parameter>) {
+    let Ok(entry) = model.effect(&effect.id) else {
         return;
     };
     if READ_DIRECTLY.contains(&effect.id.as_str()) {

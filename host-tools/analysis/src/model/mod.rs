@@ -9,6 +9,7 @@ pub mod channel;
 pub(crate) mod clock;
 pub mod edit;
 mod effects;
+mod hypothesis;
 pub mod load;
 pub(crate) mod log;
 pub mod prediction;
@@ -21,6 +22,7 @@ mod validation;
 pub use channel::{Axis, Channel};
 pub(crate) use effects::{Allowed, known as known_parameters};
 pub use effects::{EffectError, EffectModel, HistoryStep};
+pub use hypothesis::{Hypothesis, HypothesisParameter};
 pub use sections::{
     ActuatorModel, BodyModel, ContactModel, FilterModel, GuideModel, NoiseModel, RigModel,
     SensorModel, ToolModel, TwoBodyModel, WallModel, WrenchMeaning,
@@ -28,7 +30,8 @@ pub use sections::{
 pub use tolerance::ToleranceModel;
 pub use validation::ModelError;
 
-use crate::input;
+use crate::effects::{CATALOGUE, Effect, by_id};
+use crate::input::{self, nearest};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::{DynamicCompensation, SensorSettings};
@@ -54,6 +57,9 @@ pub struct Model {
     pub noise: NoiseModel,
     /// How far the nominal parameters may be off.
     pub tolerance: ToleranceModel,
+    /// Effects of the user's own that a diagnosis tries.
+    #[serde(rename = "hypothesis", skip_serializing_if = "Vec::is_empty")]
+    pub hypotheses: Vec<Hypothesis>,
     /// Physical effects that have been added.
     #[serde(rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectModel>,
@@ -63,6 +69,29 @@ pub struct Model {
 }
 
 impl Model {
+    /// The entry of an effect: of the catalogue, or a hypothesis of the user's own.
+    ///
+    /// # Errors
+    ///
+    /// There is none with this id; the error offers the nearest one.
+    pub fn effect(&self, id: &str) -> Result<&'static Effect, EffectError> {
+        let own = self.hypotheses.iter().find(|h| h.id == id);
+        match own {
+            Some(own) => own.effect(),
+            None => by_id(id).ok_or_else(|| {
+                let own = self.hypotheses.iter().map(|h| h.id.as_str());
+                let known = CATALOGUE.iter().map(|effect| effect.id).chain(own);
+                EffectError::Unknown {
+                    id: id.to_owned(),
+                    hint: match nearest(id, known) {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => "`softdock effects` lists them".to_owned(),
+                    },
+                }
+            }),
+        }
+    }
+
     /// Turns the sensor about one of its axes.
     pub(crate) fn turn_sensor(&mut self, axis: usize, angle_rad: f64) {
         let [w, x, y, z] = self.sensor.orientation_wxyz;

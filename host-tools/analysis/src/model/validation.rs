@@ -78,7 +78,13 @@ impl Model {
             within("sensor.filter.order", f64::from(filter.order), 1.0, 8.0)?;
             within("sensor.filter.cutoff_hz", filter.cutoff_hz, 1e-3, 1e4)?;
         }
-        super::EffectModel::validate_all(&self.effects)?;
+        for (k, own) in self.hypotheses.iter().enumerate() {
+            own.effect()?;
+            if self.hypotheses[..k].iter().any(|other| other.id == own.id) {
+                return Err(EffectError::Twice { id: own.id.clone() }.into());
+            }
+        }
+        super::EffectModel::validate_all(self)?;
         self.bodies.k.validate("bodies.k")?;
         self.bodies.q.validate("bodies.q")?;
         // The controller checks sensor and tool with the same ranges.

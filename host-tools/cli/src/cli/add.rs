@@ -58,7 +58,7 @@ impl Add {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
         if let Some(id) = &self.effect {
-            EffectModel::catalogued(id)?;
+            file.model().effect(id)?;
         }
         let logs = Logs::open(file.model(), &self.fit, &self.test)?;
         let report = self.fitted(file.model(), &logs)?;

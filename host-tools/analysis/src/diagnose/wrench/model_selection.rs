@@ -8,6 +8,7 @@ use super::search::{Hypothesis, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
 use crate::model::load::effects::LoadEffect;
+use std::collections::BTreeSet;
 
 /// Rounds over all effects.
 const ROUNDS: usize = 3;
@@ -87,11 +88,12 @@ pub(super) fn rivals(
     for (place, part) in parts.iter().enumerate() {
         let LoadEffect { id: of, effect, .. } = library.variants[part.variant].effect;
         let of = *of;
-        let others = LoadEffect::all()
-            .filter(|other| effect.kind.is_some() && other.effect.kind == effect.kind);
+        let alike = library.variants.iter().map(|variant| variant.effect.effect);
+        let alike = alike.filter(|other| effect.kind.is_some() && other.kind == effect.kind);
+        let others: BTreeSet<&'static str> = alike.map(|other| other.id).collect();
         let mut rest = parts.clone();
         rest.remove(place);
-        for id in others.map(|other| other.id).filter(|id| *id != of) {
+        for id in others.into_iter().filter(|id| *id != of) {
             let Some(rival) = best_in_place(library, &parts, place, id, price) else {
                 continue;
             };

@@ -152,7 +152,7 @@ fn added_effects(model: &Model, scene: &Scene) -> Vec<Column> {
     const HALF_OF_95: f64 = 1.96;
     let mut all = Vec::new();
     for added in &model.effects {
-        let Some(effect) = LoadEffect::find(&added.id) else {
+        let Some(effect) = LoadEffect::find(model, &added.id) else {
             continue;
         };
         for coefficient in &effect.coefficients {

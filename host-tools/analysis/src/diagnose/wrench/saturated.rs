@@ -23,7 +23,7 @@ pub(crate) fn residual(
 ) -> Column {
     let noise_model = sigma.map(AutoregressiveNoise::white);
     let mut columns: Vec<Column> = tolerances.to_vec();
-    let built: Vec<Column> = LoadEffect::all()
+    let built: Vec<Column> = LoadEffect::all(&scene.model)
         .collect::<Vec<_>>()
         .par_iter()
         .flat_map_iter(|effect| {

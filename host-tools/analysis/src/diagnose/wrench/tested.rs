@@ -59,7 +59,7 @@ impl Tested {
     pub(crate) fn contribution(&self, scene: &Scene) -> Column {
         let mut sum = Column::default();
         for fitted in &self.effects {
-            let Some(effect) = LoadEffect::find(fitted.id) else {
+            let Some(effect) = LoadEffect::find(&scene.model, fitted.id) else {
                 continue;
             };
             let values: BTreeMap<String, f64> = fitted

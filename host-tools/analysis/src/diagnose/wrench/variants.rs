@@ -40,7 +40,9 @@ impl Library {
     /// For some logs; `excluded` effects are in the model already, or not to be tried.
     pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
-        let wanted: Vec<(&LoadEffect, Vec<f64>)> = LoadEffect::all()
+        let model = joint.logs.first().map(|log| &log.scene.model);
+        let all = model.into_iter().flat_map(LoadEffect::all);
+        let wanted: Vec<(&LoadEffect, Vec<f64>)> = all
             .filter(|effect| !excluded(effect.id))
             .flat_map(|effect| combinations(effect).into_iter().map(move |s| (effect, s)))
             .collect();

@@ -1,8 +1,9 @@
 //! Which effects and parameters a model file may hold.
 
 use super::{Allowed, EffectError, EffectModel, known};
-use crate::effects::{CATALOGUE, Effect, Group, by_id};
+use crate::effects::Group;
 use crate::input::nearest;
+use crate::model::Model;
 use crate::model::actuator::Stage;
 use crate::model::load::effects::LoadEffect;
 
@@ -19,25 +20,11 @@ const OTHERS: [&str; 8] = [
 ];
 
 impl EffectModel {
-    /// The catalogue's entry with this id.
-    ///
-    /// # Errors
-    ///
-    /// [`EffectError::Unknown`] with the nearest id.
-    pub fn catalogued(id: &str) -> Result<&'static Effect, EffectError> {
-        by_id(id).ok_or_else(|| EffectError::Unknown {
-            id: id.to_owned(),
-            hint: match nearest(id, CATALOGUE.iter().map(|effect| effect.id)) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => "`softdock effects` lists them".to_owned(),
-            },
-        })
-    }
-
     /// Checks all effects of a model file.
-    pub(in crate::model) fn validate_all(effects: &[Self]) -> Result<(), EffectError> {
+    pub(in crate::model) fn validate_all(model: &Model) -> Result<(), EffectError> {
+        let effects = &model.effects;
         for (k, effect) in effects.iter().enumerate() {
-            effect.validate()?;
+            effect.validate(model)?;
             if effects[..k].iter().any(|other| other.id == effect.id) {
                 return Err(EffectError::Twice {
                     id: effect.id.clone(),
@@ -47,16 +34,16 @@ impl EffectModel {
         Ok(())
     }
 
-    /// Checks id, axes, parameters and intervals.
+    /// Checks id, axes, parameters and intervals; `model` has the hypotheses beside the catalogue.
     ///
     /// # Errors
     ///
     /// The first thing that does not fit, with what is allowed.
-    pub fn validate(&self) -> Result<(), EffectError> {
-        let effect = Self::catalogued(&self.id)?;
+    pub fn validate(&self, model: &Model) -> Result<(), EffectError> {
+        let effect = model.effect(&self.id)?;
         let id = || self.id.clone();
         let predicted = Stage::ALL.iter().any(|stage| stage.id() == self.id)
-            || LoadEffect::find(&self.id).is_some()
+            || LoadEffect::find(model, &self.id).is_some()
             || OTHERS.contains(&self.id.as_str());
         if !predicted {
             return Err(EffectError::NotPredicted { id: id() });
@@ -152,7 +139,7 @@ mod tests {
     }
 
     fn refused(id: &str, parameters: &[(&str, f64)]) -> String {
-        match effect(id, parameters).validate() {
+        match effect(id, parameters).validate(&Model::default()) {
             Ok(()) => "nothing".to_owned(),
             Err(error) => error.to_string(),
         }
@@ -162,20 +149,25 @@ mod tests {
     fn every_choice_of_every_form_is_allowed() {
         for stage in Stage::ALL {
             let mut model = effect(stage.id(), &[]);
-            let entry = EffectModel::catalogued(stage.id()).expect("catalogued");
+            let entry = Model::default().effect(stage.id()).expect("catalogued");
             for p in entry.parameters {
                 model.parameters.insert(p.name.to_owned(), p.high);
             }
             for name in stage.form() {
                 model.parameters.insert((*name).to_owned(), 1.0);
             }
-            assert_eq!(model.validate(), Ok(()));
+            assert_eq!(model.validate(&Model::default()), Ok(()));
         }
-        for load in LoadEffect::all() {
+        for load in LoadEffect::all(&Model::default()) {
             for shape in &load.shapes {
                 for value in shape.tried {
                     let model = effect(load.id, &[(shape.name, *value)]);
-                    assert_eq!(model.validate(), Ok(()), "{} {value}", shape.name);
+                    assert_eq!(
+                        model.validate(&Model::default()),
+                        Ok(()),
+                        "{} {value}",
+                        shape.name
+                    );
                 }
             }
         }
@@ -225,19 +217,22 @@ mod tests {
     #[test]
     fn twice_the_same_and_misplaced_axes_and_intervals_are_refused() {
         let one = effect("guide_coulomb", &[("force_n", 1.0)]);
-        let twice = EffectModel::validate_all(&[one.clone(), one.clone()]);
+        let twice = EffectModel::validate_all(&Model {
+            effects: vec![one.clone(), one.clone()],
+            ..Model::default()
+        });
         assert_eq!(twice, Err(EffectError::Twice { id: one.id.clone() }));
         let mut with_axes = one.clone();
         with_axes.axes.push(crate::model::Axis::X);
         assert!(matches!(
-            with_axes.validate(),
+            with_axes.validate(&Model::default()),
             Err(EffectError::Axes { .. })
         ));
         for interval in [[2.0, 1.0], [f64::NAN, 1.0]] {
             let mut wrong = one.clone();
             wrong.interval_95.insert("force_n".to_owned(), interval);
             assert!(matches!(
-                wrong.validate(),
+                wrong.validate(&Model::default()),
                 Err(EffectError::Interval { .. })
             ));
         }

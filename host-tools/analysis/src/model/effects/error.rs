@@ -67,6 +67,16 @@ pub enum EffectError {
         /// Largest allowed value.
         high: f64,
     },
+    /// A hypothesis that is none.
+    #[error("[[hypothesis]] `{id}`: `{key}`: {why}")]
+    Hypothesis {
+        /// The id that was given.
+        id: String,
+        /// The key that does not fit.
+        key: String,
+        /// Why not, and what is expected.
+        why: String,
+    },
     /// An interval without parameter, or with its ends exchanged.
     #[error(
         "[[effect]] `{id}`: interval_95 of `{name}` is [{low}, {high}]; expected [low, high] of a \

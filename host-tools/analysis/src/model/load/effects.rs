@@ -5,17 +5,18 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, Touch};
+use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
     CATALOGUE, Direction, Effect, Facing, Group, Guide, Late, Law, Parameter, Penetration, Role,
-    Slide, Values,
+    Slide, Values, sign,
 };
 use crate::import::filter::LowPass;
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::Vector3;
 use softdock_control::frames::{Wrench, matrix};
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// What a coefficient may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,19 +67,33 @@ pub struct LoadEffect {
     pub shapes: Vec<Shape>,
 }
 
-/// All of them; where two explain a log equally well, the earlier one is named.
-static ALL: LazyLock<Vec<LoadEffect>> =
+/// Those of the catalogue; where two explain a log equally well, the earlier one is named.
+static CATALOGUED: LazyLock<Vec<LoadEffect>> =
     LazyLock::new(|| CATALOGUE.iter().filter_map(|e| LoadEffect::of(e)).collect());
+/// Those of hypotheses, by their entries.
+static OWN: Mutex<Vec<&'static LoadEffect>> = Mutex::new(Vec::new());
 
 impl LoadEffect {
-    /// All of them, in the order of the catalogue.
-    pub fn all() -> impl Iterator<Item = &'static Self> {
-        ALL.iter()
+    /// All of them, in the order of the catalogue, then the model's own hypotheses.
+    pub fn all(model: &Model) -> impl Iterator<Item = &'static Self> + '_ {
+        let own = model.hypotheses.iter();
+        let own = own.filter_map(|hypothesis| Self::own(hypothesis.effect().ok()?));
+        CATALOGUED.iter().chain(own)
     }
 
     /// By its id.
-    pub fn find(id: &str) -> Option<&'static Self> {
-        Self::all().find(|effect| effect.id == id)
+    pub fn find(model: &Model, id: &str) -> Option<&'static Self> {
+        Self::all(model).find(|effect| effect.id == id)
+    }
+
+    fn own(entry: &'static Effect) -> Option<&'static Self> {
+        let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = own.iter().find(|known| std::ptr::eq(known.effect, entry)) {
+            return Some(known);
+        }
+        let new: &'static Self = Box::leak(Box::new(Self::of(entry)?));
+        own.push(new);
+        Some(new)
     }
 
     /// None for an effect that does not change the reading, or only its samples.
@@ -131,7 +146,11 @@ impl LoadEffect {
     /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
     /// off depends on all that pushes.
     pub fn is_linear(&self) -> bool {
-        !matches!(self.effect.law, Law::Push(_) | Law::Depth(_))
+        match self.effect.law {
+            Law::Push(_) | Law::Depth(_) => false,
+            Law::Formula(law) => law.acts_on != ActsOn::Contact,
+            _ => true,
+        }
     }
 
     /// The columns as they stand in the log, through the filter of its import if it had one; None if
@@ -238,6 +257,11 @@ impl LoadEffect {
             Law::Zero(_) => self.shapes.is_empty() || !sensor.at_rest,
             Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
             Law::Actuator(_) => live(WrenchMeaning::Commanded),
+            Law::Formula(law) if law.acts_on == ActsOn::Contact => scene
+                .touches
+                .iter()
+                .any(|t| t.penetration.iter().any(|p| *p > 0.0)),
+            Law::Formula(_) => !sensor.at_rest,
             _ => true,
         }
     }
@@ -298,6 +322,7 @@ impl LoadEffect {
                 let late = law(p);
                 changed(scene, |n, _| Wrench::of(&scene.anticipated(n, &late)))
             }
+            Law::Formula(law) => formula(scene, law, p)?,
             Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,
         };
         Some(self.filtered(scene, part))
@@ -321,7 +346,7 @@ impl LoadEffect {
 pub(crate) fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
     let known: Vec<(&EffectModel, &LoadEffect)> = effects
         .iter()
-        .filter_map(|effect| Some((effect, LoadEffect::find(&effect.id)?)))
+        .filter_map(|effect| Some((effect, LoadEffect::find(&scene.model, &effect.id)?)))
         .collect();
     for on_reading in [false, true] {
         for (effect, law) in &known {
@@ -348,6 +373,58 @@ fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Colu
         };
         (law.force)(p, &slide)
     }))
+}
+
+/// What a user has written; None where it has no value.
+fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
+    let start = scene.time_s.first().copied().unwrap_or(0.0);
+    let push = |n: usize| {
+        scene
+            .touches
+            .iter()
+            .map(move |t| t.force[n] * t.normal.dot(&scene.axis))
+    };
+    let moving = |n: usize| Signals {
+        position: scene.axis.dot(&scene.pose[n].translation.vector),
+        velocity: scene.along(n, 0.0),
+        acceleration: scene.axis.dot(&scene.motion[n].acceleration.linear),
+        direction: sign(scene.along(n, 0.0)),
+        force: push(n).sum(),
+        time: scene.time_s[n] - start,
+        ..Signals::default()
+    };
+    let value = |n: usize| law.value(p, &moving(n));
+    let column = match law.acts_on {
+        ActsOn::Guide => scene.guide_force(0.0, value),
+        ActsOn::Wall => scene.wall_force(|t, n| {
+            let (gap, rate) = ((-t.penetration[n]).max(0.0), t.rate[n]);
+            law.value(
+                p,
+                &Signals {
+                    gap,
+                    rate,
+                    ..moving(n)
+                },
+            )
+        }),
+        ActsOn::Reading(axis) => Column::on_axis(axis, (0..scene.len()).map(value)),
+        ActsOn::Contact => scene.wall_force(|t, n| {
+            let more = penetration(t, n).map_or(0.0, |at| {
+                let (depth, rate) = (at.depth, at.rate);
+                law.value(
+                    p,
+                    &Signals {
+                        depth,
+                        rate,
+                        ..moving(n)
+                    },
+                )
+            });
+            (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
+        }),
+    };
+    let finite = column.0.iter().flatten().all(|value| value.is_finite());
+    finite.then_some(column)
 }
 
 /// A force in all directions, about the origin of C or about the first position.
@@ -416,7 +493,7 @@ fn hanging(model: &Model) -> f64 {
         return model.tool.mass_kg;
     }
     let kilograms = |effect: &EffectModel| -> f64 {
-        let known = LoadEffect::find(&effect.id).map(|load| load.effect);
+        let known = LoadEffect::find(model, &effect.id).map(|load| load.effect);
         let of_the_tool =
             known.filter(|e| matches!(e.law, Law::Tool(_)) && e.group == Group::Sensor);
         let of_mass = of_the_tool

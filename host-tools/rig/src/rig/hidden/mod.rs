@@ -26,8 +26,10 @@ pub use suggest::suggest;
 use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
+use softdock_analysis::effects::sensor::tool::ToolState;
 use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, by_id};
 use softdock_analysis::input::nearest;
+use softdock_control::frames::Wrench;
 use std::collections::BTreeMap;
 
 /// One hidden effect.
@@ -135,6 +137,18 @@ pub(super) fn acts_at_walls(effect: &Effect) -> bool {
     matches!(effect.law, Law::Push(_) | Law::Depth(_) | Law::Friction(_))
 }
 
+/// Whether the rig's tool shows an effect on the tool; other effects do not ask for one.
+fn moves_the_reading(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
+    let effect = hidden.effect()?;
+    let Law::Tool(law) = effect.law else {
+        return Ok(true);
+    };
+    let sensor = &settings.sensor;
+    let mut state = ToolState::hanging(sensor.tool_mass_kg, sensor.tool_com_m);
+    state.motion.acceleration = [1.0, 2.0, 3.0].into();
+    Ok(law(&effect.values(&hidden.parameters), &state) != Wrench::zero())
+}
+
 /// Whether the rig has what the effect acts on.
 fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
     let id = hidden.id.as_str();
@@ -143,7 +157,7 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         "`{id}` acts in contact, and the rig has no wall; add a [[rig.mechanism.walls]]"
     );
     ensure!(
-        id != "tool_com_error" || settings.sensor.tool_mass_kg > 0.0,
+        moves_the_reading(hidden, settings)?,
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );
     let offset_s = if id == "clock_offset" {

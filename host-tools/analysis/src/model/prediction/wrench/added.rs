@@ -22,7 +22,7 @@ pub(super) fn add_effects(
     if !model
         .effects
         .iter()
-        .any(|e| LoadEffect::find(&e.id).is_some())
+        .any(|e| LoadEffect::find(model, &e.id).is_some())
     {
         return;
     }

@@ -1,0 +1,50 @@
+//! An effect stands in one place: no other file of the program names it.
+
+use softdock_analysis::effects::{CATALOGUE, Law};
+use std::path::{Path, PathBuf};
+
+/// Files that state how several effects are related, which no file of a single one could.
+const RELATIONS: [&str; 2] = ["diagnose/equivalent.rs", "diagnose/named.rs"];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => sources(&path, found),
+            false if path.extension().is_some_and(|e| e == "rs") => found.push(path),
+            false => {}
+        }
+    }
+}
+
+#[test]
+fn no_other_file_names_an_effect_on_the_reading() {
+    let host_tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools");
+    let mut files = Vec::new();
+    for part in ["analysis/src", "rig/src", "cli/src"] {
+        sources(&host_tools.join(part), &mut files);
+    }
+    let elsewhere = |path: &&PathBuf| {
+        let name = path.display().to_string();
+        let related = RELATIONS.iter().any(|r| name.ends_with(r));
+        !name.contains("analysis/src/effects/") && !name.contains("tests") && !related
+    };
+    for path in files.iter().filter(elsewhere) {
+        let text = std::fs::read_to_string(path).unwrap();
+        let program = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let code = program
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"));
+        let code: Vec<&str> = code.collect();
+        for effect in CATALOGUE {
+            // Their engines still know them by their ids.
+            let engine = matches!(
+                effect.law,
+                Law::Actuator(_) | Law::Spacecraft | Law::Clock | Law::Sample(_)
+            );
+            let named = format!("\"{}\"", effect.id);
+            let there = code.iter().any(|line| line.contains(&named));
+            assert!(engine || !there, "{} names {}", path.display(), effect.id);
+        }
+    }
+}
