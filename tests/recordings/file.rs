@@ -3,7 +3,6 @@
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
 use softdock_analysis::recording::{FORMAT, Header, Recording, RecordingWriter};
-use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -196,10 +195,7 @@ fn a_topic_with_other_fields_is_refused() {
 /// A cycle that lacks a topic is not a cycle.
 #[test]
 fn a_filtered_file_is_refused() {
-    let file = file_of(&Recording {
-        cycles: vec![CycleRecord::default(); 2],
-        ..Recording::default()
-    });
+    let file = file_of(&Source(9).recording(2, false));
     let error = foreign("softdock", |writer| {
         writer.write_metadata(&our_metadata()).unwrap();
         for message in mcap::MessageStream::new(&file).unwrap() {

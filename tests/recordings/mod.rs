@@ -6,3 +6,4 @@ mod file;
 mod golden;
 mod replay;
 mod sample;
+mod table;

@@ -4,6 +4,7 @@
 //! - `topics` names every recorded number, `field` and `words` say how it is described,
 //! - `cdr` and `schema` turn that into messages and their description,
 //! - `writer` and `reader` put them into a file and get them back, also from half a file,
+//! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `difference` compares two records of a cycle.
 
@@ -13,6 +14,7 @@ mod difference;
 mod field;
 mod reader;
 mod schema;
+mod table;
 mod text;
 mod topics;
 mod words;

@@ -32,12 +32,24 @@ pub(super) fn ros2msg(topic: Topic) -> String {
 }
 
 fn describe(text: &mut String, described: &Described) {
+    let length = match described.field.parts {
+        [] => String::new(),
+        parts => format!("[{}]", parts.len()),
+    };
+    declare(text, described, &length, &described.field.wire_name());
+}
+
+/// Appends one number of a field as a field of its own.
+pub(super) fn describe_column(text: &mut String, column: &str, described: &Described) {
+    declare(text, described, "", column);
+}
+
+fn declare(text: &mut String, described: &Described, length: &str, name: &str) {
     let Described {
         field,
         ros_type,
         words,
     } = described;
-    let name = field.wire_name();
     let mut line = |text_line: std::fmt::Arguments<'_>| {
         // Writing into a String does not fail.
         let _ = text.write_fmt(text_line);
@@ -48,10 +60,7 @@ fn describe(text: &mut String, described: &Described) {
         let (constant, word) = (name.to_uppercase(), word.to_uppercase());
         line(format_args!("{ros_type} {constant}_{word}={code}"));
     }
-    match field.parts {
-        [] => line(format_args!("{ros_type} {name}")),
-        parts => line(format_args!("{ros_type}[{}] {name}", parts.len())),
-    }
+    line(format_args!("{ros_type}{length} {name}"));
 }
 
 #[derive(Default)]

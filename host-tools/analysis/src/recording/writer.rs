@@ -6,7 +6,7 @@
 use super::cdr::Encoder;
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
-use super::{FORMAT, Header, PROFILE, Recording, TruthRecord};
+use super::{FORMAT, Header, PROFILE, Recording, TruthRecord, table};
 use anyhow::{Context, ensure};
 use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Metadata};
@@ -21,7 +21,10 @@ use std::path::Path;
 pub(super) const CHUNK_CYCLES: u32 = 64;
 
 /// Nanoseconds in a second: the unit of time in MCAP.
-const NS_PER_S: f64 = 1e9;
+pub(super) const NS_PER_S: f64 = 1e9;
+
+/// The program as the file's header names it.
+pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"));
 
 /// Writes cycles one by one.
 ///
@@ -67,7 +70,7 @@ impl<W: Write> RecordingWriter<W> {
         let mut mcap = WriteOptions::new()
             .compression(None)
             .profile(PROFILE)
-            .library(concat!("softdock ", env!("CARGO_PKG_VERSION")))
+            .library(LIBRARY)
             // This writer ends its chunks itself: between two cycles.
             .chunk_size(None)
             .disable_seeking(true)
@@ -161,7 +164,7 @@ pub(super) const MESSAGE_ENCODING: &str = "cdr";
 pub(super) const SCHEMA_ENCODING: &str = "ros2msg";
 
 /// The header as a metadata record of MCAP.
-fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
+pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
     let entries = [
         ("format", Some(FORMAT)),
         ("identity", Some(header.identity.as_str())),
@@ -188,6 +191,9 @@ impl Recording {
 
     /// Writes the recording into any sink and gives the sink back.
     pub fn write_to<W: Write>(&self, sink: W) -> anyhow::Result<W> {
+        if table::fits(self) {
+            return table::write(self, sink);
+        }
         let truths = self.truths()?;
         let mut writer = RecordingWriter::with_cut(sink, &self.header, self.cut.as_deref())?;
         for (cycle, truth) in self.cycles.iter().zip(truths) {

@@ -19,8 +19,8 @@ pub struct Groups {
     centres: Vec<f64>,
     /// The quantity; NaN where it is not known.
     values: Vec<f64>,
-    /// Group of each value.
-    of: Vec<Option<usize>>,
+    /// Group of each value; small, because there is one for each cycle and quantity.
+    of: Vec<Option<u16>>,
     /// Values that count although they are in no group are compared as a group of their own.
     others: bool,
 }
@@ -88,7 +88,10 @@ impl Groups {
             return None;
         }
         let inner = &edges[1..edges.len() - 1];
-        let group = |v: &f64| v.is_finite().then(|| inner.partition_point(|e| e <= v));
+        let group = |v: &f64| {
+            let place = v.is_finite().then(|| inner.partition_point(|e| e <= v));
+            place.and_then(|place| u16::try_from(place).ok())
+        };
         let of = values.iter().map(group).collect();
         Some(Self {
             edges,
@@ -118,7 +121,7 @@ impl Groups {
     pub fn means(&self, series: &[f64]) -> Vec<(f64, usize)> {
         let mut sums = vec![(0.0, 0_usize); self.len() + usize::from(self.others)];
         for (value, group) in series.iter().zip(&self.of) {
-            let place = group.unwrap_or(self.len());
+            let place = group.map_or(self.len(), usize::from);
             if let Some((sum, count)) = sums.get_mut(place).filter(|_| value.is_finite()) {
                 *sum += value;
                 *count += 1;
@@ -198,7 +201,7 @@ impl Groups {
         let values = series.iter().zip(&self.of).enumerate();
         values
             .map(|(n, (value, group))| {
-                let group = group.unwrap_or(self.len());
+                let group = group.map_or(self.len(), usize::from);
                 means
                     .get(group)
                     .map_or(f64::NAN, |(mean, _)| value - fitted(n, group, *mean))

@@ -1,0 +1,346 @@
+//! Recordings of other programs: one topic with the numbers that change.
+//!
+//! A log that was imported fills few of the hundreds of numbers of a cycle. Its file has the topic
+//! `/log` in place of all others, whose message holds the numbers that change; what is the same in
+//! all cycles stands once, in the channel's metadata. A message's `sequence` is the number of its cycle, and
+//! its time that of the cycle where nanoseconds say it exactly. Chunks are compressed and not
+//! indexed: an index entry is as long as two numbers, and a reader without one goes through the file.
+
+use super::cdr::{CdrError, Decoder, Encoder};
+use super::field::{Field, Number, Visitor};
+use super::schema::{Described, declarations, describe_column, fields};
+use super::text::{CellReader, CellWriter, columns};
+use super::topics::{Row, Topic};
+use super::writer::{self, MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
+use super::{PROFILE, Recording};
+use anyhow::{Context, bail, ensure};
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{Compression, WriteOptions};
+use softdock_app::record::CycleRecord;
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+use std::io::Write;
+
+/// The topic.
+pub(super) const TOPIC: &str = "/log";
+/// Name of its type in the schema.
+const SCHEMA: &str = "softdock/msg/Log";
+/// Column of the cycle's number, which is the message's.
+const CYCLE: &str = "status_cycle";
+/// Column of the cycle's time.
+const TIME: &str = "status_time_s";
+/// Cycles in a chunk: with four numbers each it has 1.1 MB, and longer ones compress no better.
+const CHUNK_CYCLES: usize = 16_384;
+/// Of zstd; from here on more costs much time and gains less than 3 %.
+const LEVEL: u32 = 9;
+
+/// Which numbers of a cycle a message holds, for each topic that has some.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Layout(Vec<(Topic, Vec<bool>)>);
+
+impl Layout {
+    /// The columns for which `wanted` holds.
+    fn of(wanted: impl Fn(&str) -> bool) -> Self {
+        let topics = Topic::all(false).iter().map(|topic| {
+            let wanted = columns(*topic).map(|column| wanted(&column));
+            (*topic, wanted.collect::<Vec<bool>>())
+        });
+        Self(
+            topics
+                .filter(|(_, wanted)| wanted.contains(&true))
+                .collect(),
+        )
+    }
+
+    /// The schema in the language of ROS 2 messages.
+    fn ros2msg(&self) -> String {
+        let mut text = String::new();
+        for (topic, wanted) in &self.0 {
+            let described = fields(*topic).into_iter().flat_map(|described: Described| {
+                let columns = described.field.columns(&topic.prefix());
+                columns.into_iter().map(move |c| (c, described.clone()))
+            });
+            for ((column, described), _) in described.zip(wanted).filter(|(_, wanted)| **wanted) {
+                describe_column(&mut text, &column, &described);
+            }
+        }
+        text
+    }
+
+    /// Goes through the numbers that a message holds.
+    fn visit<V: Visitor>(&self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
+        self.0.iter().try_for_each(|(topic, wanted)| {
+            let wanted = wanted.iter();
+            topic.visit(&mut Picked { inner: v, wanted }, row)
+        })
+    }
+}
+
+/// Hands on the numbers that are wanted.
+struct Picked<'a, V> {
+    inner: &'a mut V,
+    wanted: std::slice::Iter<'a, bool>,
+}
+
+impl<V: Visitor> Visitor for Picked<'_, V> {
+    type Error = V::Error;
+
+    fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), V::Error> {
+        for value in values {
+            if self.wanted.next() == Some(&true) {
+                self.inner.numbers(field, std::slice::from_mut(value))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn choice(
+        &mut self,
+        field: &Field,
+        words: &'static [&'static str],
+        code: &mut u8,
+    ) -> Result<(), V::Error> {
+        match self.wanted.next() {
+            Some(true) => self.inner.choice(field, words, code),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Compares the numbers of cycles with those of the first, down to the bit.
+#[derive(Default)]
+struct Changes {
+    first: Vec<u64>,
+    changes: Vec<bool>,
+    place: usize,
+}
+
+impl Changes {
+    fn see(&mut self, bytes: &[u8]) {
+        let mut word = [0; 8];
+        word.iter_mut()
+            .zip(bytes)
+            .for_each(|(to, from)| *to = *from);
+        let word = u64::from_le_bytes(word);
+        match self.first.get(self.place) {
+            Some(first) => self.changes[self.place] |= *first != word,
+            None => {
+                self.first.push(word);
+                self.changes.push(false);
+            }
+        }
+        self.place += 1;
+    }
+}
+
+impl Visitor for Changes {
+    type Error = Infallible;
+
+    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
+        values.iter().for_each(|v| self.see(v.to_bytes().as_ref()));
+        Ok(())
+    }
+
+    fn choice(
+        &mut self,
+        _: &Field,
+        _: &'static [&'static str],
+        code: &mut u8,
+    ) -> Result<(), Infallible> {
+        self.see(&[*code]);
+        Ok(())
+    }
+}
+
+/// The columns that change.
+fn changing(cycles: &[CycleRecord]) -> BTreeSet<String> {
+    let mut changes = Changes::default();
+    for cycle in cycles {
+        changes.place = 0;
+        let mut row = row(*cycle);
+        for topic in Topic::all(false) {
+            let Ok(()) = topic.visit(&mut changes, &mut row);
+        }
+    }
+    let changing = all_columns()
+        .zip(changes.changes)
+        .filter(|(_, changes)| *changes);
+    changing.map(|(column, _)| column).collect()
+}
+
+/// The cells of a cycle, one for each column of all topics.
+fn cells(cycle: CycleRecord) -> Vec<String> {
+    let mut writer = CellWriter::default();
+    for topic in Topic::all(false) {
+        let Ok(()) = topic.visit(&mut writer, &mut row(cycle));
+    }
+    writer.cells
+}
+
+/// Texts of numbers by their columns.
+type Constants = BTreeMap<String, String>;
+
+/// The numbers that are the same in all cycles and not those of an empty one.
+fn constants(first: &CycleRecord, changing: &BTreeSet<String>) -> Constants {
+    let values = cells(*first).into_iter().zip(cells(CycleRecord::default()));
+    all_columns()
+        .zip(values)
+        .filter(|(name, (value, empty))| {
+            value != empty && !changing.contains(name) && name != CYCLE
+        })
+        .map(|(name, (value, _))| (name, value))
+        .collect()
+}
+
+/// The cycle that holds the constants and nothing else.
+fn cycle_of(mut constants: Constants) -> anyhow::Result<CycleRecord> {
+    let empty = cells(CycleRecord::default()).into_iter();
+    let cells: csv::StringRecord = all_columns()
+        .zip(empty)
+        .map(|(name, empty)| constants.remove(&name).unwrap_or(empty))
+        .collect();
+    if let Some(unknown) = constants.keys().next() {
+        bail!("topic `{TOPIC}` has a constant `{unknown}`, which no recording has");
+    }
+    let mut row = Row::default();
+    let mut reader = CellReader::new(&cells);
+    Topic::all(false)
+        .iter()
+        .try_for_each(|topic| topic.visit(&mut reader, &mut row))
+        .with_context(|| format!("a constant of topic `{TOPIC}`"))?;
+    Ok(row.cycle)
+}
+
+/// Columns of all topics.
+fn all_columns() -> impl Iterator<Item = String> {
+    Topic::all(false).iter().flat_map(|topic| columns(*topic))
+}
+
+fn row(cycle: CycleRecord) -> Row {
+    Row {
+        cycle,
+        ..Row::default()
+    }
+}
+
+fn time_ns(cycle: &CycleRecord) -> u64 {
+    (cycle.trace.time_s * NS_PER_S).round() as u64
+}
+
+fn time_s(time_ns: u64) -> f64 {
+    time_ns as f64 / NS_PER_S
+}
+
+/// Whether a recording is kept as a table: another program made it, and its cycles have numbers
+/// that a message has room for.
+pub(super) fn fits(recording: &Recording) -> bool {
+    let numbered = |cycle: &CycleRecord| u32::try_from(cycle.trace.cycle).is_ok();
+    recording.header.settings_toml.is_empty()
+        && recording.truth.is_empty()
+        && !recording.cycles.is_empty()
+        && recording.cycles.iter().all(numbered)
+}
+
+/// Writes a recording that [`fits`].
+pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<W> {
+    let cycles = recording.cycles.as_slice();
+    let first = cycles
+        .first()
+        .context("a recording without cycles has no columns")?;
+    let changing = changing(cycles);
+    let exact = |c: &CycleRecord| time_s(time_ns(c)).to_bits() == c.trace.time_s.to_bits();
+    let time_is_exact = cycles.iter().all(exact);
+    let layout = Layout::of(|column| match column {
+        CYCLE => false,
+        TIME => !time_is_exact,
+        other => changing.contains(other),
+    });
+    let mut mcap = WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .compression_level(LEVEL)
+        .compression_threads(0)
+        .profile(PROFILE)
+        .library(writer::LIBRARY)
+        .chunk_size(None)
+        .disable_seeking(true)
+        .emit_message_indexes(false)
+        .emit_chunk_indexes(false)
+        .create(NoSeek::new(sink))?;
+    mcap.write_metadata(&writer::metadata(
+        &recording.header,
+        recording.cut.as_deref(),
+    ))?;
+    let schema = mcap.add_schema(SCHEMA, SCHEMA_ENCODING, layout.ros2msg().as_bytes())?;
+    let channel_id = mcap.add_channel(
+        schema,
+        TOPIC,
+        MESSAGE_ENCODING,
+        &constants(first, &changing),
+    )?;
+    let mut encoder = Encoder::default();
+    for chunk in cycles.chunks(CHUNK_CYCLES) {
+        for cycle in chunk {
+            encoder.begin();
+            let Ok(()) = layout.visit(&mut encoder, &mut row(*cycle));
+            let header = MessageHeader {
+                channel_id,
+                sequence: cycle.trace.cycle as u32,
+                log_time: time_ns(cycle),
+                publish_time: time_ns(cycle),
+            };
+            mcap.write_to_known_channel(&header, encoder.bytes())?;
+        }
+        mcap.flush()?;
+    }
+    mcap.finish()?;
+    let mut sink = mcap.into_inner().into_inner();
+    sink.flush()?;
+    Ok(sink)
+}
+
+/// Reads the messages of a table.
+#[derive(Debug)]
+pub(super) struct TableReader {
+    constants: CycleRecord,
+    layout: Layout,
+    /// The time is a column.
+    timed: bool,
+}
+
+impl TableReader {
+    /// Reads schema and constants of the channel.
+    pub(super) fn new(schema: &str, constants: &Constants) -> anyhow::Result<Self> {
+        let declared = schema.lines().filter(|line| !line.starts_with('#'));
+        let columns: BTreeSet<&str> = declared
+            .filter_map(|line| line.split_once(' ').map(|(_, name)| name))
+            .collect();
+        let layout = Layout::of(|column| columns.contains(column));
+        ensure!(
+            declarations(&layout.ros2msg()).eq(declarations(schema)),
+            "topic `{TOPIC}` has other columns than a recording can have: {schema:?}"
+        );
+        Ok(Self {
+            constants: cycle_of(constants.clone())?,
+            timed: columns.contains(TIME),
+            layout,
+        })
+    }
+
+    /// The cycle of a message.
+    pub(super) fn cycle(&self, header: &MessageHeader, data: &[u8]) -> anyhow::Result<CycleRecord> {
+        let mut row = row(self.constants);
+        let mut decode = || -> Result<(), CdrError> {
+            let mut decoder = Decoder::new(data)?;
+            self.layout.visit(&mut decoder, &mut row)?;
+            decoder.finish()
+        };
+        decode().with_context(|| format!("a message on `{TOPIC}`"))?;
+        let mut cycle = row.cycle;
+        cycle.trace.cycle = header.sequence.into();
+        if !self.timed {
+            cycle.trace.time_s = time_s(header.log_time);
+        }
+        Ok(cycle)
+    }
+}
