@@ -78,12 +78,15 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<Series> {
 }
 
 /// Correlation of the noise: a first difference has −1/2 at lag 1, the second difference of
-/// poses that makes an acceleration −2/3 and 1/6.
+/// poses that makes an acceleration −2/3 and 1/6, the central one of velocities 0 and −1/2.
 fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> [f64; 2] {
     let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
     match (channel, of_poses) {
         (Channel::ExecutedVelocity, false) => [0.0, 0.0],
         (Channel::ExecutedVelocity | Channel::ModelVelocity | Channel::Pose, _) => [-0.5, 0.0],
+        (Channel::Wrench, false) if source.signals.is_differenced_centrally() => {
+            [0.0, -0.5 * inertial]
+        }
         (Channel::Wrench, false) => [-0.5 * inertial, 0.0],
         (Channel::Wrench, true) => [-2.0 / 3.0 * inertial, inertial / 6.0],
     }

@@ -53,6 +53,8 @@ pub struct Signals<'a> {
     telegrams: bool,
     /// Sensor samples are counted.
     samples_counted: bool,
+    /// A velocity was sent in steps from cycle to cycle.
+    commanded: bool,
 }
 
 impl<'a> Signals<'a> {
@@ -96,6 +98,7 @@ impl<'a> Signals<'a> {
             steps: steps(cycles, telegrams),
             settings,
             telegrams,
+            commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
         })
     }
@@ -177,15 +180,33 @@ impl<'a> Signals<'a> {
     }
 
     /// Acceleration at the instant of the pose; zero where only one velocity is known.
+    ///
+    /// Of sampled velocities it is their central difference: the one over the last cycle is half a
+    /// cycle late, and a mass m that swings with ω would show the damping −m ω² Ts/2. Where a velocity
+    /// is sent it is the one over the last cycle nevertheless: a held command is a staircase, and
+    /// docking-rig-log/1 defines the inertial load by it.
     pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
-        let (from, to) = match self.velocity {
-            VelocityMeaning::Sampled => (n.checked_sub(1).and_then(|p| self.executed(p)), n),
-            VelocityMeaning::CycleMean => (self.executed(n), n + 1),
+        let before = n.checked_sub(1).filter(|_| self.steps[n] == Step::Next);
+        let after = Some(n + 1).filter(|after| self.steps.get(*after) == Some(&Step::Next));
+        let (from, to) = match (self.velocity, self.is_differenced_centrally()) {
+            (VelocityMeaning::CycleMean, _) => (Some(n), Some(n + 1)),
+            (VelocityMeaning::Sampled, true) => (before.or(Some(n)), after.or(Some(n))),
+            (VelocityMeaning::Sampled, false) => (before, Some(n)),
         };
-        match (from, self.executed(to)) {
-            (Some(from), Some(to)) => (to - from) * (1.0 / self.cycle_s),
+        match (from, to) {
+            (Some(from), Some(to)) if from < to => match (self.executed(from), self.executed(to)) {
+                (Some(first), Some(last)) => {
+                    (last - first) * (1.0 / ((to - from) as f64 * self.cycle_s))
+                }
+                _ => Twist::zero(),
+            },
             _ => Twist::zero(),
         }
+    }
+
+    /// Accelerations are central differences of sampled velocities.
+    pub(crate) fn is_differenced_centrally(&self) -> bool {
+        self.velocity == VelocityMeaning::Sampled && !self.commanded
     }
 
     /// The cycle in which the wrench that cycle n holds was new; None if there was no sample yet.
@@ -213,11 +234,14 @@ impl<'a> Signals<'a> {
 
     /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`].
     ///
-    /// Sampled: σ and √2 σ / Ts. Of poses: (p(n+1) − p(n−1)) / 2 Ts and their second difference
+    /// Sampled: σ and √2 σ / Ts, of central differences √2 σ / 2 Ts. Of poses: (p(n+1) − p(n−1)) / 2 Ts and their second difference
     /// with √6 σ / Ts².
     pub fn motion_sigma(&self, noise: &NoiseModel) -> (Six, Six) {
         let recorded = self.velocity_sigma(noise);
         let (velocity, acceleration) = match self.velocity {
+            VelocityMeaning::Sampled if self.is_differenced_centrally() => {
+                (1.0, std::f64::consts::FRAC_1_SQRT_2)
+            }
             VelocityMeaning::Sampled => (1.0, std::f64::consts::SQRT_2),
             VelocityMeaning::CycleMean => (0.5, 3.0_f64.sqrt()),
         };
@@ -241,7 +265,9 @@ fn median_cycle(cycles: &[CycleRecord]) -> f64 {
 
 fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
     if !telegrams {
-        return vec![Step::Next; cycles.len()];
+        let missing = |n: usize| n > 0 && cycles[n].trace.cycle > cycles[n - 1].trace.cycle + 1;
+        let step = |n: usize| if missing(n) { Step::Hole } else { Step::Next };
+        return (0..cycles.len()).map(step).collect();
     }
     let mut last: Option<u64> = None;
     cycles

@@ -230,3 +230,32 @@ fn a_log_without_bodies_integrates_its_own_wrench() {
     assert_eq!(prediction.judged(Channel::ModelVelocity), [Axis::Y]);
     assert_eq!(prediction.judged(Channel::Wrench).len(), 6);
 }
+
+/// A mass on a spring, 5 Hz, its velocity sampled: the difference over the last cycle would show
+/// −m ω² Ts/2 = −20 N·s/m.
+#[test]
+fn an_oscillation_without_damping_shows_none() {
+    let (mass, omega) = (10.0, 10.0 * std::f64::consts::PI);
+    let mut model = Model::default();
+    model.tool.mass_kg = mass;
+    model.tool.dynamic_compensation = true;
+    model.sensor.gravity_m_s2 = [0.0; 3];
+    let recording = log(1000, |n, cycle| {
+        let (sin, cos) = (omega * n as f64 * TS).sin_cos();
+        cycle.trace.pose[0] = 0.01 * sin;
+        cycle.trace.executed_velocity[0] = 0.01 * omega * cos;
+        cycle.inputs.sensor.wrench[0] = mass * 0.01 * omega * omega * sin;
+    });
+    let prediction = predict(&model, &recording).unwrap();
+    let channel = prediction.channel(Channel::Wrench);
+    // The ends have a neighbour on one side only.
+    let pairs = (1..999).map(|n| {
+        let speed = recording.cycles[n].trace.executed_velocity[0];
+        (speed, channel.residual(n, Axis::X).unwrap())
+    });
+    let (both, squares) = pairs.fold((0.0, 0.0), |(both, squares), (v, r)| {
+        (both + v * r, squares + v * v)
+    });
+    let damping = both / squares;
+    assert!(damping.abs() < 0.01, "{damping} N·s/m");
+}
