@@ -158,3 +158,54 @@ fn two_rates_in_one_file_are_told() {
         "{warnings:?}"
     );
 }
+
+/// An axis on a path of two frequencies: mass 10 kg, friction 20 N·s/m and 3 N, noise of 0.2 N.
+fn axis(scale: f64) -> Recording {
+    let mut source = 1_u32;
+    let mut noise = move || {
+        source = source.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        0.2 * (12.0_f64.sqrt()) * (f64::from(source >> 8) / f64::from(1 << 24) - 0.5)
+    };
+    let mut recording = recording(5000, |_, _| ());
+    for (n, cycle) in recording.cycles.iter_mut().enumerate() {
+        let time_s = n as f64 * TS;
+        let part = |size: f64, omega: f64| {
+            let (sin, cos) = (omega * time_s).sin_cos();
+            [size * sin, size * omega * cos, -size * omega * omega * sin]
+        };
+        let (slow, fast) = (part(0.05, 2.0), part(0.01, 7.0));
+        let [x, v, a]: [f64; 3] = std::array::from_fn(|i| slow[i] + fast[i]);
+        cycle.trace.pose[0] = x;
+        cycle.trace.executed_velocity[0] = v;
+        let load = -(10.0 * a + 20.0 * v + 3.0 * v.signum()) + noise();
+        cycle.inputs.sensor.wrench[0] = scale * load;
+    }
+    recording
+}
+
+#[test]
+fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
+    let mut model = Model::default();
+    model.tool.mass_kg = 10.0;
+    model.tool.dynamic_compensation = true;
+    let told = |scale: f64| check(&axis(scale), &context(Some(&model))).unwrap();
+    assert_eq!(told(1.0), Vec::<String>::new());
+    let sign = "force fx drives the motion instead of resisting it: mass and friction would be negative \
+                (p < 1e-6).";
+    for scale in [-1.0, -2.0] {
+        let told = told(scale);
+        assert!(told.len() == 1 && told[0].contains(sign), "{told:?}");
+        assert!(told[0].contains("scale = -1.0"), "{told:?}");
+    }
+    for (scale, factor) in [(2.0, "is 2.00 times what"), (0.1, "is 0.100 times what")] {
+        let told = told(scale);
+        assert!(told.len() == 1 && told[0].contains(factor), "{told:?}");
+    }
+    // A closed loop moves with the force: nothing is concluded.
+    let mut closed = axis(-1.0);
+    closed.cycles[0].trace.mode = softdock_control::modes::Mode::Running;
+    assert_eq!(
+        check(&closed, &context(Some(&model))).unwrap(),
+        Vec::<String>::new()
+    );
+}

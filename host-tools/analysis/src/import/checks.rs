@@ -4,6 +4,7 @@
 //! What makes a comparison meaningless is an error. What a person has to look at is a warning: a
 //! suspected unit is told, never corrected, because the right number is the user's to know.
 
+mod force;
 mod timing;
 mod units;
 
@@ -117,6 +118,7 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
         });
     }
     units::check(cycles, sample_time_s, context, &mut warnings);
+    force::check(recording, context, &mut warnings);
     Ok(warnings)
 }
 

@@ -161,10 +161,21 @@ fn velocity_of_position(cycles: &[CycleRecord], sample_time_s: f64, warn: &mut i
         }
         let ratio = dp_v / v_v;
         let hint = match ratio {
-            r if r < 0.0 => "one of the two has the wrong sign",
-            r if (500.0..2000.0).contains(&r) => "is the position in mm?",
-            r if (5e-4..2e-3).contains(&r) => "is the velocity in mm/s?",
-            r if !(0.7..1.4).contains(&r) => "are their units and the sample time right?",
+            r if r < 0.0 => {
+                "one of the two has the wrong sign; say `scale = -1.0` for it".to_owned()
+            }
+            r if (500.0..2000.0).contains(&r) => {
+                format!("is the position in mm? Say `unit = \"mm\"` for {axis} in [position]")
+            }
+            r if (5e-4..2e-3).contains(&r) => {
+                format!(
+                    "is the velocity in mm/s? Say `unit = \"mm/s\"` for {axis} in [executed_velocity]"
+                )
+            }
+            r if !(0.7..1.4).contains(&r) => format!(
+                "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in \
+                 [executed_velocity] of the mapping would make them agree"
+            ),
             _ => continue,
         };
         warn(format!(

@@ -1,0 +1,177 @@
+//! Does the force belong to the motion? Sign and size of a force column, for logs of a moved axis.
+//!
+//! What a sensor between robot and tool feels resists the motion: `F = −m a − c v − d sign(v) − k x + f₀`
+//! with a mass, a viscous and a dry friction that are not negative. The coefficients are fitted to the
+//! log itself, by least squares, with standard errors that count values that repeat each other once.
+
+use super::Context;
+use crate::model::prediction::signals::Signals;
+use crate::model::{Axis, Model};
+use crate::recording::Recording;
+use crate::statistics::{correlated_cycles, normal_p};
+use nalgebra::{DVector, Matrix5, Vector5};
+use softdock_control::modes::Mode;
+use softdock_report::number;
+
+/// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
+/// one that is missing.
+const LEVEL: f64 = 1e-6;
+/// Terms of the wrong sign explain so many times what those of the right one do.
+const OUTWEIGHS: f64 = 9.0;
+/// Terms that cannot be told apart: the smallest eigenvalue of their correlations.
+const COLLINEAR: f64 = 1e-4;
+/// Below this part of the highest speed the dry friction rises in a straight line.
+const STICKS: f64 = 0.01;
+/// A mass is known better than by this factor; a wrong scale is farther off.
+const FACTOR: f64 = 1.5;
+/// Half of a 95 % interval, in standard errors.
+const HALF_95: f64 = 1.96;
+
+/// Coefficients of position, velocity, its sign, acceleration, and their standard errors.
+struct Fitted {
+    /// Of terms with mean zero and variance one.
+    standard: Vector5<f64>,
+    /// Probabilities by chance.
+    p: Vector5<f64>,
+    /// Force per acceleration and its standard error, kg.
+    mass: (f64, f64),
+}
+
+/// Appends what looks wrong.
+pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut Vec<String>) {
+    let Some(signals) = applies(recording, context) else {
+        return;
+    };
+    for axis in [Axis::X, Axis::Y, Axis::Z] {
+        if let Some(fitted) = fit(&signals, axis) {
+            let hint =
+                wrong_sign(&fitted, axis).or_else(|| wrong_size(&fitted, axis, context.model));
+            warnings.extend(hint.map(|hint| format!("{}: {hint}", context.name)));
+        }
+    }
+}
+
+/// The signals of a log in which nothing but the load of the motion is on the sensor: the loop is
+/// open (a closed one moves with the force), nothing is touched, and S is parallel to C.
+fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signals<'a>> {
+    let parallel = |wxyz: &[f64]| wxyz[0].abs() > 0.9999;
+    let model_applies = |model: &Model| {
+        let contact = &model.contact;
+        let touches = !contact.walls.is_empty() || contact.guide.is_some();
+        !touches && parallel(&model.sensor.orientation_wxyz)
+    };
+    let foreign = recording.header.settings_toml.trim().is_empty();
+    let open = recording
+        .cycles
+        .iter()
+        .all(|c| c.trace.mode != Mode::Running && parallel(&c.trace.pose[3..]));
+    let wanted = foreign && open && !context.at_rest() && context.model.is_none_or(model_applies);
+    Signals::new(recording).ok().filter(|_| wanted)
+}
+
+/// Least squares along one axis; None where terms are missing or cannot be told apart.
+fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
+    let i = axis.index();
+    let highest = (0..signals.len())
+        .filter_map(|n| Some(signals.velocity_at_pose(n)?.get()[i].abs()))
+        .fold(0.0, f64::max);
+    let row = |n: usize| -> Option<(Vector5<f64>, f64)> {
+        let (x, v) = (
+            signals.pose(n)?.translation.vector[i],
+            signals.velocity_at_pose(n)?.get()[i],
+        );
+        let dry = (v / (STICKS * highest)).clamp(-1.0, 1.0);
+        let a = signals.acceleration_at_pose(n).get()[i];
+        let force = signals.cycles[n].inputs.sensor.wrench[i];
+        force
+            .is_finite()
+            .then(|| (Vector5::new(x, v, dry, a, 1.0), force))
+    };
+    // The ends have no neighbours on both sides.
+    let rows: Vec<_> = (1..signals.len() - 1).filter_map(row).collect();
+    let count = rows.len() as f64;
+    if highest == 0.0 || rows.len() < 10 * Vector5::<f64>::zeros().len() {
+        return None;
+    }
+    let mean = rows.iter().fold(Vector5::zeros(), |sum, (t, _)| sum + t) / count;
+    let square = |t: &Vector5<f64>| (t - mean).component_mul(&(t - mean));
+    let scale = (rows
+        .iter()
+        .fold(Vector5::zeros(), |sum, (t, _)| sum + square(t))
+        / count)
+        .map(f64::sqrt);
+    // The constant is a term as it is.
+    let (mut mean, mut scale) = (mean, scale);
+    (mean[4], scale[4]) = (0.0, 1.0);
+    if scale.iter().any(|s| *s <= 0.0) {
+        return None;
+    }
+    let standard = |t: &Vector5<f64>| (t - mean).component_div(&scale);
+    let (mut matrix, mut right) = (Matrix5::zeros(), Vector5::zeros());
+    for (t, force) in &rows {
+        let t = standard(t);
+        matrix += t * t.transpose();
+        right += t * *force;
+    }
+    if (matrix / count).symmetric_eigenvalues().min() < COLLINEAR {
+        return None;
+    }
+    let inverse = matrix.try_inverse()?;
+    let coefficients = inverse * right;
+    let left = rows
+        .iter()
+        .map(|(t, force)| force - standard(t).dot(&coefficients));
+    let left = DVector::from_iterator(rows.len(), left);
+    let variance = left.norm_squared() / (count - 5.0) * correlated_cycles(left.as_slice());
+    let errors = inverse.diagonal().map(|v| (variance * v).sqrt());
+    Some(Fitted {
+        standard: coefficients,
+        p: coefficients.zip_map(&errors, |c, e| normal_p(c / e.max(f64::MIN_POSITIVE))),
+        mass: (coefficients[3] / scale[3], errors[3] / scale[3]),
+    })
+}
+
+/// Friction or mass would be negative.
+fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
+    let explained = |sign: f64| -> f64 {
+        let terms = fitted.standard.iter().zip(&fitted.p).take(4).skip(1);
+        terms
+            .filter(|(c, p)| **p < LEVEL && c.signum() == sign)
+            .map(|(c, _)| c * c)
+            .sum()
+    };
+    let (wrong, right) = (explained(1.0), explained(-1.0));
+    (wrong > OUTWEIGHS * right).then(|| {
+        format!(
+            "force f{axis} drives the motion instead of resisting it: mass and friction would be negative \
+             (p < {LEVEL:e}). A sensor between robot and tool feels the opposite; say `f{axis} = {{ column \
+             = .., scale = -1.0 }}` in [wrench] of the mapping, or turn the sign of its scale round"
+        )
+    })
+}
+
+/// The model's mass needs a force of another size.
+fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<String> {
+    let tool = &model?.tool;
+    if !tool.dynamic_compensation || tool.mass_kg <= 0.0 || fitted.p[3] > LEVEL {
+        return None;
+    }
+    let (factor, half) = (
+        -fitted.mass.0 / tool.mass_kg,
+        HALF_95 * fitted.mass.1 / tool.mass_kg,
+    );
+    let far = factor - half > FACTOR || factor + half < 1.0 / FACTOR;
+    far.then(|| {
+        let word = |value: f64| number::significant(value, 3);
+        format!(
+            "force f{axis} is {} times what the model's {} kg need for the acceleration (95 %: {} to {}): \
+             are these other units? `scale = {}` for f{axis} in [wrench] of the mapping would make them \
+             agree, as another `mass_kg` in [tool] of the model would",
+            word(factor),
+            tool.mass_kg,
+            word(factor - half),
+            word(factor + half),
+            word(1.0 / factor)
+        )
+    })
+}
