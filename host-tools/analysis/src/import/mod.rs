@@ -6,6 +6,8 @@ pub mod docking_rig_log;
 pub mod filter;
 pub mod mapping;
 pub mod model_text;
+pub mod starter;
+pub mod summary;
 pub mod table;
 
 use crate::model::Model;

@@ -144,6 +144,17 @@ impl Table {
     ///
     /// Nothing but a header, a row that is shorter or longer than the first, or broken quotes.
     pub fn read(file: &str, text: &str, dialect: &Dialect) -> Result<Self, TableError> {
+        let table = Self::unchecked(file, text, dialect)?;
+        table.check()?;
+        Ok(table)
+    }
+
+    /// Splits a text into cells; rows of any length.
+    ///
+    /// # Errors
+    ///
+    /// Nothing but a header, or broken quotes.
+    pub fn unchecked(file: &str, text: &str, dialect: &Dialect) -> Result<Self, TableError> {
         let text = text.trim_start_matches('\u{feff}');
         let start = text
             .split_inclusive('\n')
@@ -204,14 +215,6 @@ impl Table {
             if row.len() == names.len() + 1 && ends_empty(row) {
                 row.truncate(names.len());
             }
-            if row.len() != names.len() {
-                return Err(TableError::Ragged {
-                    file: file.to_owned(),
-                    line: line(row),
-                    expected: names.len(),
-                    received: row.len(),
-                });
-            }
         }
         Ok(Self {
             file: file.to_owned(),
@@ -221,12 +224,36 @@ impl Table {
         })
     }
 
+    /// Checks that each row has a cell for each column.
+    ///
+    /// # Errors
+    ///
+    /// The first row that is shorter or longer.
+    pub fn check(&self) -> Result<(), TableError> {
+        let expected = self.names.len();
+        match self.rows.iter().find(|row| row.len() != expected) {
+            Some(row) => Err(TableError::Ragged {
+                file: self.file.clone(),
+                line: line(row),
+                expected,
+                received: row.len(),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Leaves the rows for whose place `wanted` holds.
+    pub fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
+        let mut place = 0..;
+        self.rows.retain(|_| place.next().is_some_and(&wanted));
+    }
+
     /// Number of rows without the header.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Never: a table without rows is refused.
+    /// Only after [`Self::keep`]: a table without rows is refused.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }

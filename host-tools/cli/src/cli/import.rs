@@ -1,10 +1,11 @@
 //! `softdock import`: logs of other rigs, and tables of our own, as recordings.
 
-use super::print_json;
+use super::{print, print_json};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::import::{docking_rig_log, mapping, model_text};
+use softdock_analysis::import::summary::Summary;
+use softdock_analysis::import::{docking_rig_log, mapping, model_text, starter};
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::recording::{Recording, import_csv};
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ Example: softdock import rig-logs -o imported
 (a docking-rig-log/1 folder; writes model.toml, train.mcap and test.mcap)
 
 softdock import log.csv --mapping mapping.toml -o imported
-(any table; the mapping says which column is what; writes train.mcap)
+(any table; the mapping says which column is what; writes train.mcap, and model.toml to start
+from if the mapping names no model)
 
 softdock import run.csv -o imported
 (a table that `softdock export` wrote, with its JSON beside it; writes run.mcap)")]
@@ -42,6 +44,8 @@ pub(super) struct Import {
 struct Imported {
     recordings: Vec<(PathBuf, Recording)>,
     model_toml: Option<String>,
+    /// Channels that were not measured, and from what they were made.
+    derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
 }
 
@@ -49,6 +53,7 @@ struct Imported {
 struct Written {
     files: Vec<PathBuf>,
     cycles: usize,
+    logs: Vec<Summary>,
     warnings: Vec<String>,
 }
 
@@ -62,7 +67,8 @@ impl Import {
         if self.json {
             print_json(&written)
         } else {
-            Ok(())
+            let logs: Vec<String> = written.logs.iter().map(Summary::text).collect();
+            print(&format!("{}\n", logs.join("\n").trim_end()))
         }
     }
 
@@ -116,14 +122,17 @@ impl Import {
             std::fs::write(&file, text)
                 .with_context(|| format!("cannot write {}", file.display()))?;
         }
-        let mut cycles = 0;
+        let (mut cycles, mut logs) = (0, Vec::new());
         for (file, recording) in &recordings {
             recording.write(file)?;
             cycles += recording.cycles.len();
+            let name = file.display().to_string();
+            logs.push(Summary::of(&name, recording, &imported.derived));
         }
         Ok(Written {
             files,
             cycles,
+            logs,
             warnings: imported.warnings,
         })
     }
@@ -138,17 +147,23 @@ fn rig_log(folder: &Path) -> Result<Imported> {
             ("train.mcap".into(), logs.train),
             ("test.mcap".into(), logs.test),
         ],
+        derived: Vec::new(),
         warnings: logs.warnings,
     })
 }
 
 fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
     let logs = mapping::import(path, mapping_file)?;
+    let model_toml = match logs.model {
+        Some((_, text)) => text,
+        None => starter::starter(&logs.train)?,
+    };
     let mut recordings = vec![(PathBuf::from("train.mcap"), logs.train)];
     recordings.extend(logs.test.map(|test| ("test.mcap".into(), test)));
     Ok(Imported {
         recordings,
-        model_toml: logs.model.map(|(_, text)| text),
+        model_toml: Some(model_toml),
+        derived: logs.derived,
         warnings: logs.warnings,
     })
 }

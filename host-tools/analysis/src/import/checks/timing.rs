@@ -61,9 +61,16 @@ pub(super) fn check(
     if !context.at_rest() {
         warnings.extend(two_rates(name, &times, &steps, median));
         if let Some(first) = gaps.first() {
+            let counted = |n: &usize| cycles[n + 1].trace.cycle > cycles[*n].trace.cycle + 1;
+            let so = if gaps.iter().all(counted) {
+                "the row behind a gap begins anew, and nothing is concluded across it (an import with \
+                 `gaps = \"bridge\"` in [time] fills short ones)"
+            } else {
+                "what is behind a gap is compared as if it followed directly, so import the parts one \
+                 by one"
+            };
             warnings.push(format!(
-                "{name}, row {}: {} s are missing after {} s ({} such gap(s)); what is behind a \
-                 gap is compared as if it followed directly, so import the parts one by one",
+                "{name}, row {}: {} s are missing after {} s ({} such gap(s)); {so}",
                 first + 2,
                 number::significant(steps[*first] - median, 3),
                 times[*first],

@@ -2,10 +2,10 @@
 
 use super::column::{Column, Quantity};
 use super::file::{
-    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, TWIST_KEYS, WRENCH_KEYS,
+    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Rows, TWIST_KEYS, WRENCH_KEYS,
 };
 use super::source::Source;
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// A rotation vector longer than one turn and a bit is in degrees, rad.
@@ -55,6 +55,7 @@ impl Channels {
         warnings: &mut Vec<String>,
     ) -> anyhow::Result<Self> {
         let s = &mut source;
+        let time_s = select(mapping, s)?;
         let twist =
             |s: &mut Source, section: &str, columns| group(s, section, columns, TWIST_KEYS, TWIST);
         let model_velocity = twist(s, "model_velocity", mapping.model_velocity.columns())?;
@@ -66,7 +67,7 @@ impl Channels {
             [Quantity::Length; 3],
         )?;
         let channels = Self {
-            time_s: times(mapping, s)?,
+            time_s,
             running: running(&mapping.mode, s, model_velocity.is_some())?,
             position,
             quaternion: match &mapping.orientation {
@@ -87,9 +88,33 @@ impl Channels {
         self.time_s.len()
     }
 
-    /// Nothing is left of the table.
-    pub(super) fn is_empty(&self) -> bool {
-        self.time_s.is_empty()
+    /// All signals that are mapped, with their names and units, in the order of
+    /// [`Self::signals_mut`].
+    pub(super) fn named(&self) -> Vec<(String, &'static str, &[f64])> {
+        const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+        fn group<'a, const N: usize>(
+            name: &str,
+            keys: [&'static str; N],
+            [linear, angular]: [&'static str; 2],
+            signals: &'a Option<[Vec<f64>; N]>,
+        ) -> Vec<(String, &'static str, &'a [f64])> {
+            let signals = signals.iter().flatten().zip(keys).enumerate();
+            let named = signals.map(|(i, (values, key))| {
+                let unit = if i < 3 { linear } else { angular };
+                (format!("{name} {key}"), unit, values.as_slice())
+            });
+            named.collect()
+        }
+        let speed = ["m/s", "rad/s"];
+        [
+            group("position", POSITION_KEYS, ["m", "m"], &self.position),
+            group("orientation", QUATERNION, ["", ""], &self.quaternion),
+            group("sent velocity", TWIST_KEYS, speed, &self.sent),
+            group("executed velocity", TWIST_KEYS, speed, &self.executed),
+            group("model velocity", TWIST_KEYS, speed, &self.model_velocity),
+            group("wrench", WRENCH_KEYS, ["N", "N·m"], &self.wrench),
+        ]
+        .concat()
     }
 
     /// All signals but time and mode.
@@ -142,12 +167,43 @@ fn group<const N: usize>(
     Ok(Some(signals))
 }
 
+/// Leaves the rows of the mapping's range in the source before anything but their time is read: what
+/// is wrong in the others does not matter.
+fn select(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
+    let Rows {
+        first,
+        last,
+        from_s,
+        to_s,
+    } = mapping.rows;
+    let rows = source.rows();
+    source.keep(|n| first.is_none_or(|first| n + 1 >= first) && last.is_none_or(|last| n < last));
+    let times = times(mapping, source)?;
+    let wanted = |n: usize| {
+        from_s.is_none_or(|from| times[n] >= from) && to_s.is_none_or(|to| times[n] <= to)
+    };
+    source.keep(wanted);
+    if source.rows() == 0 && !source.lacks_columns() {
+        bail!(
+            "[rows] leaves nothing: the table has {rows} rows, and those from `first` to `last` are from \
+             {} s to {} s",
+            times.first().copied().unwrap_or(0.0),
+            times.last().copied().unwrap_or(0.0)
+        );
+    }
+    source.check()?;
+    let kept: Vec<f64> = (0..times.len())
+        .filter(|n| wanted(*n))
+        .map(|n| times[n])
+        .collect();
+    // A recording counts from its start: its time cannot be negative.
+    let start = kept.first().map_or(0.0, |first| first.min(0.0));
+    Ok(kept.into_iter().map(|t| t - start).collect())
+}
+
 fn times(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
     if let Some(column) = &mapping.time.column {
-        let times = source.numbers(column, Quantity::Time, "[time] column")?;
-        // A recording counts from its start: its time cannot be negative.
-        let start = times.first().map_or(0.0, |first| first.min(0.0));
-        return Ok(times.into_iter().map(|t| t - start).collect());
+        return source.numbers(column, Quantity::Time, "[time] column");
     }
     let step = mapping
         .time
@@ -157,12 +213,11 @@ fn times(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
         step.is_finite() && step > 0.0,
         "[time] `sample_time_s` is {step}; expected a time above 0"
     );
-    Ok((0..source.rows()).map(|n| n as f64 * step).collect())
+    Ok(source.numbers_of_rows().map(|n| n as f64 * step).collect())
 }
 
 /// In which rows the loop is closed: by the column, by the rows, or wherever a model ran at all.
 fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<Vec<bool>> {
-    let rows = source.rows();
     if let Some(column) = &mode.column {
         ensure!(
             mode.running_rows.is_none(),
@@ -180,8 +235,11 @@ fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<
         "[mode] `running` says what stands in a column; say `column`, too"
     );
     Ok(match mode.running_rows {
-        Some([first, last]) => (1..=rows).map(|n| n >= first && n <= last).collect(),
-        None => vec![has_model; rows],
+        Some([first, last]) => {
+            let rows = source.numbers_of_rows();
+            rows.map(|n| n + 1 >= first && n < last).collect()
+        }
+        None => vec![has_model; source.rows()],
     })
 }
 

@@ -3,18 +3,24 @@
 //! - A pose that is not mapped is the integral of the executed velocity (trapezoidal rule), so
 //!   that the two agree.
 //! - A derived velocity is the difference of two poses, as the board records it: the mean over
-//!   the cycle that ended.
+//!   the cycle that ended. Read back, two of them make the central difference at a pose. A log of a
+//!   motion that has poses and no velocity has it derived.
 //! - Without wrench columns the wrench is NaN: there was no sensor. Velocities that are not mapped
 //!   are zero.
+//! - Across a gap there is neither an integral nor a difference.
 
 use super::channels::Channels;
 use super::file::{Frame, Mapping};
 use super::shape::sample_time_s;
+use super::stamps::pieces;
+use crate::import::summary::EXECUTED;
 use anyhow::ensure;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, Twist, Wrench};
 use softdock_control::modes::Mode;
+use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// The cycles. `m_from_s` is the orientation of the sensor in M.
 ///
@@ -25,6 +31,7 @@ pub(super) fn cycles(
     channels: &Channels,
     mapping: &Mapping,
     m_from_s: &UnitQuaternion<f64>,
+    at_rest: bool,
 ) -> anyhow::Result<Vec<CycleRecord>> {
     let derive = mapping.executed_velocity.derive;
     ensure!(
@@ -40,9 +47,16 @@ pub(super) fn cycles(
     );
     let sample_time_s = sample_time_s(&channels.time_s)?;
     let mut cycles: Vec<CycleRecord> = (0..channels.len()).map(|n| cycle(channels, n)).collect();
-    integrate(&mut cycles, channels, sample_time_s);
-    if derive {
-        differentiate(&mut cycles, sample_time_s);
+    let pieces = if at_rest {
+        std::iter::once(0..channels.len()).collect()
+    } else {
+        pieces(&channels.time_s)
+    };
+    integrate(&mut cycles, channels, sample_time_s, &pieces);
+    if derive || derives(channels, at_rest) {
+        for piece in pieces {
+            differentiate(&mut cycles[piece], sample_time_s);
+        }
     }
     if base {
         for cycle in &mut cycles {
@@ -57,6 +71,24 @@ pub(super) fn cycles(
         }
     }
     Ok(cycles)
+}
+
+/// The velocity is not in the log, and its poses hold one.
+fn derives(channels: &Channels, at_rest: bool) -> bool {
+    !at_rest && channels.executed.is_none() && has_pose(channels)
+}
+
+/// What is made of other channels, and how.
+pub(super) fn derived(
+    channels: &Channels,
+    at_rest: bool,
+) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let velocity = derives(channels, at_rest);
+    let pose = !has_pose(channels) && channels.executed.is_some();
+    let velocity = velocity.then_some((EXECUTED, "central differences of the poses"));
+    velocity
+        .into_iter()
+        .chain(pose.then_some(("pose", "integral of the velocity")))
 }
 
 fn has_pose(channels: &Channels) -> bool {
@@ -94,11 +126,20 @@ fn pose(cycle: &CycleRecord) -> Pose<f64> {
 }
 
 /// Fills in the parts of the pose that are not mapped.
-fn integrate(cycles: &mut [CycleRecord], channels: &Channels, sample_time_s: f64) {
+fn integrate(
+    cycles: &mut [CycleRecord],
+    channels: &Channels,
+    sample_time_s: f64,
+    pieces: &[Range<usize>],
+) {
     let mut position = Vector3::zeros();
     let mut rotation = UnitQuaternion::identity();
     let mut last: Option<Twist<f64>> = None;
-    for cycle in cycles {
+    let starts: BTreeSet<usize> = pieces.iter().map(|piece| piece.start).collect();
+    for (n, cycle) in cycles.iter_mut().enumerate() {
+        if starts.contains(&n) {
+            last = None;
+        }
         let velocity = Twist::of(&cycle.trace.executed_velocity);
         if let Some(last) = last.replace(velocity) {
             let moved = (last + velocity) * (0.5 * sample_time_s);
@@ -116,7 +157,7 @@ fn integrate(cycles: &mut [CycleRecord], channels: &Channels, sample_time_s: f64
     }
 }
 
-/// Executed velocity as the difference of two poses; the first cycle repeats the second.
+/// Executed velocity as the difference of two poses; the first cycle of a piece repeats the second.
 fn differentiate(cycles: &mut [CycleRecord], sample_time_s: f64) {
     let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
     let rate = 1.0 / sample_time_s;

@@ -76,6 +76,50 @@ pub(super) struct Time {
     pub(super) column: Option<Column>,
     /// Time from row to row, s, if there is no such column.
     pub(super) sample_time_s: Option<f64>,
+    /// Rate to which rows of any distance are interpolated.
+    pub(super) resample_hz: Option<Resample>,
+    /// What becomes of gaps; they are cut if nothing is said.
+    pub(super) gaps: Option<Gaps>,
+}
+
+/// A rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Resample {
+    /// That of the median step.
+    Auto,
+    /// This one, Hz, above 0.
+    Hz(f64),
+}
+
+impl<'de> Deserialize<'de> for Resample {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "expected a rate in Hz or \"auto\"")]
+        enum Written {
+            Hz(f64),
+            Word(String),
+        }
+        match Written::deserialize(deserializer)? {
+            Written::Hz(hz) if hz.is_finite() && hz > 0.0 => Ok(Self::Hz(hz)),
+            Written::Word(word) if word == "auto" => Ok(Self::Auto),
+            Written::Hz(hz) => Err(serde::de::Error::custom(format!(
+                "expected a rate above 0 Hz or \"auto\", found {hz}"
+            ))),
+            Written::Word(word) => Err(serde::de::Error::custom(format!(
+                "expected a rate in Hz or \"auto\", found \"{word}\""
+            ))),
+        }
+    }
+}
+
+/// What becomes of gaps between rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Gaps {
+    /// The row behind a gap begins anew: nothing is concluded across it.
+    Cut,
+    /// They are filled by straight lines.
+    Bridge,
 }
 
 /// In which rows the loop was closed; in the others the rig was told how to move.

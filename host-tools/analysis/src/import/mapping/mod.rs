@@ -27,6 +27,7 @@ mod cycles;
 mod file;
 mod shape;
 mod source;
+mod stamps;
 
 use super::checks::{self, Context as CheckContext};
 use crate::input;
@@ -50,6 +51,8 @@ pub struct MappedLogs {
     pub train: Recording,
     /// Log that the fit must not see, if the mapping names one.
     pub test: Option<Recording>,
+    /// Channels that were not measured, and from what they were made.
+    pub derived: Vec<(&'static str, &'static str)>,
     /// What the user should know; sentences that name the file.
     pub warnings: Vec<String>,
 }
@@ -92,6 +95,7 @@ pub fn import_at_least(
         mapping: &mapping,
         model: model.as_ref().map(|(model, _)| model),
         fewest_rows,
+        derived: Vec::new(),
         warnings: Vec::new(),
     };
     let (train_name, cycles) = importer.cycles(&train)?;
@@ -112,8 +116,10 @@ pub fn import_at_least(
         Some((name, cycles)) => Some(importer.recording(name, cycles)?),
         None => None,
     };
-    let warnings = importer.warnings;
+    let (mut derived, warnings) = (importer.derived, importer.warnings);
+    derived.dedup();
     Ok(MappedLogs {
+        derived,
         model,
         train,
         test,
@@ -149,6 +155,7 @@ struct Importer<'a> {
     mapping: &'a Mapping,
     model: Option<&'a Model>,
     fewest_rows: Option<usize>,
+    derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
 }
 
@@ -158,16 +165,25 @@ impl Importer<'_> {
         let mapping = self.mapping;
         let source = Source::read(self.folder, files, &mapping.table)?;
         let name = source.name();
+        let at_rest = self.at_rest();
         let shaped = || -> anyhow::Result<Vec<CycleRecord>> {
             let mut channels = Channels::read(mapping, source, &mut self.warnings)?;
-            shape::select(&mut channels, &mapping.rows)?;
+            if !at_rest {
+                stamps::regular(&mut channels, &mapping.time, &name, &mut self.warnings)?;
+            }
+            self.derived.extend(cycles::derived(&channels, at_rest));
             if let Some(filter) = &mapping.filter {
                 shape::filter(&mut channels, filter)?;
             }
-            cycles::cycles(&channels, mapping, &self.m_from_s())
+            cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)
         };
         let cycles = shaped()?;
         Ok((name, cycles))
+    }
+
+    /// Each row is a measurement of its own.
+    fn at_rest(&self) -> bool {
+        self.model.is_some_and(|model| model.sensor.at_rest)
     }
 
     /// Orientation of the sensor in M by the model.
@@ -190,7 +206,7 @@ impl Importer<'_> {
                     "[split] test_every is {every}; expected at least 2"
                 );
                 ensure!(
-                    self.model.is_some_and(|model| model.sensor.at_rest),
+                    self.at_rest(),
                     "[split] test_every tears a motion apart; say train_share, or, if each row is \
                      a measurement of its own, [sensor] at_rest = true in the model"
                 );
@@ -220,8 +236,14 @@ impl Importer<'_> {
         name: String,
         mut cycles: Vec<CycleRecord>,
     ) -> anyhow::Result<Recording> {
-        for (n, cycle) in cycles.iter_mut().enumerate() {
-            cycle.trace.cycle = n as u64;
+        let numbers = if self.at_rest() {
+            (0..cycles.len() as u64).collect()
+        } else {
+            let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
+            stamps::cycle_numbers(&times)
+        };
+        for (cycle, number) in cycles.iter_mut().zip(numbers) {
+            cycle.trace.cycle = number;
         }
         let recording = Recording {
             header: Header {
@@ -235,10 +257,10 @@ impl Importer<'_> {
         let promised = self.mapping.time.sample_time_s;
         let context = CheckContext {
             name: &name,
-            // Rows at rest that were split are no longer equally far apart.
-            sample_time_s: promised
-                .map(|step| step * kept as f64)
-                .filter(|_| self.mapping.split.is_none()),
+            // Rows at rest that were split are no longer equally far apart, and samples are as asked.
+            sample_time_s: promised.map(|step| step * kept as f64).filter(|_| {
+                self.mapping.split.is_none() && self.mapping.time.resample_hz.is_none()
+            }),
             model: self.model,
             fewest_rows: self.fewest_rows,
         };

@@ -1,7 +1,8 @@
-//! From all rows of a table to those that count: a range, a low-pass, every n-th row.
+//! From rows to those that count: a low-pass, every n-th row.
 
 use super::channels::Channels;
-use super::file::{Filter, Rows};
+use super::file::Filter;
+use super::stamps::pieces;
 use crate::import::filter::LowPass;
 use anyhow::{bail, ensure};
 use softdock_report::number;
@@ -9,32 +10,8 @@ use softdock_report::number;
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
 
-/// Keeps the rows of a range.
-///
-/// # Errors
-///
-/// No row is in it.
-pub(super) fn select(channels: &mut Channels, rows: &Rows) -> anyhow::Result<()> {
-    let times = channels.time_s.clone();
-    let wanted = |n: usize| {
-        rows.first.is_none_or(|first| n + 1 >= first)
-            && rows.last.is_none_or(|last| n < last)
-            && rows.from_s.is_none_or(|from| times[n] >= from)
-            && rows.to_s.is_none_or(|to| times[n] <= to)
-    };
-    channels.keep(wanted);
-    if channels.is_empty() {
-        bail!(
-            "[rows] leaves nothing: the table has {} rows from {} s to {} s",
-            times.len(),
-            times.first().copied().unwrap_or(0.0),
-            times.last().copied().unwrap_or(0.0)
-        );
-    }
-    Ok(())
-}
-
-/// Filters every channel alike and keeps every n-th row between the ends that are left out.
+/// Filters every channel alike between its gaps, and keeps every n-th row between the ends that are
+/// left out.
 ///
 /// # Errors
 ///
@@ -72,17 +49,28 @@ pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result
         number::significant(most / rate_hz, 3)
     );
     let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
+    let pieces = pieces(&channels.time_s);
     if let Some(quaternion) = &mut channels.quaternion {
         continue_signs(quaternion);
     }
     for signal in channels.signals_mut() {
-        *signal = low_pass.zero_phase(signal);
+        let parts = pieces
+            .iter()
+            .map(|piece| low_pass.zero_phase(&signal[piece.clone()]));
+        *signal = parts.collect::<Vec<_>>().concat();
     }
     if let Some(quaternion) = &mut channels.quaternion {
         normalise(quaternion);
     }
-    let (count, trimmed) = (channels.len(), trimmed as usize);
-    channels.keep(|n| n % decimate == 0 && n >= trimmed && n + trimmed < count);
+    let trimmed = trimmed as usize;
+    let mut kept = vec![false; channels.len()];
+    for piece in pieces {
+        let (count, part) = (piece.len(), &mut kept[piece]);
+        for (n, kept) in part.iter_mut().enumerate() {
+            *kept = n % decimate == 0 && n >= trimmed && n + trimmed < count;
+        }
+    }
+    channels.keep(|n| kept[n]);
     Ok(())
 }
 
@@ -102,7 +90,7 @@ pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
 }
 
 /// A quaternion and its negative are the same orientation, but not for a filter.
-fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
+pub(super) fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
     for n in 1..quaternion[0].len() {
         let along: f64 = quaternion.iter().map(|part| part[n] * part[n - 1]).sum();
         if along < 0.0 {
@@ -111,7 +99,8 @@ fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
     }
 }
 
-fn normalise(quaternion: &mut [Vec<f64>; 4]) {
+/// Makes unit quaternions of them.
+pub(super) fn normalise(quaternion: &mut [Vec<f64>; 4]) {
     for n in 0..quaternion[0].len() {
         let squares: f64 = quaternion.iter().map(|part| part[n] * part[n]).sum();
         if squares > 0.0 {

@@ -1,7 +1,7 @@
 //! Tables side by side, from which columns are taken by name or number.
 
 use super::column::{Column, ColumnName, Quantity};
-use crate::import::table::{Dialect, Table};
+use crate::import::table::{Dialect, Table, TableError};
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
 
@@ -9,6 +9,8 @@ use std::path::Path;
 #[derive(Debug)]
 pub(super) struct Source {
     tables: Vec<Table>,
+    /// Numbers of the rows in the tables, from 0.
+    rows: Vec<usize>,
     /// Columns that were asked for and do not exist.
     missing: Vec<String>,
 }
@@ -18,7 +20,8 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read or is no table, or tables of different lengths.
+    /// A file that cannot be read or is no table, or tables of different lengths. Rows are not looked
+    /// at before [`Self::check`].
     pub(super) fn read(folder: &Path, files: &[String], dialect: &Dialect) -> anyhow::Result<Self> {
         let tables = files
             .iter()
@@ -28,7 +31,7 @@ impl Source {
                     .with_context(|| format!("cannot read {}", path.display()))?;
                 // A degree sign of another encoding in a header does not matter.
                 let text = String::from_utf8_lossy(&bytes);
-                anyhow::Ok(Table::read(file, &text, dialect)?)
+                anyhow::Ok(Table::unchecked(file, &text, dialect)?)
             })
             .collect::<Result<Vec<_>, _>>()?;
         if let [first, rest @ ..] = tables.as_slice() {
@@ -43,8 +46,10 @@ impl Source {
                 );
             }
         }
+        let rows = (0..tables.first().map_or(0, Table::len)).collect();
         Ok(Self {
             tables,
+            rows,
             missing: Vec::new(),
         })
     }
@@ -57,7 +62,33 @@ impl Source {
 
     /// Number of rows.
     pub(super) fn rows(&self) -> usize {
-        self.tables.first().map_or(0, Table::len)
+        self.rows.len()
+    }
+
+    /// Numbers of the rows in their file, from 0.
+    pub(super) fn numbers_of_rows(&self) -> impl Iterator<Item = usize> {
+        self.rows.iter().copied()
+    }
+
+    /// Leaves the rows for whose place `wanted` holds.
+    pub(super) fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
+        self.tables.iter_mut().for_each(|table| table.keep(&wanted));
+        let mut place = 0..;
+        self.rows.retain(|_| place.next().is_some_and(&wanted));
+    }
+
+    /// Checks that the rows that are left are whole.
+    ///
+    /// # Errors
+    ///
+    /// A row that is shorter or longer than its table's first.
+    pub(super) fn check(&self) -> Result<(), TableError> {
+        self.tables.iter().try_for_each(Table::check)
+    }
+
+    /// A column was asked for that does not exist; [`Self::finish`] names it.
+    pub(super) fn lacks_columns(&self) -> bool {
+        !self.missing.is_empty()
     }
 
     /// Ends the reading: all columns that were missing in one error.

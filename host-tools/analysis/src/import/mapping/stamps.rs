@@ -1,0 +1,380 @@
+//! Time stamps: equal steps, gaps, and steps of any length.
+//!
+//! A comparison counts in cycles, so rows have to be equally far apart. Where they are not, the user
+//! says what is done, and the import says what that cost: interpolated values look like measured ones.
+
+use super::channels::Channels;
+use super::file::{Gaps, Resample, Time};
+use super::shape::{continue_signs, normalise, sample_time_s};
+use anyhow::{bail, ensure};
+use softdock_report::number;
+use std::ops::Range;
+
+/// A step of more than so many median steps is a gap: a row is missing.
+const GAP: f64 = 1.5;
+/// ... and where steps of any length are resampled: longer than what a cubic through four rows
+/// bridges, if the fastest motion takes ten rows.
+const RESAMPLED_GAP: f64 = 5.0;
+/// Rows over which stamps are held against equal steps; a clock that drifts is regular here.
+const WINDOW: usize = 100;
+/// Farthest that a stamp is from its place among equal steps, in steps, when it is rounded or late.
+const LATE: f64 = 0.5;
+/// Share of rows that may be farther off, or behind a gap, in a log of equal steps.
+const FEW: f64 = 0.05;
+/// A sample so near to a row, in steps, is that row.
+const SAME: f64 = 1e-3;
+
+/// Makes equal steps of the rows where the mapping says how; what was done goes to `told`.
+///
+/// # Errors
+///
+/// Rows that are not equally far apart, and nothing is said about it; a rate that is none.
+pub(super) fn regular(
+    channels: &mut Channels,
+    time: &Time,
+    name: &str,
+    told: &mut Vec<String>,
+) -> anyhow::Result<()> {
+    let times = channels.time_s.as_slice();
+    if times
+        .windows(2)
+        .any(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
+    {
+        // The recording's check names the row.
+        return Ok(());
+    }
+    let median_s = sample_time_s(times)?;
+    match time.resample_hz {
+        Some(rate) => {
+            let step_s = match rate {
+                Resample::Auto => median_s,
+                Resample::Hz(hz) => 1.0 / hz,
+            };
+            let duration_s = times.last().unwrap_or(&0.0) - times[0];
+            ensure!(
+                step_s > 0.0 && 2.0 * step_s < duration_s && duration_s / step_s < 1e8,
+                "[time] resample_hz: samples every {step_s} s in {duration_s} s; expected a rate that \
+                 gives at least two samples, and \"auto\" for the median of the rows, {median_s} s"
+            );
+            resample(
+                channels,
+                step_s,
+                RESAMPLED_GAP * median_s,
+                time.gaps,
+                name,
+                told,
+            );
+        }
+        None => {
+            ensure_equal(times, median_s, name)?;
+            gaps(channels, median_s, time.gaps, name, told);
+        }
+    }
+    Ok(())
+}
+
+/// Stretches of rows without a gap.
+pub(super) fn pieces(times: &[f64]) -> Vec<Range<usize>> {
+    match sample_time_s(times) {
+        Ok(median_s) => split(times, GAP * median_s),
+        Err(_) => std::iter::once(0..times.len()).collect(),
+    }
+}
+
+/// Numbers of the rows as cycles: one more from row to row, and as many as are missing in a gap.
+pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
+    let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
+    let mut number = 0;
+    let rest = times.windows(2).map(|pair| {
+        let cycles = (pair[1] - pair[0]) / median_s;
+        number += if cycles > GAP {
+            (cycles.round() as u64).max(2)
+        } else {
+            1
+        };
+        number
+    });
+    std::iter::once(0).chain(rest).take(times.len()).collect()
+}
+
+fn split(times: &[f64], longest_s: f64) -> Vec<Range<usize>> {
+    let ends = (1..times.len()).filter(|n| times[*n] - times[n - 1] > longest_s);
+    let mut pieces = Vec::new();
+    let mut start = 0;
+    for end in ends.chain([times.len()]) {
+        pieces.push(start..end);
+        start = end;
+    }
+    pieces
+}
+
+/// Refuses steps of any length.
+fn ensure_equal(times: &[f64], median_s: f64, name: &str) -> anyhow::Result<()> {
+    let pieces = split(times, GAP * median_s);
+    let late: usize = pieces
+        .iter()
+        .flat_map(|piece| times[piece.clone()].chunks(WINDOW))
+        .map(|window| late(window, median_s))
+        .sum();
+    let off = late + pieces.len() - 1;
+    if (off as f64) <= FEW * times.len() as f64 {
+        return Ok(());
+    }
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let shortest = steps().fold(f64::INFINITY, f64::min);
+    let longest = steps().fold(0.0, f64::max);
+    let word = |value: f64| number::significant(value, 3);
+    bail!(
+        "{name}: the time stamps are irregular: the rows are {} to {} s apart (median {} s), and {off} \
+         of {} are not where equal steps would have them. Have them interpolated to equal steps: add to \
+         the mapping\n  [time]\n  resample_hz = {}    # or \"auto\"",
+        word(shortest),
+        word(longest),
+        word(median_s),
+        times.len(),
+        word(1.0 / median_s)
+    )
+}
+
+/// Rows of a window that are off the straight line through it by more than [`LATE`].
+fn late(window: &[f64], step_s: f64) -> usize {
+    let count = window.len() as f64;
+    let mean = window.iter().sum::<f64>() / count;
+    let place = |n: usize| n as f64 - 0.5 * (count - 1.0);
+    let places = || (0..window.len()).map(place);
+    let slope = places()
+        .zip(window)
+        .map(|(p, t)| p * (t - mean))
+        .sum::<f64>()
+        / places().map(|p| p * p).sum::<f64>().max(1.0);
+    let off = |(p, t): (f64, &f64)| (t - mean - slope * p).abs() > LATE * step_s;
+    places().zip(window).filter(|both| off(*both)).count()
+}
+
+/// Cuts or bridges the gaps of rows with equal steps.
+fn gaps(
+    channels: &mut Channels,
+    step_s: f64,
+    gaps: Option<Gaps>,
+    name: &str,
+    told: &mut Vec<String>,
+) {
+    let pieces = split(&channels.time_s, GAP * step_s);
+    let [first, _, ..] = pieces.as_slice() else {
+        return;
+    };
+    let (count, at_s) = (pieces.len() - 1, channels.time_s[first.end - 1]);
+    let rows = channels.len();
+    match gaps {
+        Some(Gaps::Bridge) => {
+            let mut samples = Vec::with_capacity(rows);
+            for (n, time) in channels.time_s.iter().enumerate() {
+                if let Some(last) = n.checked_sub(1).map(|n| channels.time_s[n]) {
+                    let steps = ((time - last) / step_s).round().max(1.0);
+                    samples.extend(
+                        (1..steps as usize).map(|i| last + (time - last) * i as f64 / steps),
+                    );
+                }
+                samples.push(*time);
+            }
+            interpolate(
+                channels,
+                &samples,
+                GAP * step_s,
+                std::slice::from_ref(&(0..rows)),
+            );
+            told.push(format!(
+                "{name}: {count} gap(s), the first after {at_s} s, bridged by straight lines: {} of {} \
+                 rows are made up",
+                channels.len() - rows,
+                channels.len()
+            ));
+        }
+        // Nothing is made up unless somebody asks for it; the recording's check tells the gaps.
+        Some(Gaps::Cut) | None => {}
+    }
+}
+
+/// Interpolates to equal steps, within the stretches between gaps or across them.
+fn resample(
+    channels: &mut Channels,
+    step_s: f64,
+    longest_s: f64,
+    gaps: Option<Gaps>,
+    name: &str,
+    told: &mut Vec<String>,
+) {
+    let before = channels.clone();
+    let rows = before.time_s.as_slice();
+    let start = rows[0];
+    let found = split(rows, longest_s);
+    let pieces = match gaps {
+        Some(Gaps::Bridge) => std::iter::once(0..rows.len()).collect(),
+        _ => found.clone(),
+    };
+    let samples: Vec<f64> = pieces
+        .iter()
+        .flat_map(|piece| {
+            let place = |row: usize| (rows[row] - start) / step_s;
+            let from = (place(piece.start) - SAME).ceil() as u64;
+            let to = (place(piece.end - 1) + SAME).floor() as u64;
+            (from..=to).map(|k| start + k as f64 * step_s)
+        })
+        .collect();
+    interpolate(channels, &samples, longest_s, &pieces);
+    let largest = rows.windows(2).map(|p| p[1] - p[0]).fold(0.0, f64::max);
+    let what = match (found.len() - 1, gaps) {
+        (0, _) => String::new(),
+        (count, Some(Gaps::Bridge)) => format!(", {count} gap(s) bridged by straight lines"),
+        (count, _) => format!(", {count} gap(s) cut out"),
+    };
+    told.push(format!(
+        "{name}: resampled from {} rows to {} samples at {} Hz: {:.0} % are interpolated, the largest \
+         step between rows is {} s{what}. Changed by it, which holds what was faster than {} Hz (rms, \
+         and part of the channel): {}",
+        rows.len(),
+        samples.len(),
+        number::significant(1.0 / step_s, 4),
+        100.0 * interpolated(rows, &samples, step_s),
+        number::significant(largest, 3),
+        number::significant(0.5 / step_s, 3),
+        losses(&before, channels, longest_s)
+    ));
+}
+
+/// Share of the samples that are not at a row.
+fn interpolated(rows: &[f64], samples: &[f64], step_s: f64) -> f64 {
+    let at_row = |sample: &&f64| {
+        let next = rows.partition_point(|row| row < *sample);
+        let near = [next.checked_sub(1), Some(next)].into_iter().flatten();
+        near.filter_map(|n| rows.get(n))
+            .any(|row| (row - *sample).abs() <= SAME * step_s)
+    };
+    let same = samples.iter().filter(at_row).count();
+    1.0 - same as f64 / samples.len().max(1) as f64
+}
+
+/// What each channel lost: its rows against the samples, interpolated back.
+fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
+    let mut back = after.clone();
+    let longest_s = longest_s.max(GAP * sample_time_s(&after.time_s).unwrap_or(longest_s));
+    let whole = 0..after.len();
+    interpolate(
+        &mut back,
+        &before.time_s,
+        longest_s,
+        std::slice::from_ref(&whole),
+    );
+    let rms = |values: &dyn Fn(usize) -> f64| {
+        let squares: f64 = (0..before.len()).map(|n| values(n).powi(2)).sum();
+        (squares / before.len().max(1) as f64).sqrt()
+    };
+    let lost =
+        before
+            .named()
+            .into_iter()
+            .zip(back.named())
+            .filter_map(|((channel, unit, a), (.., b))| {
+                let mean = a.iter().sum::<f64>() / a.len().max(1) as f64;
+                let whole = rms(&|n| a[n] - mean);
+                let changed = rms(&|n| a[n] - b[n]);
+                let part = 100.0 * changed / whole;
+                (whole > 0.0).then(|| {
+                    format!(
+                        "{channel} {} {unit} ({part:.2} %)",
+                        number::significant(changed, 2)
+                    )
+                })
+            });
+    lost.collect::<Vec<_>>().join(", ")
+}
+
+/// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines.
+fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
+    let rows = std::mem::take(&mut channels.time_s);
+    if let Some(quaternion) = &mut channels.quaternion {
+        continue_signs(quaternion);
+    }
+    // The row at or before each sample and the piece that it is in.
+    let mut places = Vec::with_capacity(samples.len());
+    let (mut row, mut piece) = (0, 0);
+    for sample in samples {
+        while row + 1 < rows.len() && rows[row + 1] <= *sample {
+            row += 1;
+        }
+        // A sample just before a piece, by round-off, is that piece's.
+        while piece + 1 < pieces.len() && rows[pieces[piece + 1].start] <= sample + SAME * longest_s
+        {
+            piece += 1;
+        }
+        places.push((row.max(pieces[piece].start), piece));
+    }
+    for signal in channels.signals_mut() {
+        let cubic = Cubic {
+            times: &rows,
+            values: signal,
+            longest_s,
+        };
+        let samples = samples.iter().zip(&places);
+        let values = samples
+            .map(|(t, (row, piece))| cubic.at(*t, *row, &pieces[*piece]))
+            .collect();
+        *signal = values;
+    }
+    channels.running = places
+        .iter()
+        .map(|(row, _)| channels.running[*row])
+        .collect();
+    if let Some(quaternion) = &mut channels.quaternion {
+        normalise(quaternion);
+    }
+    channels.time_s = samples.to_vec();
+}
+
+/// Cubic Hermite interpolation whose slope at a row is that of the parabola through it and its
+/// neighbours: exact for a parabola, whatever the steps.
+struct Cubic<'a> {
+    times: &'a [f64],
+    values: &'a [f64],
+    /// Longer steps are bridged by a straight line, s.
+    longest_s: f64,
+}
+
+impl Cubic<'_> {
+    /// Value at a time between `row` and the next one of its piece; that of the row at its end.
+    fn at(&self, time: f64, row: usize, piece: &Range<usize>) -> f64 {
+        let (from, to) = (row, row + 1);
+        if to >= piece.end || time <= self.times[from] {
+            return self.values[from];
+        }
+        let step = self.times[to] - self.times[from];
+        let u = (time - self.times[from]) / step;
+        let rise = self.values[to] - self.values[from];
+        if step > self.longest_s {
+            return self.values[from] + u * rise;
+        }
+        let (a, b) = (step * self.slope(from, piece), step * self.slope(to, piece));
+        self.values[from] + u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
+    }
+
+    fn slope(&self, n: usize, piece: &Range<usize>) -> f64 {
+        let secant = |from: usize| {
+            let step = self.times[from + 1] - self.times[from];
+            ((self.values[from + 1] - self.values[from]) / step, step)
+        };
+        let before = (n > piece.start).then(|| secant(n - 1));
+        let after = (n + 1 < piece.end).then(|| secant(n));
+        match (before, after) {
+            (Some((s, h)), Some((t, k))) if h.max(k) <= self.longest_s => (s * k + t * h) / (h + k),
+            (Some((s, h)), Some((t, k))) => {
+                if h < k {
+                    s
+                } else {
+                    t
+                }
+            }
+            (Some((s, _)), None) | (None, Some((s, _))) => s,
+            (None, None) => 0.0,
+        }
+    }
+}

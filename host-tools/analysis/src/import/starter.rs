@@ -1,0 +1,88 @@
+//! A model to start from, for a log that came without one.
+
+use super::model_text::commented;
+use crate::model::prediction::signals::{Signals, VelocityMeaning};
+use crate::model::{Axis, Model};
+use crate::recording::Recording;
+use crate::statistics::{Noise, noise_floor};
+use softdock_app::record::CycleRecord;
+
+/// What nobody but the user knows, ahead of the model.
+const TO_FILL_IN: &str = "\
+# A model to start from. Axes and noise are those of the log; the rest is for you to fill in:
+#   [tool] mass_kg       what the sensor carries, or the moved mass of a driven axis; then
+#          dynamic_compensation = true
+#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for a motor's force
+#   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
+#   [tolerance]          how well all of these are known
+#
+";
+
+/// The text of a `model.toml`: the axes that move, and the noise that the log shows.
+///
+/// # Errors
+///
+/// A recording without cycles or a rising time.
+pub fn starter(recording: &Recording) -> anyhow::Result<String> {
+    let signals = Signals::new(recording)?;
+    let cycles = recording.cycles.as_slice();
+    let of_poses = match signals.velocity {
+        VelocityMeaning::CycleMean => Noise::Differenced,
+        VelocityMeaning::Sampled => Noise::White,
+    };
+    let mut model = Model::default();
+    let velocity = |c: &CycleRecord| c.trace.executed_velocity;
+    let pose = |c: &CycleRecord| {
+        let [x, y, z, _, qx, qy, qz] = c.trace.pose;
+        // For a small angle the rotation vector is twice the vector part.
+        [x, y, z, 2.0 * qx, 2.0 * qy, 2.0 * qz]
+    };
+    let sent = |c: &CycleRecord| c.trace.sent_velocity;
+    let moves = |axis: &Axis| {
+        let changes = |of: &dyn Fn(&CycleRecord) -> [f64; 6]| {
+            let i = axis.index();
+            cycles
+                .windows(2)
+                .any(|pair| (of(&pair[1])[i] - of(&pair[0])[i]).abs() > 0.0)
+        };
+        changes(&velocity) || changes(&sent)
+    };
+    model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
+    let noise = &mut model.noise;
+    let [force, torque] = floors(cycles, |c| c.inputs.sensor.wrench, Noise::White);
+    let [speed, rate] = floors(cycles, velocity, of_poses);
+    let [position, angle] = floors(cycles, pose, Noise::White);
+    for (of_model, of_log) in [
+        (&mut noise.force_n, force),
+        (&mut noise.torque_n_m, torque),
+        (&mut noise.velocity_m_s, speed),
+        (&mut noise.rate_rad_s, rate),
+        (&mut noise.position_m, position),
+        (&mut noise.angle_rad, angle),
+    ] {
+        // What the digits of the log hide is no noise of zero.
+        *of_model = of_log.filter(|floor| *floor > 0.0).unwrap_or(*of_model);
+    }
+    let origin = recording
+        .header
+        .identity
+        .trim_start_matches("imported from ");
+    let text = commented(&model, origin);
+    Ok(format!("{TO_FILL_IN}{text}"))
+}
+
+/// Largest noise floor of the three translations and of the three rotations, two digits.
+fn floors(
+    cycles: &[CycleRecord],
+    of: impl Fn(&CycleRecord) -> [f64; 6],
+    noise: Noise,
+) -> [Option<f64>; 2] {
+    let floor = |i: usize| {
+        let values: Vec<f64> = cycles.iter().map(|c| of(c)[i]).collect();
+        noise_floor(&values, noise)
+    };
+    [0..3, 3..6].map(|axes| {
+        let largest = axes.filter_map(floor).fold(0.0, f64::max);
+        format!("{largest:.1e}").parse().ok()
+    })
+}

@@ -1,0 +1,135 @@
+//! What an import read: rows, time, and each channel with its range.
+
+use crate::model::Axis;
+use crate::recording::Recording;
+use serde::Serialize;
+use softdock_app::record::CycleRecord;
+use softdock_report::{Cell, Column, Table, number};
+
+/// One recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Its file.
+    pub name: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// Time from the first to the last, s.
+    pub seconds: f64,
+    /// Median time from row to row, s.
+    pub cycle_s: f64,
+    /// Channels that hold something.
+    pub channels: Vec<Channel>,
+    /// Groups of channels that hold nothing.
+    pub missing: Vec<&'static str>,
+}
+
+/// One axis of a group.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Channel {
+    /// `wrench fx`.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// `measured`, or from what it was made.
+    pub from: &'static str,
+}
+
+/// Name of a group, its units, its axes in a cycle.
+type Group = (
+    &'static str,
+    [&'static str; 2],
+    fn(&CycleRecord) -> [f64; 6],
+);
+
+/// Rotations are told by the vector part of the quaternion, whose unit is 1.
+const GROUPS: [Group; 5] = [
+    ("pose", ["m", ""], |c| {
+        let [x, y, z, _, qx, qy, qz] = c.trace.pose;
+        [x, y, z, qx, qy, qz]
+    }),
+    ("sent velocity", ["m/s", "rad/s"], |c| c.trace.sent_velocity),
+    (EXECUTED, ["m/s", "rad/s"], |c| c.trace.executed_velocity),
+    ("model velocity", ["m/s", "rad/s"], |c| {
+        c.trace.model_velocity
+    }),
+    ("wrench", ["N", "N·m"], |c| c.inputs.sensor.wrench),
+];
+
+/// Name of the velocity that may be derived.
+pub const EXECUTED: &str = "executed velocity";
+
+impl Summary {
+    /// Of a recording; `derived` are groups that were not measured, and from what they were made.
+    pub fn of(name: &str, recording: &Recording, derived: &[(&'static str, &'static str)]) -> Self {
+        let times: Vec<f64> = recording.cycles.iter().map(|c| c.trace.time_s).collect();
+        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let (mut channels, mut missing) = (Vec::new(), Vec::new());
+        for (group, units, axes) in GROUPS {
+            let from = derived.iter().find(|(name, _)| *name == group);
+            let before = channels.len();
+            for axis in Axis::ALL {
+                let values = recording.cycles.iter().map(|c| axes(c)[axis.index()]);
+                let (low, high) = values
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                        (low.min(v), high.max(v))
+                    });
+                // An axis that is not measured is zero, or NaN where a whole sensor is missing.
+                if high > low || (low.is_finite() && low != 0.0) {
+                    channels.push(Channel {
+                        name: format!("{group} {axis}"),
+                        unit: units[usize::from(axis.is_rotation())],
+                        low,
+                        high,
+                        from: from.map_or("measured", |(_, from)| *from),
+                    });
+                }
+            }
+            if channels.len() == before {
+                missing.push(group);
+            }
+        }
+        Self {
+            name: name.to_owned(),
+            rows: times.len(),
+            seconds: times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0),
+            cycle_s: crate::statistics::median(&mut steps).unwrap_or(0.0),
+            channels,
+            missing,
+        }
+    }
+
+    /// For the terminal.
+    pub fn text(&self) -> String {
+        let mut table = Table::new(vec![
+            Column::text("Channel"),
+            Column::text("Unit"),
+            Column::number("From", ""),
+            Column::number("To", ""),
+            Column::text("Origin"),
+        ]);
+        for channel in &self.channels {
+            table.push(vec![
+                Cell::text(&channel.name),
+                Cell::text(channel.unit),
+                Cell::number(channel.low, 4),
+                Cell::number(channel.high, 4),
+                Cell::text(channel.from),
+            ]);
+        }
+        let missing = match self.missing.as_slice() {
+            [] => String::new(),
+            missing => format!("Not in the log: {}.\n", missing.join(", ")),
+        };
+        format!(
+            "{}: {} rows, {} s, a cycle of {} s\n{table}\n{missing}",
+            self.name,
+            self.rows,
+            number::significant(self.seconds, 4),
+            number::significant(self.cycle_s, 4)
+        )
+    }
+}
