@@ -2,6 +2,7 @@
 
 use super::actuator::Candidate;
 use super::engine::{Stages, is_shape};
+use super::evidence;
 use super::finding::{Experiment, Ranked, RunnerUp};
 use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
@@ -88,7 +89,18 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         });
     }
     let both = |r: &Ranked| r.gain_train + r.gain_test;
-    all.sort_by(|a, b| both(b).total_cmp(&both(a)));
+    // By the price by which the search decides, so that what is named stands before what only fits a
+    // little better with more effects.
+    let price = evidence::price(stages.logs.all.iter().map(|log| log.len()).sum());
+    let worth = |r: &Ranked| {
+        let paid = price * r.parameters as f64 + evidence::PRIOR * r.effects.len() as f64;
+        both(r) - paid
+    };
+    let order = |r: &Ranked| (r.refused.is_some(), -worth(r));
+    all.sort_by(|a, b| {
+        let ((refused_a, a), (refused_b, b)) = (order(a), order(b));
+        refused_a.cmp(&refused_b).then(a.total_cmp(&b))
+    });
     let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
     all.retain(|one| {
         let key = (one.effects.clone(), one.beside.clone());

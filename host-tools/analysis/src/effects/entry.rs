@@ -65,6 +65,13 @@ impl Effect {
         kind: None,
     };
 
+    /// Its parameters where the guide is a bearing.
+    pub fn on_a_bearing(&self) -> Vec<Parameter> {
+        let turns = matches!(self.law, Law::Guide(_) | Law::Spring(_));
+        let of = |p: &Parameter| if turns { p.of_a_bearing() } else { *p };
+        self.parameters.iter().map(of).collect()
+    }
+
     /// Place of a parameter.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
@@ -245,6 +252,27 @@ impl Parameter {
         Self {
             of_the_tool: share,
             ..self
+        }
+    }
+
+    /// The same of a bearing, where forces are torques and displacements are angles; the numbers of
+    /// its range stay.
+    pub fn of_a_bearing(&self) -> Self {
+        let (ending, turned, unit) = match self.unit {
+            "N" => ("_n", "_n_m", "N·m"),
+            "N/m" => ("_n_per_m", "_n_m_per_rad", "N·m/rad"),
+            "N·s/m" => ("_n_s_per_m", "_n_m_s_per_rad", "N·m·s/rad"),
+            "m/s" => ("_m_s", "_rad_s", "rad/s"),
+            "m" => ("_m", "_rad", "rad"),
+            _ => return *self,
+        };
+        let stem = self.name.strip_suffix(ending).unwrap_or(self.name);
+        let stem = if stem == "force" { "torque" } else { stem };
+        let name = format!("{stem}{turned}");
+        Self {
+            name: Box::leak(name.into_boxed_str()),
+            unit,
+            ..*self
         }
     }
 

@@ -122,7 +122,10 @@ fn of_effect(model: &Model, k: usize, effect: &EffectModel, all: &mut Vec<Parame
     if READ_DIRECTLY.contains(&effect.id.as_str()) {
         return;
     }
-    for allowed in known_parameters(entry).into_iter().filter(|p| !p.choice) {
+    for allowed in known_parameters(model, entry)
+        .into_iter()
+        .filter(|p| !p.choice)
+    {
         let Some(value) = effect.parameters.get(allowed.name).copied() else {
             continue;
         };

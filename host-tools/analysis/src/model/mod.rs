@@ -69,6 +69,14 @@ pub struct Model {
 }
 
 impl Model {
+    /// The axis that alone turns, if nothing else moves: the guide is then a bearing.
+    pub fn bearing(&self) -> Option<Axis> {
+        match self.rig.active_axes.as_slice() {
+            [one] if one.is_rotation() => Some(*one),
+            _ => None,
+        }
+    }
+
     /// The entry of an effect: of the catalogue, or a hypothesis of the user's own.
     ///
     /// # Errors

@@ -1,6 +1,8 @@
 //! Which parameters an effect of a model file may have.
 
 use crate::effects::Effect;
+use crate::model::Model;
+use crate::model::load::effects::LoadEffect;
 use crate::model::actuator::Stage;
 
 /// A parameter that an effect may have in a model file.
@@ -21,9 +23,10 @@ pub(crate) struct Allowed {
 }
 
 /// Parameters that an effect may have: those of the catalogue, and the forms of its stages.
-pub(crate) fn known(effect: &Effect) -> Vec<Allowed> {
-    let mut all: Vec<Allowed> = effect
-        .parameters
+pub(crate) fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
+    let on_the_reading = LoadEffect::find(model, effect.id);
+    let parameters = on_the_reading.map_or(effect.parameters, |load| load.parameters.as_slice());
+    let mut all: Vec<Allowed> = parameters
         .iter()
         .map(|p| Allowed {
             name: p.name,

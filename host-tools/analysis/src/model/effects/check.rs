@@ -51,7 +51,7 @@ impl EffectModel {
         if !self.axes.is_empty() && effect.group != Group::Actuator {
             return Err(EffectError::Axes { id: id() });
         }
-        let allowed = known(effect);
+        let allowed = known(model, effect);
         for (name, value) in &self.parameters {
             self.validate_parameter(name, *value, &allowed)?;
         }

@@ -61,6 +61,8 @@ pub struct LoadEffect {
     pub effect: &'static Effect,
     /// Id in the catalogue.
     pub id: &'static str,
+    /// Its parameters, as those of a bearing where it acts on one.
+    pub parameters: Vec<Parameter>,
     /// Parameters that multiply the columns, in their order.
     pub coefficients: Vec<Coefficient>,
     /// Parameters that shape the columns.
@@ -68,17 +70,27 @@ pub struct LoadEffect {
 }
 
 /// Those of the catalogue; where two explain a log equally well, the earlier one is named.
-static CATALOGUED: LazyLock<Vec<LoadEffect>> =
-    LazyLock::new(|| CATALOGUE.iter().filter_map(|e| LoadEffect::of(e)).collect());
+static CATALOGUED: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(false));
+/// The same where the guide is a bearing.
+static OF_BEARINGS: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(true));
 /// Those of hypotheses, by their entries.
 static OWN: Mutex<Vec<&'static LoadEffect>> = Mutex::new(Vec::new());
+
+fn catalogued(bearing: bool) -> Vec<LoadEffect> {
+    let all = CATALOGUE.iter();
+    all.filter_map(|e| LoadEffect::of(e, bearing)).collect()
+}
 
 impl LoadEffect {
     /// All of them, in the order of the catalogue, then the model's own hypotheses.
     pub fn all(model: &Model) -> impl Iterator<Item = &'static Self> + '_ {
         let own = model.hypotheses.iter();
         let own = own.filter_map(|hypothesis| Self::own(hypothesis.effect().ok()?));
-        CATALOGUED.iter().chain(own)
+        let catalogued: &'static [Self] = match model.bearing() {
+            Some(_) => &OF_BEARINGS,
+            None => &CATALOGUED,
+        };
+        catalogued.iter().chain(own)
     }
 
     /// By its id.
@@ -91,24 +103,25 @@ impl LoadEffect {
         if let Some(known) = own.iter().find(|known| std::ptr::eq(known.effect, entry)) {
             return Some(known);
         }
-        let new: &'static Self = Box::leak(Box::new(Self::of(entry)?));
+        let new: &'static Self = Box::leak(Box::new(Self::of(entry, false)?));
         own.push(new);
         Some(new)
     }
 
     /// None for an effect that does not change the reading, or only its samples.
-    fn of(effect: &'static Effect) -> Option<Self> {
+    fn of(effect: &'static Effect, bearing: bool) -> Option<Self> {
         if matches!(
             effect.law,
             Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock
         ) {
             return None;
         }
-        let linear = effect.parameters.iter().filter(|p| p.role == Role::Linear);
-        let shaping = effect
-            .parameters
-            .iter()
-            .filter_map(|p| Some((p, p.tried()?)));
+        let parameters: Vec<Parameter> = match bearing {
+            true => effect.on_a_bearing(),
+            false => effect.parameters.to_vec(),
+        };
+        let linear = parameters.iter().filter(|p| p.role == Role::Linear);
+        let shaping = parameters.iter().filter_map(|p| Some((p, p.tried()?)));
         Some(Self {
             effect,
             id: effect.id,
@@ -132,6 +145,7 @@ impl LoadEffect {
                     continuous: tried.continuous,
                 })
                 .collect(),
+            parameters,
         })
     }
 
@@ -188,18 +202,24 @@ impl LoadEffect {
     pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
         let part = self
             .acts(scene)
-            .then(|| self.part(scene, &self.effect.values(parameters)));
+            .then(|| self.part(scene, &self.given(parameters)));
         part.flatten().unwrap_or_default()
     }
 
     /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
     /// catalogue, or a part of a tool that weighs more.
     pub fn is_implausible(&self, model: &Model, name: &str, value: f64) -> bool {
-        let known = self.effect.parameters.iter().find(|p| p.name == name);
+        let known = self.parameters.iter().find(|p| p.name == name);
         known.is_some_and(|p| {
             let least = p.of_the_tool * model.tool.mass_kg;
             !p.is_plausible(value) || (p.of_the_tool > 0.0 && value < least)
         })
+    }
+
+    /// Values of a model file in the order of the parameters; what is left out has its default.
+    fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
+        let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
+        self.parameters.iter().map(value).collect()
     }
 
     /// Values in the order of the catalogue's parameters.
@@ -365,9 +385,9 @@ fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Colu
     Some(scene.guide_force(acts_at, |n| {
         let velocity = scene.along(n, acts_at);
         let slide = Slide {
-            position: scene.axis.dot(&scene.pose[n].translation.vector),
+            position: scene.position[n],
             velocity,
-            acceleration: scene.axis.dot(&scene.motion[n].acceleration.linear),
+            acceleration: scene.acceleration[n],
             time_s: scene.time_s[n] - start,
             direction: direction.advance(velocity, scene.cycle_s),
         };
@@ -385,9 +405,9 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
             .map(move |t| t.force[n] * t.normal.dot(&scene.axis))
     };
     let moving = |n: usize| Signals {
-        position: scene.axis.dot(&scene.pose[n].translation.vector),
+        position: scene.position[n],
         velocity: scene.along(n, 0.0),
-        acceleration: scene.axis.dot(&scene.motion[n].acceleration.linear),
+        acceleration: scene.acceleration[n],
         direction: sign(scene.along(n, 0.0)),
         force: push(n).sum(),
         time: scene.time_s[n] - start,
@@ -434,6 +454,12 @@ fn spring(
     acts_at: f64,
     force: impl Fn(&Vector3<f64>) -> Vector3<f64>,
 ) -> Column {
+    if scene.model.bearing().is_some() {
+        let start = scene.position.first().copied().unwrap_or(0.0);
+        let rest = if rests_at_start { start } else { 0.0 };
+        let turned = |n: usize| scene.axis * (scene.position[n] - rest);
+        return scene.guide_force(acts_at, |n| scene.axis.dot(&force(&turned(n))));
+    }
     let at = scene.point_of_action(acts_at);
     let position = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
     let rest = match rests_at_start && !scene.is_empty() {

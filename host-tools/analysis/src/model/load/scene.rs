@@ -6,6 +6,7 @@ use crate::model::Model;
 use nalgebra::{Matrix3, Vector3};
 use softdock_control::frames::{Pose, Wrench};
 use softdock_control::wrench::Motion;
+use std::f64::consts::TAU;
 
 /// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -143,8 +144,12 @@ pub struct Scene {
     pub sensor: Vector3<f64>,
     /// Orientation of M in S.
     pub s_from_m: Matrix3<f64>,
-    /// The guide's free direction, in C.
+    /// The guide's free direction, in C; of a bearing, what it turns about.
     pub axis: Vector3<f64>,
+    /// Position along the guide, m; of a bearing the angle, rad.
+    pub position: Vec<f64>,
+    /// Acceleration along the guide, m/s² or rad/s².
+    pub acceleration: Vec<f64>,
     /// The guided point, or the one that touches the first wall, in M, m.
     pub tip: Vector3<f64>,
     /// What each point of action has of the guide: M, tip, origin of the sensor.
@@ -156,9 +161,9 @@ pub struct Scene {
 /// A point of M on which a guide may act.
 #[derive(Clone, Debug, Default)]
 struct Guided {
-    /// Its velocity along the guide, m/s.
+    /// Its velocity along the guide, m/s; of a bearing rad/s.
     velocity: Vec<f64>,
-    /// Reading of a force of 1 N along the guide.
+    /// Reading of a force of 1 N along the guide; of a torque of 1 N·m about a bearing.
     unit: Column,
 }
 
@@ -221,18 +226,61 @@ impl Scene {
                 .map(|g| g.tip)
                 .or(load.walls.first().map(|w| w.tip))
                 .unwrap_or_default(),
-            axis: load.guide.as_ref().map_or_else(Vector3::x, |g| g.axis),
+            axis: match (&load.guide, model.bearing()) {
+                (Some(guide), _) => guide.axis,
+                (None, Some(axis)) => Vector3::ith(axis.index() - 3, 1.0),
+                (None, None) => Vector3::x(),
+            },
+            position: Vec::new(),
+            acceleration: Vec::new(),
             guided: Default::default(),
             model: model.clone(),
             time_s,
             pose,
             motion,
         };
+        scene.position = scene.positions();
+        scene.acceleration = scene.accelerations();
         scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
         scene
     }
 
+    fn positions(&self) -> Vec<f64> {
+        if self.model.bearing().is_none() {
+            let along = |pose: &Pose<f64>| self.axis.dot(&pose.translation.vector);
+            return self.pose.iter().map(along).collect();
+        }
+        let mut turned = 0.0;
+        let angle = |pose: &Pose<f64>| {
+            // The whole turn that is nearest to the cycle before.
+            let angle = self.axis.dot(&pose.rotation.scaled_axis());
+            turned = angle + TAU * ((turned - angle) / TAU).round();
+            turned
+        };
+        self.pose.iter().map(angle).collect()
+    }
+
+    fn accelerations(&self) -> Vec<f64> {
+        let along = |motion: &Motion<f64>| match self.model.bearing() {
+            Some(_) => self.axis.dot(&motion.acceleration.angular),
+            None => self.axis.dot(&motion.acceleration.linear),
+        };
+        self.motion.iter().map(along).collect()
+    }
+
     fn guided_at(&self, acts_at: f64) -> Guided {
+        if self.model.bearing().is_some() {
+            // What turns about an axis of its own has it in M, too.
+            let along = |motion: &Motion<f64>| self.axis.dot(&motion.velocity.angular);
+            let torque = |n: usize| self.s_from_m * self.m_from_c[n] * self.axis;
+            return Guided {
+                velocity: self.motion.iter().map(along).collect(),
+                unit: Column::of(self.len(), |n| {
+                    let torque = torque(n);
+                    [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
+                }),
+            };
+        }
         let at = self.point_of_action(acts_at);
         let along = |n| self.axis.dot(&self.point(n, &at).1);
         Guided {
