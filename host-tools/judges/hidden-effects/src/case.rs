@@ -209,3 +209,44 @@ fn parameters(effects: &[Effect]) -> BTreeMap<String, BTreeMap<String, f64>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::suite::suite;
+
+    /// z of a log without noise and effects under the model of its true plant.
+    fn left_without_noise(plan: &Plan, log: usize) -> [f64; 4] {
+        let silent = NoiseCharacter {
+            wrench_factor: 0.0,
+            motion_factor: 0.0,
+            ar_coefficient: 0.0,
+        };
+        let run = Run {
+            character: silent,
+            ..plan.run(log, 1, &[])
+        };
+        let rows = run.log();
+        let [a, b, _, k] = residual::z(&plan.plant, &rows);
+        // The rig computer compensates what the user believes.
+        let [_, _, c, _] = residual::z(&plan.nominal, &rows);
+        [a, b, c, k]
+    }
+
+    /// Noise is then all that a null with exact parameters leaves under its nominal model.
+    #[test]
+    fn a_null_is_its_model_and_noise() {
+        /// The format integrates by trapezia, the plant exactly; in sigma.
+        const TRAPEZIA: f64 = 0.2;
+        let specs = (1..=3).flat_map(suite);
+        for spec in specs.filter(|spec| spec.effects.is_empty()) {
+            let plan = spec.plan();
+            assert_eq!(plan.nominal == plan.plant, spec.level == Level::Null);
+            for log in [0, 1] {
+                let z = left_without_noise(&plan, log);
+                let exact = z[..3].iter().all(|z| *z < 1e-3);
+                assert!(exact && z[3] < TRAPEZIA, "{}: {z:?}", spec.name);
+            }
+        }
+    }
+}

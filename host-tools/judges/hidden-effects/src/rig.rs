@@ -13,8 +13,8 @@ use crate::noise::Noise;
 /// Growth of the contact speed per contact is kept below `exp(pi/2 * GROWTH)`, about 1.14.
 const GROWTH: f64 = 0.085;
 
-/// Draws a nominal model. `light_tool` allows a tool of some grams without dynamic
-/// compensation.
+/// Draws a nominal model; `light_tool` allows a tool of some grams. Its inertia is in the model like
+/// that of a heavy one: left out, it would be an effect that nobody has hidden.
 pub(crate) fn draw(case: &str, light_tool: bool, noise: &mut Noise) -> Meta {
     let sample_time_s = match noise.below(10) {
         0 => 0.002,
@@ -23,14 +23,12 @@ pub(crate) fn draw(case: &str, light_tool: bool, noise: &mut Noise) -> Meta {
     };
     let free = noise.chance(0.5);
     let mass_kg = noise.between(320.0, 900.0).round();
-    let light = light_tool && noise.chance(0.12);
-    let tool_kg = if light {
+    let tool_kg = if light_tool && noise.chance(0.12) {
         noise.between(0.02, 0.1)
     } else {
         noise.between(6.0, 16.0)
     };
-    let mut tool = tool(tool_kg, noise);
-    tool.dynamic_compensation = !light;
+    let tool = tool(tool_kg, noise);
     Meta {
         format: "docking-rig-log/1".to_owned(),
         case: case.to_owned(),
