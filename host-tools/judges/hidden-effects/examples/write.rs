@@ -1,12 +1,17 @@
 //! Writes cases as folders (`meta.json`, `train.csv`, `test.csv`) plus one `truth.json`:
-//! `cargo run --release -p softdock-hidden-effects --example write -- DIR [SEED] [COUNT|ladder]`.
+//! `cargo run --release -p softdock-hidden-effects --example write -- DIR [SEED] [COUNT|ladder|nulls]`.
 //! Prints one line per case: level, size, effects, z on the test log with and without them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use softdock_hidden_effects::{Case, CaseSpec, Truth, size_sweep, suite, truth_json};
+use softdock_hidden_effects::{
+    Case, CaseSpec, Truth, nothing_hidden, size_sweep, suite, truth_json,
+};
+
+/// Cases with nothing hidden that are written.
+const NULLS: usize = 300;
 
 fn main() -> ExitCode {
     match write(std::env::args().skip(1)) {
@@ -19,7 +24,7 @@ fn main() -> ExitCode {
 }
 
 fn write(mut arguments: impl Iterator<Item = String>) -> Result<(), String> {
-    let usage = "usage: write DIR [SEED] [COUNT|ladder]";
+    let usage = "usage: write DIR [SEED] [COUNT|ladder|nulls]";
     let directory = PathBuf::from(arguments.next().ok_or(usage)?);
     let seed = match arguments.next() {
         Some(text) => number(&text, "SEED")?,
@@ -27,6 +32,7 @@ fn write(mut arguments: impl Iterator<Item = String>) -> Result<(), String> {
     };
     let specs: Vec<CaseSpec> = match arguments.next().as_deref() {
         Some("ladder") => size_sweep(seed),
+        Some("nulls") => nothing_hidden(seed, NULLS),
         Some(text) => {
             let count = usize::try_from(number(text, "COUNT")?).unwrap_or(usize::MAX);
             suite(seed).into_iter().take(count).collect()

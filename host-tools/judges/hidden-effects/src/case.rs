@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use crate::effect::Effect;
 use crate::jog::{self, Jog};
-use crate::log::to_csv;
+use crate::log::{Row, to_csv};
 use crate::meta::Meta;
-use crate::noise::{Noise, NoiseCharacter};
+use crate::noise::{Noise, NoiseCharacter, NoiseRange};
 use crate::residual;
 use crate::rig;
 use crate::simulate::Run;
 use crate::size::{Scene, draw};
+use crate::small;
 use crate::truth::{Level, Truth, Verdict};
 
 /// A case as the tool sees it, and the truth.
@@ -36,6 +37,7 @@ pub struct CaseSpec {
     pub(crate) level: Level,
     pub(crate) effects: Vec<&'static str>,
     pub(crate) size: f64,
+    pub(crate) noise: NoiseRange,
 }
 
 /// Everything drawn before the first tick.
@@ -43,6 +45,8 @@ struct Plan {
     nominal: Meta,
     plant: Meta,
     effects: Vec<Effect>,
+    /// Whether train and test have them.
+    shown: [bool; 2],
     jogs: [Jog; 2],
     rows: usize,
     character: NoiseCharacter,
@@ -70,7 +74,7 @@ impl CaseSpec {
         self.level
     }
 
-    /// Size factor of the effects, 0 when there are none.
+    /// [`Truth::size`] of the case.
     #[must_use]
     pub fn size(&self) -> f64 {
         self.size
@@ -79,15 +83,15 @@ impl CaseSpec {
     /// Simulates the case; the same spec gives the same text.
     #[must_use]
     pub fn generate(&self) -> Case {
-        let plan = self.plan();
-        let train = plan.run(0, self.seed, &plan.effects).log();
+        let factor = match self.level {
+            Level::Small => small::factor(self.size, |factor| self.plan(factor).excess(self.seed)),
+            _ => self.size,
+        };
+        let plan = self.plan(factor);
         let test_seed = self.seed ^ TEST_SEED;
-        let test = plan.run(1, test_seed, &plan.effects).log();
-        // A tool cannot lose its inertia: the reference run keeps it, and its model knows it.
-        let inertia = |effect: &Effect| matches!(effect, Effect::ToolInertia);
-        let mut known = plan.nominal.clone();
-        known.tool.dynamic_compensation |= plan.effects.iter().any(inertia);
-        let reference = plan.run(1, test_seed, &[]).log();
+        let train = plan.run(0, self.seed, plan.effects_of(0)).log();
+        let test = plan.run(1, test_seed, plan.effects_of(1)).log();
+        let (z_nominal_test, z_oracle_test) = plan.judged(&test, test_seed);
         Case {
             name: self.name.clone(),
             meta_json: serde_json::to_string_pretty(&plan.nominal).unwrap_or_default(),
@@ -99,8 +103,8 @@ impl CaseSpec {
                 expected: self.expected(),
                 level: self.level,
                 size: self.size,
-                z_oracle_test: residual::z(&known, &reference),
-                z_nominal_test: residual::z(&plan.nominal, &test),
+                z_oracle_test,
+                z_nominal_test,
             },
         }
     }
@@ -109,23 +113,29 @@ impl CaseSpec {
         match self.level {
             Level::Null | Level::NullWithinTolerance => Verdict::NothingMissing,
             Level::Outside => Verdict::Unexplained,
-            Level::Single | Level::Compound | Level::SingleWithinTolerance => Verdict::Named,
+            Level::OneLog => Verdict::LogsDisagree,
+            Level::Single
+            | Level::Compound
+            | Level::Triple
+            | Level::Small
+            | Level::SingleWithinTolerance => Verdict::Named,
         }
     }
 
-    fn plan(&self) -> Plan {
+    /// Draws rig, motion, effects with this size factor, and noise.
+    fn plan(&self, size: f64) -> Plan {
         let mut noise = Noise::new(self.seed, 0);
         let about_tool = self.effects.iter().any(|id| id.starts_with("tool_"));
         let mut nominal = rig::draw(&self.name, !about_tool, &mut noise);
         if self.effects.contains(&"tool_inertia") {
-            let mass_kg = (3.5 * self.size * noise.between(0.8, 1.3)).min(16.0);
+            let mass_kg = (3.5 * size * noise.between(0.8, 1.3)).min(16.0);
             nominal.tool = rig::tool(mass_kg, &mut noise);
             nominal.tool.dynamic_compensation = false;
         }
         let sign = noise.sign();
         let approach = [0.030, 0.042].map(|v| v * noise.between(0.92, 1.08) * sign);
         let jogs = jog::draw(&nominal, approach, &mut noise);
-        let effects = draw_effects(&self.effects, self.size, &nominal, &jogs, &mut noise);
+        let effects = draw_effects(&self.effects, size, &nominal, &jogs, &mut noise);
         rig::settle(&mut nominal, &effects);
         let plant = match self.level {
             Level::NullWithinTolerance | Level::SingleWithinTolerance => {
@@ -134,8 +144,14 @@ impl CaseSpec {
             _ => nominal.clone(),
         };
         let long = nominal.sample_time_s < 0.003 || noise.chance(0.1);
+        let character = NoiseCharacter::draw(self.noise, &mut noise);
+        let first = noise.chance(0.5);
         Plan {
-            character: character(&mut noise),
+            character,
+            shown: match self.level {
+                Level::OneLog => [first, !first],
+                _ => [true; 2],
+            },
             rows: if long { 3750 } else { 2500 },
             nominal,
             plant,
@@ -155,6 +171,41 @@ impl Plan {
             rows: self.rows,
             character: self.character,
             seed,
+        }
+    }
+
+    /// Effects that a log has.
+    fn effects_of(&self, log: usize) -> &[Effect] {
+        if self.shown[log] { &self.effects } else { &[] }
+    }
+
+    /// z of a test log under the nominal model, and what the same seed gives without the effects.
+    fn judged(&self, test: &[Row], seed: u64) -> ([f64; 4], [f64; 4]) {
+        // A tool cannot lose its inertia: the reference run keeps it, and its model knows it.
+        let inertia = |effect: &Effect| matches!(effect, Effect::ToolInertia);
+        let mut known = self.nominal.clone();
+        known.tool.dynamic_compensation |= self.effects.iter().any(inertia);
+        let reference = self.run(1, seed, &[]).log();
+        (
+            residual::z(&self.nominal, test),
+            residual::z(&known, &reference),
+        )
+    }
+
+    /// What the effects leave in the channel that shows most of them, in multiples of the oracle's z.
+    fn excess(&self, seed: u64) -> f64 {
+        let oracle = residual::z(&self.nominal, &self.run(1, seed, &[]).log());
+        let left = residual::z(&self.nominal, &self.without_noise(1, &self.effects).log());
+        // Of the pose, the format's trapezia leave more than a small effect.
+        let each = left.iter().zip(oracle).take(3);
+        each.map(|(z, floor)| z / floor.max(1.0))
+            .fold(0.0, f64::max)
+    }
+
+    fn without_noise<'a>(&'a self, log: usize, effects: &'a [Effect]) -> Run<'a> {
+        Run {
+            character: NoiseCharacter::SILENCE,
+            ..self.run(log, 0, effects)
         }
     }
 }
@@ -180,26 +231,6 @@ fn draw_effects(
         .collect()
 }
 
-/// A third of the logs are noisier than the data sheet, a quarter are autoregressive.
-fn character(noise: &mut Noise) -> NoiseCharacter {
-    let noisier = noise.between(1.0, 1.3);
-    let (wrench_factor, motion_factor) = match noise.below(9) {
-        0 | 1 => (noisier, 1.0),
-        2 => (noisier, noisier),
-        _ => (1.0, 1.0),
-    };
-    let ar_coefficient = noise.between(0.1, 0.5);
-    NoiseCharacter {
-        wrench_factor,
-        motion_factor,
-        ar_coefficient: if noise.chance(0.25) {
-            ar_coefficient
-        } else {
-            0.0
-        },
-    }
-}
-
 fn parameters(effects: &[Effect]) -> BTreeMap<String, BTreeMap<String, f64>> {
     effects
         .iter()
@@ -213,20 +244,11 @@ fn parameters(effects: &[Effect]) -> BTreeMap<String, BTreeMap<String, f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::suite::suite;
+    use crate::suite::{nothing_hidden, suite};
 
     /// z of a log without noise and effects under the model of its true plant.
     fn left_without_noise(plan: &Plan, log: usize) -> [f64; 4] {
-        let silent = NoiseCharacter {
-            wrench_factor: 0.0,
-            motion_factor: 0.0,
-            ar_coefficient: 0.0,
-        };
-        let run = Run {
-            character: silent,
-            ..plan.run(log, 1, &[])
-        };
-        let rows = run.log();
+        let rows = plan.without_noise(log, &[]).log();
         let [a, b, _, k] = residual::z(&plan.plant, &rows);
         // The rig computer compensates what the user believes.
         let [_, _, c, _] = residual::z(&plan.nominal, &rows);
@@ -238,9 +260,9 @@ mod tests {
     fn a_null_is_its_model_and_noise() {
         /// The format integrates by trapezia, the plant exactly; in sigma.
         const TRAPEZIA: f64 = 0.2;
-        let specs = (1..=3).flat_map(suite);
+        let specs = (1..=3).flat_map(|seed| [suite(seed), nothing_hidden(seed, 8)].concat());
         for spec in specs.filter(|spec| spec.effects.is_empty()) {
-            let plan = spec.plan();
+            let plan = spec.plan(spec.size);
             assert_eq!(plan.nominal == plan.plant, spec.level == Level::Null);
             for log in [0, 1] {
                 let z = left_without_noise(&plan, log);

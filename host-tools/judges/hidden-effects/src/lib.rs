@@ -22,11 +22,11 @@
 //! | Module | Content |
 //! |---|---|
 //! | `meta` | the nominal model, and as a second value the true plant |
-//! | `rig`, `jog`, `size`, `limit` | drawing a rig, the operator's motion, an effect of a given size |
+//! | `rig`, `jog`, `size`, `limit`, `small` | drawing a rig, the operator's motion, an effect of a given size |
 //! | `actuator`, `load`, `sensor`, `body` | the parts of the loop, with the effects inside them |
 //! | `simulate`, `log` | the closed loop; rows and text |
 //! | `residual` | residuals and their normalised size z, written from the format's definitions |
-//! | `suite`, `case` | lists of cases; one case |
+//! | `suite`, `harder`, `case` | lists of cases; one case |
 //! | `truth`, [`score`] | the answer and its JSON; the scores |
 //!
 //! # Independence
@@ -40,6 +40,7 @@ mod actuator;
 mod body;
 mod case;
 mod effect;
+mod harder;
 mod jog;
 mod limit;
 mod load;
@@ -52,6 +53,7 @@ pub mod score;
 mod sensor;
 mod simulate;
 mod size;
+mod small;
 mod suite;
 mod truth;
 
@@ -59,5 +61,5 @@ pub use case::{Case, CaseSpec};
 pub use effect::{IDS, OUTSIDE_IDS};
 pub use log::HEADER;
 pub use residual::normalised;
-pub use suite::{size_sweep, suite};
+pub use suite::{nothing_hidden, size_sweep, suite};
 pub use truth::{Level, Truth, Verdict, parse_truth, truth_json};

@@ -85,6 +85,60 @@ pub(crate) struct NoiseCharacter {
     pub(crate) motion_factor: f64,
     /// Coefficient of the first-order autoregression of the wrench noise, 0 = white.
     pub(crate) ar_coefficient: f64,
+    /// The same of the velocity noise.
+    pub(crate) motion_ar_coefficient: f64,
+}
+
+/// How far the noise of a case may be from the data sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NoiseRange {
+    /// A third of the logs up to 1.3 times as large, a quarter with an autoregressive wrench.
+    Usual,
+    /// All logs: up to 1.6 times as large, the wrench autoregressive, half of the velocities too.
+    Wide,
+}
+
+impl NoiseCharacter {
+    /// No noise at all.
+    pub(crate) const SILENCE: Self = Self {
+        wrench_factor: 0.0,
+        motion_factor: 0.0,
+        ar_coefficient: 0.0,
+        motion_ar_coefficient: 0.0,
+    };
+
+    /// Draws the noise of both logs of a case.
+    pub(crate) fn draw(range: NoiseRange, noise: &mut Noise) -> Self {
+        match range {
+            NoiseRange::Usual => Self::usual(noise),
+            NoiseRange::Wide => Self {
+                wrench_factor: noise.between(1.0, 1.6),
+                motion_factor: noise.between(1.0, 1.6),
+                ar_coefficient: noise.between(-0.3, 0.8),
+                motion_ar_coefficient: noise.between(-0.3, 0.3).max(0.0),
+            },
+        }
+    }
+
+    fn usual(noise: &mut Noise) -> Self {
+        let noisier = noise.between(1.0, 1.3);
+        let (wrench_factor, motion_factor) = match noise.below(9) {
+            0 | 1 => (noisier, 1.0),
+            2 => (noisier, noisier),
+            _ => (1.0, 1.0),
+        };
+        let ar_coefficient = noise.between(0.1, 0.5);
+        Self {
+            wrench_factor,
+            motion_factor,
+            ar_coefficient: if noise.chance(0.25) {
+                ar_coefficient
+            } else {
+                0.0
+            },
+            motion_ar_coefficient: 0.0,
+        }
+    }
 }
 
 /// Noise of one tick.
@@ -107,10 +161,11 @@ pub(crate) struct MeasurementNoise {
     character: NoiseCharacter,
     sigma: NoiseSigma,
     wrench: Vector6<f64>,
+    twist: Vector6<f64>,
 }
 
 impl MeasurementNoise {
-    /// Starts in the stationary state of the autoregression.
+    /// Starts in the stationary state of the wrench's autoregression.
     pub(crate) fn new(seed: u64, character: NoiseCharacter, sigma: NoiseSigma) -> Self {
         let mut stream = Noise::new(seed, 1);
         let wrench = stream.normal6();
@@ -119,16 +174,19 @@ impl MeasurementNoise {
             character,
             sigma,
             wrench,
+            twist: Vector6::zeros(),
         }
     }
 
-    /// Draws one tick. Wrench: `x(n) = a x(n-1) + sqrt(1 - a²) e(n)`, so its sigma does not
-    /// depend on the ar_coefficient `a`.
+    /// Draws one tick.
     pub(crate) fn tick(&mut self) -> Disturbance {
         let (sigma, character) = (self.sigma, self.character);
-        let ar_coefficient = character.ar_coefficient;
-        self.wrench = self.wrench * ar_coefficient
-            + self.stream.normal6() * (1.0 - ar_coefficient * ar_coefficient).sqrt();
+        self.wrench = coloured(self.wrench, character.ar_coefficient, &mut self.stream);
+        self.twist = coloured(
+            self.twist,
+            character.motion_ar_coefficient,
+            &mut self.stream,
+        );
         let split = |linear: f64, angular: f64, factor: f64| {
             Vector6::from_fn(|i, _| factor * if i < 3 { linear } else { angular })
         };
@@ -139,15 +197,18 @@ impl MeasurementNoise {
                 sigma.torque_nm,
                 character.wrench_factor,
             )),
-            twist: self.stream.normal6().component_mul(&split(
-                sigma.velocity_m_s,
-                sigma.rate_rad_s,
-                motion,
-            )),
+            twist: self
+                .twist
+                .component_mul(&split(sigma.velocity_m_s, sigma.rate_rad_s, motion)),
             position: self.stream.normal3() * (sigma.position_m * motion),
             angle: self.stream.normal3() * (sigma.angle_rad * motion),
         }
     }
+}
+
+/// `x(n) = a x(n-1) + sqrt(1 - a²) e(n)`: its sigma does not depend on `a`.
+fn coloured(last: Vector6<f64>, a: f64, stream: &mut Noise) -> Vector6<f64> {
+    last * a + stream.normal6() * (1.0 - a * a).sqrt()
 }
 
 #[cfg(test)]
@@ -160,6 +221,7 @@ mod tests {
             wrench_factor: 1.2,
             motion_factor: 1.0,
             ar_coefficient: 0.4,
+            motion_ar_coefficient: 0.0,
         };
         let sigma = NoiseSigma::DATA_SHEET;
         let mut noise = MeasurementNoise::new(3, character, sigma);

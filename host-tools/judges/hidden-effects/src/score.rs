@@ -65,6 +65,12 @@ pub struct Scores {
     pub compound_exact: Rate,
     /// Two effects: named, and one of the first two ids is right.
     pub compound_any: Rate,
+    /// Three effects: named, and the first three ids are these in any order.
+    pub triple_exact: Rate,
+    /// One effect far below the noise: named, and the first id is right.
+    pub small_top1: Rate,
+    /// An effect in one log only, and the logs were said to disagree.
+    pub logs_disagree: Rate,
     /// Nothing hidden, and said so.
     pub null_clean: Rate,
     /// Outside the catalogue, and said so.
@@ -97,6 +103,9 @@ impl Scores {
                 self.compound_exact.count(named && hits(2) == 2);
                 self.compound_any.count(named && hits(2) > 0);
             }
+            Level::Triple => self.triple_exact.count(named && hits(3) == 3),
+            Level::Small => self.small_top1.count(named && hits(1) == 1),
+            Level::OneLog => self.logs_disagree.count(said(Verdict::LogsDisagree)),
             Level::Null | Level::NullWithinTolerance => {
                 self.null_clean.count(said(Verdict::NothingMissing));
             }

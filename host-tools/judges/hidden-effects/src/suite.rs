@@ -3,7 +3,8 @@
 
 use crate::case::CaseSpec;
 use crate::effect::{IDS, OUTSIDE_IDS};
-use crate::noise::Noise;
+use crate::harder;
+use crate::noise::{Noise, NoiseRange};
 use crate::truth::Level;
 
 /// Pairs of effects that act apart or side by side, none of which hides the other.
@@ -77,7 +78,8 @@ const WITHIN_TOLERANCE: [&str; 17] = [
 ];
 
 /// The mixed suite: 125 single effects, 28 pairs, 24 exact nulls, 20 nulls and 17 singles within
-/// declared tolerances, 24 cases outside the catalogue, shuffled. Sizes 0.7 to 3.
+/// declared tolerances, 24 cases outside the catalogue, shuffled; behind them 12 triples, 24 cases
+/// with an effect in one log, 30 small effects. Sizes 0.7 to 3, small ones 0.1 to 0.33 of the noise.
 #[must_use]
 pub fn suite(seed: u64) -> Vec<CaseSpec> {
     let mut noise = Noise::new(seed, 10);
@@ -95,6 +97,7 @@ pub fn suite(seed: u64) -> Vec<CaseSpec> {
     for last in (1..list.len()).rev() {
         list.swap(last, noise.below(last + 1));
     }
+    list.extend(harder::list());
     list.into_iter()
         .enumerate()
         .map(|(i, (level, effects))| CaseSpec {
@@ -103,16 +106,35 @@ pub fn suite(seed: u64) -> Vec<CaseSpec> {
             size: size(level, effects.len(), &mut noise),
             level,
             effects,
+            noise: NoiseRange::Usual,
         })
         .collect()
 }
 
-/// Size of a case: pairs and cases outside the catalogue are never small, so that a miss is the
-/// tool's and not the data's.
+/// Logs with nothing hidden, one half with parameters that are off within declared tolerances, one
+/// half with noise that is far from the data sheet.
+#[must_use]
+pub fn nothing_hidden(seed: u64, count: usize) -> Vec<CaseSpec> {
+    let levels = [Level::Null, Level::NullWithinTolerance];
+    let ranges = [NoiseRange::Usual, NoiseRange::Wide];
+    let spec = |i: usize| CaseSpec {
+        name: format!("n{:03}", i + 1),
+        seed: mix(seed, 20_000 + i as u64),
+        level: levels[i % 2],
+        effects: Vec::new(),
+        size: 0.0,
+        noise: ranges[i / 2 % 2],
+    };
+    (0..count).map(spec).collect()
+}
+
+/// Size of a case: several effects, changes between logs and cases outside the catalogue are never
+/// small, so that a miss is the tool's and not the data's.
 fn size(level: Level, effects: usize, noise: &mut Noise) -> f64 {
     let (low, high): (f64, f64) = match level {
         _ if effects == 0 => return 0.0,
-        Level::Compound | Level::Outside => (1.0, 2.0),
+        Level::Compound | Level::Triple | Level::OneLog | Level::Outside => (1.0, 2.0),
+        Level::Small => (0.1, 0.33),
         _ => (0.7, 3.0),
     };
     noise.between(low.ln(), high.ln()).exp()
@@ -133,6 +155,7 @@ pub fn size_sweep(seed: u64) -> Vec<CaseSpec> {
                 level: Level::Single,
                 effects: vec![*id],
                 size,
+                noise: NoiseRange::Usual,
             })
         })
         .collect()

@@ -38,6 +38,12 @@ pub enum Level {
     SingleWithinTolerance,
     /// An effect that no catalogue contains.
     Outside,
+    /// Three effects.
+    Triple,
+    /// One effect that is there in one of the two logs only.
+    OneLog,
+    /// One effect that leaves a tenth to a third of the noise.
+    Small,
 }
 
 /// The answer of one case.
@@ -51,7 +57,8 @@ pub struct Truth {
     pub expected: Verdict,
     /// Kind of the case.
     pub level: Level,
-    /// Size factor, 1 = an excess of about 0.4 to 3 N rms; 0 when nothing is hidden or unknown.
+    /// Size factor, 1 = an excess of about 0.4 to 3 N rms; of [`Level::Small`] the excess itself, in
+    /// multiples of the oracle's z; 0 when nothing is hidden or unknown.
     pub size: f64,
     /// z of [A, B, C, K] on the test log without the effect (same seed, same noise).
     pub z_oracle_test: [f64; 4],

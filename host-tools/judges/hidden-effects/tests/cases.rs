@@ -228,3 +228,40 @@ fn effects_outside_the_catalogue_must_not_be_named() {
         );
     }
 }
+
+#[test]
+fn a_small_effect_leaves_its_share_of_the_noise() {
+    for spec in specs_of(Level::Small) {
+        let truth = spec.generate().truth;
+        let share = |channel: usize| {
+            let [z, floor] = [truth.z_nominal_test, truth.z_oracle_test].map(|z| z[channel]);
+            (z * z / (floor * floor) - 1.0).max(0.0).sqrt()
+        };
+        let most = share(A).max(share(B));
+        // Noise adds to the excess or takes from it.
+        let ratio = most / spec.size();
+        assert!(
+            (0.5..1.6).contains(&ratio),
+            "{:?}: {most} instead of {}",
+            spec.effects(),
+            spec.size()
+        );
+    }
+}
+
+#[test]
+fn an_effect_in_one_log_leaves_the_other_alone() {
+    let cases = specs_of(Level::OneLog).into_iter().map(|s| s.generate());
+    let mut shown_in_test = 0;
+    for case in cases {
+        let z = |csv: &str| normalised(&case.meta_json, csv).expect("own text");
+        let [train, test] = [z(&case.train_csv), z(&case.test_csv)];
+        let differs = [A, B, C]
+            .iter()
+            .any(|c| (train[*c] / test[*c] - 1.0).abs() > 0.05);
+        assert!(differs, "{:?}: {train:?} {test:?}", case.truth.effects);
+        assert_eq!(case.truth.expected, Verdict::LogsDisagree);
+        shown_in_test += usize::from(case.truth.z_nominal_test != case.truth.z_oracle_test);
+    }
+    assert!((6..=18).contains(&shown_in_test), "{shown_in_test} of 24");
+}

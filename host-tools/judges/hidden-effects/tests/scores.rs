@@ -79,6 +79,27 @@ fn pair_counts_in_any_order_and_with_nothing_extra() {
 }
 
 #[test]
+fn harder_cases_have_scores_of_their_own() {
+    let ids = ["ft_scale", "cable_stiffness", "guide_coulomb"];
+    let mut scores = Scores::default();
+    let triple = truth(Level::Triple, &ids, Verdict::Named);
+    for said in [&ids[..], &ids[..2]] {
+        scores.add(&triple, Some(&answer(Verdict::Named, said, 1.0)));
+    }
+    let small = truth(Level::Small, &ids[..1], Verdict::Named);
+    scores.add(&small, Some(&answer(Verdict::Named, &ids[..1], 1.0)));
+    scores.add(&small, Some(&answer(Verdict::NothingMissing, &[], 1.0)));
+    let one_log = truth(Level::OneLog, &ids[..1], Verdict::LogsDisagree);
+    scores.add(&one_log, Some(&answer(Verdict::LogsDisagree, &[], 1.0)));
+    scores.add(&one_log, Some(&answer(Verdict::Named, &ids[..1], 1.0)));
+    let expected = [rate(1, 2); 3];
+    let found = [scores.triple_exact, scores.small_top1, scores.logs_disagree];
+    assert_eq!(found, expected);
+    assert_eq!(scores.single_top1, rate(0, 0));
+    assert_eq!(scores.rank_all_correct, rate(3, 6));
+}
+
+#[test]
 fn silence_counts_where_nothing_is_missing_and_honesty_outside() {
     let null = truth(Level::Null, &[], Verdict::NothingMissing);
     let outside = truth(Level::Outside, &["OOL_x"], Verdict::Unexplained);
