@@ -6,7 +6,7 @@ use log::{CONTACT_S, FIRST_TOUCH_S, FORCE_SIGMA, PERIOD_S, VELOCITY_SIGMA, force
 use softdock::pages::diagnosis::Identity;
 use softdock_analysis::diagnose::{
     BeforeAfter, ChannelLevels, Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked,
-    Region, Remainder, RunnerUp, Step, Verdict,
+    Region, Remainder, RunnerUp, Step, StrongestEvidence, Verdict,
 };
 use softdock_analysis::model::prediction::Prediction;
 use softdock_analysis::model::{Axis, Channel, Model};
@@ -84,6 +84,7 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         regions: Vec::new(),
         looks_like: Vec::new(),
         ranked: Vec::new(),
+        strongest_evidence: StrongestEvidence::default(),
         noise: noise_floors(),
         notes: Vec::new(),
         unseen: true,

@@ -33,6 +33,15 @@ pub(crate) struct BodyFit {
     pub left: f64,
 }
 
+/// Result of the search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodySearch {
+    /// What is accepted.
+    pub accepted: Vec<BodyFit>,
+    /// The largest evidence of any effect beside those that were found before it.
+    pub strongest: Option<f64>,
+}
+
 /// Name and unit of a parameter.
 type Named = (&'static str, &'static str);
 
@@ -336,11 +345,12 @@ pub(crate) fn search(
     model: &Model,
     logs: &Logs<BodyRegression>,
     excluded: &dyn Fn(&str) -> bool,
-) -> Vec<BodyFit> {
+) -> BodySearch {
     let joint = Joint::new(logs, |_| true);
     let fitted = Joint::new(logs, |log| log < logs.fitted);
     let mut chosen: Vec<usize> = Vec::new();
     let mut reached = 0.0;
+    let mut strongest: Option<f64> = None;
     loop {
         let is_new = |k: &usize| {
             let id = joint.hypothesis(*k).id;
@@ -351,7 +361,12 @@ pub(crate) fn search(
             Some((k, joint.evidence(&more)?))
         });
         let explained = joint.solve(&chosen).map_or(0.0, |s| s.gain);
-        match candidates.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let best = candidates.max_by(|a, b| a.1.total_cmp(&b.1));
+        strongest = strongest
+            .into_iter()
+            .chain(best.map(|b| b.1 - reached))
+            .max_by(f64::total_cmp);
+        match best {
             Some((k, evidence)) if evidence - reached > threshold(explained) => {
                 chosen.push(k);
                 reached = evidence;
@@ -360,11 +375,14 @@ pub(crate) fn search(
         }
     }
     let Some(solution) = fitted.solve(&chosen).or_else(|| joint.solve(&chosen)) else {
-        return Vec::new();
+        return BodySearch {
+            accepted: Vec::new(),
+            strongest,
+        };
     };
     let all = joint.squares(&chosen);
     let mut at = 0;
-    chosen
+    let accepted = chosen
         .iter()
         .map(|k| {
             let hypothesis = joint.hypothesis(*k);
@@ -381,7 +399,11 @@ pub(crate) fn search(
                 left: all.iter().sum::<f64>() - joint.problem.count as f64,
             }
         })
-        .collect()
+        .collect();
+    BodySearch {
+        accepted,
+        strongest,
+    }
 }
 
 fn parameters(

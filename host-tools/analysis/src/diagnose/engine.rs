@@ -4,7 +4,7 @@
 //! motion that the accepted actuator simulates, in the cycles that the clock really took.
 
 use super::actuator::Search;
-use super::body::{self, BodyFit, BodyRegression};
+use super::body::{self, BodyRegression, BodySearch};
 use super::finding::NoiseFloor;
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
@@ -115,7 +115,7 @@ pub(crate) struct Stages {
     /// The reading.
     pub wrench: Option<WrenchFinding>,
     /// The model of the spacecraft.
-    pub body: Vec<BodyFit>,
+    pub body: BodySearch,
     /// Noise floors on the log of the fit.
     pub noise: Vec<NoiseFloor>,
     /// Phases of the log that is drawn.
@@ -126,6 +126,8 @@ pub(crate) struct Stages {
 pub(crate) struct ActuatorFinding {
     /// The search.
     pub search: Search,
+    /// Its largest evidence.
+    pub strongest: Option<f64>,
     /// Residuals of each log and axis in units of its noise, with what is accepted.
     pub white: Vec<[Vec<f64>; 6]>,
     /// Level of each log and axis over the data sheet's noise.
@@ -214,13 +216,13 @@ fn body_stage(
     recordings: &Logs<&Recording>,
     before: &Logs<Prediction>,
     question: &Question<'_>,
-) -> Vec<BodyFit> {
+) -> BodySearch {
     let both = recordings.all.iter().zip(&before.all);
     let regressions: Vec<BodyRegression> = both
         .filter_map(|(recording, before)| BodyRegression::new(model, recording, before))
         .collect();
     if regressions.len() < recordings.all.len() {
-        return Vec::new();
+        return BodySearch::default();
     }
     let regressions = Logs {
         all: regressions,

@@ -16,7 +16,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
 pub(crate) const PRIOR: f64 = 7.6;
 /// Evidence for an effect beside the others from which it is named.
-pub(crate) const NAMED: f64 = 30.0;
+pub const NAMED: f64 = 30.0;
 /// Share of χ² that laws explain which errors of their form may leave.
 pub(crate) const LAW: f64 = 0.001;
 /// Probability of what nominal parameters have to take, in tolerances, below which it is a finding of

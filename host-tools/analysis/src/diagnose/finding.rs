@@ -174,6 +174,18 @@ pub struct Region {
     pub regime: String,
 }
 
+/// The largest evidence of any effect that may be named, by the stage that tests it; named from
+/// a limit on. None where nothing was tested, or gained enough to be looked at closely.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StrongestEvidence {
+    /// Between sent and executed velocity.
+    pub actuator: Option<f64>,
+    /// On the reading.
+    pub wrench: Option<f64>,
+    /// In the rig's model of the spacecraft.
+    pub body: Option<f64>,
+}
+
 /// The noise that a log shows against its data sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseFloor {
@@ -236,6 +248,8 @@ pub struct Diagnosis {
     pub looks_like: Vec<String>,
     /// Hypotheses, the likeliest first.
     pub ranked: Vec<Ranked>,
+    /// How much the logs say for the strongest of them, named or not.
+    pub strongest_evidence: StrongestEvidence,
     /// Noise floor per channel and axis.
     pub noise: Vec<NoiseFloor>,
     /// What the reader should know.

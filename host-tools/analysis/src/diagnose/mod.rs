@@ -41,6 +41,7 @@ mod structure;
 mod timed_logs;
 mod wrench;
 
+pub use evidence::NAMED;
 pub use finding::*;
 pub(crate) use outcome::levels_of;
 

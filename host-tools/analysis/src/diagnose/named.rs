@@ -96,7 +96,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
             }));
         }
     }
-    for fit in &stages.body {
+    for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
         let mut one = one.with_evidence(fit.evidence, most_of(fit.contrast, fit.left));
         for (name, (value, sigma, unit)) in &fit.parameters {

@@ -116,6 +116,7 @@ pub(crate) fn conclude(
         regions,
         looks_like,
         ranked,
+        strongest_evidence: ranking::strongest(stages),
         noise: stages.noise.clone(),
         notes,
         unseen,

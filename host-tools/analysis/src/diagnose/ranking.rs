@@ -3,9 +3,10 @@
 use super::actuator::Candidate;
 use super::engine::{Stages, is_shape};
 use super::evidence;
-use super::finding::{Experiment, Ranked, RunnerUp};
+use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
 use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
+use super::wrench::Tested;
 use crate::model::Channel;
 use std::collections::BTreeMap;
 
@@ -58,7 +59,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         }
     }
     all.extend(in_place(stages));
-    for body in &stages.body {
+    for body in &stages.body.accepted {
         all.push(Ranked {
             effects: vec![body.id.to_owned()],
             beside: Vec::new(),
@@ -110,6 +111,30 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     });
     all.retain(|one| both(one) > 10.0);
     shortened(all)
+}
+
+/// The largest evidence of any effect of each stage.
+pub(super) fn strongest(stages: &Stages) -> StrongestEvidence {
+    let wrench = stages.wrench.as_ref();
+    StrongestEvidence {
+        actuator: stages.actuator.as_ref().and_then(|a| a.strongest),
+        wrench: wrench.and_then(|w| strongest_of(&w.found.ranked)),
+        body: stages.body.strongest,
+    }
+}
+
+/// The largest evidence of an effect beside those that it was tried with: as in the decision, two
+/// count for what the pair has beyond the better one of them alone.
+fn strongest_of(ranked: &[Tested]) -> Option<f64> {
+    let possible = || ranked.iter().filter(|t| t.wrong.is_empty());
+    let of_last = |pair: &Tested| {
+        let ids = pair.ids();
+        let fewer =
+            |t: &&Tested| t.effects.len() < ids.len() && t.ids().iter().all(|id| ids.contains(id));
+        let alone = possible().filter(fewer).map(|t| t.evidence);
+        pair.evidence - alone.fold(0.0, f64::max)
+    };
+    possible().map(of_last).max_by(f64::total_cmp)
 }
 
 /// An error of the clock and the stage of the actuator that it looks like, the believed one first.

@@ -126,6 +126,7 @@ fn actuator_stage(
         white,
         count: cost.count(),
         intervals: actuator::intervals(&search, &fitted),
+        strongest: search.strongest(cost),
         search,
     })
 }

@@ -103,6 +103,7 @@ impl CaseSpec {
                 expected: self.expected(),
                 level: self.level,
                 size: self.size,
+                noise: self.noise,
                 z_oracle_test,
                 z_nominal_test,
             },

@@ -60,6 +60,7 @@ mod truth;
 pub use case::{Case, CaseSpec};
 pub use effect::{IDS, OUTSIDE_IDS};
 pub use log::HEADER;
+pub use noise::NoiseRange;
 pub use residual::normalised;
 pub use suite::{nothing_hidden, size_sweep, suite};
 pub use truth::{Level, Truth, Verdict, parse_truth, truth_json};

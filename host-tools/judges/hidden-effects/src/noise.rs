@@ -3,6 +3,7 @@
 use nalgebra::{Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
 
 use crate::meta::NoiseSigma;
 
@@ -90,12 +91,17 @@ pub(crate) struct NoiseCharacter {
 }
 
 /// How far the noise of a case may be from the data sheet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NoiseRange {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseRange {
     /// A third of the logs up to 1.3 times as large, a quarter with an autoregressive wrench.
+    #[default]
     Usual,
-    /// All logs: up to 1.6 times as large, the wrench autoregressive, half of the velocities too.
+    /// All logs: up to 1.6 times as large, the wrench autoregressive.
     Wide,
+    /// The same, and the velocity autoregressive: the model multiplies its difference by the mass of
+    /// the tool, so the residuals of both channels have the same noise.
+    ColouredVelocity,
 }
 
 impl NoiseCharacter {
@@ -111,12 +117,20 @@ impl NoiseCharacter {
     pub(crate) fn draw(range: NoiseRange, noise: &mut Noise) -> Self {
         match range {
             NoiseRange::Usual => Self::usual(noise),
-            NoiseRange::Wide => Self {
-                wrench_factor: noise.between(1.0, 1.6),
-                motion_factor: noise.between(1.0, 1.6),
-                ar_coefficient: noise.between(-0.3, 0.8),
-                motion_ar_coefficient: noise.between(-0.3, 0.3).max(0.0),
+            NoiseRange::Wide => Self::wide(noise),
+            NoiseRange::ColouredVelocity => Self {
+                motion_ar_coefficient: noise.between(0.1, 0.3),
+                ..Self::wide(noise)
             },
+        }
+    }
+
+    fn wide(noise: &mut Noise) -> Self {
+        Self {
+            wrench_factor: noise.between(1.0, 1.6),
+            motion_factor: noise.between(1.0, 1.6),
+            ar_coefficient: noise.between(-0.3, 0.8),
+            motion_ar_coefficient: 0.0,
         }
     }
 

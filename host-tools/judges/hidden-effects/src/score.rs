@@ -126,7 +126,7 @@ impl Scores {
     /// Middle drop, %.
     #[must_use]
     pub fn median_drop_percent(&self) -> Option<f64> {
-        middle(&self.error_drop_percent)
+        quantile(&self.error_drop_percent, 0.5)
     }
 
     /// Worst drop, %.
@@ -145,10 +145,10 @@ impl Scores {
         }
     }
 
-    /// Median and longest time, s.
+    /// Time that this share of the diagnoses is done within, s.
     #[must_use]
-    pub fn median_and_max_seconds(&self) -> Option<(f64, f64)> {
-        middle(&self.seconds).zip(self.seconds.last().copied())
+    pub fn seconds_of(&self, share: f64) -> Option<f64> {
+        quantile(&self.seconds, share)
     }
 }
 
@@ -185,9 +185,14 @@ fn insert(sorted: &mut Vec<f64>, value: f64) {
     sorted.insert(at, value);
 }
 
-fn middle(sorted: &[f64]) -> Option<f64> {
-    let n = sorted.len();
-    let upper = *sorted.get(n / 2)?;
-    let lower = *sorted.get((n - 1) / 2)?;
-    Some(0.5 * (lower + upper))
+/// Quantile of ascending values, between two of them by linear interpolation.
+#[must_use]
+pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    let place = share.clamp(0.0, 1.0) * last as f64;
+    let (lower, upper) = (
+        sorted[place.floor() as usize],
+        sorted[place.ceil() as usize],
+    );
+    Some(lower + place.fract() * (upper - lower))
 }

@@ -112,18 +112,22 @@ pub fn suite(seed: u64) -> Vec<CaseSpec> {
 }
 
 /// Logs with nothing hidden, one half with parameters that are off within declared tolerances, one
-/// half with noise that is far from the data sheet.
+/// third with each [`NoiseRange`].
 #[must_use]
 pub fn nothing_hidden(seed: u64, count: usize) -> Vec<CaseSpec> {
     let levels = [Level::Null, Level::NullWithinTolerance];
-    let ranges = [NoiseRange::Usual, NoiseRange::Wide];
+    let ranges = [
+        NoiseRange::Usual,
+        NoiseRange::Wide,
+        NoiseRange::ColouredVelocity,
+    ];
     let spec = |i: usize| CaseSpec {
         name: format!("n{:03}", i + 1),
         seed: mix(seed, 20_000 + i as u64),
         level: levels[i % 2],
         effects: Vec::new(),
         size: 0.0,
-        noise: ranges[i / 2 % 2],
+        noise: ranges[i / 2 % 3],
     };
     (0..count).map(spec).collect()
 }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use crate::noise::NoiseRange;
+
 /// What a tool may say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -60,6 +62,8 @@ pub struct Truth {
     /// Size factor, 1 = an excess of about 0.4 to 3 N rms; of [`Level::Small`] the excess itself, in
     /// multiples of the oracle's z; 0 when nothing is hidden or unknown.
     pub size: f64,
+    /// Its noise.
+    pub noise: NoiseRange,
     /// z of [A, B, C, K] on the test log without the effect (same seed, same noise).
     pub z_oracle_test: [f64; 4],
     /// z of [A, B, C, K] on the test log under the nominal model.
@@ -90,6 +94,8 @@ struct Entry {
     expected: Verdict,
     #[serde(default)]
     size: f64,
+    #[serde(default)]
+    noise: NoiseRange,
     test: LogZ,
 }
 
@@ -137,6 +143,7 @@ pub fn parse_truth(text: &str) -> Result<BTreeMap<String, Truth>, serde_json::Er
         expected: entry.expected,
         level: entry.level,
         size: entry.size,
+        noise: entry.noise,
         z_oracle_test: entry.test.z_oracle.into(),
         z_nominal_test: entry.test.z_nominal.into(),
     };
@@ -184,6 +191,7 @@ fn entry(truth: &Truth) -> Value {
         "level": truth.level,
         "expected": truth.expected,
         "size": truth.size,
+        "noise": truth.noise,
         "test": {
             "z_nominal": Channels::from(truth.z_nominal_test),
             "z_oracle": Channels::from(truth.z_oracle_test),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use softdock_hidden_effects::score::{
     Answer, Rate, Scores, error_drop_percent, parse_answers, score,
 };
-use softdock_hidden_effects::{Level, Truth, Verdict, parse_truth, suite, truth_json};
+use softdock_hidden_effects::{Level, NoiseRange, Truth, Verdict, parse_truth, suite, truth_json};
 
 fn truth(level: Level, effects: &[&str], expected: Verdict) -> Truth {
     Truth {
@@ -14,6 +14,7 @@ fn truth(level: Level, effects: &[&str], expected: Verdict) -> Truth {
         expected,
         level,
         size: 1.0,
+        noise: NoiseRange::Usual,
         z_oracle_test: [1.0, 1.0, 0.0, 1.0],
         z_nominal_test: [1.0, 3.0, 0.0, 1.0],
     }
@@ -163,7 +164,9 @@ fn summary_of_drops_and_times() {
             .is_some_and(|d| d > 90.0 && d < 100.0)
     );
     assert_eq!(scores.drop_of_90_percent(), rate(2, 3));
-    assert_eq!(scores.median_and_max_seconds(), Some((0.2, 0.3)));
+    let seconds = [0.5, 0.75, 1.0].map(|share| scores.seconds_of(share));
+    let close = |s: Option<f64>, to: f64| s.is_some_and(|s| (s - to).abs() < 1e-12);
+    assert!(close(seconds[0], 0.2) && close(seconds[1], 0.25) && close(seconds[2], 0.3));
     assert_eq!(Scores::default().median_drop_percent(), None);
 }
 

@@ -93,6 +93,15 @@ impl Search {
         cost.quieten(best.map(|c| &c.terms[..]))
     }
 
+    /// The largest evidence of any stage alone.
+    pub(crate) fn strongest(&self, cost: &Cost<'_>) -> Option<f64> {
+        let nominal = self.nominal.priced(cost);
+        let causes = self.singles.iter().filter(|c| is_a_cause(c, cost));
+        causes
+            .map(|c| nominal - c.priced(cost))
+            .max_by(f64::total_cmp)
+    }
+
     /// What is accepted.
     pub(crate) fn terms(&self) -> &[Term] {
         self.accepted.as_ref().map_or(&[], |c| &c.terms)

@@ -3,14 +3,21 @@
 //! The logs come from a generator that knows nothing of this program's own effects, or from a
 //! folder of docking-rig-log/1 cases with their `truth.json`.
 
+pub mod coverage;
+pub mod nulls;
+pub mod tables;
+pub mod truth;
+
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
-use softdock_analysis::diagnose::{self, Diagnosis};
+use softdock_analysis::diagnose::{self, Diagnosis, StrongestEvidence};
 use softdock_analysis::import::{ImportedLogs, docking_rig_log};
 use softdock_hidden_effects::score::{Answer, Rate, Scores, error_drop_percent};
-use softdock_hidden_effects::{CaseSpec, Level, Truth, Verdict, parse_truth};
+use softdock_hidden_effects::{CaseSpec, Level, NoiseRange, Truth, Verdict, parse_truth};
+use std::collections::BTreeMap;
 use std::path::Path;
+use truth::Interval;
 
 /// One case with what was said about it.
 #[derive(Clone, Debug, Serialize)]
@@ -19,8 +26,10 @@ pub struct Row {
     pub name: String,
     /// Its kind.
     pub level: Level,
-    /// Size of the effect, 1 being well visible.
+    /// Size of the effect, 1 being well visible; see [`Truth::size`].
     pub size: f64,
+    /// Its noise.
+    pub noise: NoiseRange,
     /// What is hidden.
     pub hidden: Vec<String>,
     /// What was said.
@@ -35,6 +44,12 @@ pub struct Row {
     pub seconds: f64,
     /// The diagnosis in a sentence.
     pub sentence: String,
+    /// Probability of each effect that was found.
+    pub probability: BTreeMap<String, f64>,
+    /// Intervals of hidden effects that were named.
+    pub intervals: Vec<Interval>,
+    /// How much the logs say for the strongest effect, named or not.
+    pub strongest_evidence: StrongestEvidence,
 }
 
 /// Rows and scores.
@@ -46,18 +61,21 @@ pub struct Bench {
     pub scores: Scores,
 }
 
-/// Diagnoses generated cases, two at a time; `done` is called after each.
+/// Diagnoses generated cases, as many at a time as there are processors; `done` is called after each.
+///
+/// # Errors
+///
+/// Cases that the import refuses.
 pub fn generated(specs: &[CaseSpec], done: &(dyn Fn() + Sync)) -> anyhow::Result<Bench> {
-    let results: Vec<anyhow::Result<(String, Truth, Answer, String)>> = specs
+    let results: Vec<anyhow::Result<Judged>> = specs
         .par_iter()
         .map(|spec| {
             let case = spec.generate();
             let logs = docking_rig_log::from_text(&case.meta_json, &case.train_csv, &case.test_csv)
                 .with_context(|| format!("case {}", case.name))?;
-            let diagnosis = judge(&logs)?;
+            let judged = judge(case.name, case.truth, &logs)?;
             done();
-            let sentence = diagnosis.sentence.clone();
-            Ok((case.name, case.truth, answer(&diagnosis), sentence))
+            Ok(judged)
         })
         .collect();
     collect(results)
@@ -73,10 +91,9 @@ pub fn folder(path: &Path, done: &(dyn Fn() + Sync)) -> anyhow::Result<Bench> {
         .into_par_iter()
         .map(|(name, truth)| {
             let logs = docking_rig_log::read(&path.join(&name))?;
-            let diagnosis = judge(&logs)?;
+            let judged = judge(name, truth, &logs)?;
             done();
-            let sentence = diagnosis.sentence.clone();
-            Ok((name, truth, answer(&diagnosis), sentence))
+            Ok(judged)
         })
         .collect();
     collect(results)
@@ -99,9 +116,41 @@ pub fn truths(path: &Path) -> anyhow::Result<Vec<(String, Truth)>> {
     Ok(truths.into_iter().collect())
 }
 
-fn judge(logs: &ImportedLogs) -> anyhow::Result<Diagnosis> {
+/// A case with its answer.
+struct Judged {
+    truth: Truth,
+    answer: Answer,
+    row: Row,
+}
+
+fn judge(name: String, truth: Truth, logs: &ImportedLogs) -> anyhow::Result<Judged> {
     let report = diagnose::diagnose(&logs.model, &[&logs.train], &[&logs.test], &|_, _| {})?;
-    Ok(report.diagnosis)
+    let diagnosis = report.diagnosis;
+    let answer = answer(&diagnosis);
+    let sorted = |ids: &[String]| {
+        let mut ids = ids.to_vec();
+        ids.sort();
+        ids
+    };
+    let right = answer.verdict == truth.expected
+        && (answer.verdict != Verdict::Named || sorted(&answer.effects) == sorted(&truth.effects));
+    let row = Row {
+        name,
+        level: truth.level,
+        size: truth.size,
+        noise: truth.noise,
+        hidden: truth.effects.clone(),
+        verdict: answer.verdict,
+        effects: answer.effects.clone(),
+        right,
+        drop_percent: error_drop_percent(&truth, &answer),
+        seconds: answer.seconds,
+        intervals: truth::intervals(&diagnosis, &truth, &logs.model),
+        strongest_evidence: diagnosis.strongest_evidence,
+        sentence: diagnosis.sentence,
+        probability: diagnosis.probability,
+    };
+    Ok(Judged { truth, answer, row })
 }
 
 fn answer(diagnosis: &Diagnosis) -> Answer {
@@ -125,40 +174,26 @@ fn answer(diagnosis: &Diagnosis) -> Answer {
     }
 }
 
-fn collect(results: Vec<anyhow::Result<(String, Truth, Answer, String)>>) -> anyhow::Result<Bench> {
+fn collect(results: Vec<anyhow::Result<Judged>>) -> anyhow::Result<Bench> {
     let mut bench = Bench::default();
     for result in results {
-        let (name, truth, answer, sentence) = result?;
-        bench.scores.add(&truth, Some(&answer));
-        let mut named = answer.effects.clone();
-        named.sort();
-        let mut hidden = truth.effects.clone();
-        hidden.sort();
-        let right = answer.verdict == truth.expected
-            && (answer.verdict != Verdict::Named || named == hidden);
-        bench.rows.push(Row {
-            drop_percent: error_drop_percent(&truth, &answer),
-            name,
-            level: truth.level,
-            size: truth.size,
-            hidden: truth.effects,
-            verdict: answer.verdict,
-            effects: answer.effects,
-            right,
-            seconds: answer.seconds,
-            sentence,
-        });
+        let judged = result?;
+        bench.scores.add(&judged.truth, Some(&judged.answer));
+        bench.rows.push(judged.row);
     }
     Ok(bench)
 }
 
 /// The scores with their names.
-pub fn rates(scores: &Scores) -> [(&'static str, Rate); 8] {
+pub fn rates(scores: &Scores) -> [(&'static str, Rate); 11] {
     [
         ("single effect first", scores.single_top1),
         ("single effect among three", scores.single_top3),
         ("compound, exact pair", scores.compound_exact),
         ("compound, one of the pair", scores.compound_any),
+        ("three effects, exact", scores.triple_exact),
+        ("small effect first", scores.small_top1),
+        ("effect in one log, logs disagree", scores.logs_disagree),
         ("nothing hidden, clean", scores.null_clean),
         ("outside, unexplained", scores.outside_unexplained),
         ("verdict and effects exact", scores.rank_all_correct),

@@ -1,0 +1,159 @@
+//! `softdock bench diagnose`: how often the diagnosis is right, and how right what it says is.
+
+use super::super::{print, print_json};
+use crate::bench::diagnose::coverage::{Coverage, Said, coverage, said};
+use crate::bench::diagnose::nulls::Nothing;
+use crate::bench::diagnose::{self, Bench as Scored, Row, rates, tables};
+use anyhow::Result;
+use clap::Args;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use softdock_hidden_effects::{CaseSpec, nothing_hidden, size_sweep, suite};
+use std::path::PathBuf;
+
+/// Hide effects in simulated logs and count how often the diagnosis is right.
+///
+/// The logs come from a generator of its own, which knows nothing of the effects in this program:
+/// single effects of many sizes, pairs, triples, effects in one log only, logs with nothing hidden,
+/// parameters that are off within their tolerances, and effects that no catalogue contains. Also
+/// counted: how often a 95 % interval contains the truth, and what is said with which probability.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock bench diagnose --seed 3
+         softdock bench diagnose --ladder
+         softdock bench diagnose --nothing-hidden 300
+         softdock bench diagnose --folder cases")]
+pub(super) struct Diagnose {
+    /// Seed of the generator
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only the first N cases
+    #[arg(long, value_name = "N")]
+    count: Option<usize>,
+    /// How small an effect is still found: the same effects at falling sizes
+    #[arg(long)]
+    ladder: bool,
+    /// How much evidence N logs with nothing hidden show, and the limit that follows
+    #[arg(long, value_name = "N", conflicts_with_all = ["count", "ladder"])]
+    nothing_hidden: Option<usize>,
+    /// A folder of docking-rig-log/1 cases with their truth.json, instead of the generator
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["count", "ladder", "nothing_hidden"])]
+    folder: Option<PathBuf>,
+    /// Print every case, not only those that went wrong
+    #[arg(long)]
+    all: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    scores: Vec<Score>,
+    median_drop_percent: Option<f64>,
+    min_drop_percent: Option<f64>,
+    coverage_of_95_percent: Vec<Coverage>,
+    said_probabilities: Vec<Said>,
+    median_seconds: Option<f64>,
+    seconds_of_90_percent: Option<f64>,
+    max_seconds: Option<f64>,
+    memory_mb: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nothing_hidden: Option<Nothing>,
+    rows: &'a [Row],
+}
+
+#[derive(Serialize)]
+struct Score {
+    name: &'static str,
+    right: usize,
+    of: usize,
+}
+
+impl Diagnose {
+    pub(super) fn execute(self) -> Result<()> {
+        let scored = match &self.folder {
+            Some(folder) => {
+                let bar = ProgressBar::new(diagnose::truths(folder)?.len() as u64);
+                diagnose::folder(folder, &|| bar.inc(1))?
+            }
+            None => {
+                let specs = self.specs();
+                let bar = ProgressBar::new(specs.len() as u64);
+                diagnose::generated(&specs, &|| bar.inc(1))?
+            }
+        };
+        let nothing = self.nothing_hidden.map(|_| Nothing::of(&scored.rows));
+        if self.json {
+            return print_json(&document(&scored, nothing));
+        }
+        print(&self.text(&scored, nothing.as_ref()))
+    }
+
+    fn specs(&self) -> Vec<CaseSpec> {
+        let mut specs = match self.nothing_hidden {
+            Some(count) => nothing_hidden(self.seed, count),
+            None if self.ladder => size_sweep(self.seed),
+            None => suite(self.seed),
+        };
+        specs.truncate(self.count.unwrap_or(usize::MAX));
+        specs
+    }
+
+    fn text(&self, scored: &Scored, nothing: Option<&Nothing>) -> String {
+        let mut parts = Vec::new();
+        if self.ladder {
+            parts.push(tables::ladder(&scored.rows).to_string());
+        }
+        let shown = scored.rows.iter().filter(|r| self.all || !r.right);
+        let shown: Vec<&Row> = shown.collect();
+        if !shown.is_empty() {
+            parts.push(tables::cases(&shown).to_string());
+        }
+        match nothing {
+            Some(nothing) => {
+                parts.push(tables::alarms(nothing).to_string());
+                parts.push(tables::evidence(nothing).to_string());
+                parts.push(tables::limits(nothing));
+            }
+            None => {
+                parts.push(tables::coverage(&coverage(&scored.rows)).to_string());
+                parts.push(tables::probabilities(&said(&scored.rows)).to_string());
+                parts.push(tables::summary(scored).to_string());
+            }
+        }
+        parts.push(tables::cost(scored, peak_memory_mb()).to_string());
+        format!("{}\n", parts.join("\n\n"))
+    }
+}
+
+fn document(scored: &Scored, nothing_hidden: Option<Nothing>) -> Document<'_> {
+    let scores = &scored.scores;
+    Document {
+        scores: rates(scores)
+            .into_iter()
+            .map(|(name, rate)| Score {
+                name,
+                right: rate.right,
+                of: rate.of,
+            })
+            .collect(),
+        median_drop_percent: scores.median_drop_percent(),
+        min_drop_percent: scores.min_drop_percent(),
+        coverage_of_95_percent: coverage(&scored.rows),
+        said_probabilities: said(&scored.rows),
+        median_seconds: scores.seconds_of(0.5),
+        seconds_of_90_percent: scores.seconds_of(0.9),
+        max_seconds: scores.seconds_of(1.0),
+        memory_mb: peak_memory_mb(),
+        nothing_hidden,
+        rows: &scored.rows,
+    }
+}
+
+/// The most memory that this process has had, MB; None where the system does not say.
+fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes / 1024.0)
+}
