@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn every_name_is_one_of_the_catalogue() {
         for (effect, _, ours) in NAMES.iter().filter(|n| !n.2.contains("rad")) {
-            let entry = softdock_control::effects::by_id(effect).unwrap();
+            let entry = softdock_analysis::effects::by_id(effect).unwrap();
             assert!(
                 entry.parameters.iter().any(|p| p.name == *ours),
                 "{effect}: {ours}"
