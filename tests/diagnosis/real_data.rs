@@ -9,9 +9,19 @@ use softdock_analysis::model::{Axis, Channel};
 use softdock_analysis::recording::Recording;
 use softdock_tests::process::recorded_data;
 use std::path::Path;
+use std::sync::LazyLock;
 
-/// Diagnosis of an example, and the log that it was fitted on.
-fn diagnosed(data_name: &str, example: &str) -> Option<(Report, Recording)> {
+/// Diagnosis of an example, the log that it was fitted on, and the unseen one.
+struct Diagnosed {
+    report: Report,
+    train: Recording,
+    test: Option<Recording>,
+}
+
+/// The axis, diagnosed once for all tests.
+static EMPS: LazyLock<Option<Diagnosed>> = LazyLock::new(|| diagnosed("emps", "emps"));
+
+fn diagnosed(data_name: &str, example: &str) -> Option<Diagnosed> {
     let data = recorded_data(data_name)?;
     let mapping = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let mapping = mapping.join(example).join("mapping.toml");
@@ -20,7 +30,11 @@ fn diagnosed(data_name: &str, example: &str) -> Option<(Report, Recording)> {
     let quiet = |_: f64, _: &str| {};
     let test: Vec<&Recording> = logs.test.iter().collect();
     let report = diagnose(&model, &[&logs.train], &test, &quiet).unwrap();
-    Some((report, logs.train))
+    Some(Diagnosed {
+        report,
+        train: logs.train,
+        test: logs.test,
+    })
 }
 
 /// Root mean square of what a prediction leaves of one reading of the sensor, and of the reading.
@@ -50,7 +64,7 @@ fn percent_left(prediction: &Prediction) -> f64 {
 /// refused. What is left of the training log stands at the reversals.
 #[test]
 fn the_friction_of_a_real_axis_is_named() {
-    let Some((report, train)) = diagnosed("emps", "emps") else {
+    let Some(Diagnosed { report, train, .. }) = &*EMPS else {
         return;
     };
     let found = &report.diagnosis;
@@ -63,7 +77,7 @@ fn the_friction_of_a_real_axis_is_named() {
         );
     }
     let errors = (
-        percent_left(&predict(&report.after, &train).unwrap()),
+        percent_left(&predict(&report.after, train).unwrap()),
         percent_left(&report.after_prediction),
     );
     assert!(errors.0 < 2.8 && errors.1 < 3.4, "{errors:?} %");
@@ -81,11 +95,28 @@ fn the_friction_of_a_real_axis_is_named() {
     assert!(rest.contains("velocity along x is below"), "{rest}");
 }
 
+/// What was added is not found again, nor anything in its place.
+#[test]
+fn nothing_is_missing_after_what_was_named_is_in_the_model() {
+    let Some(Diagnosed {
+        report,
+        train,
+        test,
+    }) = &*EMPS
+    else {
+        return;
+    };
+    let test: Vec<&Recording> = test.iter().collect();
+    let again = diagnose(&report.after, &[train], &test, &|_, _| {}).unwrap();
+    let found = &again.diagnosis;
+    assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
+}
+
 /// Half a millisecond of delay in a motion below 40 Hz looks like half a millisecond of lag: one of
 /// them is named, and the other one is as good.
 #[test]
 fn the_delay_of_a_real_axis_is_not_told_from_a_lag() {
-    let Some((report, _)) = diagnosed("emps", "emps") else {
+    let Some(Diagnosed { report, .. }) = &*EMPS else {
         return;
     };
     let found = &report.diagnosis.parameters;
@@ -109,7 +140,7 @@ fn the_delay_of_a_real_axis_is_not_told_from_a_lag() {
 /// 0.285 N per axis of the poses that were kept back.
 #[test]
 fn weight_and_zero_of_a_sensor_are_found() {
-    let Some((report, _)) = diagnosed("ft_gravity_ati", "ati-gravity") else {
+    let Some(Diagnosed { report, .. }) = diagnosed("ft_gravity_ati", "ati-gravity") else {
         return;
     };
     let found = &report.diagnosis;

@@ -144,8 +144,8 @@ pub(crate) struct WrenchFinding {
     pub found: wrench::Found,
     /// All logs, ready for further questions.
     pub prepared: Joint,
-    /// What rounds before this one accepted, the evidence for it, and by how much χ² fell.
-    pub earlier: (Vec<Fitted>, Vec<f64>, f64),
+    /// What rounds before this one accepted, and the evidence for it.
+    pub earlier: (Vec<Fitted>, Vec<f64>),
 }
 
 /// What is asked of the stages.

@@ -258,7 +258,7 @@ fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
     }
     if let Some(found) = &stages.wrench {
         let accepted = found.found.accepted.as_ref();
-        let mut left = structure::left(&found.prepared, accepted, found.earlier.2);
+        let mut left = structure::left(&found.prepared, accepted);
         if stages.clock.jitter.is_some() {
             // Instants that were recovered but for noise leave bursts where the load is steep.
             let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);

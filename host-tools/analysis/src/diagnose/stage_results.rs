@@ -160,14 +160,14 @@ fn wrench_rounds(
         let Some(mut next) = search(&known, question) else {
             break;
         };
-        let worth = |more: &wrench::Tested| more.gain > threshold(accepted.gain);
+        let worth =
+            |more: &wrench::Tested| more.gain > threshold(finding.prepared.known + accepted.gain);
         if !next.found.accepted.as_ref().is_some_and(worth) {
             break;
         }
         next.earlier = finding.earlier;
         next.earlier.0.extend(accepted.effects.iter().cloned());
         next.earlier.1.extend(finding.found.evidence);
-        next.earlier.2 += accepted.gain;
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
@@ -205,7 +205,7 @@ fn wrench_stage(
     Some(WrenchFinding {
         found,
         prepared,
-        earlier: (Vec::new(), Vec::new(), 0.0),
+        earlier: (Vec::new(), Vec::new()),
     })
 }
 

@@ -51,8 +51,7 @@ impl Left {
 }
 
 /// What effects leave of the wrench.
-/// `earlier`: by how much χ² fell before.
-pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, earlier: f64) -> Left {
+pub(crate) fn left(joint: &Joint, tested: Option<&Tested>) -> Left {
     let rests = joint.rests(tested);
     let of_logs: Vec<(Vec<Structure>, f64)> = joint
         .logs
@@ -68,7 +67,7 @@ pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, earlier: f64) -> Left
         })
         .collect();
     let excess: f64 = of_logs.iter().map(|(_, excess)| excess).sum();
-    let removed = earlier + tested.map_or(0.0, |t| t.gain);
+    let removed = joint.known + tested.map_or(0.0, |t| t.gain);
     Left {
         axes,
         share: excess / (excess + removed).max(1.0),

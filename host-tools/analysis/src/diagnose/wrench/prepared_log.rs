@@ -116,6 +116,9 @@ pub(crate) struct Joint {
     pub fitted: usize,
     /// The regression of all.
     pub problem: Problem,
+    /// By how much χ² falls with the effects that the model has already: laws whose form may be as
+    /// wrong as those of effects that are looked for.
+    pub known: f64,
     /// Tolerances that are not available: what they would have to take is a finding.
     frozen: Vec<usize>,
 }
@@ -124,12 +127,26 @@ impl Joint {
     /// All logs together.
     pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize) -> Self {
         let problem = problem(&logs, &[], |_, _| true);
-        Self {
+        let mut joint = Self {
             logs,
             fitted,
             problem,
+            known: 0.0,
             frozen: Vec::new(),
+        };
+        let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
+        known.iter_mut().for_each(|column| column.scale(-1.0));
+        if known.iter().any(|column| !column.is_zero()) {
+            let without = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
+            // Their own uncertainty, which is among the tolerances, must not stand in for them.
+            let squares = |white: &Column| -> f64 {
+                let at_rest = DVector::zeros(joint.all_tolerances());
+                let rest = joint.problem.rest(white, &at_rest);
+                rest.0.iter().flatten().map(|r| r * r).sum()
+            };
+            joint.known = (squares(&without) - squares(&Column::default())).max(0.0);
         }
+        joint
     }
 
     /// The regression of some rows: `keeps` is asked for log and row.

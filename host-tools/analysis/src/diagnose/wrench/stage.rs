@@ -115,7 +115,7 @@ impl Work<'_> {
     /// Physics and the rounding of the readings allow it.
     fn is_possible(&self, tested: &Tested) -> bool {
         let price = self.price * tested.parameters as f64 + PRIOR * tested.effects.len() as f64;
-        tested.wrong.is_empty() && tested.beyond_rounding > threshold(0.0) + price
+        tested.wrong.is_empty() && tested.beyond_rounding > threshold(self.joint.known) + price
     }
 
     fn parts(&self, tested: &Tested) -> Vec<Part> {
@@ -145,7 +145,7 @@ impl Work<'_> {
     /// The best of some hypotheses with more evidence than what there is.
     fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let explained = threshold(now.gain) - threshold(0.0);
+        let explained = threshold(self.joint.known + now.gain) - threshold(0.0);
         let better = |t: &Tested| {
             let form = if t.effects.len() > now.effects.len() {
                 explained
@@ -212,7 +212,7 @@ impl Work<'_> {
             let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
             let (place, evidence) = least.map(|(place, e)| (place, *e))?;
             let others = now.gain - now.gain.min(evidence.max(0.0));
-            if evidence >= threshold(others) {
+            if evidence >= threshold(self.joint.known + others) {
                 return Some(now);
             }
             let mut rest = self.parts(&now);

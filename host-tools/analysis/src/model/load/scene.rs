@@ -308,6 +308,13 @@ impl Scene {
         self.pose.is_empty()
     }
 
+    /// What effects of the model file make of the reading.
+    pub fn known(&self) -> Column {
+        Column::of(self.len(), |n| {
+            std::array::from_fn(|axis| self.reading.at(axis, n) - self.nominal.at(axis, n))
+        })
+    }
+
     /// Reading of all axes in a cycle.
     pub fn reading_at(&self, n: usize) -> [f64; 6] {
         std::array::from_fn(|axis| self.reading.at(axis, n))
