@@ -29,6 +29,18 @@ struct Response {
     rows: [[f64; 5]; 5],
 }
 
+impl Response {
+    /// Moves the states on; returns the mean of the output.
+    fn advance(&self, state: &mut [f64; 4], input: f64) -> f64 {
+        let [a, b, c, d] = *state;
+        let row =
+            |row: &[f64; 5]| row[0] * a + row[1] * b + row[2] * c + row[3] * d + row[4] * input;
+        let [to_a, to_b, to_c, to_d, to_mean] = &self.rows;
+        *state = [row(to_a), row(to_b), row(to_c), row(to_d)];
+        row(to_mean)
+    }
+}
+
 /// A lag below this is none, s.
 const NO_LAG_S: f64 = 1e-9;
 /// More durations than this are not worth keeping: the cycles are not alike.
@@ -97,31 +109,35 @@ impl LinearStages {
             self.digits = DIGITS.map(respond).collect();
         }
         let (mut left_s, mut path) = (duration_s, 0.0);
-        let mut moved = Moved::constant(input);
-        for digit in 0..self.digits.len() {
-            let response = self.digits[digit];
-            while left_s >= response.duration_s {
-                moved = self.apply(input, &response);
-                path += moved.mean * response.duration_s;
-                left_s -= response.duration_s;
+        for digit in &self.digits {
+            while left_s >= digit.duration_s {
+                path += digit.advance(&mut self.state, input) * digit.duration_s;
+                left_s -= digit.duration_s;
             }
         }
-        moved.mean = path / (duration_s - left_s).max(f64::MIN_POSITIVE);
-        moved
+        let advanced_s = duration_s - left_s;
+        if advanced_s <= 0.0 {
+            return Moved::constant(input);
+        }
+        Moved {
+            mean: path / advanced_s,
+            end: self.output(),
+        }
     }
 
     fn apply(&mut self, input: f64, response: &Response) -> Moved {
-        let [a, b, c, d] = self.state;
-        let from = [a, b, c, d, input];
-        let row = |row: &[f64; 5]| row.iter().zip(&from).map(|(r, x)| r * x).sum::<f64>();
-        let [a, b, c, d, mean] = response.rows.each_ref().map(row);
-        self.state = [a, b, c, d];
-        let end = match (self.resonance, self.lags_s[1] >= NO_LAG_S) {
-            (Some(_), _) => c,
-            (None, true) => b,
-            (None, false) => a,
-        };
+        let mean = response.advance(&mut self.state, input);
+        let end = self.output();
         Moved { mean, end }
+    }
+
+    /// The last state of a cascade.
+    fn output(&self) -> f64 {
+        match (self.resonance, self.lags_s[1] >= NO_LAG_S) {
+            (Some(_), _) => self.state[2],
+            (None, true) => self.state[1],
+            (None, false) => self.state[0],
+        }
     }
 
     /// A single lag, or none.
