@@ -1,6 +1,7 @@
 //! The unmodelled wrench, by regression on physical columns.
 
 mod autoregressive;
+mod gram;
 mod model_selection;
 mod motions;
 mod nuisance;

@@ -169,9 +169,7 @@ impl Joint {
     /// Takes tolerances away that a hypothesis strains; returns whether there are any.
     pub(super) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
         let taken = self.taken(tested);
-        let open: Vec<usize> = (0..self.all_tolerances())
-            .filter(|i| !self.frozen.contains(i))
-            .collect();
+        let open: Vec<usize> = self.open_tolerances().collect();
         let strained = strained(taken.as_slice(), self.problem.informed());
         let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
         let any = !strained.is_empty();
@@ -182,8 +180,14 @@ impl Joint {
         any
     }
 
-    fn all_tolerances(&self) -> usize {
+    /// Number of nominal parameters that have a tolerance.
+    pub(super) fn all_tolerances(&self) -> usize {
         self.logs.first().map_or(0, |log| log.tolerances.len())
+    }
+
+    /// Which of them may move within it.
+    pub(super) fn open_tolerances(&self) -> impl Iterator<Item = usize> {
+        (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
     }
 
     /// What the tolerances take beside a hypothesis, in tolerances.
@@ -202,8 +206,7 @@ impl Joint {
         let taken = self.taken(tested);
         let known = self.problem.tolerance_deviations();
         let all = nuisance::all(&first.scene.model);
-        let open = (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i));
-        let each = open.enumerate().filter_map(|(k, i)| {
+        let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
             let nuisance = all.get(i)?;
             let (off, sigma) = (taken[k], known[k]);
             let value = nuisance.value + off * nuisance.tolerance;
@@ -241,9 +244,7 @@ impl Joint {
         let white = self.problem.whitened(&parts.iter().collect::<Vec<_>>());
         let taken = self.problem.tolerances_with(&white);
         let rest = self.problem.rest(&white, &taken);
-        let open: Vec<usize> = (0..self.all_tolerances())
-            .filter(|i| !self.frozen.contains(i))
-            .collect();
+        let open: Vec<usize> = self.open_tolerances().collect();
         let of = |(k, (log, part)): (usize, (&PreparedLog, &Column))| {
             let mut exact = log.residual.clone();
             super::subtract(&mut exact, part, 1.0);

@@ -2,10 +2,10 @@
 //! would gain.
 
 use super::autoregressive::AutoregressiveNoise;
+use super::gram::{dot, gram};
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rayon::prelude::*;
 use std::borrow::Borrow;
 
 /// A column of which tolerances and other columns leave less than this is not determined.
@@ -81,16 +81,16 @@ impl Problem {
                 problem.whitened(&of_logs)
             })
             .collect();
+        let products = problem.all_products(&[] as &[Column]);
         // One tolerance each is the prior.
-        let normal = gram(&problem.tolerances) + DMatrix::identity(size, size);
+        let normal = products.view((0, 0), (size, size)) + DMatrix::identity(size, size);
         // A sum of a unit matrix and a Gram matrix is positive definite.
         problem.factor = normal
             .cholesky()
             .map_or_else(|| DMatrix::identity(size, size), |c| c.l());
-        let products =
-            DVector::from_fn(size, |i, _| dot(&problem.tolerances[i], &problem.residual));
-        problem.spent = problem.below(&products);
-        problem.chi2 = dot(&problem.residual, &problem.residual) - problem.spent.norm_squared();
+        let right = DVector::from_fn(size, |i, _| products[(i, size)]);
+        problem.spent = problem.below(&right);
+        problem.chi2 = products[(size, size)] - problem.spent.norm_squared();
         problem
     }
 
@@ -145,28 +145,36 @@ impl Problem {
         masked
     }
 
-    /// Products of whitened columns with each other and with the residual, after the tolerances
-    /// have taken what they can.
-    pub(crate) fn products(
-        &self,
-        columns: &[impl Borrow<Column> + Sync],
-    ) -> (DMatrix<f64>, DVector<f64>) {
-        let size = columns.len();
-        let with_tolerances = |column: &_| -> Vec<f64> {
-            let column: &Column = Borrow::borrow(column);
-            self.tolerances.iter().map(|t| dot(t, column)).collect()
-        };
-        let products: Vec<Vec<f64>> = columns.par_iter().map(with_tolerances).collect();
-        let against = DMatrix::from_fn(self.tolerances.len(), size, |i, k| products[k][i]);
+    /// Products of the tolerances, of whitened columns and of the residual with each other, in this
+    /// order.
+    pub(super) fn all_products(&self, columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
+        let columns = columns.iter().map(Borrow::borrow);
+        let all = self.tolerances.iter().chain(columns);
+        let all: Vec<&Column> = all.chain([&self.residual]).collect();
+        gram(&all)
+    }
+
+    /// Products of columns with each other and with the residual, after the tolerances have taken
+    /// what they can, from [`Self::all_products`].
+    pub(super) fn after_tolerances(&self, all: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+        let first = self.tolerances.len();
+        let size = all.nrows() - first - 1;
+        let against = all.view((0, first), (first, size)).into_owned();
         let taken = self
             .factor
             .solve_lower_triangular(&against)
             .unwrap_or(against);
-        let right = DVector::from_fn(size, |i, _| dot(columns[i].borrow(), &self.residual));
+        let gram = all.view((first, first), (size, size));
+        let right = DVector::from_fn(size, |i, _| all[(first + i, first + size)]);
         (
-            gram(columns) - taken.transpose() * &taken,
+            gram - taken.transpose() * &taken,
             right - taken.transpose() * &self.spent,
         )
+    }
+
+    /// Both for some columns.
+    fn products(&self, columns: &[impl Borrow<Column> + Sync]) -> (DMatrix<f64>, DVector<f64>) {
+        self.after_tolerances(&self.all_products(columns))
     }
 
     /// How many nominal parameters the logs determine rather than their tolerances: the trace of what
@@ -377,23 +385,6 @@ fn best(
     best.gain.is_finite().then_some((best, Some(open)))
 }
 
-/// Products of columns with each other.
-fn gram(columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
-    let rows: Vec<Vec<f64>> = columns
-        .par_iter()
-        .enumerate()
-        .map(|(i, column)| {
-            columns[..=i]
-                .iter()
-                .map(|other| dot(column.borrow(), other.borrow()))
-                .collect()
-        })
-        .collect();
-    DMatrix::from_fn(columns.len(), columns.len(), |i, k| {
-        rows[i.max(k)][i.min(k)]
-    })
-}
-
 /// Subtracts a multiple of a column.
 pub(crate) fn subtract(from: &mut Column, column: &Column, factor: f64) {
     for (from, series) in from.0.iter_mut().zip(&column.0) {
@@ -404,30 +395,4 @@ pub(crate) fn subtract(from: &mut Column, column: &Column, factor: f64) {
             .zip(series)
             .for_each(|(f, s)| *f -= factor * s);
     }
-}
-
-/// Product of two columns.
-pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
-    a.0.iter().zip(&b.0).map(|(a, b)| dot_series(a, b)).sum()
-}
-
-/// Product of two series; zero if one is empty. Eight sums, which the processor adds side by side.
-fn dot_series(a: &[f64], b: &[f64]) -> f64 {
-    if a.is_empty() || b.is_empty() {
-        return 0.0;
-    }
-    let mut sums = [0.0; 8];
-    let (a_parts, b_parts) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a_parts
-        .remainder()
-        .iter()
-        .zip(b_parts.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a_parts.zip(b_parts) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }

@@ -5,7 +5,8 @@
 //! it swallows what is looked for.
 
 use super::autoregressive::AutoregressiveNoise;
-use super::problem::{Problem, Segment, dot};
+use super::gram::dot;
+use super::problem::{Problem, Segment};
 use crate::model::load::effects::{LoadEffect, Shape};
 use crate::model::load::{Column, Scene};
 use rayon::prelude::*;

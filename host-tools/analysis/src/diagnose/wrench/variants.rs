@@ -30,6 +30,8 @@ pub(crate) struct Library {
     pub variants: Vec<Variant>,
     /// Columns over all logs, in units of the noise.
     pub columns: Vec<Column>,
+    /// Products of all tolerances, the columns and the residual.
+    products: DMatrix<f64>,
     /// Products of the columns after the tolerances.
     pub gram: DMatrix<f64>,
     /// Products with the residual.
@@ -68,18 +70,23 @@ impl Library {
                 signs,
             });
         }
-        let (gram, right) = joint.problem.products(&store.columns);
+        let products = joint.problem.all_products(&store.columns);
+        let (gram, right) = joint.problem.after_tolerances(&products);
         Self {
             variants,
             columns: store.columns,
+            products,
             gram,
             right,
         }
     }
 
-    /// The same columns after other tolerances.
+    /// The same columns after fewer tolerances.
     pub(crate) fn anew(self, joint: &Joint) -> Self {
-        let (gram, right) = joint.problem.products(&self.columns);
+        let (all, open) = (joint.all_tolerances(), joint.open_tolerances());
+        let kept: Vec<usize> = open.chain(all..self.products.nrows()).collect();
+        let products = self.products.select_rows(&kept).select_columns(&kept);
+        let (gram, right) = joint.problem.after_tolerances(&products);
         Self {
             gram,
             right,
