@@ -25,6 +25,63 @@ pub(crate) fn golden(low: f64, high: f64, steps: usize, mut cost: impl FnMut(f64
     if at_left < at_right { left } else { right }
 }
 
+/// Minimum of a smooth `cost` in `low..high`, where and how low: parabolas through the three best
+/// places, golden sections where they do not shrink (Brent 1973, chapter 5). `start` lies inside;
+/// the place is known to `tolerance`.
+pub(crate) fn brent(
+    (low, start, high): (f64, f64, f64),
+    tolerance: f64,
+    mut cost: impl FnMut(f64) -> f64,
+) -> (f64, f64) {
+    /// More than golden sections would take for a millionth of the range.
+    const MOST: usize = 30;
+    let (mut a, mut b) = (low, high);
+    // The best place, the one before it, and the one before that.
+    let mut best = (start, cost(start));
+    let (mut second, mut third) = (best, best);
+    let (mut step, mut before) = (0.0_f64, 0.0_f64);
+    for _ in 0..MOST {
+        let middle = 0.5 * (a + b);
+        if (best.0 - middle).abs() <= 2.0 * tolerance - 0.5 * (b - a) {
+            break;
+        }
+        let parabola = vertex(best, second, third).filter(|vertex| {
+            let inside = vertex - a >= 2.0 * tolerance && b - vertex >= 2.0 * tolerance;
+            inside && (vertex - best.0).abs() < 0.5 * before.abs()
+        });
+        (before, step) = match parabola {
+            Some(vertex) => (step, vertex - best.0),
+            None => {
+                let wider = if best.0 < middle { b } else { a } - best.0;
+                (wider, (1.0 - GOLDEN) * wider)
+            }
+        };
+        let at = best.0 + step.abs().max(tolerance).copysign(step);
+        let new = (at, cost(at));
+        if new.1 <= best.1 {
+            *(if at < best.0 { &mut b } else { &mut a }) = best.0;
+            (third, second, best) = (second, best, new);
+        } else {
+            *(if at < best.0 { &mut a } else { &mut b }) = at;
+            if new.1 <= second.1 || second.0 == best.0 {
+                (third, second) = (second, new);
+            } else if new.1 <= third.1 || third.0 == best.0 || third.0 == second.0 {
+                third = new;
+            }
+        }
+    }
+    best
+}
+
+/// Place of the extremum of the parabola through three points, if they determine one.
+fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+    let left = (a.0 - b.0) * (a.1 - c.1);
+    let right = (a.0 - c.0) * (a.1 - b.1);
+    let below = 2.0 * (left - right);
+    let at = a.0 - ((a.0 - b.0) * left - (a.0 - c.0) * right) / below;
+    at.is_finite().then_some(at)
+}
+
 /// Minimum of `cost` near `start` by the simplex of Nelder and Mead (1965), with its usual
 /// coefficients; `scale` is the first step in each direction.
 pub(crate) fn nelder_mead(
@@ -103,6 +160,28 @@ mod tests {
     fn golden_finds_the_bottom_of_a_parabola() {
         let x = golden(-1.0, 4.0, 40, |x| (x - 1.25).powi(2));
         assert!((x - 1.25).abs() < 1e-6, "{x}");
+    }
+
+    #[test]
+    fn parabolas_find_a_smooth_bottom_in_half_the_evaluations() {
+        let mut count = 0;
+        let (x, value) = brent((-1.0, 0.0, 4.0), 1e-6, |x| {
+            count += 1;
+            (x - 1.25).exp() - x
+        });
+        assert!((x - 1.25).abs() < 3e-6, "{x}");
+        assert!((value + 0.25).abs() < 1e-9, "{value}");
+        assert!(count <= 16, "{count}");
+    }
+
+    #[test]
+    fn parabolas_give_way_to_sections_where_nothing_is_smooth() {
+        for bottom in [-0.999, 0.0, 0.3, 3.999] {
+            let (x, _) = brent((-1.0, 0.1, 4.0), 1e-4, |x| (x - bottom).abs().sqrt());
+            assert!((x - bottom).abs() < 1e-2, "{x} for {bottom}");
+        }
+        let (x, value) = brent((0.0, 0.5, 1.0), 1e-4, |_| f64::INFINITY);
+        assert!((0.0..=1.0).contains(&x) && value == f64::INFINITY);
     }
 
     #[test]

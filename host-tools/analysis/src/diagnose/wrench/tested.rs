@@ -4,6 +4,7 @@ use super::prepared_log::Joint;
 use super::problem::{Problem, Projected, Solution, solve, subtract};
 use super::search::{Hypothesis, Part};
 use super::variants::Library;
+use crate::diagnose::optimise::brent;
 use crate::model::load::effects::{LoadEffect, Shape, Sign};
 use crate::model::load::{Column, Scene};
 use nalgebra::{DMatrix, DVector};
@@ -449,6 +450,9 @@ fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
     )
 }
 
+/// Share of a shape to which its best value is known.
+const RESOLVED: f64 = 5e-4;
+
 /// Moves one shape to its best value in a range; returns its deviation with all else as it is.
 fn refine(
     shapes: &mut [f64],
@@ -462,14 +466,13 @@ fn refine(
         trial[k] = log_value.exp();
         -gain(&trial)
     };
-    let best = crate::diagnose::optimise::golden(low.ln(), high.ln(), 14, &mut cost);
-    if cost(best) <= cost(at.ln()) {
-        shapes[k] = best.exp();
-    }
+    let range = (low.ln(), at.ln(), high.ln());
+    let (best, least) = brent(range, RESOLVED, &mut cost);
+    shapes[k] = best.exp();
     let centre = shapes[k];
     // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.
     let step = 0.05;
-    let bend = cost(centre.ln() + step) + cost(centre.ln() - step) - 2.0 * cost(centre.ln());
+    let bend = cost(best + step) + cost(best - step) - 2.0 * least;
     if bend > 0.0 {
         centre * step * (2.0 / bend).sqrt()
     } else {
