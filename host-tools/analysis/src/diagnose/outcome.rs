@@ -375,6 +375,13 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
             "The log does not tell which form of {id} it is; the interval spans all that fit as well."
         ));
     }
+    if let Some(steps) = stages.wrench.as_ref().and_then(|w| w.found.ended_after) {
+        notes.push(format!(
+            "The search for effects on the wrench was ended after {steps} steps, each with more \
+             evidence than the one before: no few effects explain this log; check its units and the \
+             model file."
+        ));
+    }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
         if ratio > 1.25 {

@@ -11,6 +11,7 @@ use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use crate::model::log::Log;
 use crate::model::{Axis, Channel, Model};
+use rayon::prelude::*;
 
 /// Residual over noise up to which the simulated motion is trusted.
 const TRUSTED: f64 = 1.08;
@@ -193,7 +194,8 @@ fn wrench_stage(
     }
     let terms: &[Term] = actuator.map_or(&[], |a| a.search.terms());
     let trusted = actuator.is_some_and(|a| actuator::level(a.search.reached(), cost) < TRUSTED);
-    let each = logs.all.iter().zip(&intervals.all).zip(&mut sampling.all);
+    let each = logs.all.par_iter().zip(&intervals.all);
+    let each = each.zip(&mut sampling.all);
     let prepared = each.map(|((log, intervals), sampling)| {
         let scene = wrench::scene(model, log, cost, terms, trusted, intervals);
         PreparedLog::new(model, log, scene, sampling)

@@ -19,7 +19,7 @@ const OWN: f64 = 0.05;
 const KEPT: usize = 12;
 
 /// One effect of a hypothesis: which variant, and which of its columns.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Part {
     /// Place in [`Library::variants`].
     pub variant: usize,

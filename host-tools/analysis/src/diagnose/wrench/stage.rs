@@ -10,6 +10,9 @@ use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, PRIOR, threshold};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 /// Pieces of a log that are left out in turn.
 const PIECES: usize = 6;
@@ -21,6 +24,9 @@ const TRIED: usize = 12;
 const TRIED_LATER: usize = 3;
 /// Starts from which the search goes on.
 const STARTS: usize = 2;
+/// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of
+/// them; of 43 logs with up to three effects none takes more than 4.
+const STEPS: usize = 4 * MOST;
 /// Gain in χ² below which a hypothesis is not looked at again.
 const NEGLIGIBLE_GAIN: f64 = 15.0;
 
@@ -34,6 +40,8 @@ pub(crate) struct Found {
     pub ranked: Vec<Tested>,
     /// Effects of the same kind in the place of one of several that are accepted.
     pub rivals: Vec<Rival>,
+    /// Steps after which the search was ended, if the evidence rose still.
+    pub ended_after: Option<usize>,
 }
 
 /// What a search works with.
@@ -43,6 +51,8 @@ struct Work<'a> {
     price: f64,
     /// Details of other effects may stand alone.
     any: bool,
+    /// What was tested: ways to a hypothesis meet.
+    known: Mutex<HashMap<Vec<Part>, Tested>>,
 }
 
 /// Searches; `forced`: the best hypothesis is taken although it is not significant. Tolerances that
@@ -70,6 +80,7 @@ fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
         any: forced || library.variants.iter().all(is_detail),
         library,
         joint,
+        known: Mutex::default(),
     };
     let singles = work.tested(
         &work.whole(with_one_more(work.library, &[], work.price)),
@@ -80,8 +91,12 @@ fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
     ranked.extend(doubles);
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let starts = ranked.iter().filter(|t| work.is_possible(t)).take(STARTS);
-    let ends = starts.map(|start| work.climbed(start.clone()));
-    let best = ends.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let starts: Vec<&Tested> = starts.collect();
+    let ends = starts.into_par_iter();
+    let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
+    let ended_after = ends.iter().any(|end| !end.1).then_some(STEPS);
+    let best = ends.into_iter().map(|end| end.0);
+    let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let mut accepted = best.and_then(|best| work.pruned(best));
     if forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
@@ -93,16 +108,26 @@ fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
         evidence,
         ranked,
         rivals,
+        ended_after,
     }
 }
 
 impl Work<'_> {
     fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
-        use rayon::prelude::*;
         distinct(self.library, hypotheses, most)
             .par_iter()
-            .map(|h| tested(self.library, h, self.joint))
+            .map(|h| self.test(h))
             .collect()
+    }
+
+    fn test(&self, hypothesis: &Hypothesis) -> Tested {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known().get(&hypothesis.parts).cloned();
+        found.unwrap_or_else(|| {
+            let new = tested(self.library, hypothesis, self.joint);
+            known().insert(hypothesis.parts.clone(), new.clone());
+            new
+        })
     }
 
     /// Hypotheses without details of effects that they do not have.
@@ -122,10 +147,11 @@ impl Work<'_> {
         parts_of(self.library, tested)
     }
 
-    /// Adds, exchanges and removes one effect at a time as long as the evidence rises.
-    fn climbed(&self, start: Tested) -> Tested {
+    /// Adds, exchanges and removes one effect at a time as long as the evidence rises, and whether that
+    /// came to its end.
+    fn climbed(&self, start: Tested) -> (Tested, bool) {
         let mut now = start;
-        loop {
+        for _ in 0..STEPS {
             let more = if now.effects.len() < MOST {
                 with_one_more(self.library, &self.parts(&now), self.price)
             } else {
@@ -137,9 +163,10 @@ impl Work<'_> {
             });
             match next {
                 Some(next) => now = next,
-                None => return now,
+                None => return (now, true),
             }
         }
+        (now, false)
     }
 
     /// The best of some hypotheses with more evidence than what there is.
@@ -159,7 +186,7 @@ impl Work<'_> {
             .filter(|t| self.is_possible(t) && better(t))
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
         let again = with_forms_reselected(self.library, self.parts(&best), self.price);
-        let again = again.map(|h| tested(self.library, &h, self.joint));
+        let again = again.map(|h| self.test(&h));
         let again = again.filter(|t| self.is_possible(t) && t.evidence > best.evidence);
         Some(again.unwrap_or(best))
     }
@@ -197,11 +224,11 @@ impl Work<'_> {
                 let mut rest = self.parts(now);
                 rest.remove(place);
                 let rest = with_forms_reselected(self.library, rest, self.price);
-                let rest = rest.map(|h| tested(self.library, &h, self.joint));
+                let rest = rest.map(|h| self.test(&h));
                 now.evidence - rest.map_or(0.0, |t| t.evidence.max(0.0))
             }
         };
-        (0..now.effects.len()).map(of).collect()
+        (0..now.effects.len()).into_par_iter().map(of).collect()
     }
 
     /// Without the effects that are not worth their price beside the others.
@@ -221,7 +248,7 @@ impl Work<'_> {
             }
             rest.remove(place);
             let rest = evaluate(self.library, rest, self.price)?;
-            now = tested(self.library, &rest, self.joint);
+            now = self.test(&rest);
         }
     }
 
@@ -249,7 +276,7 @@ impl Work<'_> {
             return all;
         }
         if self.joint.has_much_left(&all) {
-            let of = |k| {
+            let of = |k: usize| {
                 let problem = self.joint.without(k, PIECES);
                 fitted_to(
                     &problem,
@@ -259,7 +286,8 @@ impl Work<'_> {
                     Care::Screening,
                 )
             };
-            widen(&mut fitted, &(0..PIECES).map(of).collect::<Vec<_>>());
+            let fits: Vec<Tested> = (0..PIECES).into_par_iter().map(of).collect();
+            widen(&mut fitted, &fits);
         }
         Tested {
             effects: fitted.effects,
