@@ -27,8 +27,11 @@ pub struct Signals {
     pub gap: f64,
 }
 
-/// The signals by name, with their units.
-const SIGNALS: [(&str, &str, fn(&Signals) -> f64); 9] = [
+/// A signal: its name, its unit, and its value.
+type Signal = (&'static str, &'static str, fn(&Signals) -> f64);
+
+/// What may stand in a formula.
+const SIGNALS: [Signal; 9] = [
     ("position", "m", |s| s.position),
     ("velocity", "m/s", |s| s.velocity),
     ("acceleration", "m/s^2", |s| s.acceleration),

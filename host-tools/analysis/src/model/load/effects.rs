@@ -233,8 +233,8 @@ impl LoadEffect {
         given.map(|v| v.copied().unwrap_or(0.0)).collect()
     }
 
-    /// Difference quotient of the part by a coefficient, at zero. Its step is a power of two, so that
-    /// what is linear has no error of rounding.
+    /// Difference quotient of the part by a coefficient, at zero. Its step, a millionth of the plausible
+    /// range, is a power of two, so that what is linear has no error of rounding.
     fn slope(&self, scene: &Scene, shapes: &[f64], k: usize) -> Option<Column> {
         let mut linear = self
             .effect
@@ -246,18 +246,9 @@ impl LoadEffect {
             .log2()
             .floor()
             .exp2();
-        let with = |value: f64| {
-            let mut coefficients = vec![0.0; self.coefficients.len()];
-            coefficients[k] = value;
-            self.part(scene, &self.values(shapes, &coefficients))
-        };
-        let mut slope = with(step)?;
-        if parameter.is_signed() {
-            let mut back = with(-step)?;
-            back.scale(-1.0);
-            slope.add(&back.0);
-            slope.scale(0.5);
-        }
+        let mut coefficients = vec![0.0; self.coefficients.len()];
+        coefficients[k] = step;
+        let mut slope = self.part(scene, &self.values(shapes, &coefficients))?;
         slope.scale(1.0 / step);
         Some(slope)
     }
