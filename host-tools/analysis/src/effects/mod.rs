@@ -17,6 +17,7 @@ pub mod formula;
 pub mod law;
 pub mod mechanism;
 pub mod sensor;
+mod units;
 
 pub use entry::{Draw, Effect, Group, Kind, Naming, Parameter, Role, Tried};
 pub use law::{

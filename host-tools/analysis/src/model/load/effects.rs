@@ -4,17 +4,11 @@
 //! parameters are columns of a regression; the others shape the columns. Columns are difference
 //! quotients of the part itself, so that they cannot disagree with it.
 
-use super::{Column, Scene, Touch};
-use crate::effects::formula::{ActsOn, Formula, Signals};
-use crate::effects::sensor::tool::{LoadMotion, ToolState};
-use crate::effects::{
-    CATALOGUE, Direction, Effect, Facing, Group, Guide, Late, Law, Parameter, Penetration, Role,
-    Slide, Values, sign,
-};
+use super::{Column, Scene, laws};
+use crate::effects::formula::ActsOn;
+use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
 use crate::import::filter::LowPass;
-use crate::model::{EffectModel, Model, WrenchMeaning};
-use nalgebra::Vector3;
-use softdock_control::frames::{Wrench, matrix};
+use crate::model::{EffectModel, Model};
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
@@ -170,7 +164,7 @@ impl LoadEffect {
     /// The columns as they stand in the log, through the filter of its import if it had one; None if
     /// the log or the model has nothing for the effect to act on.
     pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
-        if !self.acts(scene) {
+        if !laws::acts(scene, self.effect) {
             return None;
         }
         let columns: Option<Vec<Column>> = match self.coefficients.len() {
@@ -189,7 +183,7 @@ impl LoadEffect {
         coefficients: &[f64],
     ) -> Option<Vec<Column>> {
         match coefficients {
-            [one] if *one != 0.0 && !self.is_linear() && self.acts(scene) => {
+            [one] if *one != 0.0 && !self.is_linear() && laws::acts(scene, self.effect) => {
                 let mut part = self.part(scene, &self.values(shapes, coefficients))?;
                 part.scale(1.0 / one);
                 Some(vec![part])
@@ -200,9 +194,8 @@ impl LoadEffect {
 
     /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
     pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
-        let part = self
-            .acts(scene)
-            .then(|| self.part(scene, &self.given(parameters)));
+        let part =
+            laws::acts(scene, self.effect).then(|| self.part(scene, &self.given(parameters)));
         part.flatten().unwrap_or_default()
     }
 
@@ -253,90 +246,9 @@ impl LoadEffect {
         Some(slope)
     }
 
-    /// Whether the log has what the effect acts on.
-    fn acts(&self, scene: &Scene) -> bool {
-        let sensor = &scene.model.sensor;
-        let live = |meaning| sensor.wrench == meaning && !sensor.at_rest;
-        match self.effect.law {
-            Law::Guide(_) | Law::Spring(_) => {
-                !sensor.at_rest && (0..scene.len()).any(|n| scene.along(n, 0.0) != 0.0)
-            }
-            Law::Push(_) | Law::Depth(_) | Law::Friction(_) => scene
-                .touches
-                .iter()
-                .any(|t| t.penetration.iter().any(|p| *p > 0.0)),
-            Law::Zero(_) => self.shapes.is_empty() || !sensor.at_rest,
-            Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
-            Law::Actuator(_) => live(WrenchMeaning::Commanded),
-            Law::Formula(law) if law.acts_on == ActsOn::Contact => scene
-                .touches
-                .iter()
-                .any(|t| t.penetration.iter().any(|p| *p > 0.0)),
-            Law::Formula(_) => !sensor.at_rest,
-            _ => true,
-        }
-    }
-
     /// What the effect does to the reading; None for forms that exclude each other.
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
-        let form = |name| self.effect.place(name).map_or(0.0, |k| p[k]);
-        let part = match self.effect.law {
-            Law::Guide(law) => guide(scene, &law, p, form("acts_at"))?,
-            Law::Spring(law) => {
-                let rests_at_start = form("about_start") > 0.5;
-                spring(scene, rests_at_start, form("acts_at"), |d| law(p, d))
-            }
-            Law::Push(law) => scene.wall_force(|t, n| {
-                let more = penetration(t, n).map_or(0.0, |at| law(p, &at));
-                (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
-            }),
-            Law::Depth(law) => scene.wall_force(|t, n| {
-                let facing = Facing {
-                    along_axis: t.normal.dot(&scene.axis),
-                    number: t.number,
-                };
-                t.push_at(n, law(p, t.penetration[n], &facing)).max(0.0) - t.force[n]
-            }),
-            Law::Friction(law) => scene.force_of_walls(|t, n| {
-                let (_, velocity) = scene.point(n, &t.tip);
-                let sliding = velocity - t.normal * t.normal.dot(&velocity);
-                match t.force[n] > 0.0 {
-                    true => law(p, t.force[n], &sliding),
-                    false => Vector3::zeros(),
-                }
-            }),
-            Law::Tool(law) => {
-                let mut state = tool_state(scene);
-                Column::of(scene.len(), |n| {
-                    move_tool(&mut state, scene, n);
-                    law(p, &state).get()
-                })
-            }
-            Law::Load(law) => {
-                let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
-                let zero = Wrench::of(&scene.bias.map(|b| kept * b));
-                changed(scene, |_, reading| {
-                    let load = *reading - zero;
-                    law(p, &load) + zero
-                })
-            }
-            Law::Zero(law) => {
-                let start = scene.time_s.first().copied().unwrap_or(0.0);
-                Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
-            }
-            Law::Range(law) => changed(scene, |_, reading| law(p, reading)),
-            Law::Late(law) => {
-                let mut late = Late::new(law(p), scene.cycle_s, scene.reading_at(0));
-                changed(scene, |_, reading| Wrench::of(&late.advance(reading.get())))
-            }
-            Law::Actuator(Some(law)) => {
-                let late = law(p);
-                changed(scene, |n, _| Wrench::of(&scene.anticipated(n, &late)))
-            }
-            Law::Formula(law) => formula(scene, law, p)?,
-            Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,
-        };
-        Some(self.filtered(scene, part))
+        Some(self.filtered(scene, laws::part(scene, self.effect, p)?))
     }
 
     /// Through the filter of the import; the reading itself has been through it already.
@@ -366,161 +278,5 @@ pub(crate) fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
                 scene.reading.add(&part.0);
             }
         }
-    }
-}
-
-/// A force along the guide on the point where it acts.
-fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Column> {
-    let mut direction = Direction::new((law.reversal)(p)?);
-    let start = scene.time_s.first().copied().unwrap_or(0.0);
-    Some(scene.guide_force(acts_at, |n| {
-        let velocity = scene.along(n, acts_at);
-        let slide = Slide {
-            position: scene.position[n],
-            velocity,
-            acceleration: scene.acceleration[n],
-            time_s: scene.time_s[n] - start,
-            direction: direction.advance(velocity, scene.cycle_s),
-        };
-        (law.force)(p, &slide)
-    }))
-}
-
-/// What a user has written; None where it has no value.
-fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
-    let start = scene.time_s.first().copied().unwrap_or(0.0);
-    let push = |n: usize| {
-        scene
-            .touches
-            .iter()
-            .map(move |t| t.force[n] * t.normal.dot(&scene.axis))
-    };
-    let moving = |n: usize| Signals {
-        position: scene.position[n],
-        velocity: scene.along(n, 0.0),
-        acceleration: scene.acceleration[n],
-        direction: sign(scene.along(n, 0.0)),
-        force: push(n).sum(),
-        time: scene.time_s[n] - start,
-        ..Signals::default()
-    };
-    let value = |n: usize| law.value(p, &moving(n));
-    let column = match law.acts_on {
-        ActsOn::Guide => scene.guide_force(0.0, value),
-        ActsOn::Wall => scene.wall_force(|t, n| {
-            let (gap, rate) = ((-t.penetration[n]).max(0.0), t.rate[n]);
-            law.value(
-                p,
-                &Signals {
-                    gap,
-                    rate,
-                    ..moving(n)
-                },
-            )
-        }),
-        ActsOn::Reading(axis) => Column::on_axis(axis, (0..scene.len()).map(value)),
-        ActsOn::Contact => scene.wall_force(|t, n| {
-            let more = penetration(t, n).map_or(0.0, |at| {
-                let (depth, rate) = (at.depth, at.rate);
-                law.value(
-                    p,
-                    &Signals {
-                        depth,
-                        rate,
-                        ..moving(n)
-                    },
-                )
-            });
-            (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
-        }),
-    };
-    let finite = column.0.iter().flatten().all(|value| value.is_finite());
-    finite.then_some(column)
-}
-
-/// A force in all directions, about the origin of C or about the first position.
-fn spring(
-    scene: &Scene,
-    rests_at_start: bool,
-    acts_at: f64,
-    force: impl Fn(&Vector3<f64>) -> Vector3<f64>,
-) -> Column {
-    if scene.model.bearing().is_some() {
-        let start = scene.position.first().copied().unwrap_or(0.0);
-        let rest = if rests_at_start { start } else { 0.0 };
-        let turned = |n: usize| scene.axis * (scene.position[n] - rest);
-        return scene.guide_force(acts_at, |n| scene.axis.dot(&force(&turned(n))));
-    }
-    let at = scene.point_of_action(acts_at);
-    let position = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
-    let rest = match rests_at_start && !scene.is_empty() {
-        true => position(0),
-        false => Vector3::zeros(),
-    };
-    Column::of(scene.len(), |n| {
-        scene.reading_of(n, &at, &force(&(position(n) - rest)))
-    })
-}
-
-/// The tip in a wall; None outside.
-fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
-    let depth = t.penetration[n];
-    (depth > 0.0).then(|| Penetration {
-        depth,
-        rate: t.rate[n],
-        onset: t.onset(depth),
-    })
-}
-
-/// Change of the reading of each cycle.
-fn changed(scene: &Scene, mut read: impl FnMut(usize, &Wrench<f64>) -> Wrench<f64>) -> Column {
-    Column::of(scene.len(), |n| {
-        let reading = Wrench::of(&scene.reading_at(n));
-        (read(n, &reading) - reading).get()
-    })
-}
-
-/// The nominal tool.
-fn tool_state(scene: &Scene) -> ToolState {
-    let (tool, sensor) = (&scene.model.tool, &scene.model.sensor);
-    ToolState {
-        mass_kg: tool.mass_kg,
-        hanging_kg: hanging(&scene.model),
-        com: tool.com_m.into(),
-        inertia: matrix(&tool.inertia_kg_m2),
-        gravity: sensor.gravity_m_s2.into(),
-        s_from_c: scene.s_from_m,
-        motion: LoadMotion::uniform(),
-        inertial: tool.dynamic_compensation,
-    }
-}
-
-/// Moves it to a cycle.
-fn move_tool(state: &mut ToolState, scene: &Scene, n: usize) {
-    let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
-    let (velocity, acceleration) = (&motion.velocity, &motion.acceleration);
-    state.s_from_c = scene.s_from_m * scene.m_from_c[n];
-    state.motion = LoadMotion::of_sensor(&scene.m_from_s, &pose.rotation, velocity, acceleration);
-}
-
-/// Mass that hangs on the sensor: the nominal one, or without one what the model knows by an effect
-/// on the tool; 1 kg where it knows neither, so that a fit gives the product of both.
-fn hanging(model: &Model) -> f64 {
-    if model.tool.mass_kg > 0.0 {
-        return model.tool.mass_kg;
-    }
-    let kilograms = |effect: &EffectModel| -> f64 {
-        let known = LoadEffect::find(model, &effect.id).map(|load| load.effect);
-        let of_the_tool =
-            known.filter(|e| matches!(e.law, Law::Tool(_)) && e.group == Group::Sensor);
-        let of_mass = of_the_tool
-            .into_iter()
-            .flat_map(|e| e.parameters)
-            .filter(|p| p.unit == "kg");
-        of_mass.filter_map(|p| effect.parameters.get(p.name)).sum()
-    };
-    match model.effects.iter().map(kilograms).sum::<f64>() {
-        mass if mass > 0.0 => mass,
-        _ => 1.0,
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod effects;
 mod guide;
+mod laws;
 mod scene;
 mod wall;
 
