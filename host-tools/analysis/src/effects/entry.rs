@@ -138,6 +138,16 @@ pub struct Tried {
     pub continuous: bool,
 }
 
+impl Tried {
+    const fn new(values: &'static [f64], default: f64, continuous: bool) -> Self {
+        Self {
+            values,
+            default,
+            continuous,
+        }
+    }
+}
+
 /// Range of sizes that a simulated rig hides.
 ///
 /// They are made for the diagnosis scenario (200 kg at 40 mm/s between two springs of 6 kN/m, noise
@@ -172,41 +182,20 @@ impl Parameter {
 
     /// It shapes the law.
     pub const fn shape(self, values: &'static [f64], default: f64) -> Self {
-        let continuous = true;
-        Self {
-            role: Role::Shape(Tried {
-                values,
-                default,
-                continuous,
-            }),
-            ..self
-        }
+        let role = Role::Shape(Tried::new(values, default, true));
+        Self { role, ..self }
     }
 
     /// It says which form the law has.
     pub const fn form(self, values: &'static [f64], default: f64) -> Self {
-        let continuous = false;
-        Self {
-            role: Role::Form(Tried {
-                values,
-                default,
-                continuous,
-            }),
-            ..self
-        }
+        let role = Role::Form(Tried::new(values, default, false));
+        Self { role, ..self }
     }
 
     /// A form that has a size.
     pub const fn form_size(self, values: &'static [f64], default: f64) -> Self {
-        let continuous = true;
-        Self {
-            role: Role::Form(Tried {
-                values,
-                default,
-                continuous,
-            }),
-            ..self
-        }
+        let role = Role::Form(Tried::new(values, default, true));
+        Self { role, ..self }
     }
 
     /// Sizes that a simulated rig hides.

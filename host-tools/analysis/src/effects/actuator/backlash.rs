@@ -64,8 +64,7 @@ impl Backlash {
 mod tests {
     use super::*;
 
-    /// Half of the play is lost at the start, all of it at the reversal. Powers of two are exact in
-    /// both scalars.
+    /// Half of the play is lost at the start, all of it at the reversal. Powers of two are exact.
     #[test]
     fn the_play_is_crossed_first() {
         let mut axis = Backlash::new(0.0625, 0.125).unwrap();

@@ -27,7 +27,7 @@ use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use softdock_analysis::effects::sensor::tool::ToolState;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, by_id};
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, Parameter, by_id};
 use softdock_analysis::input::nearest;
 use softdock_control::frames::Wrench;
 use std::collections::BTreeMap;
@@ -76,9 +76,10 @@ impl Hidden {
                 parameter.high
             );
         }
+        let given = |p: &Parameter| self.parameters.get(p.name).copied().unwrap_or(p.default());
         for parameter in effect.parameters {
             ensure!(
-                parameter.is_plausible(self.value(parameter.name).max(parameter.default())),
+                parameter.is_plausible(given(parameter)),
                 "`{}` is missing; allowed is {} to {}",
                 parameter.name,
                 parameter.low,
