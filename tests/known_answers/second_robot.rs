@@ -4,7 +4,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
 use softdock_app::robot_cycle::RobotCycle;
-use softdock_app::robot_link::{Incoming, RobotLink, Senders};
+use softdock_app::robot_link::{Incoming, Prepared, RobotLink, Senders};
+use softdock_app::robot_protocol::RobotProtocol;
+use softdock_control::checked::Checked;
 use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, FaultCode, Mode};
@@ -57,7 +59,7 @@ impl Loop {
             status: 0,
         };
         Self {
-            link: RobotLink::with(settings, Twists::default(), senders).unwrap(),
+            link: RobotLink::new(Prepared::with(settings, Twists::default(), senders).unwrap()),
             robot,
             sensor: SensorSample::default(),
             records: Vec::new(),
@@ -284,7 +286,9 @@ fn a_run_replays_bit_for_bit() {
     let mut flight = Loop::running(&settings);
     flight.sensor.wrench = [1.0, -2.0, 3.0, 0.1, 0.2, -0.3];
     flight.cycles(1000);
-    let mut replay = RobotCycle::<f64, Twists>::with(&settings, Twists::default()).unwrap();
+    let twists = Twists::default();
+    let checked = Checked::new(&settings, &twists.interface()).unwrap();
+    let mut replay = RobotCycle::<f64, Twists>::with(checked, twists);
     for record in &flight.records {
         assert_eq!(replay.step(&record.inputs), *record);
     }

@@ -37,7 +37,7 @@ pub struct RobotTask<'a, M: RawMutex, S: Scalar, P: RobotProtocol = Rsi> {
 impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
     /// Runs until the socket is closed.
     pub async fn run(
-        mut self,
+        &mut self,
         socket: &mut impl DatagramSocket,
         clock: &impl Clock,
         recorder: &mut impl Recorder,

@@ -4,6 +4,7 @@
 use crate::record::{Correction, CycleRecord, Inputs, Output};
 use crate::robot_protocol::RobotProtocol;
 use crate::rsi::Rsi;
+use softdock_control::checked::Checked;
 use softdock_control::cost::Probe;
 use softdock_control::cycle::Cycle;
 use softdock_control::io;
@@ -24,23 +25,21 @@ impl<S: Scalar> RobotCycle<S, Rsi> {
     ///
     /// # Errors
     /// A setting is outside of its range.
-    #[inline(always)] // as for the cycle itself
     pub fn new(settings: &Settings) -> Result<Self, SettingsError> {
-        Self::with(settings, Rsi::unnamed(&settings.robot))
+        let protocol = Rsi::unnamed(&settings.robot);
+        let checked = Checked::new(settings, &protocol.interface())?;
+        Ok(Self::with(checked, protocol))
     }
 }
 
 impl<S: Scalar, P: RobotProtocol> RobotCycle<S, P> {
-    /// Of any robot.
-    ///
-    /// # Errors
-    /// A setting is outside of its range.
+    /// Of any robot, with settings that were checked for its protocol.
     #[inline(always)] // as for the cycle itself
-    pub fn with(settings: &Settings, protocol: P) -> Result<Self, SettingsError> {
-        Ok(Self {
-            cycle: Cycle::new(settings, &protocol.interface())?,
+    pub fn with(settings: Checked, protocol: P) -> Self {
+        Self {
+            cycle: Cycle::new(settings),
             protocol,
-        })
+        }
     }
 
     /// One cycle.

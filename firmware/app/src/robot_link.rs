@@ -10,6 +10,7 @@ use crate::rsi::Rsi;
 use crate::settings::{BoardSettings, BoardSettingsError};
 use crate::shared::LinkCounters;
 use core::net::{IpAddr, SocketAddr};
+use softdock_control::checked::Checked;
 use softdock_control::cost::Probe;
 use softdock_control::cycle::Cycle;
 use softdock_control::io::{SensorSample, Sequence};
@@ -68,8 +69,19 @@ pub enum Incoming {
     Ignored,
 }
 
-impl<S: Scalar> RobotLink<S, Rsi> {
-    /// To a KUKA robot, from settings, which are checked here.
+/// What a link is built of: settings that have passed their checks.
+#[derive(Clone, Debug)]
+pub struct Prepared<P: RobotProtocol = Rsi> {
+    settings: Checked,
+    protocol: P,
+    senders: Senders,
+}
+
+impl Prepared<Rsi> {
+    /// For a KUKA robot.
+    ///
+    /// # Errors
+    /// The settings may not be used.
     pub fn new(settings: &BoardSettings) -> Result<Self, BoardSettingsError> {
         settings.validate()?;
         let protocol = Rsi::new(&settings.control.robot, &settings.rsi)?;
@@ -81,13 +93,32 @@ impl<S: Scalar> RobotLink<S, Rsi> {
     }
 }
 
-impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
-    /// To any robot, from settings, which are checked here.
-    #[inline(always)] // or each level would hold a copy of the law on the stack
+impl<P: RobotProtocol> Prepared<P> {
+    /// For any robot.
+    ///
+    /// # Errors
+    /// A setting is outside of its range.
     pub fn with(settings: &Settings, protocol: P, senders: Senders) -> Result<Self, SettingsError> {
-        let cycle_us = (protocol.interface().cycle_s * 1e6 + 0.5) as u64;
         Ok(Self {
-            cycle: RobotCycle::with(settings, protocol)?,
+            settings: Checked::new(settings, &protocol.interface())?,
+            protocol,
+            senders,
+        })
+    }
+}
+
+impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
+    /// A link to which no robot is connected yet.
+    #[inline(always)] // or each level would hold a copy of the law on the stack
+    pub fn new(prepared: Prepared<P>) -> Self {
+        let Prepared {
+            settings,
+            protocol,
+            senders,
+        } = prepared;
+        let cycle_us = (protocol.interface().cycle_s * 1e6 + 0.5) as u64;
+        Self {
+            cycle: RobotCycle::with(settings, protocol),
             senders,
             cycle_us,
             robot: None,
@@ -95,7 +126,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             last_length: 0,
             stop: false,
             counters: LinkCounters::default(),
-        })
+        }
     }
 
     /// The mode of the control cycle.

@@ -5,6 +5,15 @@ use std::{env, fs};
 
 include!("../../git_state.rs");
 
+/// The Cortex-M7 has the stack of the real board, the NUCLEO's DTCM; fixed point on the Cortex-M3 makes
+/// larger frames.
+fn stack_bytes(chip: &str) -> u32 {
+    match chip {
+        "an500" => 128 << 10,
+        _ => 512 << 10,
+    }
+}
+
 fn main() {
     let target = env::var("TARGET").unwrap_or_default();
     let chip = match target.as_str() {
@@ -26,7 +35,8 @@ fn main() {
     println!("cargo::rerun-if-changed={SCRIPT}");
     println!("cargo::rustc-link-search={}", out.display());
     // Without --nmagic the linker would align sections for pages, which the board does not have.
-    for argument in ["--nmagic", "-Tmps2.x", "-Tdefmt.x"] {
+    let stack = format!("--defsym=_stack_size={}", stack_bytes(chip));
+    for argument in ["--nmagic", "-Tmps2.x", "-Tdefmt.x", &stack] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     set_git_state("../../..");

@@ -1,5 +1,6 @@
 //! The control cycle: sensor sample and robot telegram in, motion of the robot out.
 
+use crate::checked::Checked;
 use crate::cost::{Phase, Probe};
 use crate::dynamics::{BodyState, Observation, ObservationFrames, TwoBody, TwoBodyState};
 use crate::frames::{self, Pose, Wrench, pose_components, pose_from_components};
@@ -8,7 +9,6 @@ use crate::io::{BodyTrace, Inputs, Motion, Output, RobotSample, Sequence, Trace}
 use crate::jog::{Jog, JogRun, has_room};
 use crate::limits::{LimitFlags, load_beyond};
 use crate::modes::{Command, Fault, FaultCode, Mode, Modes, Readiness, Refusal};
-use crate::range::SettingsError;
 use crate::robot::RobotInterface;
 use crate::run::{LoopInput, Plan, Run};
 use crate::scalar::Scalar;
@@ -42,18 +42,14 @@ pub struct Cycle<S: Scalar> {
 }
 
 impl<S: Scalar> Cycle<S> {
-    /// Builds the controller in mode Idle. The cycle's length is the robot's, whatever the settings
-    /// say.
+    /// Builds the controller in mode Idle.
     #[inline(always)] // or each level would hold a copy of the law on the stack
-    pub fn new(settings: &Settings, robot: &RobotInterface) -> Result<Self, SettingsError> {
-        let mut settings = settings.clone();
-        settings.robot.cycle_s = robot.cycle_s;
-        settings.validate()?;
+    pub fn new(Checked { settings, robot }: Checked) -> Self {
         let sensor = &settings.sensor;
-        Ok(Self {
+        Self {
             compensation: Compensation::new(sensor),
             observers: ObservationFrames::new(&settings.frames),
-            plan: Plan::new(&settings, robot),
+            plan: Plan::new(&settings, &robot),
             health: Health::new(sensor, &settings.robot),
             modes: Modes::default(),
             estimator: MotionEstimator::new(sensor.acceleration_bandwidth_hz, robot.cycle_s),
@@ -63,9 +59,9 @@ impl<S: Scalar> Cycle<S> {
             box_center: None,
             stop: false,
             cycle: 0,
-            robot: *robot,
+            robot,
             settings,
-        })
+        }
     }
 
     /// One cycle. It must end before the robot's next telegram, for a later answer is worth nothing.

@@ -11,6 +11,7 @@
 //! - [`settings`]: what a person writes; `validation` declares the range of each field.
 #![cfg_attr(not(test), no_std)]
 
+pub mod checked;
 pub mod cost;
 pub mod cycle;
 pub mod delay;

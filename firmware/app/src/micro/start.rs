@@ -5,7 +5,7 @@ use super::boot::Identity;
 use super::telemetry::{self, Queue, encoder_task, transmitter_task};
 use super::udp::{UdpPort, static_address};
 use crate::auto_start::AutoStart;
-use crate::robot_link::RobotLink;
+use crate::robot_link::{Prepared, RobotLink};
 use crate::settings::BoardSettings;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use embassy_net::driver::Driver;
@@ -46,37 +46,44 @@ pub struct Options {
 /// The robot task of a microcontroller.
 pub type RobotTask<S> = crate::robot::RobotTask<'static, CriticalSectionRawMutex, S>;
 
-/// The robot task and what it runs on. Each is to be an argument of the board's task: a future holds
-/// what is moved out of a structure once more, which for the task is 24 kB.
-pub struct Robot<S: Scalar> {
-    /// The task.
-    pub task: RobotTask<S>,
-    /// Its socket.
-    pub port: UdpPort,
-    /// Its end of the telemetry, if there is a recorder.
-    pub queue: Option<Queue>,
+/// Where the robot task is kept.
+pub type RobotCell<S> = StaticCell<RobotTask<S>>;
+
+/// Builds the robot task where it is kept, once; none if the settings may not be used. With its law it
+/// takes 24 kB, and building it twice as much of the stack: to be called at boot, while nothing else
+/// is on it.
+#[inline(never)]
+pub fn build_robot<S: Scalar>(
+    settings: &BoardSettings,
+    options: Options,
+    cell: &'static RobotCell<S>,
+) -> Option<&'static mut RobotTask<S>> {
+    let prepared = Prepared::new(settings).ok()?;
+    cell.try_init_with(|| RobotTask {
+        shared: &SHARED,
+        link: RobotLink::new(prepared),
+        auto_start: AutoStart::new(options.auto_start),
+        sample_wait_us: settings.can.sample_wait_us(),
+    })
 }
+
+/// What the robot task runs on: its socket, and its end of the telemetry if there is a recorder.
+pub type Io = (UdpPort, Option<Queue>);
 
 /// Puts together what the settings ask for on a network driver, and spawns the telemetry's tasks if
 /// there is a recorder; once. The caller, a task of the control executor, whose `spawner` is given,
 /// spawns the rest. None if the settings may not be used.
-pub fn assemble<S: Scalar, D: Driver>(
+pub fn assemble<D: Driver>(
     settings: &BoardSettings,
     driver: D,
     options: Options,
     spawner: &Spawner,
     background: SendSpawner,
-) -> Option<(Runner<'static, D>, Robot<S>)> {
+) -> Option<(Runner<'static, D>, Io)> {
     static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
     let network = settings.network.build().ok()?;
     let resources = RESOURCES.try_init_with(StackResources::new)?;
     let (stack, runner) = embassy_net::new(driver, static_address(&network), resources, SEED);
-    let task = RobotTask {
-        shared: &SHARED,
-        link: RobotLink::new(settings).ok()?,
-        auto_start: AutoStart::new(options.auto_start),
-        sample_wait_us: settings.can.sample_wait_us(),
-    };
     let port = UdpPort::bind(stack, network.rsi_port)?;
     let telemetry = network.recorder.and_then(|recorder| {
         let port = network.rsi_port.wrapping_add(1);
@@ -87,7 +94,7 @@ pub fn assemble<S: Scalar, D: Driver>(
         spawn(spawner, transmitter_task(transmitter));
         queue
     });
-    Some((runner, Robot { task, port, queue }))
+    Some((runner, (port, queue)))
 }
 
 /// Spawns a task of this executor. There is one of each, so there is room.

@@ -5,7 +5,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_app::auto_start::AutoStart;
 use softdock_app::record::CycleRecord;
 use softdock_app::robot::RobotTask;
-use softdock_app::robot_link::RobotLink;
+use softdock_app::robot_link::{Prepared, RobotLink};
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::{Shared, Status};
 use softdock_control::modes::{Command, FaultCode, Mode};
@@ -66,9 +66,9 @@ impl Bench {
         let world = Handle::default();
         let shared: &'static Shared<NoopRawMutex> = Box::leak(Box::new(Shared::new()));
         let driver = settings.can.driver();
-        let task = RobotTask {
+        let mut task = RobotTask {
             shared,
-            link: RobotLink::<f64>::new(settings).unwrap(),
+            link: RobotLink::<f64>::new(Prepared::new(settings).unwrap()),
             auto_start: AutoStart::new(auto_start),
             sample_wait_us: settings.can.sample_wait_us(),
         };

@@ -11,7 +11,7 @@
 use core::net::{IpAddr, Ipv4Addr, SocketAddr};
 use serde::{Deserialize, Serialize};
 use softdock_app::record::CycleRecord;
-use softdock_app::robot_link::{Answer, Incoming, RobotLink};
+use softdock_app::robot_link::{Answer, Incoming, Prepared, RobotLink};
 use softdock_app::settings::{BoardSettings, BoardSettingsError};
 use softdock_control::cost::{Phase, Probe};
 use softdock_control::io::SensorSample;
@@ -80,7 +80,7 @@ impl<S: Scalar> Session<S> {
     /// # Errors
     /// The settings may not be used.
     pub fn new(settings: &BoardSettings) -> Result<Self, BoardSettingsError> {
-        RobotLink::new(settings).map(Self)
+        Prepared::new(settings).map(RobotLink::new).map(Self)
     }
 
     /// Does what the robot task does for a datagram.

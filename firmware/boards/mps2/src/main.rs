@@ -37,7 +37,9 @@ use softdock_app::micro::boot::{self, Before, Identity};
 use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
-use softdock_app::micro::start::{Options, RobotTask, assemble, send, spawn};
+use softdock_app::micro::start::{
+    Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
+};
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
 use softdock_app::sensor;
@@ -51,6 +53,7 @@ type Flash = WordFlash<Psram>;
 type CanBus = SlcanBus<UartReader, UartWriter>;
 
 static STORE: StaticCell<Store<Flash>> = StaticCell::new();
+static ROBOT: RobotCell<Number> = StaticCell::new();
 
 const IDENTITY: Identity = Identity {
     version: env!("CARGO_PKG_VERSION"),
@@ -64,13 +67,14 @@ const HARDWARE_ADDRESS: [u8; 6] = [0x02, 0x00, 0x00, 0x00, 0x00, 0x01];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    start();
+    // The executors begin when all that the start takes of the stack is free again.
+    cortex_m::interrupt::free(|_| start());
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Starts everything. Its stack is free again when it returns, which that of `main` never is.
+/// Starts everything, with interrupts off: it takes much of the stack.
 #[inline(never)]
 fn start() {
     let Some(mut core) = Peripherals::take() else {
@@ -102,8 +106,9 @@ fn start() {
         auto_start: options.start && keeps_up && !matches!(start.origin, Origin::Defaults(_)),
         boot: number,
     };
+    let robot = build_robot(&start.settings, options, &ROBOT);
     let spawners = executors::start();
-    let control = control(start.settings, options, spawners.background);
+    let control = control(start.settings, options, robot, spawners.background);
     send(spawners.control, control);
     send(spawners.background, monitor());
     send(spawners.service, serve(prepared));
@@ -111,11 +116,16 @@ fn start() {
 
 /// Starts network, sensor and robot on the executor that it runs on.
 #[embassy_executor::task]
-async fn control(settings: BoardSettings, options: Options, background: SendSpawner) {
+async fn control(
+    settings: BoardSettings,
+    options: Options,
+    robot: Option<&'static mut RobotTask<Number>>,
+    background: SendSpawner,
+) {
     let spawner = executors::local().await;
     let ethernet = Lan9118::start(HARDWARE_ADDRESS);
     let assembled = assemble(&settings, ethernet, options, &spawner, background);
-    let Some((network, robot)) = assembled else {
+    let (Some((network, (port, queue))), Some(robot)) = (assembled, robot) else {
         return boot::report_unusable();
     };
     let (reader, writer) = uart::CAN.open();
@@ -124,7 +134,7 @@ async fn control(settings: BoardSettings, options: Options, background: SendSpaw
         &spawner,
         sensor_task(settings, SlcanBus::new(reader, writer)),
     );
-    spawn(&spawner, robot_task(robot.task, robot.port, robot.queue));
+    spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
@@ -139,8 +149,12 @@ async fn sensor_task(settings: BoardSettings, mut bus: CanBus) {
 }
 
 #[embassy_executor::task]
-async fn robot_task(task: RobotTask<Number>, mut port: UdpPort, mut queue: Option<Queue>) {
-    task.run(&mut port, &UptimeClock, &mut queue).await;
+async fn robot_task(
+    robot: &'static mut RobotTask<Number>,
+    mut port: UdpPort,
+    mut queue: Option<Queue>,
+) {
+    robot.run(&mut port, &UptimeClock, &mut queue).await;
 }
 
 /// Runs the parameter service until the board is to start over.

@@ -38,7 +38,9 @@ use softdock_app::micro::boot::{self, Before, Identity};
 use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
-use softdock_app::micro::start::{Options, RobotTask, assemble, send, spawn};
+use softdock_app::micro::start::{
+    Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
+};
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
 use softdock_app::processor::Processor;
@@ -50,6 +52,7 @@ use static_cell::StaticCell;
 type Flash = WordFlash<Sectors>;
 
 static STORE: StaticCell<Store<Flash>> = StaticCell::new();
+static ROBOT: RobotCell<f64> = StaticCell::new();
 
 bind_interrupts!(struct Irqs {
     RNG => rng::InterruptHandler<RNG>;
@@ -64,13 +67,14 @@ const IDENTITY: Identity = Identity {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    start();
+    // The executors begin when all that the start takes of the stack is free again.
+    cortex_m::interrupt::free(|_| start());
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Starts everything. Its stack is free again when it returns, which that of `main` never is.
+/// Starts everything, with interrupts off: it takes much of the stack.
 #[inline(never)]
 fn start() {
     let Some(mut core) = cortex_m::Peripherals::take() else {
@@ -115,9 +119,10 @@ fn start() {
         rx: p.PD9,
         tx: p.PD8,
     };
+    let robot = build_robot(&start.settings, options, &ROBOT);
     let spawners = executors::start();
     let background = spawners.background;
-    let control = control(start.settings, options, ethernet, bus, background);
+    let control = control(start.settings, options, robot, ethernet, bus, background);
     send(spawners.control, control);
     send(background, monitor());
     send(background, leds::show(leds));
@@ -135,6 +140,7 @@ fn boot_number(rng: Peri<'static, RNG>) -> u32 {
 async fn control(
     settings: BoardSettings,
     options: Options,
+    robot: Option<&'static mut RobotTask<f64>>,
     pins: ethernet::Pins,
     bus: can::Bus,
     background: SendSpawner,
@@ -143,12 +149,12 @@ async fn control(
     spawn(&spawner, watchdog::beat());
     let ethernet = ethernet::start(pins);
     let assembled = assemble(&settings, ethernet, options, &spawner, background);
-    let Some((network, robot)) = assembled else {
+    let (Some((network, (port, queue))), Some(robot)) = (assembled, robot) else {
         return boot::report_unusable();
     };
     spawn(&spawner, network_task(network));
     spawn(&spawner, sensor_task(settings, bus));
-    spawn(&spawner, robot_task(robot.task, robot.port, robot.queue));
+    spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
@@ -163,8 +169,12 @@ async fn sensor_task(settings: BoardSettings, mut bus: can::Bus) {
 }
 
 #[embassy_executor::task]
-async fn robot_task(task: RobotTask<f64>, mut port: UdpPort, mut queue: Option<Queue>) {
-    task.run(&mut port, &UptimeClock, &mut queue).await;
+async fn robot_task(
+    robot: &'static mut RobotTask<f64>,
+    mut port: UdpPort,
+    mut queue: Option<Queue>,
+) {
+    robot.run(&mut port, &UptimeClock, &mut queue).await;
 }
 
 /// Runs the parameter service until the board is to start over.

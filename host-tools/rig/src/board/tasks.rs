@@ -36,7 +36,7 @@ pub(super) async fn robot<M: RawMutex>(
     recorder: &mut impl Recorder,
 ) {
     let auto_start = AutoStart::new(start);
-    let task = RobotTask {
+    let mut task = RobotTask {
         shared,
         link,
         auto_start,

@@ -13,7 +13,7 @@ use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
-use softdock_app::robot_link::RobotLink;
+use softdock_app::robot_link::{Prepared, RobotLink};
 use softdock_app::settings::BoardSettings;
 use softdock_control::frames::pose_components;
 use softdock_control::modes::Command;
@@ -51,7 +51,7 @@ pub struct Simulation<'a> {
 /// Runs a simulation to its end, calling `on_cycle` after each cycle.
 pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<()> {
     let settings = simulation.board;
-    let link = RobotLink::<f64>::new(settings)?;
+    let link = RobotLink::<f64>::new(Prepared::new(settings)?);
     let handle = Handle::default();
     let shared = Rc::new(Shared::new());
     let start = simulation.commands.is_empty();

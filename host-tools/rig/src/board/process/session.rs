@@ -12,7 +12,7 @@ use crate::board::block_on::block_on;
 use crate::board::flash::FileFlash;
 use crate::board::tasks;
 use anyhow::{Result, anyhow};
-use softdock_app::robot_link::RobotLink;
+use softdock_app::robot_link::{Prepared, RobotLink};
 use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::LinkCounters;
@@ -52,7 +52,7 @@ impl BoardSession {
             .map(|recorder| Telemetry::new(settings, recorder))
             .transpose()?;
         Ok(Self {
-            link: RobotLink::new(settings)?,
+            link: RobotLink::new(Prepared::new(settings)?),
             telemetry,
             start: start && !matches!(boot.origin, Origin::Defaults(_)),
             boot,
