@@ -62,6 +62,10 @@ fn the_image_fits_and_its_tasks_are_named() {
     };
     assert!(used("FLASH") > 50_000 && used("RAM") > 50_000);
     assert_eq!(used("SETTINGS"), 0, "the place of the settings");
+    // The command itself refuses what is above its budget.
+    let stack = &built["stack"];
+    let [boot, nested] = [&stack["boot"]["bytes"], &stack["nested"]].map(|n| n.as_u64().unwrap());
+    assert!(boot.min(nested) > 20_000, "{stack}");
     let tasks = built["tasks"].as_array().unwrap();
     for (name, flash) in [
         ("robot_task", 50_000),

@@ -1,10 +1,12 @@
 //! An image for a board, an ELF file: read and checked.
 
 use super::Region;
+use super::frame::frame;
 use anyhow::{Context, Result, bail, ensure};
 use object::{Architecture, Object, ObjectSection, ObjectSymbol, RelocationFlags};
-use object::{RelocationTarget, SectionFlags, elf};
+use object::{RelocationTarget, SectionFlags, SectionKind, elf};
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A section or symbol of a program.
@@ -27,8 +29,19 @@ pub struct Elf {
     pub(super) sections: Vec<Piece>,
     /// Functions, constants and statics, sorted by address.
     pub(super) symbols: Vec<Piece>,
-    /// Addresses in flash, and those that are mentioned there.
-    pub(super) mentions: Vec<(u64, u64)>,
+    /// Stack that each function takes for itself, bytes, by its address.
+    pub(super) frames: BTreeMap<u64, u64>,
+    /// What code and constants name.
+    pub(super) mentions: Vec<Mention>,
+}
+
+/// A place in flash that names an address.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mention {
+    pub(super) at: u64,
+    pub(super) to: u64,
+    /// It goes there, now.
+    pub(super) call: bool,
 }
 
 impl Elf {
@@ -48,10 +61,12 @@ impl Elf {
             );
             let mut sections: Vec<Piece> = file.sections().filter_map(|s| section(&s)).collect();
             sections.sort_by_key(|section| section.address);
+            let symbols = symbols(&file, &sections);
             Ok(Self {
                 entry: file.entry(),
-                symbols: symbols(&file, &sections),
+                frames: frames(&file, &symbols)?,
                 mentions: mentions(&file)?,
+                symbols,
                 sections,
             })
         };
@@ -112,9 +127,41 @@ fn symbols(file: &object::File, sections: &[Piece]) -> Vec<Piece> {
     found
 }
 
+/// Stack that each function takes for itself. Data between instructions is left out, by the mapping
+/// symbols (ELF for the Arm architecture, 5.5.5).
+fn frames(file: &object::File, symbols: &[Piece]) -> Result<BTreeMap<u64, u64>> {
+    let is_code: BTreeMap<u64, bool> = file
+        .symbols()
+        .filter_map(|symbol| match symbol.name().ok()?.get(..2)? {
+            "$t" => Some((symbol.address(), true)),
+            "$d" => Some((symbol.address(), false)),
+            _ => None,
+        })
+        .collect();
+    let mut found = BTreeMap::new();
+    for section in file.sections().filter(|s| s.kind() == SectionKind::Text) {
+        let (data, start) = (section.data()?, section.address());
+        let code = |from: u64, to: u64| data.get((from - start) as usize..(to - start) as usize);
+        let inside = |symbol: &&Piece| (start..start + section.size()).contains(&symbol.address);
+        for symbol in symbols.iter().filter(inside) {
+            let end = symbol.address + symbol.bytes;
+            let (mut from, mut runs, mut sum) = (symbol.address, true, 0);
+            let marks = is_code.range(symbol.address..end);
+            for (mark, code_follows) in marks.chain(std::iter::once((&end, &false))) {
+                if runs {
+                    sum += frame(code(from, *mark).context("a function leaves its section")?);
+                }
+                (from, runs) = (*mark, *code_follows);
+            }
+            found.insert(symbol.address, sum);
+        }
+    }
+    Ok(found)
+}
+
 /// What code and constants mention, by the relocations that the linker keeps for it (`--emit-relocs`
 /// in the board's build script; ELF for the Arm architecture, 5.6.1).
-fn mentions(file: &object::File) -> Result<Vec<(u64, u64)>> {
+fn mentions(file: &object::File) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     for section in file.sections() {
         if self::section(&section).is_none_or(|piece| piece.writable || !piece.loaded) {
@@ -145,7 +192,9 @@ fn mentions(file: &object::File) -> Result<Vec<(u64, u64)>> {
                 (elf::R_ARM_THM_MOVT_ABS, _) => immediate(word) << 16 | *register,
                 _ => continue,
             };
-            found.push((at, to & !1));
+            let call = matches!(r_type, elf::R_ARM_THM_PC22 | elf::R_ARM_THM_JUMP24);
+            let to = to & !1;
+            found.push(Mention { at, to, call });
         }
     }
     Ok(found)

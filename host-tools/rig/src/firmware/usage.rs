@@ -112,8 +112,9 @@ fn reached(elf: &Elf) -> (BTreeMap<String, u64>, u64) {
     let symbols = &elf.symbols;
     let mut mentions = vec![Vec::new(); symbols.len()];
     let mut called = vec![false; symbols.len()];
-    for (from, to) in &elf.mentions {
-        if let (Some(from), Some(to)) = (holder(symbols, *from), holder(symbols, *to)) {
+    for mention in &elf.mentions {
+        let places = (holder(symbols, mention.at), holder(symbols, mention.to));
+        if let (Some(from), Some(to)) = places {
             mentions[from].push(to);
             called[to] |= from != to;
         }
@@ -158,7 +159,7 @@ fn reached(elf: &Elf) -> (BTreeMap<String, u64>, u64) {
 /// The name of a task, of its poll function:
 /// `<embassy_executor::raw::TaskStorage<board::__blink_task::__blink_task_inner_function::{closure#0}>>::poll`
 /// is that of `board::blink`.
-fn task_of_poll(symbol: &str) -> Option<String> {
+pub(super) fn task_of_poll(symbol: &str) -> Option<String> {
     let future = symbol.strip_prefix("<embassy_executor::raw::TaskStorage<")?;
     let (module, rest) = future.strip_suffix(">>::poll")?.split_once("::__")?;
     Some(format!("{module}::{}", rest.split_once("_task::")?.0))
@@ -166,6 +167,7 @@ fn task_of_poll(symbol: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::image::Mention;
     use super::*;
 
     fn piece(name: &str, address: u64, bytes: u64, loaded: bool, writable: bool) -> Piece {
@@ -208,13 +210,16 @@ mod tests {
                 piece("board::SHARED", 0x2000, 20, true, true),
                 piece("board::blink::POOL", 0x2014, 60, false, true),
             ],
-            mentions: vec![
+            mentions: [
                 (0x100, 0x104), // starts the first task
                 (0x104, 0x108),
                 (0x108, 0x114),
                 (0x10c, 0x110),
                 (0x110, 0x114),
-            ],
+            ]
+            .map(|(at, to)| Mention { at, to, call: true })
+            .to_vec(),
+            ..Elf::default()
         };
         let usage = usage(&elf, &[region("FLASH", 0x100), region("RAM", 0x2000)]);
         let used: Vec<u64> = usage.regions.iter().map(|region| region.used).collect();
