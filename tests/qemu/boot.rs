@@ -9,6 +9,7 @@ use std::process::Command;
 /// What the board says from its first line until it waits for its sensor.
 const BOOT: &str = "\
 <time> info  softdock <version> (<git>) on QEMU mps2-an500, Cortex-M7, f64
+<time> info  reset by: unknown
 <time> info  settings 1 from flash
 <time> info  address 10.0.2.15/24, robot on UDP port 49200, from 10.0.2.2
 <time> info  ready

@@ -15,11 +15,13 @@ pub mod auto_start;
 pub mod board;
 mod checksum;
 pub mod emulated_flash;
+pub mod ethernet_dma;
 pub mod image;
 pub mod leds;
 #[cfg(feature = "micro")]
 pub mod micro;
 pub mod parameters;
+pub mod phy;
 pub mod processor;
 pub mod record;
 pub mod robot;

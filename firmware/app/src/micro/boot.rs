@@ -38,6 +38,8 @@ pub struct Before<'a> {
     pub crash: Option<&'a str>,
     /// What it handed over, or anything after power-up.
     pub retained: [u8; TRIAL_BYTES],
+    /// What ended it, by the chip.
+    pub reset: &'static str,
 }
 
 /// Reads the settings to start with, and logs who this is, why it starts, and with which settings;
@@ -52,6 +54,7 @@ pub fn boot<F: NorFlash>(
         "softdock {=str} ({=str}) on {=str}",
         identity.version, identity.git, identity.board
     );
+    info!("reset by: {=str}", before.reset);
     if let Some(message) = before.crash {
         error!("started over after: {=str}", message);
     }

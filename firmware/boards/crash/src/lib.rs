@@ -11,32 +11,27 @@
 //!
 //! The firmware calls [`arm`] first of all, and [`take_message`] when it can log. Needed in the
 //! linker script: `_stack_start` and `_stack_end`, the upper and lower end of the stack (the lower one
-//! aligned to 64 KiB, with as much of unused addresses below), and cortex-m-rt's section `.uninit`
-//! in memory that keeps its content over a reset.
-#![no_std]
+//! aligned to 64 KiB, with as much of unused addresses below), and a section `.retained` that is not
+//! loaded, in memory that keeps its content over a reset and that no data cache stands before.
+#![cfg_attr(not(test), no_std)]
 
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
 mod fault;
+#[cfg(target_os = "none")]
+mod memory;
+#[cfg(target_os = "none")]
 mod message;
+#[cfg(target_os = "none")]
 mod retained;
+#[cfg(any(target_os = "none", test))]
+mod words;
 
-pub use fault::arm;
-pub use message::{MESSAGE_BYTES, Message, take_message};
-pub use retained::{RETAINED_BYTES, count_start, take_retained};
-
-use core::panic::PanicInfo;
-use cortex_m::peripheral::SCB;
-
-/// Starts over, and hands bytes over to the next start if there are any.
-pub fn restart(retained: Option<[u8; RETAINED_BYTES]>) -> ! {
-    if let Some(bytes) = retained {
-        retained::retain(bytes);
-    }
-    SCB::sys_reset()
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    message::keep(format_args!("{info}"));
-    SCB::sys_reset()
-}
+#[cfg(target_os = "none")]
+pub use {
+    board::{give_up, restart},
+    fault::arm,
+    message::{MESSAGE_BYTES, Message, take_message},
+    retained::{RETAINED_BYTES, count_start, take_retained},
+};

@@ -1,76 +1,51 @@
 //! A message in memory that outlives a reset.
-#![allow(unsafe_code, reason = "one static outside of .bss, see `Store`")]
+#![allow(unsafe_code, reason = "a static outside of .bss, see `Memory`")]
 
-use core::cell::UnsafeCell;
+use crate::memory::Memory;
 use core::fmt::{Arguments, Write};
-use core::mem::MaybeUninit;
 
 /// Longest message, bytes; the rest of a longer one is cut off.
 pub const MESSAGE_BYTES: usize = 240;
 /// Marks memory that holds a message: after power-up it holds anything.
-const MAGIC: u32 = 0x4352_5348;
+const MAGIC: [u8; 4] = *b"CRSH";
+/// Magic, length, text.
+const KEPT_BYTES: usize = 8 + MESSAGE_BYTES;
 
 /// A message of the run before.
 pub type Message = heapless::String<MESSAGE_BYTES>;
 
-/// Memory that start-up code neither clears nor fills.
-#[repr(C)]
-struct Kept {
-    magic: u32,
-    length: usize,
-    text: [u8; MESSAGE_BYTES],
-}
+#[unsafe(link_section = ".retained.SOFTDOCK_CRASH")]
+static MEMORY: Memory<KEPT_BYTES> = Memory::new();
 
-struct Store(UnsafeCell<MaybeUninit<Kept>>);
-
-// SAFETY: there is one core, and nobody is interrupted in here: `keep` runs with interrupts off or
-// in a fault handler, `take_message` in a critical section.
-unsafe impl Sync for Store {}
-
-#[unsafe(link_section = ".uninit.SOFTDOCK_CRASH")]
-static STORE: Store = Store(UnsafeCell::new(MaybeUninit::uninit()));
-
-/// Keeps a message, unless there is one already: the first is the cause.
+/// Keeps a message, unless there is one already: the first is the cause. With interrupts off, or in
+/// a fault handler.
 pub(crate) fn keep(arguments: Arguments<'_>) {
+    if MEMORY.read().starts_with(&MAGIC) {
+        return;
+    }
     let mut message = Message::new();
     let _ = Cut(&mut message).write_fmt(arguments);
-    let kept = STORE.0.get().cast::<Kept>();
-    // SAFETY: `kept` is valid and aligned, any bytes are a `Kept`, and nobody else uses it, see
-    // `Store`. Volatile, as what is read here was written before the reset.
-    unsafe {
-        if (&raw const (*kept).magic).read_volatile() == MAGIC {
-            return;
-        }
-        let mut text = [0; MESSAGE_BYTES];
-        for (byte, value) in text.iter_mut().zip(message.as_bytes()) {
-            *byte = *value;
-        }
-        kept.write_volatile(Kept {
-            magic: MAGIC,
-            length: message.len(),
-            text,
-        });
+    let mut kept = [0; KEPT_BYTES];
+    let length = (message.len() as u32).to_ne_bytes();
+    let bytes = MAGIC.iter().chain(&length).chain(message.as_bytes());
+    for (byte, value) in kept.iter_mut().zip(bytes) {
+        *byte = *value;
     }
+    MEMORY.write(&kept);
 }
 
 /// Takes the message of the run before, if it ended with one.
 pub fn take_message() -> Option<Message> {
-    let Kept {
-        magic,
-        length,
-        text,
-    } = cortex_m::interrupt::free(|_| {
-        let kept = STORE.0.get().cast::<Kept>();
-        // SAFETY: as in `keep`.
-        unsafe {
-            let found = kept.read_volatile();
-            (&raw mut (*kept).magic).write_volatile(0);
-            found
-        }
+    let kept = cortex_m::interrupt::free(|_| {
+        let kept = MEMORY.read();
+        MEMORY.write(&[0; KEPT_BYTES]);
+        kept
     });
-    let text = text.get(..length).filter(|_| magic == MAGIC)?;
-    let text = core::str::from_utf8(text).ok()?;
-    Message::try_from(text).ok()
+    let (magic, rest) = kept.split_first_chunk::<4>()?;
+    let (length, text) = rest.split_first_chunk::<4>()?;
+    let length = usize::try_from(u32::from_ne_bytes(*length)).ok()?;
+    let text = text.get(..length).filter(|_| *magic == MAGIC)?;
+    Message::try_from(core::str::from_utf8(text).ok()?).ok()
 }
 
 /// Writes what there is room for, on one line.

@@ -93,6 +93,8 @@ fn start() {
     let before = Before {
         crash: crash.as_deref(),
         retained: softdock_crash::take_retained(),
+        // The emulator has no register for it.
+        reset: "unknown",
     };
     // The launcher's number is that of all starts of this launch.
     let number = options.boot.wrapping_add(softdock_crash::count_start());

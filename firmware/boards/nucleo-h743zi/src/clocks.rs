@@ -1,6 +1,5 @@
 //! Clocks: 480 MHz from the 8 MHz that the ST-Link feeds in.
 
-use cortex_m::peripheral::SCB;
 use embassy_stm32::rcc::mux::{Fdcansel, Usart234578sel};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
@@ -9,10 +8,8 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
-/// Starts clocks and time driver, and the instruction cache: without it the processor waits for
-/// flash. The data cache stays off, for the Ethernet's DMA does not know of it; data lie in memory
-/// that needs none.
-pub(crate) fn start(scb: &mut SCB) -> Peripherals {
+/// Starts clocks and time driver.
+pub(crate) fn start() -> Peripherals {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse {
@@ -20,8 +17,7 @@ pub(crate) fn start(scb: &mut SCB) -> Peripherals {
         mode: HseMode::Bypass,
     });
     rcc.hsi = None;
-    // 8 MHz / 1 × 120 = 960 MHz: the processor gets the half, FDCAN 80 MHz (20 time quanta at
-    // 4 MHz make 1 Mbit/s without rest).
+    // 8 MHz / 1 × 120 = 960 MHz: the processor gets the half, FDCAN 80 MHz.
     rcc.pll1 = Some(Pll {
         source: PllSource::HSE,
         prediv: PllPreDiv::DIV1,
@@ -40,7 +36,5 @@ pub(crate) fn start(scb: &mut SCB) -> Peripherals {
     rcc.voltage_scale = VoltageScale::Scale0;
     rcc.mux.fdcansel = Fdcansel::PLL1_Q;
     rcc.mux.usart234578sel = Usart234578sel::PCLK1;
-    let peripherals = embassy_stm32::init(config);
-    scb.enable_icache();
-    peripherals
+    embassy_stm32::init(config)
 }

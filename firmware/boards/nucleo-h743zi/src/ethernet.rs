@@ -1,11 +1,21 @@
 //! The robot's network: the MAC, its buffers, and the LAN8742 on the board, by RMII.
+//!
+//! [`watch`] looks after the DMA and the link, see [`softdock_app::ethernet_dma`] and
+//! [`softdock_app::phy`].
 #![allow(unsafe_code, reason = "buffers in a section of their own")]
 
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
-use embassy_stm32::eth::{self, Ethernet, GenericPhy, PacketQueue, Sma};
+use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::Context;
+use embassy_net_driver::{Capabilities, Driver as NetworkDriver, HardwareAddress, LinkState};
+use embassy_stm32::eth::{self, Ethernet, PacketQueue, Phy, Sma, StationManagement};
+use embassy_stm32::pac::ETH as REGISTERS;
 use embassy_stm32::peripherals::{ETH, ETH_SMA, PA1, PA2, PA7, PB13, PC1, PC4, PC5, PG11, PG13};
 use embassy_stm32::{Peri, bind_interrupts, uid};
+use embassy_time::{Duration, Instant, Ticker, Timer};
+use softdock_app::ethernet_dma::{self, Channel, Cure, DmaMonitor};
+use softdock_app::phy::{self, Management, PhyMonitor};
 
 bind_interrupts!(struct Irqs {
     ETH => eth::InterruptHandler;
@@ -16,9 +26,11 @@ bind_interrupts!(struct Irqs {
 const TX_PACKETS: usize = 4;
 const RX_PACKETS: usize = 8;
 
-/// The network driver of this board. Another protocol on the same port, as EtherCAT with
-/// EtherType 0x88A4, would wrap it and take its frames before the network stack sees them.
-pub(crate) type Driver = Ethernet<'static, ETH, GenericPhy<Sma<'static, ETH_SMA>>>;
+/// The PHY's address on its management bus (UM2407, Ethernet: PHYAD0 is low).
+const PHY_ADDRESS: u8 = 0;
+
+/// Frames that were received, for [`watch`]; wraps.
+static FRAMES: AtomicU32 = AtomicU32::new(0);
 
 /// Descriptors and packets, where the DMA reaches them.
 #[unsafe(link_section = ".ethernet")]
@@ -46,7 +58,11 @@ pub(crate) fn start(pins: Pins) -> Driver {
     PacketQueue::init(queue);
     // SAFETY: `init` has written every byte.
     let queue = unsafe { queue.assume_init_mut() };
-    Ethernet::new(
+    let phy = Lan8742 {
+        bus: Bus(Sma::new(pins.sma, pins.mdio, pins.mdc)),
+        monitor: PhyMonitor::default(),
+    };
+    Driver(Ethernet::new_with_phy(
         queue,
         pins.eth,
         Irqs,
@@ -58,10 +74,125 @@ pub(crate) fn start(pins: Pins) -> Driver {
         pins.tx_d1,
         pins.tx_en,
         mac_address(),
-        pins.sma,
-        pins.mdio,
-        pins.mdc,
-    )
+        phy,
+    ))
+}
+
+/// The network driver of this board. Another protocol on the same port would wrap it and take its
+/// frames before the network stack sees them.
+pub(crate) struct Driver(Ethernet<'static, ETH, Lan8742>);
+
+impl NetworkDriver for Driver {
+    type RxToken<'a> = eth::RxToken<'a, 'static>;
+    type TxToken<'a> = eth::TxToken<'a, 'static>;
+
+    fn receive(&mut self, cx: &mut Context<'_>) -> Option<(Self::RxToken<'_>, Self::TxToken<'_>)> {
+        let tokens = self.0.receive(cx)?;
+        let frames = FRAMES.load(Ordering::Relaxed);
+        FRAMES.store(frames.wrapping_add(1), Ordering::Relaxed);
+        Some(tokens)
+    }
+
+    fn transmit(&mut self, cx: &mut Context<'_>) -> Option<Self::TxToken<'_>> {
+        self.0.transmit(cx)
+    }
+
+    fn link_state(&mut self, cx: &mut Context<'_>) -> LinkState {
+        self.0.link_state(cx)
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.0.capabilities()
+    }
+
+    fn hardware_address(&self) -> HardwareAddress {
+        self.0.hardware_address()
+    }
+}
+
+/// The PHY. Embassy's own looks at it over the slow management bus whenever the network is polled,
+/// several times in a cycle.
+pub(crate) struct Lan8742 {
+    bus: Bus,
+    monitor: PhyMonitor,
+}
+
+/// Its management bus.
+struct Bus(Sma<'static, ETH_SMA>);
+
+impl Management for Bus {
+    fn read(&mut self, register: u8) -> u16 {
+        self.0.smi_read(PHY_ADDRESS, register)
+    }
+
+    fn write(&mut self, register: u8, value: u16) {
+        self.0.smi_write(PHY_ADDRESS, register, value);
+    }
+}
+
+impl Phy for Lan8742 {
+    fn phy_reset(&mut self) {
+        self.monitor.reset(&mut self.bus);
+    }
+
+    /// It is told what to offer when its reset is over, by [`PhyMonitor::is_up`].
+    fn phy_init(&mut self) {}
+
+    fn poll_link(&mut self, cx: &mut Context<'_>) -> bool {
+        // The network asks again then; the timer only has to ring.
+        let mut timer = core::pin::pin!(Timer::after_micros(phy::PERIOD_US));
+        let _ = timer.as_mut().poll(cx);
+        self.monitor
+            .is_up(&mut self.bus, Instant::now().as_micros())
+    }
+}
+
+/// Looks after the DMA for ever; for the executor of the network.
+#[embassy_executor::task]
+pub(crate) async fn watch() -> ! {
+    let mut monitor = DmaMonitor::default();
+    let mut ticker = Ticker::every(Duration::from_micros(ethernet_dma::PERIOD_US));
+    loop {
+        ticker.next().await;
+        let (receive, transmit) = channels();
+        match monitor.look(receive, transmit, FRAMES.load(Ordering::Relaxed)) {
+            None => {}
+            Some(Cure::Resume) => resume(),
+            Some(Cure::Restart) => restart().await,
+            Some(Cure::StartOver) => {
+                softdock_crash::give_up("the Ethernet's DMA does not start again")
+            }
+        }
+    }
+}
+
+/// By the DMA's debug status register (RM0433, 58.11.2, ETH_DMADSR: TPS0 and RPS0).
+fn channels() -> (Channel, Channel) {
+    let status = REGISTERS.ethernet_dma().dmadsr().read();
+    let channel = |state: u8, suspended: u8| match state {
+        0 => Channel::Stopped,
+        state if state == suspended => Channel::Suspended,
+        _ => Channel::Running,
+    };
+    (channel(status.rps0(), 0b100), channel(status.tps0(), 0b110))
+}
+
+/// Writing the tail pointer makes the DMA look at its descriptors again.
+fn resume() {
+    let tail = REGISTERS.ethernet_dma().dmacrx_dtpr();
+    tail.write(|w| w.0 = tail.read().0);
+}
+
+/// Stops and starts both directions; the rings stay where they are.
+async fn restart() {
+    let dma = REGISTERS.ethernet_dma();
+    dma.dmacrx_cr().modify(|w| w.set_sr(false));
+    dma.dmactx_cr().modify(|w| w.set_st(false));
+    // A frame that is on its way ends: 1518 bytes at 100 Mbit/s are 122 µs.
+    Timer::after_micros(200).await;
+    dma.dmactx_cr().modify(|w| w.set_st(true));
+    dma.dmacrx_cr().modify(|w| w.set_sr(true));
+    resume();
 }
 
 /// A locally administered address made of the chip's unique number, so that two boards on one

@@ -9,6 +9,7 @@
 //! | parameter service | USART3, through the ST-Link (CN1), 115,200 bit/s | [`serial`] |
 //! | settings | two slots in the last sectors of flash | [`flash`] |
 //! | watchdog | IWDG, fed by completed work | [`watchdog`] |
+//! | caches | both on, but for what others reach as well | [`memory`] |
 //!
 //! Network, sensor and robot have the executor of highest priority; log, LEDs and watchdog the next;
 //! the service the lowest. Between interrupts the processor sleeps. Nothing allocates.
@@ -21,6 +22,8 @@ mod ethernet;
 mod executors;
 mod flash;
 mod leds;
+mod memory;
+mod reset;
 mod serial;
 mod watchdog;
 
@@ -82,11 +85,14 @@ fn start() {
         SCB::sys_reset();
     };
     softdock_crash::arm(&mut core.SCB, &mut core.MPU);
-    let p = clocks::start(&mut core.SCB);
+    memory::start_caches(&mut core);
+    let p = clocks::start();
+    let watchdog = watchdog::start(p.IWDG1);
     let crash = softdock_crash::take_message();
     let before = Before {
         crash: crash.as_deref(),
         retained: softdock_crash::take_retained(),
+        reset: reset::reason(),
     };
     let number = boot_number(p.RNG);
     let store = STORE.init_with(|| Store::new(WordFlash::new(Sectors::new(p.FLASH))));
@@ -126,7 +132,7 @@ fn start() {
     send(spawners.control, control);
     send(background, monitor());
     send(background, leds::show(leds));
-    send(background, watchdog::feed(p.IWDG1));
+    send(background, watchdog::feed(watchdog));
     send(spawners.service, serve(prepared, serial));
 }
 
@@ -148,6 +154,7 @@ async fn control(
     let spawner = executors::local().await;
     spawn(&spawner, watchdog::beat());
     let ethernet = ethernet::start(pins);
+    spawn(&spawner, ethernet::watch());
     let assembled = assemble(&settings, ethernet, options, &spawner, background);
     let (Some((network, (port, queue))), Some(robot)) = (assembled, robot) else {
         return boot::report_unusable();

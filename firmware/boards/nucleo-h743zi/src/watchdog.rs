@@ -7,6 +7,9 @@ use softdock_app::micro::SHARED;
 use softdock_app::micro::clock::UptimeClock;
 use softdock_app::watchdog::{Heartbeat, RESET_AFTER_US, supervise};
 
+/// The chip's only one that no clock of the processor stops.
+pub(crate) type Watchdog = IndependentWatchdog<'static, IWDG1>;
+
 static HEARTBEAT: Heartbeat = Heartbeat::new();
 
 /// Shows that the executor of the control cycle goes round; runs there.
@@ -15,10 +18,15 @@ pub(crate) async fn beat() -> ! {
     HEARTBEAT.run(&UptimeClock).await
 }
 
-/// Feeds the watchdog; runs below the control cycle.
-#[embassy_executor::task]
-pub(crate) async fn feed(iwdg: Peri<'static, IWDG1>) -> ! {
+/// Lets it run: a start that hangs is caught as well.
+pub(crate) fn start(iwdg: Peri<'static, IWDG1>) -> Watchdog {
     let mut watchdog = IndependentWatchdog::new(iwdg, RESET_AFTER_US);
     watchdog.unleash();
+    watchdog
+}
+
+/// Feeds the watchdog; runs below the control cycle.
+#[embassy_executor::task]
+pub(crate) async fn feed(mut watchdog: Watchdog) -> ! {
     supervise(&SHARED, &UptimeClock, &HEARTBEAT, || watchdog.pet()).await
 }

@@ -45,6 +45,7 @@ pub const NUCLEO_EXECUTORS: [Executor; 3] = [
         tasks: &[
             "::control",
             "watchdog::beat",
+            "ethernet::watch",
             "::network_task",
             "::sensor_task",
             "::robot_task",
