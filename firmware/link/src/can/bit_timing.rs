@@ -1,0 +1,99 @@
+//! Timing of a bit on the bus: how it is made of time quanta, and where it is sampled.
+
+/// Parts of a bit in time quanta, the synchronisation segment of one quantum left out.
+///
+/// ```
+/// use softdock_link::can::BitTiming;
+/// let timing = BitTiming { prescaler: 4, seg1: 16, seg2: 3, jump: 3 };
+/// assert_eq!(timing.bits_per_second(80_000_000), 1_000_000);
+/// assert_eq!(timing.sample_point_per_mille(), 850);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitTiming {
+    /// Cycles of the controller's clock that make a quantum.
+    pub prescaler: u16,
+    /// Propagation and phase segment 1: up to the sample point.
+    pub seg1: u8,
+    /// Phase segment 2: behind it.
+    pub seg2: u8,
+    /// Most quanta by which a bit is made longer or shorter to follow another node's clock.
+    pub jump: u8,
+}
+
+/// Where both sensors' manuals and CiA 301 (87.5 %) want the sample point at 1 Mbit/s, ‰ of a bit.
+pub const SAMPLE_POINT_PER_MILLE: core::ops::RangeInclusive<u32> = 850..=875;
+
+impl BitTiming {
+    /// From FDCAN's nominal bit timing register NBTP (RM0433, 56.5.7), whose fields are less one.
+    pub const fn from_nbtp(register: u32) -> Self {
+        Self {
+            prescaler: (register >> 16 & 0x1ff) as u16 + 1,
+            seg1: (register >> 8 & 0xff) as u8 + 1,
+            seg2: (register & 0x7f) as u8 + 1,
+            jump: (register >> 25 & 0x7f) as u8 + 1,
+        }
+    }
+
+    const fn quanta(self) -> u32 {
+        1 + self.seg1 as u32 + self.seg2 as u32
+    }
+
+    /// Bits per second with a clock of `clock_hz`.
+    pub const fn bits_per_second(self, clock_hz: u32) -> u32 {
+        clock_hz / (self.prescaler as u32 * self.quanta())
+    }
+
+    /// Where a bit is sampled, ‰ of it.
+    pub const fn sample_point_per_mille(self) -> u32 {
+        1000 * (1 + self.seg1 as u32) / self.quanta()
+    }
+
+    /// Whether another node at the same rate samples where it is expected.
+    pub fn is_as_expected(self, clock_hz: u32, bits_per_second: u32) -> bool {
+        self.bits_per_second(clock_hz) == bits_per_second
+            && SAMPLE_POINT_PER_MILLE.contains(&self.sample_point_per_mille())
+            && self.jump <= self.seg2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOCK_HZ: u32 = 80_000_000;
+
+    #[test]
+    fn the_register_says_what_was_meant() {
+        // jump 3, prescaler 4, seg1 16, seg2 3.
+        let timing = BitTiming::from_nbtp(2 << 25 | 3 << 16 | 15 << 8 | 2);
+        let meant = BitTiming {
+            prescaler: 4,
+            seg1: 16,
+            seg2: 3,
+            jump: 3,
+        };
+        assert_eq!(timing, meant);
+        assert!(timing.is_as_expected(CLOCK_HZ, 1_000_000));
+    }
+
+    /// Ten quanta with the sample point at 90 %, as a driver computed it by itself: the receiver is left
+    /// with a tenth of a bit for the cable and for the other node's clock.
+    #[test]
+    fn a_late_sample_point_is_not_expected() {
+        let late = BitTiming {
+            prescaler: 8,
+            seg1: 8,
+            seg2: 1,
+            jump: 1,
+        };
+        assert_eq!(late.sample_point_per_mille(), 900);
+        assert!(!late.is_as_expected(CLOCK_HZ, 1_000_000));
+        let slow = BitTiming {
+            prescaler: 8,
+            seg1: 16,
+            seg2: 3,
+            jump: 3,
+        };
+        assert!(!slow.is_as_expected(CLOCK_HZ, 1_000_000));
+    }
+}
