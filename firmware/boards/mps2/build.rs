@@ -36,7 +36,8 @@ fn main() {
     println!("cargo::rustc-link-search={}", out.display());
     // Without --nmagic the linker would align sections for pages, which the board does not have.
     let stack = format!("--defsym=_stack_size={}", stack_bytes(chip));
-    for argument in ["--nmagic", "-Tmps2.x", "-Tdefmt.x", &stack] {
+    // The script uses what is defined before it.
+    for argument in ["--nmagic", &stack, "-Tmps2.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     set_git_state("../../..");
