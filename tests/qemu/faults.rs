@@ -125,6 +125,28 @@ fn a_flood_of_garbage_and_strangers_costs_counters() {
     assert!(!log.contains("fault"), "{log}");
 }
 
+/// More at once than the controller's FIFO and the socket's queue hold: what has no room is lost, and
+/// the robot is answered again within ten telegrams.
+#[test]
+fn an_overrun_of_the_receiver_is_left_behind_within_ten_telegrams() {
+    let (board, mut robot, _sensor) = moving("qemu_overrun");
+    let stranger = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    for burst in 0..5 {
+        for _ in 0..500 {
+            stranger.send_to(&[b'<'; 1400], board.robot).unwrap();
+        }
+        let answer = robot.cycle_through_flood();
+        assert!(
+            robot.attempts <= 10,
+            "burst {burst}: {} telegrams",
+            robot.attempts
+        );
+        assert!(!answer.is_zero(), "burst {burst}: the loop goes on");
+    }
+    let log = board.stop();
+    assert!(!log.contains("fault"), "{log}");
+}
+
 #[test]
 fn garbage_of_the_robot_itself_costs_a_counter() {
     let (mut board, mut robot, _sensor) = moving("qemu_garbage");

@@ -9,6 +9,7 @@ use softdock_control::modes::{FaultCode, Mode};
 use softdock_lockstep::{Done, PARTS, Session, Step};
 use softdock_report::{Cell, Column, Format, Table};
 use softdock_rig::board::qemu::Chip;
+use softdock_rig::firmware::{RELEASED, emulated_profile};
 use softdock_tests::lockstep::{Emulated, instructions, story};
 use std::collections::BTreeSet;
 
@@ -20,6 +21,8 @@ const CHAPTER: usize = 2_500;
 const ANSWER_BUDGET: u32 = 30_000;
 /// The same with the predictor: 1/6 ms.
 const PREDICTOR_BUDGET: u32 = 80_000;
+/// The same with a lag and a servo believed behind the delay: 1/5 ms.
+const SERVO_BUDGET: u32 = 100_000;
 /// Instructions for dynamics and delay law.
 const CONTROL_BUDGET: u32 = 6_000;
 /// Instructions of the Cortex-M3 for a whole answer: 3.3 of 4 ms at 100 MHz, if an instruction takes a
@@ -168,6 +171,43 @@ fn the_predictor_is_the_same_on_the_board_and_within_its_budget() {
     let steps = story(&settings, CYCLES);
     let [answer, _] = same_bits("lockstep_predictor", &settings, steps);
     assert!(answer <= PREDICTOR_BUDGET, "{answer} instructions");
+}
+
+/// A robot that is believed to have a lag and a servo behind its delay: the longest way ahead.
+#[test]
+#[ignore = "long: 25,000 cycles in QEMU, counted with the real profile"]
+fn the_predictor_with_lag_and_servo_is_within_its_budget() {
+    let mut settings = settings();
+    settings.control.delay.law = LawName::Predictor;
+    settings.control.delay.actuator.delay_s = 0.022;
+    settings.control.delay.actuator.lag_s = 0.005;
+    settings.control.delay.actuator.servo_hz = 20.0;
+    settings.control.delay.actuator.pause_s = 0.016;
+    settings.control.delay.predictor.interlock = false;
+    let steps = story(&settings, CYCLES);
+    let [answer, _] = same_bits("lockstep_servo", &settings, steps);
+    assert!(answer <= SERVO_BUDGET, "{answer} instructions");
+}
+
+/// A robot with a cycle of 1 ms, and the laws that are quick enough for it.
+#[test]
+fn a_cycle_of_a_millisecond_is_the_same_in_every_bit() {
+    for law in [LawName::Seed, LawName::Lead] {
+        let mut settings = settings();
+        settings.control.robot.cycle_s = 0.001;
+        settings.can.sample_wait_s = 0.0004;
+        // A jog may not change its velocity by more in a cycle.
+        settings.control.jog.speed_m_s = 0.005;
+        settings.control.jog.reach_m = 0.02;
+        settings.control.jog.speed_rad_s = 0.0075;
+        settings.control.jog.reach_rad = 0.02;
+        settings.control.delay.law = law;
+        let steps = story(&settings, CHAPTER);
+        let [answer, _] = same_bits(&format!("lockstep_1_khz_{}", law.name()), &settings, steps);
+        if emulated_profile() == RELEASED {
+            assert!(answer <= ANSWER_BUDGET, "{law:?}: {answer} instructions");
+        }
+    }
 }
 
 #[test]

@@ -44,13 +44,15 @@ pub fn story(settings: &BoardSettings, cycles: usize) -> Vec<Step> {
 }
 
 fn step(settings: &BoardSettings, n: usize, record: &CycleRecord) -> Step {
-    let seconds = n as f64 * 0.004;
+    let cycle_s = settings.control.robot.cycle_s;
+    let cycle_ms = (cycle_s * 1e3).round() as u64;
+    let seconds = n as f64 * cycle_s;
     let [x, y, z, ..] = record.inputs.robot.pose.expect("the rig has a pose");
     let turn = [0.3, 0.7, 1.1].map(|rate: f64| (rate * seconds).sin());
     let mm = [x, y, z].map(|metres| 1000.0 * metres);
     let pose = [mm[0], mm[1], mm[2], turn[0], turn[1], turn[2]];
     let telegram = RobTelegram {
-        ipoc: FIRST_IPOC + 4 * n as u64,
+        ipoc: FIRST_IPOC + cycle_ms * n as u64,
         actual_pose: Some(pose),
         setpoint_pose: Some(pose),
         late_answers: Some(0),
@@ -68,7 +70,7 @@ fn step(settings: &BoardSettings, n: usize, record: &CycleRecord) -> Step {
     Step {
         datagram: heapless::Vec::from_slice(&bytes[..length]).expect("it fits"),
         sender: 0,
-        now_us: 4000 * n as u64,
+        now_us: 1000 * cycle_ms * n as u64,
         sample,
         command: command(n % CHAPTER),
     }

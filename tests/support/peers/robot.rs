@@ -30,6 +30,8 @@ pub struct Robot {
     pub ipoc: u64,
     /// Pose in units of 10⁻⁴ mm and degrees: the sum of all corrections.
     pub pose: [i64; 6],
+    /// Telegrams that the last [`Self::cycle_through_flood`] has sent.
+    pub attempts: usize,
 }
 
 impl Robot {
@@ -44,6 +46,7 @@ impl Robot {
             board,
             ipoc: FIRST_IPOC,
             pose: [0; 6],
+            attempts: 0,
         };
         robot.patience(PATIENCE);
         robot
@@ -92,7 +95,9 @@ impl Robot {
     pub fn cycle_through_flood(&mut self) -> Answer {
         let give_up = Instant::now() + PATIENCE;
         self.patience(Duration::from_millis(100));
+        self.attempts = 0;
         let answer = loop {
+            self.attempts += 1;
             self.send(self.telegram(self.ipoc).as_bytes());
             let mut buffer = [0; 2048];
             if let Ok((length, _)) = self.socket.recv_from(&mut buffer) {
