@@ -90,7 +90,7 @@ fn what_a_board_does_not_have_or_allow_is_named() {
             "outside of what the setting can hold",
         ),
         (&["mode", "holt"], "did you mean `hold`?"),
-        (&["mode", "arm"], "the robot sends no telegrams"),
+        (&["mode", "arm"], "`rsi.robot_ip` is empty"),
         (&["rollback"], "no settings before the present ones"),
         (&["watch", "--json"], "--samples"),
     ] {

@@ -7,4 +7,5 @@ mod lockstep;
 mod params;
 mod rig;
 mod rsipi;
+mod stack;
 mod telemetry;

@@ -1,9 +1,32 @@
 //! `softdock params` with the firmware in QEMU, over its serial line.
 
 use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, RunningRobot, Sensor, params};
+use softdock_tests::process::softdock;
 use std::path::Path;
 
 const MASS: &str = "control.sensor.tool_mass_kg";
+
+/// What a new board is asked to do, on the one that there is: its clock is QEMU's.
+#[test]
+fn a_board_shows_what_it_can_do() {
+    let served = Served::start("qemu_self_test", "", &[]);
+    let arguments = ["doctor", "--port", &served.port, "--self-test", "--json"];
+    let run = softdock(served.folder(), &arguments);
+    let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let state = |name: &str| {
+        let checks = found["checks"].as_array().unwrap();
+        let check = checks.iter().find(|check| check["name"] == name);
+        check.unwrap_or_else(|| panic!("no {name}: {found}"))["state"].clone()
+    };
+    assert_eq!(state("flash and reset"), "good", "{found}");
+    assert_eq!(state("stack"), "good", "{found}");
+    // The emulator has no register that tells, and its network does not answer ping from here.
+    assert_eq!(state("reason of the reset"), "warning", "{found}");
+    for name in ["clock", "ping", "LEDs", "CAN", "watchdog"] {
+        state(name);
+    }
+    served.board.end();
+}
 
 struct Served {
     board: QemuBoard,

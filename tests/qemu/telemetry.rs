@@ -16,7 +16,14 @@ const CYCLES: usize = 500;
 fn a_recording_from_qemu_replays_bit_for_bit() {
     let folder = scratch("qemu_telemetry_recorder");
     let mut command = Command::new(softdock_binary());
-    let arguments = ["record", "--listen", "127.0.0.1:0", "-o", "run.mcap"];
+    let arguments = [
+        "record",
+        "--listen",
+        "127.0.0.1:0",
+        "-o",
+        "run.mcap",
+        "--json",
+    ];
     let mut recorder = Running::start("recorder", command.current_dir(&folder).args(arguments));
     let line = recorder.wait_for("listening on UDP ");
     let address = line.split(' ').find_map(|word| word.parse().ok());
@@ -40,6 +47,18 @@ fn a_recording_from_qemu_replays_bit_for_bit() {
     recorder.interrupt();
     let (status, log) = recorder.finish();
     assert!(status.success(), "{log}");
+    let summary = log
+        .find('{')
+        .map(|at| serde_json::Deserializer::from_str(&log[at..]));
+    let summary: serde_json::Value =
+        serde::Deserialize::deserialize(&mut summary.unwrap()).unwrap();
+    let machine = &summary["recordings"][0]["machine"];
+    let answers = machine["answers"]["histogram"].as_array().unwrap();
+    assert!(
+        answers.iter().filter_map(|n| n.as_u64()).sum::<u64>() > 0,
+        "{summary}"
+    );
+    assert_eq!(machine["stack"]["available"], 128 << 10, "{summary}");
 
     let run = softdock(&folder, &["replay", "run.mcap", "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);

@@ -164,6 +164,8 @@ fn the_metadata_tell_what_was_lost() {
         ("lost_cycles", "3"),
         ("lost_datagrams", "3"),
         ("lost_on_board", "0"),
+        // It has said nothing of itself.
+        ("machine", ""),
         ("torn_records", "0"),
     ];
     assert_eq!(entries, expected.map(|(k, v)| (k.into(), v.into())).into());

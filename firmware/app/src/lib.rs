@@ -18,6 +18,7 @@ pub mod emulated_flash;
 pub mod ethernet_dma;
 pub mod image;
 pub mod leds;
+pub mod meter;
 #[cfg(feature = "micro")]
 pub mod micro;
 pub mod parameters;

@@ -2,6 +2,7 @@
 
 use crate::auto_start::AutoStart;
 use crate::board::{Clock, DatagramSocket, IoError, Recorder};
+use crate::meter::Meter;
 use crate::record::CycleRecord;
 use crate::robot_link::{Incoming, RobotLink};
 use crate::robot_protocol::RobotProtocol;
@@ -32,6 +33,8 @@ pub struct RobotTask<'a, M: RawMutex, S: Scalar, P: RobotProtocol = Rsi> {
     pub auto_start: AutoStart,
     /// Longest wait for the sample that a telegram asks for, µs.
     pub sample_wait_us: u64,
+    /// Measures, after the answer.
+    pub meter: Meter,
 }
 
 impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
@@ -51,8 +54,10 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
             };
             let record = self.run_cycle(incoming, clock).await;
             let sent = self.answer(incoming, socket, from).await;
+            let gone_us = clock.now_us();
             self.publish(record.as_ref(), incoming != Incoming::Ignored);
             if let Some(record) = &record {
+                self.measure(record, gone_us);
                 recorder.record(record);
             }
             if sent == Err(IoError::Closed) {
@@ -199,6 +204,18 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         if record.is_some_and(restarts_sensor) {
             self.shared.restart_sensor.signal(());
         }
+    }
+}
+
+impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
+    fn measure(&mut self, record: &CycleRecord, gone_us: u64) {
+        let (came_us, cycle_us) = (self.link.heard_us(), self.link.cycle_us());
+        self.meter.take(record, came_us, gone_us, cycle_us);
+        let (answers, inputs) = (self.meter.answers(), self.meter.inputs());
+        self.shared.update_machine(|machine| {
+            machine.answers = answers;
+            machine.inputs = inputs;
+        });
     }
 }
 

@@ -157,6 +157,16 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         })
     }
 
+    /// When the robot was last heard, µs.
+    pub fn heard_us(&self) -> u64 {
+        self.robot.map_or(0, |(_, heard_us)| heard_us)
+    }
+
+    /// Length of the robot's cycle, µs.
+    pub fn cycle_us(&self) -> u64 {
+        self.cycle_us
+    }
+
     /// Looks at a datagram; `now_us` is only used to tell silence.
     pub fn receive(&mut self, datagram: &[u8], from: SocketAddr, now_us: u64) -> Incoming {
         if !self.is_robot(from, now_us) {

@@ -15,6 +15,12 @@ use softdock_link::rsi::{Name, TagError, Tags};
 /// told from it.
 const NAME_BYTES: usize = 32;
 
+/// The word for a robot of any address.
+pub const ANY_ROBOT: &str = "any";
+
+/// Name of the setting that takes it.
+const ROBOT_IP: &str = "rsi.robot_ip";
+
 /// A short text of the settings.
 pub type Text = heapless::String<NAME_BYTES>;
 
@@ -109,7 +115,8 @@ pub struct RsiSettings {
     pub stop: Text,
     /// Element with POSCORR's status; empty: not sent by the robot.
     pub poscorr_stat: Text,
-    /// The robot's address; empty: the first sender of a valid telegram is the robot.
+    /// The robot's address. `any`: the first sender of a valid telegram is the robot, and who comes
+    /// when it has been silent takes its place. Empty: likewise, but the service arms nothing.
     pub robot_ip: Text,
     /// Silence after which another sender may become the robot, s (in cycles of 4 ms: 100).
     pub silence_s: f64,
@@ -164,7 +171,11 @@ impl core::fmt::Display for BoardSettingsError {
             Self::Name { field, error } => write!(f, "`{field}`: {error}"),
             Self::Address { field } => write!(
                 f,
-                "`{field}` is not the IP address of a host; write it like \"192.168.1.10\""
+                "`{field}` is not the IP address of a host; write it like \"192.168.1.10\"{}",
+                match *field {
+                    ROBOT_IP => ", or \"any\"",
+                    _ => "",
+                }
             ),
             Self::Socket { field } => write!(
                 f,
@@ -276,17 +287,20 @@ impl RsiSettings {
         Ok(tags)
     }
 
+    /// Whether it is said who the robot is, or that anybody may be it.
+    pub fn says_who_is_robot(&self) -> bool {
+        !self.robot_ip.is_empty()
+    }
+
     /// The configured address of the robot, if any.
     pub fn robot_ip(&self) -> Result<Option<core::net::IpAddr>, BoardSettingsError> {
-        if self.robot_ip.is_empty() {
+        if self.robot_ip.is_empty() || self.robot_ip == ANY_ROBOT {
             return Ok(None);
         }
         self.robot_ip
             .parse()
             .map(Some)
-            .map_err(|_| BoardSettingsError::Address {
-                field: "rsi.robot_ip",
-            })
+            .map_err(|_| BoardSettingsError::Address { field: ROBOT_IP })
     }
 
     /// Silence after which the connection is given up, µs.

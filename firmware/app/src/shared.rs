@@ -8,6 +8,9 @@ use embassy_sync::signal::Signal;
 use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Fault, Mode, Refusal};
 use softdock_link::sensor::{SensorCounters, SensorState};
+use softdock_link::service::{
+    AnswerTimes, EthernetHealth, InputStatistics, Machine, StackUse, Word,
+};
 
 /// Commands that may wait for the next telegram.
 const COMMANDS: usize = 8;
@@ -90,10 +93,39 @@ pub struct Status {
     pub can_losses: u32,
 }
 
+/// How the board itself is, see [`softdock_link::service::Machine`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MachineState {
+    /// What ended the run before.
+    pub reset: &'static str,
+    /// The stack of a microcontroller.
+    pub stack: Option<StackUse>,
+    /// The Ethernet of a microcontroller.
+    pub ethernet: Option<EthernetHealth>,
+    /// From a telegram to its answer.
+    pub answers: AnswerTimes,
+    /// What the inputs are like.
+    pub inputs: InputStatistics,
+}
+
+impl MachineState {
+    /// In the words of service and telemetry.
+    pub fn told(&self) -> Machine {
+        Machine {
+            reset: Word::try_from(self.reset).unwrap_or_default(),
+            stack: self.stack,
+            ethernet: self.ethernet,
+            answers: self.answers,
+            inputs: self.inputs,
+        }
+    }
+}
+
 /// The shared state.
 pub struct Shared<M: RawMutex> {
     sample: Mutex<M, Cell<SensorSample>>,
     status: Mutex<M, Cell<Status>>,
+    machine: Mutex<M, Cell<MachineState>>,
     /// Raised with each new sample.
     pub(crate) fresh: Signal<M, ()>,
     /// Raised when a telegram asks for a sample.
@@ -117,6 +149,7 @@ impl<M: RawMutex> Shared<M> {
         Self {
             sample: Mutex::new(Cell::new(NO_SAMPLE)),
             status: Mutex::new(Cell::new(BOOT)),
+            machine: Mutex::new(Cell::new(NEW_MACHINE)),
             fresh: Signal::new(),
             wanted: Signal::new(),
             restart_sensor: Signal::new(),
@@ -144,6 +177,20 @@ impl<M: RawMutex> Shared<M> {
         self.status.lock(Cell::get)
     }
 
+    /// How the board itself is.
+    pub fn machine(&self) -> MachineState {
+        self.machine.lock(Cell::get)
+    }
+
+    /// Tells how the board itself is.
+    pub fn update_machine(&self, change: impl FnOnce(&mut MachineState)) {
+        self.machine.lock(|cell| {
+            let mut machine = cell.get();
+            change(&mut machine);
+            cell.set(machine);
+        });
+    }
+
     pub(crate) fn update_status(&self, change: impl FnOnce(&mut Status)) {
         self.status.lock(|cell| {
             let mut status = cell.get();
@@ -152,6 +199,15 @@ impl<M: RawMutex> Shared<M> {
         });
     }
 }
+
+/// At boot.
+const NEW_MACHINE: MachineState = MachineState {
+    reset: "",
+    stack: None,
+    ethernet: None,
+    answers: AnswerTimes::NONE,
+    inputs: InputStatistics::NONE,
+};
 
 /// Before the first sample.
 const NO_SAMPLE: SensorSample = SensorSample {

@@ -27,7 +27,9 @@ pub use datagram::{
     DATAGRAM_MAX_BYTES, Datagram, DatagramError, HEADER_BYTES, Kind, MAGIC, PAYLOAD_MAX_BYTES,
     Part, VERSION,
 };
-pub use message::{Announcement, MESSAGE_MAX_BYTES, MessageError, read_record, schema};
+pub use message::{
+    Announcement, MESSAGE_MAX_BYTES, MessageError, read_machine, read_record, schema,
+};
 pub use queue::{RecordQueue, Slot};
 pub use stream::{Parts, Stream};
 pub use tasks::{ANNOUNCE_PERIOD_US, encode, transmit};

@@ -26,6 +26,7 @@ clamp_fault_cycles = 10000
 answer_timeout_s = 1.0
 sample_wait_s = 0.002
 [rsi]
+robot_ip = \"any\"
 new_run_after_lost = 1000000
 silence_s = 60.0
 ";

@@ -1,5 +1,6 @@
 //! The start of the firmware and the log's first lines: who this is, and with which settings.
 
+use super::SHARED;
 use super::service::{self, Prepared};
 use crate::processor::Processor;
 use crate::settings::BoardSettings;
@@ -55,6 +56,7 @@ pub fn boot<F: NorFlash>(
         identity.version, identity.git, identity.board
     );
     info!("reset by: {=str}", before.reset);
+    SHARED.update_machine(|machine| machine.reset = before.reset);
     if let Some(message) = before.crash {
         error!("started over after: {=str}", message);
     }
@@ -87,7 +89,7 @@ fn report_settings(boot: &Boot, processor: Processor) {
         settings.network.prefix_bits,
         settings.network.rsi_port,
         match settings.rsi.robot_ip.as_str() {
-            "" => "anyone",
+            "" => "anyone, not to be armed",
             address => address,
         }
     );

@@ -1,5 +1,5 @@
 //! The monitor: logs changes of the shared state. It runs below the control cycle, which writes no
-//! log itself.
+//! log itself. It also looks how deep the stack has been.
 
 use super::SHARED;
 use super::clock::UptimeClock;
@@ -7,7 +7,12 @@ use crate::board::Clock;
 use crate::shared::{LinkCounters, Status};
 use defmt::{Debug2Format, error, info, warn};
 use softdock_link::sensor::SensorCounters;
+use softdock_link::service::StackUse;
 
+/// How often it is looked at the stack, µs: to find the end of the paint takes 0.2 ms.
+const STACK_PERIOD_US: u64 = 1_000_000;
+/// Share of the stack above which its depth is worth a line, %.
+const STACK_ALARM: u32 = 80;
 /// How often the state is compared, µs.
 const PERIOD_US: u64 = 50_000;
 /// Least time between two lines of the link's counters, µs: a flood of bad telegrams must not
@@ -26,8 +31,13 @@ pub async fn monitor() -> ! {
     let mut last = Status::default();
     let mut link = Counted::new(LINK_PERIOD_US, LinkCounters::default());
     let mut sensor = Counted::new(SENSOR_PERIOD_US, (SensorCounters::default(), 0, 0));
+    let mut stack_us = 0;
     loop {
         let now_us = clock.now_us();
+        if now_us >= stack_us {
+            stack_us = now_us + STACK_PERIOD_US;
+            look_at_stack();
+        }
         let now = shared.status();
         report_changes(&last, &now);
         let robot_left = last.connected && !now.connected;
@@ -46,6 +56,25 @@ pub async fn monitor() -> ! {
         }
         clock.wait_until(now_us + PERIOD_US).await;
     }
+}
+
+/// The stack is painted at reset; what is left of the paint has never been used.
+fn look_at_stack() {
+    let available = cortex_m_stack::stack_size();
+    let now = StackUse {
+        deepest: available - cortex_m_stack::stack_painted(),
+        available,
+    };
+    let last = SHARED.machine().stack.map_or(0, |stack| stack.deepest);
+    if now.deepest > last
+        && u64::from(now.deepest) * 100 > u64::from(available) * u64::from(STACK_ALARM)
+    {
+        warn!(
+            "the stack was {=u32} of {=u32} bytes deep",
+            now.deepest, available
+        );
+    }
+    SHARED.update_machine(|machine| machine.stack = Some(now));
 }
 
 /// Counters as they were logged last.

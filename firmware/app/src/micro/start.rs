@@ -5,6 +5,7 @@ use super::boot::Identity;
 use super::telemetry::{self, Queue, encoder_task, transmitter_task};
 use super::udp::{UdpPort, static_address};
 use crate::auto_start::AutoStart;
+use crate::meter::Meter;
 use crate::robot_link::{Prepared, RobotLink};
 use crate::settings::BoardSettings;
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
@@ -64,6 +65,7 @@ pub fn build_robot<S: Scalar>(
         link: RobotLink::new(prepared),
         auto_start: AutoStart::new(options.auto_start),
         sample_wait_us: settings.can.sample_wait_us(),
+        meter: Meter::default(),
     })
 }
 

@@ -1,5 +1,6 @@
 //! Telemetry of a microcontroller: its memory, its socket, and its two tasks.
 
+use super::SHARED;
 use super::clock::UptimeClock;
 use super::start::Options;
 use super::udp;
@@ -95,7 +96,16 @@ pub(super) async fn encoder_task(encoder: Encoder) {
     };
     let stream = Stream::new(encoder.boot);
     let (slots, datagrams) = (encoder.slots, encoder.datagrams);
-    encode(slots, datagrams, &UptimeClock, stream, &announcement).await;
+    let machine = || SHARED.machine().told();
+    encode(
+        slots,
+        datagrams,
+        &UptimeClock,
+        stream,
+        &announcement,
+        machine,
+    )
+    .await;
 }
 
 /// Sends datagrams for ever; for the executor of the network.

@@ -137,6 +137,10 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
                 self.session.slots(&slots);
                 None
             }
+            Job::Machine => {
+                self.session.machine(&self.shared.machine());
+                None
+            }
             Job::EndTrial => {
                 self.shared.set_restarting(true);
                 self.session.restarting();

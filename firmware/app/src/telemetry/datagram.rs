@@ -26,6 +26,8 @@ pub enum Kind {
     Record,
     /// Settings and identity of the board.
     Announcement,
+    /// How the board itself is ([`Machine`](softdock_link::service::Machine)).
+    Machine,
 }
 
 /// A part of a message, and where it belongs.
@@ -34,7 +36,7 @@ pub enum Kind {
 /// |---|---|
 /// | 4 | [`MAGIC`] |
 /// | 1 | [`VERSION`] |
-/// | 1 | kind of the message: 1 record, 2 announcement |
+/// | 1 | kind of the message: 1 record, 2 announcement, 3 how the board itself is |
 /// | 1 | number of this part, from 0 |
 /// | 1 | parts of the message, at least 1 |
 /// | 4 | boot: differs between any two boots of any two boards |
@@ -125,6 +127,7 @@ impl Kind {
         match self {
             Self::Record => 1,
             Self::Announcement => 2,
+            Self::Machine => 3,
         }
     }
 
@@ -132,6 +135,7 @@ impl Kind {
         match code {
             1 => Some(Self::Record),
             2 => Some(Self::Announcement),
+            3 => Some(Self::Machine),
             _ => None,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::datagram::PAYLOAD_MAX_BYTES;
 use crate::record::CycleRecord;
+use softdock_link::service::Machine;
 
 /// Longest message, bytes: four datagrams. A record takes about 1.2 kB, the announcement what its
 /// settings take (at most [`IMAGE_MAX_BYTES`](crate::image::IMAGE_MAX_BYTES)) and its text.
@@ -51,6 +52,11 @@ impl core::error::Error for MessageError {}
 
 /// Reads a record that has [`schema()`].
 pub fn read_record(message: &[u8]) -> Result<CycleRecord, MessageError> {
+    read(message)
+}
+
+/// Reads how the board itself is.
+pub fn read_machine(message: &[u8]) -> Result<Machine, MessageError> {
     read(message)
 }
 

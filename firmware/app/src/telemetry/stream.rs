@@ -3,6 +3,7 @@
 use super::datagram::{Kind, PAYLOAD_MAX_BYTES, Part};
 use super::message::{Announcement, MESSAGE_MAX_BYTES, MessageError, schema};
 use crate::record::CycleRecord;
+use softdock_link::service::Machine;
 
 /// All messages of a boot, one after the other.
 #[derive(Clone, Debug)]
@@ -46,6 +47,11 @@ impl Stream {
         announcement: &Announcement<'_>,
     ) -> Result<Parts<'_>, MessageError> {
         self.message(Kind::Announcement, announcement)
+    }
+
+    /// The datagrams of how the board itself is.
+    pub fn machine(&mut self, machine: &Machine) -> Result<Parts<'_>, MessageError> {
+        self.message(Kind::Machine, machine)
     }
 
     fn message(

@@ -9,13 +9,14 @@ use core::net::SocketAddr;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::zerocopy_channel::{Receiver, Sender};
+use softdock_link::service::Machine;
 
 /// Time between two announcements, µs: a recorder that is started later waits no longer for the
 /// settings.
 pub const ANNOUNCE_PERIOD_US: u64 = 1_000_000;
 
 /// Makes datagrams of the records, and announces the board at once and in every
-/// [`ANNOUNCE_PERIOD_US`]. Runs until [`RecordQueue::close`](super::RecordQueue::close).
+/// [`ANNOUNCE_PERIOD_US`], together with what `machine` tells of it. Runs until [`RecordQueue::close`](super::RecordQueue::close).
 ///
 /// Between two waits it computes what a record takes: postcard's bytes and the checksum of 1.2 kB
 /// (estimated, not measured: less than 100 µs at 480 MHz). So it belongs on an executor of a lower
@@ -26,11 +27,13 @@ pub async fn encode<M: RawMutex>(
     clock: &impl Clock,
     mut stream: Stream,
     announcement: &Announcement<'_>,
+    machine: impl Fn() -> Machine,
 ) {
     let mut announce_at_us = clock.now_us();
     loop {
         if clock.now_us() >= announce_at_us {
             forward(stream.announcement(announcement), &mut datagrams).await;
+            forward(stream.machine(&machine()), &mut datagrams).await;
             announce_at_us = clock.now_us().saturating_add(ANNOUNCE_PERIOD_US);
         }
         let due = clock.wait_until(announce_at_us);

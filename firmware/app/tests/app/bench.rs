@@ -3,6 +3,7 @@
 use crate::world::{Event, Handle, Sent, Task, World, run};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_app::auto_start::AutoStart;
+use softdock_app::meter::Meter;
 use softdock_app::record::CycleRecord;
 use softdock_app::robot::RobotTask;
 use softdock_app::robot_link::{Prepared, RobotLink};
@@ -71,6 +72,7 @@ impl Bench {
             link: RobotLink::<f64>::new(Prepared::new(settings).unwrap()),
             auto_start: AutoStart::new(auto_start),
             sample_wait_us: settings.can.sample_wait_us(),
+            meter: Meter::default(),
         };
         let (mut bus, bus_clock) = (world.clone(), world.clone());
         let (mut socket, clock, mut recorder) = (world.clone(), world.clone(), world.clone());

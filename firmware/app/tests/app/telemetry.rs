@@ -10,6 +10,7 @@ use softdock_app::telemetry::{
     ANNOUNCE_PERIOD_US, Announcement, Datagram, Kind, Part, RecordQueue, Slot, Stream, encode,
     read_record, schema, transmit,
 };
+use softdock_link::service::Machine;
 use std::cell::{Cell, RefCell};
 use std::future::poll_fn;
 use std::net::SocketAddr;
@@ -91,7 +92,15 @@ impl Telemetry {
         let (clock, mut sink) = (world.clone(), network.clone());
         let tasks = vec![
             Task::new(async move {
-                encode(taken, made, &clock, Stream::new(BOOT), &ANNOUNCEMENT).await;
+                encode(
+                    taken,
+                    made,
+                    &clock,
+                    Stream::new(BOOT),
+                    &ANNOUNCEMENT,
+                    Machine::default,
+                )
+                .await;
             }),
             Task::new(async move { transmit(waiting, &mut sink, recorder()).await }),
         ];
@@ -137,7 +146,10 @@ fn record(cycle: u64) -> CycleRecord {
 fn the_board_is_announced_at_boot_and_in_every_period() {
     let mut telemetry = Telemetry::new(Network::default());
     telemetry.run_for(0);
-    let parts = |first| (0..3).map(move |part| (Kind::Announcement, part, first + u32::from(part)));
+    let parts = |first| {
+        let announced = (0..3).map(move |part| (Kind::Announcement, part, first + u32::from(part)));
+        announced.chain([(Kind::Machine, 0, first + 3)])
+    };
     let head = |sent: Vec<(Kind, u8, u32, u32, Option<u64>)>| -> Vec<(Kind, u8, u32)> {
         sent.into_iter()
             .map(|(kind, part, sequence, ..)| (kind, part, sequence))
@@ -145,9 +157,9 @@ fn the_board_is_announced_at_boot_and_in_every_period() {
     };
     assert_eq!(head(telemetry.sent()), parts(0).collect::<Vec<_>>());
     telemetry.run_for(ANNOUNCE_PERIOD_US - 1);
-    assert_eq!(telemetry.sent().len(), 3);
+    assert_eq!(telemetry.sent().len(), 4);
     telemetry.run_for(1);
-    let twice: Vec<_> = parts(0).chain(parts(3)).collect();
+    let twice: Vec<_> = parts(0).chain(parts(4)).collect();
     assert_eq!(head(telemetry.sent()), twice);
 }
 

@@ -15,7 +15,9 @@ use embassy_stm32::peripherals::{ETH, ETH_SMA, PA1, PA2, PA7, PB13, PC1, PC4, PC
 use embassy_stm32::{Peri, bind_interrupts, uid};
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use softdock_app::ethernet_dma::{self, Channel, Cure, DmaMonitor};
+use softdock_app::micro::SHARED;
 use softdock_app::phy::{self, Management, PhyMonitor};
+use softdock_link::service::EthernetHealth;
 
 bind_interrupts!(struct Irqs {
     ETH => eth::InterruptHandler;
@@ -142,8 +144,14 @@ impl Phy for Lan8742 {
         // The network asks again then; the timer only has to ring.
         let mut timer = core::pin::pin!(Timer::after_micros(phy::PERIOD_US));
         let _ = timer.as_mut().poll(cx);
-        self.monitor
-            .is_up(&mut self.bus, Instant::now().as_micros())
+        let before = self.monitor;
+        let now_us = Instant::now().as_micros();
+        let up = self.monitor.is_up(&mut self.bus, now_us);
+        if self.monitor != before {
+            let losses = self.monitor.losses();
+            tell(|ethernet| (ethernet.link, ethernet.losses) = (up, losses));
+        }
+        up
     }
 }
 
@@ -155,7 +163,9 @@ pub(crate) async fn watch() -> ! {
     loop {
         ticker.next().await;
         let (receive, transmit) = channels();
-        match monitor.look(receive, transmit, FRAMES.load(Ordering::Relaxed)) {
+        let cure = monitor.look(receive, transmit, FRAMES.load(Ordering::Relaxed));
+        tell(|ethernet| ethernet.overruns = monitor.overruns());
+        match cure {
             None => {}
             Some(Cure::Resume) => resume(),
             Some(Cure::Restart) => restart().await,
@@ -164,6 +174,13 @@ pub(crate) async fn watch() -> ! {
             }
         }
     }
+}
+
+/// Tells the onlookers.
+fn tell(change: impl FnOnce(&mut EthernetHealth)) {
+    SHARED.update_machine(|machine| {
+        change(machine.ethernet.get_or_insert_default());
+    });
 }
 
 /// By the DMA's debug status register (RM0433, 58.11.2, ETH_DMADSR: TPS0 and RPS0).

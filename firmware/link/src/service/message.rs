@@ -16,7 +16,7 @@
 //! value is one of a few forms. So a host program can read and change the settings of a firmware
 //! that is older or newer than itself.
 
-use super::{FlashSlot, Health};
+use super::{FlashSlot, Health, Machine};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -100,6 +100,8 @@ pub enum Request<'a> {
     Health,
     /// What is in the two slots of the flash. Likewise.
     Slots,
+    /// How the board itself is. Likewise.
+    Machine,
 }
 
 /// What the board answers.
@@ -139,6 +141,8 @@ pub enum Answer<'a> {
     Health(Health),
     /// What is in the two slots of the flash.
     Slots([FlashSlot; 2]),
+    /// How the board itself is.
+    Machine(Machine),
 }
 
 /// A value of a setting.
@@ -340,6 +344,8 @@ pub enum Refusal {
     Busy,
     /// The board runs on defaults because it has no usable settings: it is not to be armed.
     Unconfigured,
+    /// It is not said who the robot is: whoever sends first would move.
+    AnyRobot,
 }
 
 impl core::fmt::Display for Refusal {
@@ -375,6 +381,9 @@ impl core::fmt::Display for Refusal {
                 Self::Busy => "too many commands wait already",
                 Self::Unconfigured => {
                     "the board has no usable settings and runs on defaults: upload settings first"
+                }
+                Self::AnyRobot => {
+                    "`rsi.robot_ip` is empty, so whoever sends first would be the robot: set its address, or \"any\" if that is meant"
                 }
                 Self::Settings(_) | Self::Flash(_) => "",
             }),

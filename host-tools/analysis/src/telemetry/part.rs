@@ -4,6 +4,7 @@ use crate::recording::{Header, RecordingWriter};
 use anyhow::Result;
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
+use softdock_link::service::Machine;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,7 @@ pub(super) struct Losses {
 }
 
 /// What became of a file. In the recording's metadata it stands under [`METADATA`].
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartSummary {
     /// The file.
     pub path: PathBuf,
@@ -44,6 +45,8 @@ pub struct PartSummary {
     pub lost_datagrams: u64,
     /// Records that came in part.
     pub torn_records: u64,
+    /// What the board said last of itself: stack, times of its answers, noise of its inputs.
+    pub machine: Option<Machine>,
 }
 
 /// A file that is being written.
@@ -76,10 +79,15 @@ impl OpenPart {
                 lost_on_board: 0,
                 lost_datagrams: 0,
                 torn_records: 0,
+                machine: None,
             },
             last_cycle: None,
             before,
         })
+    }
+
+    pub(super) fn note_machine(&mut self, machine: Machine) {
+        self.summary.machine = Some(machine);
     }
 
     pub(super) fn push(&mut self, record: &CycleRecord) -> Result<()> {
@@ -125,9 +133,12 @@ impl PartSummary {
             ("lost_datagrams", self.lost_datagrams),
             ("torn_records", self.torn_records),
         ];
+        let machine = self.machine.as_ref();
+        let machine = machine.and_then(|machine| serde_json::to_string(machine).ok());
         let recorder = [
             ("recorder", crate::identity::text()),
             ("boot", self.boot.clone()),
+            ("machine", machine.unwrap_or_default()),
         ];
         numbers
             .map(|(key, number)| (key.to_owned(), number.to_string()))

@@ -47,7 +47,7 @@ pub struct Progress {
 }
 
 /// What became of the recordings.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Cycles in all files.
     pub cycles: u64,

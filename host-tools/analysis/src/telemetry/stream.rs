@@ -8,7 +8,7 @@ use crate::recording::Header;
 use anyhow::Result;
 use softdock_app::image::Image;
 use softdock_app::record::CycleRecord;
-use softdock_app::telemetry::{Announcement, Kind, Part, read_record, schema};
+use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
 
 /// Cycles that wait for the settings, which are announced every second: 20 s, about 7 MB. Then
 /// they are written without.
@@ -124,6 +124,11 @@ impl Stream {
                 Some((Kind::Announcement, message)) => self.announce(message, names)?,
                 Some((Kind::Record, message)) if self.other_schema.is_none() => {
                     self.record(&message, names)?;
+                }
+                Some((Kind::Machine, message)) => {
+                    if let (Ok(machine), Some(part)) = (read_machine(&message), &mut self.part) {
+                        part.note_machine(machine);
+                    }
                 }
                 _ => {}
             }

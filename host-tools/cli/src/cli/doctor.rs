@@ -6,7 +6,8 @@ use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::commission::doctor::{
-    Check, State, of_port, of_recording, of_settings, runs_with, same_settings, table, worst,
+    Check, State, of_port, of_recording, of_settings, runs_with, same_settings, self_test, table,
+    worst,
 };
 use softdock_analysis::commission::parameters::BAUD_RATE;
 use softdock_analysis::input;
@@ -19,7 +20,8 @@ use std::path::PathBuf;
 /// From the board itself (--port), from a recording of some seconds in `hold`, from a settings file,
 /// or from several of them, which are then compared. Ends with an error if something is bad.
 ///
-/// The board is only asked: nothing of it is changed, and the robot is left alone.
+/// The board is only asked: nothing of it is changed, and the robot is left alone. With --self-test a new
+/// board writes its settings and starts over.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock doctor --port /dev/ttyACM0
@@ -28,7 +30,10 @@ softdock doctor hold.mcap --settings board.toml
 (what the signals look like: noise, drift, force at rest)
 
 softdock doctor --settings board.toml
-(before there is a recording)")]
+(before there is a recording)
+
+softdock doctor --port /dev/ttyACM0 --self-test
+(the first power-on of a board, docs/board.md)")]
 pub(super) struct Doctor {
     /// Recording (MCAP)
     #[arg(required_unless_present_any = ["settings", "port"])]
@@ -42,6 +47,10 @@ pub(super) struct Doctor {
     /// Speed of a serial device, bit/s
     #[arg(long, value_name = "BIT_PER_S", default_value_t = BAUD_RATE)]
     baud: u32,
+    /// First power-on: have the board show its clock, flash, reset and network as well. It writes the
+    /// settings that it has once more, and starts over
+    #[arg(long, requires = "port")]
+    self_test: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -57,6 +66,10 @@ impl Doctor {
         let mut checks = Vec::new();
         let recording = self.recording.as_deref().map(Recording::open).transpose()?;
         let board: Option<BoardSettings> = self.settings.as_deref().map(input::load).transpose()?;
+        if let Some(port) = self.port.as_deref().filter(|_| self.self_test) {
+            let mut tell = |step: &str| eprintln!("doctor: {step}");
+            checks.extend(self_test(port, self.baud, &mut tell));
+        }
         let running = self.port.as_deref().and_then(|port| {
             let bar = Progress::new();
             let (found, running) =

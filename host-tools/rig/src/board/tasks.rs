@@ -6,6 +6,7 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_app::auto_start::AutoStart;
 use softdock_app::board::{Clock, DatagramSocket, Recorder, SensorBus};
+use softdock_app::meter::Meter;
 use softdock_app::robot::RobotTask;
 use softdock_app::robot_link::RobotLink;
 use softdock_app::sensor;
@@ -41,6 +42,7 @@ pub(super) async fn robot<M: RawMutex>(
         link,
         auto_start,
         sample_wait_us,
+        meter: Meter::default(),
     };
     task.run(&mut io.0, &io.1, recorder).await;
 }

@@ -4,6 +4,7 @@ use super::{Now, Outcome, Session};
 use crate::image::ImageError;
 use crate::service::state::{command_word, word};
 use crate::settings::BoardSettings;
+use crate::shared::MachineState;
 use crate::store::{Origin, StoreError, Trial};
 use core::fmt::Write;
 use heapless::{String, Vec};
@@ -78,6 +79,11 @@ impl Session {
             },
         };
         let _ = self.say(&Answer::Slots(found.each_ref().map(slot)));
+    }
+
+    /// How the board itself is.
+    pub fn machine(&mut self, state: &MachineState) {
+        let _ = self.say(&Answer::Machine(state.told()));
     }
 
     /// The flash could not be written.

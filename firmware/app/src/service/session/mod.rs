@@ -47,6 +47,8 @@ pub enum Job {
     Previous,
     /// Look into the slots of the flash.
     Slots,
+    /// Tell how the board itself is.
+    Machine,
     /// Give a command to the robot task.
     Operator(Command),
 }

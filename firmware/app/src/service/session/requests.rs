@@ -41,6 +41,7 @@ impl Session {
             }
             Request::Mode(text) => self.operator(text, now),
             Request::Health => self.say(&Answer::Health(health(now))),
+            Request::Machine => Outcome::Job(Job::Machine),
             Request::Slots => {
                 // The block is needed to read them.
                 self.staged = None;
@@ -206,6 +207,9 @@ impl Session {
         let leads_to_motion = matches!(command, Command::Arm | Command::Start | Command::Jog(_));
         if leads_to_motion && matches!(self.origin, Origin::Defaults(_)) {
             return self.refuse(Refusal::Unconfigured);
+        }
+        if leads_to_motion && !self.settings.rsi.says_who_is_robot() {
+            return self.refuse(Refusal::AnyRobot);
         }
         if let (true, Err(refusal)) = (leads_to_motion, self.keeps_up(&self.settings)) {
             return self.refuse(refusal);

@@ -1,10 +1,11 @@
 //! What is looked at before a test.
 
 use super::*;
-use crate::shared::{LastSample, LastTelegram};
+use crate::shared::{LastSample, LastTelegram, Shared};
 use crate::store::tests::flash::Flash;
 use embassy_futures::block_on;
-use softdock_link::service::{Health, RobotHealth, SensorHealth};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use softdock_link::service::{Health, RobotHealth, SensorHealth, StackUse};
 
 fn health(desk: &mut Desk) -> Health {
     assert_eq!(desk.ask(&Request::Health), Outcome::Answer);
@@ -48,6 +49,33 @@ fn robot_and_sensor_are_told_as_of_their_last_word() {
         }),
     };
     assert_eq!(health(&mut desk), expected);
+}
+
+#[test]
+fn the_board_itself_is_told_as_the_tasks_have_left_it() {
+    let mut desk = Desk::new(kept());
+    assert_eq!(desk.ask(&Request::Machine), Outcome::Job(Job::Machine));
+    let shared: Shared<NoopRawMutex> = Shared::new();
+    shared.update_machine(|machine| {
+        machine.reset = "watchdog";
+        machine.stack = Some(StackUse {
+            deepest: 80_000,
+            available: 131_072,
+        });
+        machine.answers.take(260, 4000);
+    });
+    desk.session.machine(&shared.machine());
+    desk.said(|_, payload| match postcard::from_bytes(payload) {
+        Ok(Answer::Machine(machine)) => {
+            assert_eq!(machine.reset, "watchdog");
+            assert_eq!(machine.stack.unwrap().deepest, 80_000);
+            assert_eq!(
+                (machine.answers.longest_us, machine.answers.histogram[1]),
+                (260, 1)
+            );
+        }
+        other => panic!("{other:?}"),
+    });
 }
 
 /// The longest reasons still fit into a frame.

@@ -27,8 +27,10 @@ fn with_mass(mass_kg: f64) -> BoardSettings {
 }
 
 fn kept() -> Boot {
+    let mut settings = with_mass(11.0);
+    settings.rsi.robot_ip = crate::settings::Text::try_from("192.168.1.10").unwrap();
     Boot {
-        settings: with_mass(11.0),
+        settings,
         origin: Origin::Flash {
             sequence: 4,
             slot: crate::image::Slot::A,
@@ -263,7 +265,7 @@ fn a_whole_image_comes_in_parts() {
         stage(&mut desk, wrong);
         let refused = desk.answer(&Request::Validate);
         assert!(refused.starts_with("Refused(Settings("), "{refused}");
-        assert_eq!(desk.session.draft(), Some(&with_mass(11.0)));
+        assert_eq!(desk.session.draft(), Some(&kept().settings));
     }
     let (offset, bytes) = (800, &image[..10]);
     desk.is_refused(&Request::Stage { offset, bytes }, &Refusal::Unreadable);
@@ -285,7 +287,7 @@ fn the_image_of_the_board_goes_out_in_parts() {
         }
     }
     let image = Image::decode(&image).unwrap();
-    assert_eq!((image.sequence, image.settings), (4, with_mass(11.0)));
+    assert_eq!((image.sequence, image.settings), (4, kept().settings));
 }
 
 #[test]
@@ -376,6 +378,27 @@ fn commands_need_a_robot_and_settings() {
     let mut desk = Desk::new(kept());
     desk.now.status.connected = false;
     desk.is_refused(&Request::Mode("arm"), &Refusal::NoRobot);
+}
+
+#[test]
+fn nothing_moves_before_it_is_said_who_the_robot_is() {
+    let mut boot = kept();
+    boot.settings.rsi.robot_ip.clear();
+    let mut desk = Desk::new(boot);
+    for word in ["arm", "start", "jog x"] {
+        desk.is_refused(&Request::Mode(word), &Refusal::AnyRobot);
+    }
+    assert!(matches!(desk.ask(&Request::Mode("hold")), Outcome::Job(_)));
+    for robot in [crate::settings::ANY_ROBOT, "192.168.1.10"] {
+        let mut boot = kept();
+        boot.settings.rsi.robot_ip = crate::settings::Text::try_from(robot).unwrap();
+        assert!(boot.settings.validate().is_ok());
+        let mut desk = Desk::new(boot);
+        assert!(
+            matches!(desk.ask(&Request::Mode("arm")), Outcome::Job(_)),
+            "{robot}"
+        );
+    }
 }
 
 #[test]

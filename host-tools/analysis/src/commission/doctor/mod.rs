@@ -4,13 +4,17 @@
 //! - `robot` at the robot's link,
 //! - `sensor` at the sensor's samples,
 //! - `settings` at what a board is told,
-//! - `live` at a board that answers.
+//! - `live` at a board that answers,
+//! - `self_test` has a new board show what it can do.
 
 mod live;
 mod recording;
 mod robot;
+mod self_test;
 mod sensor;
 mod settings;
+
+pub use self_test::self_test;
 
 use crate::recording::Recording;
 use serde::Serialize;

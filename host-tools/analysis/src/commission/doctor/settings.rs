@@ -1,7 +1,7 @@
 //! What a board is told.
 
 use super::Check;
-use softdock_app::settings::BoardSettings;
+use softdock_app::settings::{ANY_ROBOT, BoardSettings};
 use softdock_control::delay::LawName;
 use softdock_control::delay::actuator::ActuatorSettings;
 
@@ -51,11 +51,15 @@ fn law(board: &BoardSettings) -> Check {
 
 fn address(board: &BoardSettings) -> Check {
     let name = "robot's address";
-    if board.rsi.robot_ip.is_empty() {
+    if !board.rsi.says_who_is_robot() {
         return Check::warning(
             name,
-            "the first sender of a valid telegram is the robot; set `rsi.robot_ip`",
+            "not given, so the board is not armed by its service: set `rsi.robot_ip`, or \"any\" if whoever sends \
+             first is to be the robot",
         );
+    }
+    if board.rsi.robot_ip == ANY_ROBOT {
+        return Check::warning(name, "the first sender of a valid telegram is the robot");
     }
     Check::good(name, board.rsi.robot_ip.as_str())
 }

@@ -3,8 +3,8 @@
 use super::{Port, Setting};
 use anyhow::Result;
 use softdock_link::service::{
-    Answer, Counters, FlashSlot, Frame, FrameReader, Health, Hello, Kind, LogLine, PROTOCOL,
-    Refusal, Request, Status,
+    Answer, Counters, FlashSlot, Frame, FrameReader, Health, Hello, Kind, LogLine, Machine,
+    PROTOCOL, Refusal, Request, Status,
 };
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{Read, Write};
@@ -211,6 +211,17 @@ impl Client {
     pub fn slots(&mut self) -> Result<[FlashSlot; 2], LinkError> {
         self.call(&Request::Slots, |answer| match answer {
             Answer::Slots(slots) => Some(slots),
+            _ => None,
+        })
+    }
+
+    /// How it is itself.
+    ///
+    /// # Errors
+    /// As [`Self::health`].
+    pub fn machine(&mut self) -> Result<Machine, LinkError> {
+        self.call(&Request::Machine, |answer| match answer {
+            Answer::Machine(machine) => Some(machine),
             _ => None,
         })
     }

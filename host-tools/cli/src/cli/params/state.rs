@@ -6,7 +6,8 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use softdock_analysis::input::nearest;
 use softdock_control::modes::Command;
-use softdock_link::service::{Counters, Origin, Status};
+use softdock_link::service::{AnswerTimes, Counters, InputStatistics, Machine, Origin, Status};
+use softdock_report::number::{percent, significant};
 use std::fmt::Write;
 use std::time::Duration;
 
@@ -28,6 +29,8 @@ impl Board {
     pub(super) fn print_status(&mut self) -> Result<()> {
         let status = self.client.status()?;
         let counters = self.client.counters()?;
+        // Older firmware does not know the question.
+        let machine = self.client.machine().ok();
         let log = self.client.log(0)?;
         if self.json {
             return print_json(&serde_json::json!({
@@ -35,6 +38,7 @@ impl Board {
                 "schema": format!("{:08x}", self.client.identity().schema),
                 "status": status,
                 "counters": counters,
+                "machine": machine,
                 "log": log,
             }));
         }
@@ -49,6 +53,9 @@ impl Board {
             "service   {} frames, {} damaged",
             counters.frames, counters.damaged_frames
         );
+        if let Some(machine) = &machine {
+            let _ = write!(out, "{}", lines(machine));
+        }
         if let Some((name, expected, received)) = &status.fault {
             let _ = writeln!(
                 out,
@@ -157,6 +164,58 @@ fn sensor(status: &Status, counters: &Counters) -> String {
         counters.bus_offs,
         counters.can_losses
     )
+}
+
+/// What the board says of itself, a line for each part.
+fn lines(machine: &Machine) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    if let Some(stack) = &machine.stack {
+        let share = f64::from(stack.deepest) / f64::from(stack.available);
+        let _ = writeln!(
+            out,
+            "stack     {} of {} bytes at its deepest, {}; reset by: {}",
+            stack.deepest,
+            stack.available,
+            percent(share, 0),
+            machine.reset
+        );
+    }
+    if let Some(ethernet) = &machine.ethernet {
+        let _ = writeln!(
+            out,
+            "ethernet  {}; lost {} times, reception brought back {} times",
+            match ethernet.link {
+                true => "linked",
+                false => "no link",
+            },
+            ethernet.losses,
+            ethernet.overruns
+        );
+    }
+    if machine.answers != AnswerTimes::NONE {
+        let times = &machine.answers;
+        let _ = writeln!(
+            out,
+            "answers   after {} µs, at most {} µs, {} later than a cycle",
+            times.last_us,
+            times.longest_us,
+            times.late()
+        );
+    }
+    if machine.inputs != InputStatistics::NONE {
+        let inputs = &machine.inputs;
+        let of = |value: f32, digits| significant(f64::from(value), digits);
+        let _ = writeln!(
+            out,
+            "noise     about {} N and {} N·m rms; telegrams each {} µs ± about {} µs",
+            of(inputs.force_noise_n, 2),
+            of(inputs.torque_noise_n_m, 2),
+            of(inputs.cycle_us, 5),
+            of(inputs.cycle_deviation_us, 2)
+        );
+    }
+    out
 }
 
 fn line(status: &Status, counters: &Counters) -> String {

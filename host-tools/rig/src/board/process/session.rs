@@ -83,7 +83,7 @@ impl BoardSession {
         let (file, writer) = start_recorder(record);
         let (telemetry, sender) = self
             .telemetry
-            .map(|telemetry| telemetry.start(clock.clone()))
+            .map(|telemetry| telemetry.start(clock.clone(), shared.clone()))
             .unzip();
         let recorders = Recorders { file, telemetry };
         let watch = start_watch(shared.clone(), stop.clone(), ended.clone());

@@ -1,5 +1,6 @@
 //! The board's telemetry: the firmware's two tasks in a thread of their own.
 
+use super::Shared;
 use super::clock::RealClock;
 use crate::board::block_on::block_on;
 use anyhow::{Context, Result};
@@ -15,6 +16,7 @@ use softdock_app::telemetry::{
 };
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 /// Records that may wait: 4 s of cycles, for a computer that has other things to do.
@@ -61,16 +63,16 @@ impl Telemetry {
     }
 
     /// Starts the thread. It ends when the queue is closed.
-    pub(super) fn start(self, clock: RealClock) -> (Queue, JoinHandle<()>) {
+    pub(super) fn start(self, clock: RealClock, shared: Arc<Shared>) -> (Queue, JoinHandle<()>) {
         // Like all that a board's tasks share, the slots live as long as the process.
         let slots = vec![Slot::default(); SLOTS].leak();
         let (records, taken) = Box::leak(Box::new(Channel::new(slots))).split();
-        let thread = thread::spawn(move || block_on(run(self, taken, &clock)));
+        let thread = thread::spawn(move || block_on(run(self, taken, &clock, &shared)));
         (RecordQueue::new(records), thread)
     }
 }
 
-async fn run(telemetry: Telemetry, slots: Slots, clock: &RealClock) {
+async fn run(telemetry: Telemetry, slots: Slots, clock: &RealClock, shared: &Shared) {
     let Telemetry {
         mut sink,
         recorder,
@@ -84,8 +86,9 @@ async fn run(telemetry: Telemetry, slots: Slots, clock: &RealClock) {
     let mut buffers = vec![Datagram::new(); DATAGRAMS];
     let mut datagrams = Channel::<CriticalSectionRawMutex, _>::new(&mut buffers);
     let (made, waiting) = datagrams.split();
+    let (stream, machine) = (Stream::new(boot()), || shared.machine().told());
     join(
-        encode(slots, made, clock, Stream::new(boot()), &announcement),
+        encode(slots, made, clock, stream, &announcement, machine),
         transmit(waiting, &mut sink, recorder),
     )
     .await;

@@ -2,10 +2,12 @@
 //! ([`checks`]):
 //!
 //! - `board`: firmware, origin of its settings, mode, fault, flash and log,
+//! - `machine`: its stack, its Ethernet, its answers, the noise of its sensor,
 //! - `robot` and `sensor`: what came from them, in all and while it was watched,
 //! - `recorder`: whether somebody takes its cycles.
 
 mod board;
+mod machine;
 mod recorder;
 mod robot;
 mod sensor;
@@ -16,7 +18,7 @@ use super::{Check, settings};
 use crate::commission::parameters::{Client, Identity, LinkError, Port};
 use softdock_app::image::{Image, schema};
 use softdock_app::settings::BoardSettings;
-use softdock_link::service::{Counters, FlashSlot, Health, LogLine, Refusal, Status};
+use softdock_link::service::{Counters, FlashSlot, Health, LogLine, Machine, Refusal, Status};
 use std::time::{Duration, Instant};
 
 /// Time for which a board is watched: 250 cycles, and 1 ms of its clock is 0.1 %.
@@ -35,6 +37,8 @@ pub(super) struct Answers {
     pub(super) health: Option<[Health; 2]>,
     /// None from a firmware that is older than the question.
     pub(super) slots: Option<[FlashSlot; 2]>,
+    /// Likewise.
+    pub(super) machine: Option<Machine>,
     pub(super) log: Vec<LogLine>,
     /// None if they have another form than this program knows.
     pub(super) settings: Option<Result<BoardSettings, String>>,
@@ -94,6 +98,7 @@ fn ask(client: &mut Client, mut progress: impl FnMut(f64)) -> Result<Answers, Li
         identity: client.identity().clone(),
         status: client.status()?,
         counters: [first.0, last.0],
+        machine: known(client.machine())?,
         health: first.1.zip(last.1).map(|(first, last)| [first, last]),
         slots,
         log,
@@ -124,6 +129,7 @@ fn checks(port: &str, answers: &Answers) -> Vec<Check> {
         None => {}
     }
     let control = &known.unwrap_or(&defaults).control;
+    checks.extend(machine::checks(answers, control));
     checks.extend(robot::checks(answers, control));
     checks.extend(sensor::checks(answers, control));
     checks.push(board::flash(answers));

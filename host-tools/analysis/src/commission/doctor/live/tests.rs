@@ -2,7 +2,7 @@
 
 use super::super::State;
 use super::*;
-use softdock_link::service::{Origin, RobotHealth, SensorHealth};
+use softdock_link::service::{EthernetHealth, Origin, RobotHealth, SensorHealth, StackUse};
 
 fn word<const N: usize>(text: &str) -> heapless::String<N> {
     heapless::String::try_from(text).unwrap()
@@ -51,9 +51,45 @@ fn answers() -> Answers {
         counters: [counters(5_000), counters(5_250)],
         health: Some([health(5_000, 5_000, u32::MAX), health(6_000, 5_250, 249)]),
         slots: Some([FlashSlot::Kept { sequence: 4 }, FlashSlot::Empty]),
+        machine: Some(machine()),
         log: vec![line("mode Hold")],
         settings: Some(Ok(BoardSettings::default())),
     }
+}
+
+/// A NUCLEO with room on its stack and quick answers.
+fn machine() -> Machine {
+    let mut machine = Machine {
+        reset: word("power-up"),
+        stack: Some(StackUse {
+            deepest: 80_000,
+            available: 131_072,
+        }),
+        ethernet: Some(EthernetHealth {
+            link: true,
+            losses: 0,
+            overruns: 0,
+        }),
+        ..Machine::default()
+    };
+    machine.answers.take(600, 4000);
+    machine.inputs.force_noise_n = 0.1;
+    machine
+}
+
+const FULL: StackUse = StackUse {
+    deepest: 120_000,
+    available: 131_072,
+};
+
+const UNPLUGGED: EthernetHealth = EthernetHealth {
+    link: false,
+    losses: 0,
+    overruns: 0,
+};
+
+fn machine_of(answers: &mut Answers) -> &mut Machine {
+    answers.machine.as_mut().unwrap()
 }
 
 fn line(text: &str) -> LogLine {
@@ -78,6 +114,10 @@ fn a_board_in_order_has_nothing_bad() {
         "board",
         "protocol",
         "serial line",
+        "stack",
+        "Ethernet",
+        "answer time",
+        "noise",
         "origin of settings",
         "settings",
         "mode",
@@ -104,7 +144,7 @@ fn a_board_in_order_has_nothing_bad() {
 fn what_is_wrong_with_a_board_is_named() {
     use State::{Bad, Warning};
     type Harm = fn(&mut Answers);
-    let cases: [(&str, State, Harm); 22] = [
+    let cases: [(&str, State, Harm); 28] = [
         ("firmware", Warning, |a| {
             a.identity.text = "softdock 0.0.0".into()
         }),
@@ -112,6 +152,24 @@ fn what_is_wrong_with_a_board_is_named() {
         ("protocol", Warning, |a| a.health = None),
         ("settings", Bad, |a| {
             a.settings = Some(Err("cut off".into()))
+        }),
+        ("machine", Warning, |a| a.machine = None),
+        ("stack", Warning, |a| machine_of(a).stack = Some(FULL)),
+        ("Ethernet", Warning, |a| {
+            machine_of(a).ethernet = Some(UNPLUGGED)
+        }),
+        ("Ethernet", Warning, |a| {
+            machine_of(a).ethernet = Some(EthernetHealth {
+                link: true,
+                overruns: 1,
+                ..UNPLUGGED
+            });
+        }),
+        ("answer time", Warning, |a| {
+            machine_of(a).answers.take(2500, 4000)
+        }),
+        ("answer time", Warning, |a| {
+            machine_of(a).answers.take(9000, 4000)
         }),
         ("serial line", Warning, |a| a.counters[1].damaged_frames = 1),
         ("origin of settings", Bad, |a| {

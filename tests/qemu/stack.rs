@@ -1,0 +1,88 @@
+//! How deep the firmware's stack gets in QEMU, which has the NUCLEO's 128 kB: it is painted at reset, and
+//! the board tells what is left of the paint.
+
+use softdock::experiment::scenario::Scenario;
+use softdock_control::delay::LawName;
+use softdock_rig::firmware::{RELEASED, STACK_BUDGET, emulated_profile};
+use softdock_tests::peers::{LockStepRig, QemuBoard, params, patient};
+use std::net::{SocketAddrV4, UdpSocket};
+use toml_edit::ser::to_string_pretty;
+
+/// The spacecraft flies, touches, and flies back.
+const CYCLES: usize = 500;
+/// The DTCM of the NUCLEO, bytes.
+const AVAILABLE: u64 = 128 << 10;
+
+fn ask(board: &QemuBoard, arguments: &[&str]) -> serde_json::Value {
+    let port = format!("tcp:{}", board.service);
+    let run = params(&board.folder, &port, &[arguments, &["--json"]].concat());
+    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+/// What the board says when it has looked at its stack, which it does each second.
+fn deepest(board: &mut QemuBoard, when: &str) -> u64 {
+    std::thread::sleep(std::time::Duration::from_millis(1200));
+    let status = ask(board, &["status"]);
+    let stack = &status["machine"]["stack"];
+    assert_eq!(stack["available"], AVAILABLE, "{status}");
+    let deepest = stack["deepest"].as_u64().unwrap();
+    println!(
+        "{when}: {deepest} bytes, {:.0} %",
+        100.0 * deepest as f64 / AVAILABLE as f64
+    );
+    // Without optimisation frames are larger; what goes to a board never is without.
+    let budget = match emulated_profile().as_str() {
+        RELEASED => STACK_BUDGET,
+        _ => 1.0,
+    };
+    assert!(
+        (deepest as f64) < budget * AVAILABLE as f64,
+        "{when}: {deepest} bytes"
+    );
+    assert!(
+        deepest > AVAILABLE / 10,
+        "{when}: {deepest} bytes, nothing was painted"
+    );
+    deepest
+}
+
+#[test]
+fn the_stack_has_room_whatever_the_board_does() {
+    // Nobody reads what comes to it.
+    let recorder = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address: SocketAddrV4 = recorder.local_addr().unwrap().to_string().parse().unwrap();
+    let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Predictor);
+    scenario.board = patient(&scenario.board);
+    let mut settings = scenario.actual_board().unwrap();
+
+    let toml = to_string_pretty(&settings).unwrap();
+    let mut board = QemuBoard::start("qemu_stack_alone", &toml, &[]);
+    board.process().wait_for("sensor Starting");
+    let boot = deepest(&mut board, "boot without a recorder");
+    board.stop();
+
+    settings.network.recorder = address.to_string().as_str().try_into().unwrap();
+    let toml = to_string_pretty(&settings).unwrap();
+    let mut board = QemuBoard::start("qemu_stack", &toml, &["--start"]);
+    let mut rig = LockStepRig::connect(&scenario, &settings, board.robot, board.can);
+    board.process().wait_for("sensor Running");
+    rig.run(CYCLES / 2);
+    board.process().wait_for("mode Running");
+    // The service is at work with its largest answers while the loop is closed.
+    let list = ask(&board, &["list"]);
+    assert!(list["settings"].as_array().unwrap().len() > 90);
+    rig.run(CYCLES / 2);
+    deepest(
+        &mut board,
+        "the loop closed, with a contact, service and telemetry",
+    );
+    drop(rig);
+    board.process().wait_for("robot silent");
+    // It might come back at once.
+    while ask(&board, &["status"])["status"]["moves"] == true {}
+    ask(&board, &["set", "control.sensor.tool_mass_kg", "0.25"]);
+    let again = deepest(&mut board, "started over with other settings");
+    assert!(again.abs_diff(boot) < AVAILABLE / 4, "{boot} and {again}");
+    board.end();
+}
