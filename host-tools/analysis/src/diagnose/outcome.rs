@@ -324,7 +324,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
             };
         }
         // The increments of a noisy pose are differences: their spectrum is no test of anything.
-        let floor = noise_floor(&values, Noise::Differenced)
+        let floor = noise_floor(&values, Noise::Differenced, None)
             .unwrap_or(sheet)
             .max(0.3 * sheet);
         let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
