@@ -75,7 +75,7 @@ pub fn assemble<S: Scalar, D: Driver>(
         shared: &SHARED,
         link: RobotLink::new(settings).ok()?,
         auto_start: AutoStart::new(options.auto_start),
-        sample_wait_us: settings.can.sample_wait_us(),
+        sample_wait_us: settings.sample_wait_us(),
     };
     let port = UdpPort::bind(stack, network.rsi_port)?;
     let telemetry = network.recorder.and_then(|recorder| {

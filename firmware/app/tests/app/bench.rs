@@ -70,7 +70,7 @@ impl Bench {
             shared,
             link: RobotLink::<f64>::new(settings).unwrap(),
             auto_start: AutoStart::new(auto_start),
-            sample_wait_us: settings.can.sample_wait_us(),
+            sample_wait_us: settings.sample_wait_us(),
         };
         let (mut bus, bus_clock) = (world.clone(), world.clone());
         let (mut socket, clock, mut recorder) = (world.clone(), world.clone(), world.clone());

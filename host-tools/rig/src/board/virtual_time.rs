@@ -55,7 +55,7 @@ pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Resul
     let handle = Handle::default();
     let shared = Rc::new(Shared::new());
     let start = simulation.commands.is_empty();
-    let wait = settings.can.sample_wait_us();
+    let wait = settings.sample_wait_us();
     let mut conductor = Conductor::new(simulation, handle.clone(), shared.clone())?;
 
     // The executor lives as long as the process, as on a microcontroller; what remains of it

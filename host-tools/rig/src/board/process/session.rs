@@ -88,7 +88,7 @@ impl BoardSession {
         let recorders = Recorders { file, telemetry };
         let watch = start_watch(shared.clone(), stop.clone(), ended.clone());
         let settings = boot.settings.clone();
-        let wait_us = settings.can.sample_wait_us();
+        let wait_us = settings.sample_wait_us();
         let (link, start) = (self.link, self.start);
         let end = thread::scope(|scope| {
             let (shared, ended, clock, boot) = (&*shared, &ended, &clock, &boot);
