@@ -1,0 +1,5 @@
+//! The sensor on EtherCAT: ethercrab on the board against the simulated SubDevice.
+
+mod closed_loop;
+mod faults;
+mod process;
