@@ -2,4 +2,5 @@
 
 mod closed_loop;
 mod faults;
+mod path;
 mod process;
