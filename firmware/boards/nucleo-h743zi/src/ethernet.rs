@@ -1,4 +1,5 @@
-//! The robot's network: the MAC, its buffers, and the LAN8742 on the board, by RMII.
+//! The Ethernet of the board, for the robot's network or for the EtherCAT segment of the sensor: the MAC, its buffers,
+//! and the LAN8742, by RMII.
 #![allow(unsafe_code, reason = "buffers in a section of their own")]
 
 use core::mem::MaybeUninit;
@@ -16,8 +17,7 @@ bind_interrupts!(struct Irqs {
 const TX_PACKETS: usize = 4;
 const RX_PACKETS: usize = 8;
 
-/// The network driver of this board. Another protocol on the same port, as EtherCAT with
-/// EtherType 0x88A4, would wrap it and take its frames before the network stack sees them.
+/// The driver.
 pub(crate) type Driver = Ethernet<'static, ETH, GenericPhy<Sma<'static, ETH_SMA>>>;
 
 /// Descriptors and packets, where the DMA reaches them.
@@ -66,7 +66,7 @@ pub(crate) fn start(pins: Pins) -> Driver {
 
 /// A locally administered address made of the chip's unique number, so that two boards on one
 /// network differ.
-fn mac_address() -> [u8; 6] {
+pub(crate) fn mac_address() -> [u8; 6] {
     // Numbers of one wafer differ in a few bytes only: all of them count.
     let [a, b, c, d, e, f, g, h, i, j, k, l] = uid::uid();
     [0x02, a ^ g, b ^ h, c ^ i, d ^ j, e ^ k ^ f ^ l]

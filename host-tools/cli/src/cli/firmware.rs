@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_report::{Cell, Column, Format, Table};
 use softdock_rig::firmware::{
-    Elf, NUCLEO_H743ZI, RELEASED, Usage, build, regions, repository, usage,
+    Elf, RELEASED, SensorLink, Usage, build, nucleo_h743zi, regions, repository, usage,
 };
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -19,6 +19,9 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock firmware")]
 pub(super) struct Firmware {
+    /// What the sensor is on
+    #[arg(long, value_enum, default_value_t)]
+    sensor: SensorLink,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -33,7 +36,7 @@ struct Built {
 
 impl Firmware {
     pub(super) fn execute(self) -> Result<()> {
-        let image = build(&NUCLEO_H743ZI, RELEASED)?;
+        let image = build(&nucleo_h743zi(self.sensor), RELEASED)?;
         let script = repository()?.join("memory.x");
         let regions = std::fs::read_to_string(&script)
             .map_err(anyhow::Error::from)

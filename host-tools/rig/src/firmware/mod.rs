@@ -10,9 +10,26 @@ pub use image::Elf;
 pub use memory::{Region, regions};
 pub use usage::{Usage, usage};
 
-/// The board that the project is made for.
-pub const NUCLEO_H743ZI: BoardImage = BoardImage {
-    package: "softdock-nucleo-h743zi",
-    target: "thumbv7em-none-eabihf",
-    features: &[],
-};
+use clap::ValueEnum;
+
+/// What the sensor of a board is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SensorLink {
+    /// CAN; the robot is on the on-board Ethernet
+    #[default]
+    Can,
+    /// EtherCAT on the on-board Ethernet; the robot is on a W5500
+    Ethercat,
+}
+
+/// The image of the board that the project is made for.
+pub fn nucleo_h743zi(sensor: SensorLink) -> BoardImage {
+    BoardImage {
+        package: "softdock-nucleo-h743zi",
+        target: "thumbv7em-none-eabihf",
+        features: match sensor {
+            SensorLink::Can => &[],
+            SensorLink::Ethercat => &["ethercat"],
+        },
+    }
+}
