@@ -2,5 +2,6 @@
 
 mod closed_loop;
 mod faults;
+mod main_devices;
 mod path;
 mod process;
