@@ -25,9 +25,26 @@ const CYCLES: u64 = 750;
 
 /// A run in free flight. The board starts by itself, unless it is given commands; `happens` is called before each
 /// telegram.
-fn run(commands: &[(u64, Command)], mut happens: impl FnMut(u64, &mut Segment)) -> Seen {
+fn run(commands: &[(u64, Command)], happens: impl FnMut(u64, &mut Segment)) -> Seen {
+    run_for(CYCLES, commands, happens)
+}
+
+fn run_for(
+    cycles: u64,
+    commands: &[(u64, Command)],
+    happens: impl FnMut(u64, &mut Segment),
+) -> Seen {
     let mut scenario = Scenario::spring_rod().unwrap();
     scenario.rig.mechanism.walls.clear();
+    scenario.duration_s = cycles as f64 * scenario.board.control.robot.cycle_s;
+    simulated(scenario, commands, happens)
+}
+
+fn simulated(
+    mut scenario: Scenario,
+    commands: &[(u64, Command)],
+    mut happens: impl FnMut(u64, &mut Segment),
+) -> Seen {
     scenario.board.ethercat.enabled = true;
     let sensor = &scenario.rig.sensor;
     let simulation = Simulation {
@@ -38,7 +55,7 @@ fn run(commands: &[(u64, Command)], mut happens: impl FnMut(u64, &mut Segment)) 
             counts_per_force: sensor.counts_per_newton,
             counts_per_torque: sensor.counts_per_newton_metre,
         },
-        duration_s: CYCLES as f64 * scenario.board.control.robot.cycle_s,
+        duration_s: scenario.duration_s,
         commands: commands.to_vec(),
     };
     let mut seen = Seen {
@@ -283,6 +300,36 @@ fn a_cable_that_is_out_is_a_fault_and_comes_back() {
 }
 
 #[test]
+fn a_cable_that_is_plugged_in_after_boot_is_found() {
+    let seen = run(&[], |cycle, segment| {
+        segment.cable = if cycle < 200 { Cable::Out } else { Cable::Good };
+    });
+    let waiting = SensorState::Failed(SensorFault::NoAnswer);
+    assert_eq!(seen.status[200].sensor, Some(waiting));
+    assert_eq!(seen.mode(CYCLES - 1), Mode::Running);
+}
+
+/// The rate falls to zero while the spring pushes hardest, and the robot stands.
+#[test]
+fn a_cable_that_is_pulled_in_contact_stops_the_robot() {
+    let scenario = Scenario::spring_rod().unwrap();
+    let force = |record: &CycleRecord| record.trace.wrench_at_m[0].abs();
+    let whole = simulated(scenario.clone(), &[], |_, _| {});
+    let hardest = whole.records.iter().enumerate();
+    let hardest = hardest.max_by(|a, b| force(a.1).total_cmp(&force(b.1)));
+    let pulled = hardest.unwrap().0 as u64;
+    let seen = simulated(scenario, &[], |cycle, segment| {
+        if cycle == pulled {
+            segment.cable = Cable::Out;
+        }
+    });
+    assert!(force(&seen.records[pulled as usize - 1]) > 10.0);
+    assert_eq!(seen.mode(pulled), Mode::Running);
+    assert_eq!(seen.mode(pulled + 7), Mode::Fault);
+    seen.assert_zeros_from(pulled + 7);
+}
+
+#[test]
 fn a_sensor_that_is_restarted_gives_no_sample_until_it_is_set_up() {
     assert_faults_and_recovers(None, |segment, _| segment.devices[0].restart());
 }
@@ -322,6 +369,45 @@ fn an_emergency_message_does_not_end_the_firmware() {
         }
     });
     assert_eq!(seen.mode(CYCLES - 1), Mode::Running);
+}
+
+/// Whatever it says: the robot is answered in every cycle, and when the nonsense is over the sensor runs, after the
+/// longest start-up at the latest.
+#[test]
+fn a_subdevice_that_answers_nonsense_is_survived() {
+    const NONSENSE: u64 = 500;
+    const LONG: u64 = NONSENSE + 1000;
+    for seed in 1..=60 {
+        let seen = run_for(LONG, &[], |cycle, segment| {
+            segment.noise ^= seed << 32;
+            segment.cable = match cycle < NONSENSE {
+                true => Cable::Garbles,
+                false => Cable::Good,
+            };
+        });
+        assert_eq!(seen.records.len() as u64, LONG, "seed {seed}");
+        let running = SensorState::Running;
+        assert_eq!(seen.end().sensor, Some(running), "seed {seed}");
+    }
+}
+
+/// Any byte of the EEPROM may be wrong.
+#[test]
+fn an_eeprom_that_holds_nonsense_is_survived() {
+    // One start-up.
+    const SHORT: u64 = 60;
+    let spoiled = |at: usize, by: u8| {
+        let seen = run_for(SHORT, &[], |cycle, segment| {
+            if cycle == 0 {
+                segment.devices[0].spoil_eeprom(at, by);
+            }
+        });
+        assert_eq!(seen.records.len() as u64, SHORT, "byte {at} is {by}");
+    };
+    for at in 0..320 {
+        spoiled(at, 0xFF);
+        spoiled(at, (7 * at % 256) as u8);
+    }
 }
 
 #[test]

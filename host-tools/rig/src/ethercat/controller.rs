@@ -69,6 +69,12 @@ impl Controller {
         }
     }
 
+    /// Replaces a byte of the EEPROM.
+    pub(super) fn spoil_sii(&mut self, at: usize, by: u8) {
+        let at = at % self.sii.len();
+        self.sii[at] = by;
+    }
+
     /// Which ports have a link: the one towards the MainDevice, and perhaps one onwards. The others are closed.
     pub(super) fn set_links(&mut self, onwards: bool) {
         const OPERATIONAL: u16 = 0x0003;

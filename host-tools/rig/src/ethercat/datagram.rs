@@ -52,6 +52,24 @@ impl Datagram<'_> {
     }
 }
 
+impl Datagram<'_> {
+    /// Replaces, in one of eight cases, a byte of data or working counter by another, by a random number.
+    pub(super) fn garble(&mut self, random: u64) {
+        let [value, chance, place @ ..] = random.to_le_bytes();
+        if chance % 8 == 0 {
+            let place = place
+                .into_iter()
+                .fold(0, |sum, byte| 256 * sum % 65_521 + usize::from(byte));
+            let bytes = self.data.iter_mut().chain(self.counter.iter_mut());
+            let bytes: Vec<&mut u8> = bytes.collect();
+            let place = place % bytes.len();
+            if let Some(byte) = bytes.into_iter().nth(place) {
+                *byte = value;
+            }
+        }
+    }
+}
+
 /// Hands each datagram of a frame to `process`. False: it is no whole EtherCAT frame.
 pub(super) fn for_each(frame: &mut [u8], mut process: impl FnMut(&mut Datagram<'_>)) -> bool {
     let Some((ethernet, payload)) = frame.split_at_mut_checked(ETHERNET_HEADER_BYTES) else {

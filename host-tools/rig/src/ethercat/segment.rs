@@ -30,6 +30,8 @@ pub enum Cable {
     Echoes,
     /// Frames come back untouched but for the sender's address: working counter 0.
     Passes,
+    /// SubDevices answer nonsense now and then: one byte in one of eight datagrams, working counters included.
+    Garbles,
 }
 
 /// SubDevices in the order in which frames reach them.
@@ -39,6 +41,8 @@ pub struct Segment {
     pub devices: Vec<SubDevice>,
     /// The cable to the first of them.
     pub cable: Cable,
+    /// State of the random numbers of [`Cable::Garbles`]; not 0.
+    pub noise: u64,
 }
 
 impl Segment {
@@ -47,6 +51,7 @@ impl Segment {
         Self {
             devices,
             cable: Cable::Good,
+            noise: 1,
         }
     }
 
@@ -90,6 +95,17 @@ impl Segment {
             for device in &mut self.devices {
                 device.process(datagram);
             }
+            if self.cable == Cable::Garbles {
+                self.noise = xorshift(self.noise);
+                datagram.garble(self.noise);
+            }
         })
     }
+}
+
+/// The next of a sequence of random numbers (Marsaglia 2003, xorshift64).
+fn xorshift(mut state: u64) -> u64 {
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^ state << 17
 }

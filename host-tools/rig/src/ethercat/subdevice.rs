@@ -118,6 +118,11 @@ impl SubDevice {
         self.objects.remove(index);
     }
 
+    /// Replaces a byte of its EEPROM, by its place from 0, which wraps.
+    pub fn spoil_eeprom(&mut self, at: usize, by: u8) {
+        self.controller.spoil_sii(at, by);
+    }
+
     /// Sends an emergency message as soon as the mailbox has room.
     pub fn send_emergency(&mut self) {
         self.answers.push_front(mailbox::emergency());
