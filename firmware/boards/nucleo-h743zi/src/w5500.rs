@@ -1,8 +1,8 @@
 //! The robot's network in the image with EtherCAT: a WIZnet W5500 on SPI1, on the Arduino connectors CN7.
-//!
-//! Its DMA reaches the AXI SRAM, where the futures and buffers of tasks lie, and not the stack.
+#![allow(unsafe_code, reason = "a buffer in a section of its own")]
 
 use crate::ethernet::mac_address;
+use core::ptr::addr_of_mut;
 use embassy_net_wiznet::chip::W5500;
 use embassy_net_wiznet::{Device, State};
 use embassy_stm32::exti::{self, ExtiInput};
@@ -16,6 +16,7 @@ use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, bind_interrupts, dma, interrupt};
 use embassy_time::Delay;
+use embedded_hal_async::spi::{ErrorType, SpiBus};
 use embedded_hal_bus::spi::ExclusiveDevice;
 use static_cell::StaticCell;
 
@@ -25,7 +26,15 @@ const CLOCK: Hertz = Hertz::mhz(20);
 const RX_PACKETS: usize = 8;
 const TX_PACKETS: usize = 4;
 
-type Bus = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
+/// Bytes that the DMA moves at once.
+const BUFFER_BYTES: usize = 512;
+
+/// What the DMA reads and writes: it reaches neither the stack nor what only a cache holds, so it gets memory of the
+/// section that is made for the Ethernet's.
+#[unsafe(link_section = ".ethernet")]
+static mut BUFFER: [u8; BUFFER_BYTES] = [0; BUFFER_BYTES];
+
+type Bus = ExclusiveDevice<BufferedSpi, Output<'static>, Delay>;
 
 /// The network driver.
 pub(crate) type Driver = Device<'static>;
@@ -68,6 +77,11 @@ pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
         pins.spi, pins.sck, pins.mosi, pins.miso, pins.tx, pins.rx, Irqs, config,
     );
     let select = Output::new(pins.select, Level::High, Speed::VeryHigh);
+    let bus = BufferedSpi {
+        spi: bus,
+        // SAFETY: this is the only reference, since `Pins` exists once; any bytes are valid.
+        buffer: unsafe { &mut *addr_of_mut!(BUFFER) },
+    };
     let Ok(device) = ExclusiveDevice::new(bus, select, Delay);
     let interrupt = ExtiInput::new(pins.interrupt, pins.exti, Pull::Up, Irqs);
     let reset = Output::new(pins.reset, Level::Low, Speed::Low);
@@ -82,5 +96,60 @@ pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
             );
             None
         }
+    }
+}
+
+/// The bus, by way of [`BUFFER`].
+pub(crate) struct BufferedSpi {
+    spi: Spi<'static, Async, Master>,
+    buffer: &'static mut [u8; BUFFER_BYTES],
+}
+
+impl ErrorType for BufferedSpi {
+    type Error = spi::Error;
+}
+
+impl SpiBus for BufferedSpi {
+    async fn read(&mut self, words: &mut [u8]) -> Result<(), spi::Error> {
+        for part in words.chunks_mut(BUFFER_BYTES) {
+            let (room, _) = self.buffer.split_at_mut(part.len());
+            self.spi.read(room).await?;
+            part.copy_from_slice(room);
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, words: &[u8]) -> Result<(), spi::Error> {
+        for part in words.chunks(BUFFER_BYTES) {
+            let (room, _) = self.buffer.split_at_mut(part.len());
+            room.copy_from_slice(part);
+            self.spi.write(room).await?;
+        }
+        Ok(())
+    }
+
+    /// What is written beyond what is read, and the other way round, is exchanged for nothing.
+    async fn transfer(&mut self, read: &mut [u8], write: &[u8]) -> Result<(), spi::Error> {
+        let both = read.len().min(write.len());
+        let (read, read_on) = read.split_at_mut(both);
+        let (write, write_on) = write.split_at(both);
+        read.copy_from_slice(write);
+        self.transfer_in_place(read).await?;
+        self.read(read_on).await?;
+        self.write(write_on).await
+    }
+
+    async fn transfer_in_place(&mut self, words: &mut [u8]) -> Result<(), spi::Error> {
+        for part in words.chunks_mut(BUFFER_BYTES) {
+            let (room, _) = self.buffer.split_at_mut(part.len());
+            room.copy_from_slice(part);
+            self.spi.transfer_in_place(room).await?;
+            part.copy_from_slice(room);
+        }
+        Ok(())
+    }
+
+    async fn flush(&mut self) -> Result<(), spi::Error> {
+        Ok(())
     }
 }
