@@ -8,6 +8,7 @@ mod commissioning;
 mod delay_laws;
 mod delay_predictor;
 mod diagnosis;
+mod ethercat;
 mod faults;
 mod known_answers;
 mod peers;

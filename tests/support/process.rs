@@ -98,23 +98,26 @@ impl Running {
     /// # Panics
     /// If the process ends without it, or [`PATIENCE`] does.
     pub fn wait_for(&mut self, text: &str) -> String {
+        let found = self.heard_or_ended(text);
+        found.unwrap_or_else(|| {
+            panic!("{}: never said `{text}`\n{}", self.name, self.transcript());
+        })
+    }
+
+    /// Likewise; none if it has ended, or too much time has passed.
+    pub fn heard_or_ended(&mut self, text: &str) -> Option<String> {
         let give_up = Instant::now() + PATIENCE;
         loop {
             if let Some(line) = self.heard(text) {
-                return line;
+                return Some(line);
             }
             let log = self.log.lock();
-            let over = log.open == 0 || Instant::now() > give_up;
-            if !over {
-                drop(self.log.changed.wait_timeout(log, POLL_INTERVAL));
-                continue;
+            if log.open == 0 || Instant::now() > give_up {
+                drop(log);
+                // The last lines may have come between the two looks.
+                return self.heard(text);
             }
-            drop(log);
-            // The last lines may have come between the two looks.
-            if let Some(line) = self.heard(text) {
-                return line;
-            }
-            panic!("{}: never said `{text}`\n{}", self.name, self.transcript());
+            drop(self.log.changed.wait_timeout(log, POLL_INTERVAL));
         }
     }
 
@@ -319,16 +322,31 @@ pub fn recorded_data(name: &str) -> Option<PathBuf> {
         assert!(data.exists(), "SOFTDOCK_DATA: expected {}", data.display());
         return Some(data);
     }
+    note("skipped-tests", "");
+    eprintln!("SKIPPED: SOFTDOCK_DATA is not set; {name} is not there");
+    None
+}
+
+/// Notes that this machine does not allow what a test needs; `tests/run` says so in its last lines, from the file
+/// `forbidden-tests`.
+///
+/// # Panics
+/// If the file cannot be written.
+pub fn forbidden(what: &str) {
+    note("forbidden-tests", &format!(": {what}"));
+    eprintln!("SKIPPED: this machine does not allow {what}");
+}
+
+/// Adds the name of this test to a list.
+fn note(list: &str, why: &str) {
     let test = thread::current();
-    let line = format!("{}\n", test.name().unwrap_or("a test without a name"));
+    let line = format!("{}{why}\n", test.name().unwrap_or("a test without a name"));
     let list = OpenOptions::new()
         .create(true)
         .append(true)
-        .open(profile_folder().join("skipped-tests"));
+        .open(profile_folder().join(list));
     let written = list.and_then(|mut list| list.write_all(line.as_bytes()));
     written.expect("the list of skipped tests can be written");
-    eprintln!("SKIPPED: SOFTDOCK_DATA is not set; {name} is not there");
-    None
 }
 
 /// An empty folder for the files of one test, under `target/`.

@@ -2,6 +2,7 @@
 
 use crate::record::CycleRecord;
 use core::net::SocketAddr;
+use core::task::{Context, Poll};
 
 /// Why a bus or socket gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +15,7 @@ pub enum IoError {
     Lost,
 }
 
-/// The wire to the sensor: a CAN bus, or the exchange of process data with an EtherCAT SubDevice.
+/// The wire to the sensor: a CAN bus, or an EtherCAT segment.
 #[allow(
     async_fn_in_trait,
     reason = "one executor, one thread: no Send is needed"
@@ -27,8 +28,20 @@ pub trait SensorBus {
     async fn send(&mut self, frame: &Self::Frame) -> Result<(), IoError>;
     /// The next received frame. Cancel-safe: a dropped future loses no frame.
     async fn receive(&mut self) -> Result<Self::Frame, IoError>;
-    /// Brings the bus back after it went off: a CAN controller from bus-off, a SubDevice to OP.
+    /// Brings the bus back after it went off: a CAN controller from bus-off.
     async fn recover(&mut self) -> Result<(), IoError>;
+}
+
+/// An Ethernet port that carries whole frames, without checksum: that of an EtherCAT segment.
+pub trait EthernetPort {
+    /// The length of the next received frame in `buffer`. `Pending`: the task is woken when one comes.
+    fn poll_receive(
+        &mut self,
+        context: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<Result<usize, IoError>>;
+    /// Takes a frame to be sent. `Pending`: it was not taken, and the task is woken when there is room.
+    fn poll_send(&mut self, context: &mut Context<'_>, frame: &[u8]) -> Poll<()>;
 }
 
 /// A UDP socket on the robot's network.

@@ -15,6 +15,8 @@ pub mod auto_start;
 pub mod board;
 mod checksum;
 pub mod emulated_flash;
+#[cfg(feature = "ethercat")]
+pub mod ethercat;
 pub mod ethernet_dma;
 pub mod image;
 pub mod leds;

@@ -46,6 +46,13 @@ pub async fn run<M: RawMutex, B: SensorBus>(
     }
 }
 
+/// Says that the settings name a sensor on a link that this board does not have: there will be no sample.
+pub fn refuse<M: RawMutex>(shared: &Shared<M>) {
+    shared.update_status(|status| {
+        status.sensor = Some(SensorState::Failed(SensorFault::OtherLink));
+    });
+}
+
 /// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that
 /// asks for a sample, or the operator's reset. True: it was a frame.
 async fn exchange<M: RawMutex, B: SensorBus>(

@@ -1,7 +1,9 @@
 //! Settings of a board: those of the control cycle, and how its links are set up.
 
+mod ethercat;
 mod network;
 
+pub use ethercat::EtherCatSettings;
 pub use network::{Network, NetworkSettings};
 
 use softdock_control::range::{SettingsError, in_range};
@@ -33,6 +35,8 @@ pub struct BoardSettings {
     pub control: Settings,
     /// The sensor's CAN link.
     pub can: CanSettings,
+    /// The sensor's EtherCAT link, in place of CAN.
+    pub ethercat: EtherCatSettings,
     /// The robot's RSI link.
     pub rsi: RsiSettings,
     /// The board's place on the network.
@@ -227,12 +231,21 @@ impl BoardSettings {
             0.0,
             self.control.robot.cycle_s / 2.0,
         )?;
+        self.ethercat.validate(self.control.robot.cycle_s)?;
         in_range("rsi.silence_s", self.rsi.silence_s, 0.02, 60.0)?;
         let lost = f64::from(self.rsi.new_run_after_lost);
         in_range("rsi.new_run_after_lost", lost, 1.0, 1e6)?;
         self.rsi.tags()?;
         self.rsi.robot_ip()?;
         self.network.build().map(|_| ())
+    }
+
+    /// Longest wait for a sample of the sensor on the chosen link, µs.
+    pub fn sample_wait_us(&self) -> u64 {
+        microseconds(match self.ethercat.enabled {
+            true => self.ethercat.sample_wait_s,
+            false => self.can.sample_wait_s,
+        })
     }
 }
 
@@ -255,11 +268,6 @@ impl CanSettings {
                 }))
             }
         }
-    }
-
-    /// Longest wait for a sample, µs.
-    pub fn sample_wait_us(&self) -> u64 {
-        microseconds(self.sample_wait_s)
     }
 }
 

@@ -9,6 +9,7 @@
 //! | [`rsi`] | KUKA Robot Sensor Interface, XML over UDP | KUKA RSI 3.x, public drivers named in `rsi` |
 //! | [`sensor`] | what every force/torque sensor looks like | |
 //! | [`can`] | CAN frames, ATI NETCANOEM and SRI M8123B2 sensors | ATI 9610-05-1030, public SRI drivers |
+//! | [`ethercat`] | ATI's EtherCAT sensors: identity, process data, status | ATI 9610-05-EtherCAT Axia-09, nasa-jpl/jsd |
 //! | [`slcan`] | Lawicel serial-line CAN, adapter and client side | Lawicel CAN232/CANUSB manual |
 //! | [`service`] | the parameter service on a serial line | here |
 #![cfg_attr(not(test), no_std)]
@@ -16,6 +17,7 @@
 
 pub mod can;
 pub mod decimal;
+pub mod ethercat;
 pub mod rsi;
 pub mod sensor;
 pub mod service;

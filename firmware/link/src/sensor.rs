@@ -4,6 +4,9 @@
 //! [`SensorDriver::poll_transmit`] hands out, gives every frame that comes to [`SensorDriver::receive`], and calls again
 //! at [`SensorDriver::next_deadline_us`]. Times are microseconds of any monotonic clock.
 
+use crate::ethercat::{
+    ATI_VENDOR, INPUT_BYTES, MAX_COUNTS_PER_UNIT, OUTPUT_BYTES, Product, StartUp,
+};
 use core::fmt;
 
 /// Makes readings of what travels on a sensor's wire.
@@ -109,7 +112,7 @@ pub enum SensorFault {
         /// The code.
         code: u8,
     },
-    /// The sensor reports zero counts per unit.
+    /// The sensor reports counts per unit that no sensor has.
     CountsPerUnit {
         /// Counts per unit of force.
         force: u32,
@@ -123,6 +126,43 @@ pub enum SensorFault {
     },
     /// The sensor now reports another scale than at start-up, so the calibration in use is not its own.
     CalibrationChanged,
+    /// EtherCAT: frames come back, and no SubDevice was in them.
+    NoSubDevice,
+    /// EtherCAT: there are more SubDevices than the sensor.
+    SubDevices {
+        /// So many.
+        received: u16,
+    },
+    /// EtherCAT: a SubDevice of another maker.
+    Vendor {
+        /// Its vendor number.
+        received: u32,
+    },
+    /// EtherCAT: another product of the maker.
+    Product {
+        /// Its product code.
+        received: u32,
+    },
+    /// EtherCAT: process data of another size than those of the sensor.
+    PdoBytes {
+        /// Bytes that the SubDevice sends.
+        inputs: u16,
+        /// Bytes that it takes.
+        outputs: u16,
+    },
+    /// EtherCAT: an object of the calibration cannot be read.
+    Object {
+        /// Its index.
+        index: u16,
+    },
+    /// EtherCAT: the SubDevice does not come into this state.
+    StartUp(StartUp),
+    /// EtherCAT: the SubDevice left OP: it was restarted, or reports an error of its own.
+    NotOperational,
+    /// EtherCAT: the sensor's sample counter stands.
+    Standing,
+    /// The settings name a sensor on a link that this firmware does not have.
+    OtherLink,
 }
 
 impl fmt::Display for SensorFault {
@@ -132,16 +172,45 @@ impl fmt::Display for SensorFault {
             Self::BaseId { received } => {
                 write!(f, "identifier base {received:#x} has more than 7 bits")
             }
-            Self::ForceUnit { code } => write!(f, "unknown force unit {code}, expected 1 to 6"),
-            Self::TorqueUnit { code } => write!(f, "unknown torque unit {code}, expected 1 to 6"),
+            Self::ForceUnit { code } => write!(f, "unknown force unit {code}"),
+            Self::TorqueUnit { code } => write!(f, "unknown torque unit {code}"),
+            // Those of EtherCAT are signed.
             Self::CountsPerUnit { force, torque } => write!(
                 f,
-                "counts per unit must not be zero: force {force}, torque {torque}"
+                "counts per unit must be 1 to {MAX_COUNTS_PER_UNIT}: force {}, torque {}",
+                force.cast_signed(),
+                torque.cast_signed()
             ),
             Self::Matrix { row } => write!(f, "row {row} of the calibration matrix is not finite"),
             Self::CalibrationChanged => {
                 f.write_str("the sensor's scale differs from the one read at start-up")
             }
+            Self::NoSubDevice => f.write_str("no SubDevice is on the cable"),
+            Self::SubDevices { received } => write!(
+                f,
+                "{received} SubDevices are on the cable, expected the sensor alone"
+            ),
+            Self::Vendor { received } => write!(
+                f,
+                "the SubDevice is of vendor {received:#x}, expected ATI ({ATI_VENDOR:#x})"
+            ),
+            Self::Product { received } => write!(
+                f,
+                "the SubDevice is product {received:#x}, expected {:#x} (EtherCAT F/T) or {:#x} (Axia80)",
+                Product::EtherCatFt.code(),
+                Product::Axia80.code()
+            ),
+            Self::PdoBytes { inputs, outputs } => write!(
+                f,
+                "process data of {inputs} bytes in and {outputs} out, expected {INPUT_BYTES} and {OUTPUT_BYTES}"
+            ),
+            Self::Object { index } => write!(f, "object {index:#06x} cannot be read"),
+            Self::StartUp(state) => write!(f, "the SubDevice does not come into {state:?}"),
+            Self::NotOperational => f.write_str("the SubDevice left OP"),
+            Self::Standing => f.write_str("the sensor's sample counter stands"),
+            Self::OtherLink => f.write_str(
+                "the settings name a sensor on a link that this firmware does not have: `cargo firmware -- --help` lists the images",
+            ),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The simulated docking rig, and the controller board on this computer: in virtual time beside the
-//! rig, as a process in real time, and in QEMU.
+//! rig, as a process in real time, and in QEMU; and the simulated sensor on EtherCAT.
 
 pub mod board;
+pub mod ethercat;
 pub mod firmware;
 pub mod rig;

@@ -25,6 +25,9 @@ clamp_fault_cycles = 10000
 [can]
 answer_timeout_s = 1.0
 sample_wait_s = 0.002
+[ethercat]
+answer_timeout_s = 1.0
+sample_wait_s = 0.002
 [rsi]
 robot_ip = \"any\"
 new_run_after_lost = 1000000
@@ -42,6 +45,8 @@ pub struct Board {
     pub robot: SocketAddr,
     /// The sensor's port (TCP).
     pub can: SocketAddr,
+    /// The port of the EtherCAT segment (UDP), with `--ethercat`.
+    pub ethercat: Option<SocketAddr>,
     /// Where the service is, with `--service`: a TCP address or the path of a pseudo-terminal.
     pub service: Option<String>,
 }
@@ -72,6 +77,7 @@ impl Board {
         let service = line.split_once(", service on ").map(|(_, place)| place);
         let service = service.and_then(|place| place.split(' ').nth(1));
         Self {
+            ethercat: segment(&line),
             service: service.map(str::to_owned),
             process,
             folder,
@@ -116,6 +122,12 @@ impl Board {
         assert!(status.success(), "the board ended with {status}\n{log}");
         (recording, log)
     }
+}
+
+/// Where a board listens for its EtherCAT segment, by the line that says so.
+pub(super) fn segment(line: &str) -> Option<SocketAddr> {
+    let (_, behind) = line.split_once("EtherCAT on UDP ")?;
+    behind.split(',').next()?.trim().parse().ok()
 }
 
 /// The counter before `word` in the board's last line: `5 cycles, 0 lost, ..`.

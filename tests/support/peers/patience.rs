@@ -10,6 +10,10 @@ pub const PATIENCE: &str = "
 poll_period_s = 0.0005
 answer_timeout_s = 1.0
 
+[ethercat]
+poll_period_s = 0.0005
+answer_timeout_s = 1.0
+
 [rsi]
 robot_ip = \"any\"
 silence_s = 60.0

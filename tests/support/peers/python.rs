@@ -1,6 +1,6 @@
-//! The peers in Python: RSIPI's robot controller and a sensor on python-can.
+//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT.
 
-use crate::process::Running;
+use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -37,6 +37,25 @@ pub fn sensor(folder: &Path, can: SocketAddr) -> Running {
     let mut running = Running::start("python-can sensor", &mut command);
     running.wait_for("ready");
     running
+}
+
+/// An EtherCAT MainDevice in Python with its cable, and where the segment is to be plugged in; none if this machine
+/// does not allow such a cable.
+///
+/// # Panics
+/// If it does not come up.
+pub fn on_cable(script: &str) -> Option<(Running, SocketAddr)> {
+    let mut running = Running::start(script, &mut peer(script, &scratch(script)));
+    let line = running.wait_for("");
+    if let Some(what) = line.split_once("FORBIDDEN ").map(|(_, what)| what) {
+        forbidden(what);
+        running.finish_or_kill();
+        return None;
+    }
+    let cable = line
+        .split_once("cable ")
+        .and_then(|(_, at)| at.parse().ok());
+    Some((running, cable.unwrap_or_else(|| panic!("no cable: {line}"))))
 }
 
 /// RSIPI's robot controller.

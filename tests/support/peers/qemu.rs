@@ -1,5 +1,6 @@
 //! `softdock qemu` as a child process on ports of its own.
 
+use super::board::segment;
 use crate::process::{PATIENCE, Running, scratch, softdock_binary};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -18,6 +19,8 @@ pub struct QemuBoard {
     pub can: SocketAddr,
     /// The port of the service (TCP).
     pub service: SocketAddr,
+    /// The port of the EtherCAT segment (UDP), with `--ethercat`.
+    pub ethercat: Option<SocketAddr>,
 }
 
 impl QemuBoard {
@@ -49,6 +52,7 @@ impl QemuBoard {
             robot: address(),
             can: address(),
             service: address(),
+            ethercat: segment(&line),
             process: Some(process),
         }
     }

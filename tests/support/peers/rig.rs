@@ -1,4 +1,4 @@
-//! A simulated rig behind real sockets: RSI over UDP, the sensor behind SLCAN over TCP.
+//! A simulated rig behind real sockets: RSI over UDP, the sensor behind SLCAN over TCP or on EtherCAT over UDP.
 //!
 //! Robot and sensor share the rig's own time, which stands still until the board has answered. A
 //! telegram is sent only after the board has taken a reading of that instant. So the board's
@@ -9,8 +9,11 @@ use crate::process::PATIENCE;
 use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
+use softdock_link::ethercat::Product;
 use softdock_link::rsi::{RobTelegram, SenTelegram, Tags, parse_sen, write_rob};
 use softdock_link::slcan::{MAX_LINE_BYTES, encode_frame_line, parse_frame_line};
+use softdock_rig::ethercat::wire::{exchanges, plug};
+use softdock_rig::ethercat::{Description, Measurement, Segment, SubDevice};
 use softdock_rig::rig::{Rig, RobotReport};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream, UdpSocket};
@@ -49,6 +52,8 @@ struct Shown {
 struct SharedShown {
     shown: Mutex<Shown>,
     changed: Condvar,
+    /// Likewise, for who waits for nothing else.
+    unplugged: AtomicBool,
 }
 
 impl SharedShown {
@@ -80,6 +85,37 @@ impl LockStepRig {
         robot: SocketAddr,
         can: SocketAddr,
     ) -> Self {
+        let (force, torque) = (ForceUnit::Newton, TorqueUnit::NewtonMetre);
+        let device = AtiDevice::new(settings.can.base_id, &calibration(scenario), force, torque);
+        let device = device.expect("a valid sensor");
+        let stream = TcpStream::connect(can).expect("the board listens for its sensor");
+        Self::with_sensor(scenario, settings, robot, |shown| {
+            thread::spawn(move || serve(stream, device, &shown))
+        })
+    }
+
+    /// Likewise with an Axia80 on EtherCAT.
+    ///
+    /// # Panics
+    /// Likewise.
+    pub fn connect_ethercat(
+        scenario: &Scenario,
+        settings: &BoardSettings,
+        robot: SocketAddr,
+        ethercat: SocketAddr,
+    ) -> Self {
+        let calibration = calibration(scenario);
+        Self::with_sensor(scenario, settings, robot, |shown| {
+            thread::spawn(move || serve_ethercat(ethercat, &calibration, &shown))
+        })
+    }
+
+    fn with_sensor(
+        scenario: &Scenario,
+        settings: &BoardSettings,
+        robot: SocketAddr,
+        sensor: impl FnOnce(Arc<SharedShown>) -> JoinHandle<()>,
+    ) -> Self {
         let mut rig =
             Rig::new(&scenario.rig, scenario.start_pose(), scenario.seed).expect("a valid rig");
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free UDP port");
@@ -90,24 +126,29 @@ impl LockStepRig {
         let shown = Arc::new(SharedShown::default());
         let sample = rig.gauges();
         (shown.lock().counts, shown.lock().status) = (sample.counts, sample.status);
-        let calibration = AtiCalibration {
-            matrix: scenario.rig.sensor.calibration,
-            counts_per_force: scenario.rig.sensor.counts_per_newton,
-            counts_per_torque: scenario.rig.sensor.counts_per_newton_metre,
-        };
-        let (force, torque) = (ForceUnit::Newton, TorqueUnit::NewtonMetre);
-        let device = AtiDevice::new(settings.can.base_id, &calibration, force, torque);
-        let device = device.expect("a valid sensor");
-        let stream = TcpStream::connect(can).expect("the board listens for its sensor");
-        let shared = shown.clone();
         Self {
             rig,
             tags: settings.rsi.tags().expect("valid names"),
             cycle_ms: (settings.control.robot.cycle_s * 1e3).round() as u64,
             socket,
+            sensor: Some(sensor(shown.clone())),
             shown,
-            sensor: Some(thread::spawn(move || serve(stream, device, &shared))),
             ipoc: FIRST_IPOC,
+        }
+    }
+
+    /// Waits until an EtherCAT sensor has been exchanging data for longer than it takes to believe them.
+    ///
+    /// # Panics
+    /// If it never does.
+    pub fn wait_for_sensor(&self) {
+        const EXCHANGES: u32 = 200;
+        let give_up = Instant::now() + PATIENCE;
+        let mut shown = self.shown.lock();
+        while shown.requests < EXCHANGES {
+            assert!(Instant::now() < give_up, "the sensor never starts");
+            let wait = self.shown.changed.wait_timeout(shown, POLL_INTERVAL);
+            shown = wait.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -228,10 +269,40 @@ impl LockStepRig {
 impl Drop for LockStepRig {
     fn drop(&mut self) {
         self.shown.lock().ended = true;
+        self.shown.unplugged.store(true, Ordering::Relaxed);
         if let Some(sensor) = self.sensor.take() {
             let _ = sensor.join();
         }
     }
+}
+
+fn calibration(scenario: &Scenario) -> AtiCalibration {
+    AtiCalibration {
+        matrix: scenario.rig.sensor.calibration,
+        counts_per_force: scenario.rig.sensor.counts_per_newton,
+        counts_per_torque: scenario.rig.sensor.counts_per_newton_metre,
+    }
+}
+
+/// Is an EtherCAT segment until the test ends.
+fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &SharedShown) {
+    let axia = SubDevice::new(Description::of(Product::Axia80));
+    let mut segment = Segment::new(vec![axia]);
+    let plugged = plug(board, &shared.unplugged, &mut segment, |segment, frame| {
+        if !exchanges(frame) {
+            return;
+        }
+        let mut shown = shared.lock();
+        shown.requests += 1;
+        let wrench = calibration.wrench(&shown.counts);
+        for device in &mut segment.devices {
+            let per_unit = device.counts_per_unit();
+            device.measure(Measurement::of(wrench, per_unit, shown.status.into()));
+        }
+        drop(shown);
+        shared.changed.notify_all();
+    });
+    plugged.expect("a free UDP port");
 }
 
 /// Answers requests until the test or the board ends.

@@ -91,7 +91,7 @@ fn the_schema_changes_only_with_the_settings() {
 }
 
 /// See [`the_schema_changes_only_with_the_settings`].
-const SCHEMA_OF_THIS_VERSION: u32 = 0x5c6c_38d2;
+const SCHEMA_OF_THIS_VERSION: u32 = 0x7c09_a877;
 
 proptest! {
     #[test]

@@ -64,7 +64,7 @@ pub fn build_robot<S: Scalar>(
         shared: &SHARED,
         link: RobotLink::new(prepared),
         auto_start: AutoStart::new(options.auto_start),
-        sample_wait_us: settings.can.sample_wait_us(),
+        sample_wait_us: settings.sample_wait_us(),
         meter: Meter::default(),
     })
 }

@@ -1,6 +1,6 @@
 //! What the settings mean: the doc comments of their fields.
 
-use crate::settings::{BoardSettings, CanSettings, NetworkSettings, RsiSettings};
+use crate::settings::{BoardSettings, CanSettings, EtherCatSettings, NetworkSettings, RsiSettings};
 use softdock_control::delay::DelaySettings;
 use softdock_control::described::Description;
 use softdock_control::jog::JogSettings;
@@ -14,6 +14,7 @@ const ALL: &[Description] = &[
     BoardSettings::DESCRIPTION,
     BodySettings::DESCRIPTION,
     CanSettings::DESCRIPTION,
+    EtherCatSettings::DESCRIPTION,
     FrameSettings::DESCRIPTION,
     JogSettings::DESCRIPTION,
     LimitSettings::DESCRIPTION,

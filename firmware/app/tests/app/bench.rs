@@ -71,7 +71,7 @@ impl Bench {
             shared,
             link: RobotLink::<f64>::new(Prepared::new(settings).unwrap()),
             auto_start: AutoStart::new(auto_start),
-            sample_wait_us: settings.can.sample_wait_us(),
+            sample_wait_us: settings.sample_wait_us(),
             meter: Meter::default(),
         };
         let (mut bus, bus_clock) = (world.clone(), world.clone());

@@ -49,7 +49,7 @@ fn a_telegram_asks_for_its_sample() {
 #[test]
 fn a_dead_sensor_delays_an_answer_by_the_wait_at_most() {
     let settings = flying();
-    let wait_us = settings.can.sample_wait_us();
+    let wait_us = settings.sample_wait_us();
     let mut bench = Bench::cruising(&settings);
     let start_us = bench.next_at_us;
     bench.world().sensor.behaviour = Behaviour::Silent;
@@ -63,7 +63,7 @@ fn a_dead_sensor_delays_an_answer_by_the_wait_at_most() {
 #[test]
 fn a_slow_sensor_is_not_waited_for() {
     let settings = flying();
-    let wait_us = settings.can.sample_wait_us();
+    let wait_us = settings.sample_wait_us();
     let mut bench = Bench::cruising(&settings);
     let start_us = bench.next_at_us;
     bench.world().sensor.exchange_us = 3_000;

@@ -12,7 +12,7 @@ use embassy_net_driver::{Capabilities, Driver, HardwareAddress, LinkState};
 use embassy_sync::waitqueue::AtomicWaker;
 
 /// Longest frame without its checksum, bytes: header and payload.
-const FRAME_BYTES: usize = 1514;
+pub(crate) const FRAME_BYTES: usize = 1514;
 /// The same in whole words and with the checksum of 4 bytes, which the controller hands over too.
 const BUFFER_BYTES: usize = 1520;
 const CHECKSUM_BYTES: usize = 4;
@@ -86,9 +86,6 @@ impl Lan9118 {
     }
 
     /// Takes the next good frame out of the FIFO; its length without checksum.
-    ///
-    /// Every received frame passes here, before the network stack: this is the place where a
-    /// second consumer gets the frames of its own EtherType (0x88A4 for an EtherCAT sensor).
     fn next_frame(&mut self) -> Option<usize> {
         while RX_FIFO_INF.read() >> 16 & 0xFF != 0 {
             let status = RX_STATUS.read();
@@ -115,7 +112,7 @@ fn mac_write(index: u32, value: u32) {
 }
 
 /// Hands a frame to the controller, which sends it with its last word.
-fn transmit(frame: &[u8]) {
+pub(crate) fn transmit(frame: &[u8]) {
     const FIRST_AND_LAST: u32 = 1 << 13 | 1 << 12;
     // At most 1514.
     let length = frame.len() as u32;

@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | LAN9118 | RSI, UDP | [`lan9118`] |
 //! | UART 0 | the sensor's CAN bus as SLCAN | [`uart`] |
+//! | LAN9118 | with the feature `ethercat`: the sensor's segment | [`sensor_link`] |
 //! | UART 1 | the log, defmt | [`logger`] |
 //! | UART 2 | the parameter service | [`uart`] |
 //! | PSRAM | the flash with settings and boot options | [`flash`] |
@@ -22,6 +23,9 @@ mod interrupts;
 mod lan9118;
 mod logger;
 mod register;
+#[cfg_attr(feature = "ethercat", path = "sensor_ethercat.rs")]
+#[cfg_attr(not(feature = "ethercat"), path = "sensor_can.rs")]
+mod sensor_link;
 mod time;
 mod uart;
 
@@ -32,7 +36,6 @@ use embassy_executor::SendSpawner;
 use embassy_net::Runner;
 use flash::Psram;
 use lan9118::Lan9118;
-use softdock_app::micro::SHARED;
 use softdock_app::micro::boot::{self, Before, Identity};
 use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
@@ -42,15 +45,11 @@ use softdock_app::micro::start::{
 };
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
-use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
-use softdock_app::slcan_bus::SlcanBus;
 use softdock_app::store::{Origin, Store, WordFlash};
 use static_cell::StaticCell;
-use uart::{UartReader, UartWriter};
 
 type Flash = WordFlash<Psram>;
-type CanBus = SlcanBus<UartReader, UartWriter>;
 
 static STORE: StaticCell<Store<Flash>> = StaticCell::new();
 static ROBOT: RobotCell<Number> = StaticCell::new();
@@ -126,28 +125,19 @@ async fn control(
 ) {
     let spawner = executors::local().await;
     let ethernet = Lan9118::start(HARDWARE_ADDRESS);
-    let assembled = assemble(&settings, ethernet, options, &spawner, background);
+    let network = sensor_link::start(&spawner, &settings, ethernet);
+    let assembled = assemble(&settings, network, options, &spawner, background);
     let (Some((network, (port, queue))), Some(robot)) = (assembled, robot) else {
         return boot::report_unusable();
     };
-    let (reader, writer) = uart::CAN.open();
     spawn(&spawner, network_task(network));
-    spawn(
-        &spawner,
-        sensor_task(settings, SlcanBus::new(reader, writer)),
-    );
     spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
 #[embassy_executor::task]
-async fn network_task(mut network: Runner<'static, Lan9118>) -> ! {
+async fn network_task(mut network: Runner<'static, sensor_link::Network>) -> ! {
     network.run().await
-}
-
-#[embassy_executor::task]
-async fn sensor_task(settings: BoardSettings, mut bus: CanBus) {
-    sensor::run(&SHARED, &mut bus, &UptimeClock, settings.can.driver()).await;
 }
 
 #[embassy_executor::task]

@@ -1,4 +1,5 @@
-//! The robot's network: the MAC, its buffers, and the LAN8742 on the board, by RMII.
+//! The Ethernet of the board, for the robot's network or for the EtherCAT segment of the sensor: the MAC,
+//! its buffers, and the LAN8742, by RMII.
 //!
 //! [`watch`] looks after the DMA and the link, see [`softdock_app::ethernet_dma`] and
 //! [`softdock_app::phy`].
@@ -214,7 +215,7 @@ async fn restart() {
 
 /// A locally administered address made of the chip's unique number, so that two boards on one
 /// network differ.
-fn mac_address() -> [u8; 6] {
+pub(crate) fn mac_address() -> [u8; 6] {
     // Numbers of one wafer differ in a few bytes only: all of them count.
     let [a, b, c, d, e, f, g, h, i, j, k, l] = uid::uid();
     [0x02, a ^ g, b ^ h, c ^ i, d ^ j, e ^ k ^ f ^ l]

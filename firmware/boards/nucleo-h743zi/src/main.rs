@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | sensor | FDCAN1, PD0 (RX) and PD1 (TX), through a transceiver, 1 Mbit/s | [`can`] |
 //! | robot, recorder | Ethernet (CN14), static address from the settings | [`ethernet`] |
+//! | with the feature `ethercat` | sensor on the Ethernet, robot and recorder on a W5500 | [`sensor_link`] |
 //! | log | defmt over RTT, through the ST-Link (CN1) | |
 //! | LEDs | LD1 green, LD2 yellow, LD3 red | [`leds`] |
 //! | parameter service | USART3, through the ST-Link (CN1), 115,200 bit/s | [`serial`] |
@@ -16,6 +17,7 @@
 #![no_std]
 #![no_main]
 
+#[cfg(not(feature = "ethercat"))]
 mod can;
 mod clocks;
 mod ethernet;
@@ -24,7 +26,12 @@ mod flash;
 mod leds;
 mod memory;
 mod reset;
+#[cfg_attr(feature = "ethercat", path = "sensor_ethercat.rs")]
+#[cfg_attr(not(feature = "ethercat"), path = "sensor_can.rs")]
+mod sensor_link;
 mod serial;
+#[cfg(feature = "ethercat")]
+mod w5500;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
@@ -36,7 +43,6 @@ use embassy_stm32::rng::{self, Rng};
 use embassy_stm32::{Peri, bind_interrupts};
 use flash::Sectors;
 use leds::Leds;
-use softdock_app::micro::SHARED;
 use softdock_app::micro::boot::{self, Before, Identity};
 use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
@@ -47,7 +53,6 @@ use softdock_app::micro::start::{
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
 use softdock_app::processor::Processor;
-use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_app::store::{Store, WordFlash};
 use static_cell::StaticCell;
@@ -118,7 +123,21 @@ fn start() {
         tx_en: p.PG11,
         tx_d0: p.PG13,
     };
-    let bus = can::Bus::start(p.FDCAN1, p.PD0, p.PD1);
+    #[cfg(not(feature = "ethercat"))]
+    let sensor = can::Bus::start(p.FDCAN1, p.PD0, p.PD1);
+    #[cfg(feature = "ethercat")]
+    let sensor = w5500::Pins {
+        spi: p.SPI1,
+        sck: p.PA5,
+        mosi: p.PB5,
+        miso: p.PA6,
+        tx: p.DMA1_CH0,
+        rx: p.DMA1_CH1,
+        select: p.PD14,
+        interrupt: p.PD15,
+        exti: p.EXTI15,
+        reset: p.PF12,
+    };
     let leds = Leds::new(p.PB0, p.PE1, p.PB14);
     let serial = serial::Pins {
         usart: p.USART3,
@@ -128,7 +147,7 @@ fn start() {
     let robot = build_robot(&start.settings, options, &ROBOT);
     let spawners = executors::start();
     let background = spawners.background;
-    let control = control(start.settings, options, robot, ethernet, bus, background);
+    let control = control(start.settings, options, robot, ethernet, sensor, background);
     send(spawners.control, control);
     send(background, monitor());
     send(background, leds::show(leds));
@@ -148,31 +167,28 @@ async fn control(
     options: Options,
     robot: Option<&'static mut RobotTask<f64>>,
     pins: ethernet::Pins,
-    bus: can::Bus,
+    sensor: sensor_link::Hardware,
     background: SendSpawner,
 ) {
     let spawner = executors::local().await;
     spawn(&spawner, watchdog::beat());
     let ethernet = ethernet::start(pins);
     spawn(&spawner, ethernet::watch());
-    let assembled = assemble(&settings, ethernet, options, &spawner, background);
+    let Some(network) = sensor_link::start(&spawner, &settings, ethernet, sensor).await else {
+        return boot::report_unusable();
+    };
+    let assembled = assemble(&settings, network, options, &spawner, background);
     let (Some((network, (port, queue))), Some(robot)) = (assembled, robot) else {
         return boot::report_unusable();
     };
     spawn(&spawner, network_task(network));
-    spawn(&spawner, sensor_task(settings, bus));
     spawn(&spawner, robot_task(robot, port, queue));
     boot::report_ready();
 }
 
 #[embassy_executor::task]
-async fn network_task(mut network: Runner<'static, ethernet::Driver>) -> ! {
+async fn network_task(mut network: Runner<'static, sensor_link::Network>) -> ! {
     network.run().await
-}
-
-#[embassy_executor::task]
-async fn sensor_task(settings: BoardSettings, mut bus: can::Bus) {
-    sensor::run(&SHARED, &mut bus, &UptimeClock, settings.can.driver()).await;
 }
 
 #[embassy_executor::task]

@@ -54,6 +54,8 @@ pub struct NoiseLevel {
 pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
     let noise = &source.model.noise;
     let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
+    let filter = source.model.sensor.filter;
+    let filter = filter.map(|filter| filter.on_samples(source.prediction.cycle_s));
     let mut levels = Vec::new();
     for channel in [Channel::ExecutedVelocity, Channel::Wrench, Channel::Pose] {
         let values = source.prediction.channel(channel);
@@ -71,7 +73,7 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<NoiseLevel> {
             };
             let measured: Vec<f64> = fresh(source, channel, i);
             let step = resolution(&measured);
-            if let Some(measured) = noise_floor(&measured, kind) {
+            if let Some(measured) = noise_floor(&measured, kind, filter) {
                 let ratio = measured / data_sheet;
                 let step = step.filter(|step| *step > COARSE * data_sheet);
                 levels.push(NoiseLevel {

@@ -8,7 +8,8 @@ use super::body::{self, BodyRegression, BodySearch};
 use super::finding::NoiseFloor;
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
-use super::wrench::{self, Fitted, Joint};
+use super::structure::{self, Left};
+use super::wrench::{self, Fitted, Joint, Standing};
 use crate::compare::Phase;
 use crate::model::Model;
 use crate::model::log::Log;
@@ -146,6 +147,41 @@ pub(crate) struct WrenchFinding {
     pub prepared: Joint,
     /// What rounds before this one accepted, and the evidence for it.
     pub earlier: (Vec<Fitted>, Vec<f64>),
+    /// What was tested beside a smooth remainder, if structure is left.
+    pub beside_remainder: Option<BesideRemainder>,
+}
+
+/// What a smooth remainder leaves of a hypothesis.
+#[derive(Default)]
+pub(crate) struct BesideRemainder {
+    /// Effects that it would explain as well, with the evidence for each beside it.
+    pub imitated: Vec<(String, f64)>,
+}
+
+impl WrenchFinding {
+    /// Ids of all effects, the earlier ones first.
+    pub(super) fn ids(&self) -> Vec<String> {
+        let earlier = self.earlier.0.iter().map(|e| e.id.to_owned());
+        let accepted = self.found.accepted.iter().flat_map(wrench::Tested::ids);
+        earlier.chain(accepted).collect()
+    }
+
+    /// What its effects leave.
+    pub(super) fn left(&self) -> Left {
+        structure::left(&self.prepared, self.found.accepted.as_ref())
+    }
+
+    /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder.
+    pub(super) fn stand(&mut self, each: &[Standing]) {
+        self.beside_remainder = Some(BesideRemainder::default());
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        let effects = self.earlier.0.iter_mut().chain(accepted);
+        let evidence = self.earlier.1.iter_mut().chain(&mut self.found.evidence);
+        for ((effect, evidence), standing) in effects.zip(evidence).zip(each) {
+            *evidence = evidence.min(standing.evidence);
+            effect.widen(standing.deviation());
+        }
+    }
 }
 
 /// What is asked of the stages.
@@ -155,12 +191,17 @@ pub(crate) struct Question<'a> {
     pub only: Option<&'a str>,
     /// Take the best fit of it although it is not significant.
     pub forced: bool,
+    /// Only these are tried.
+    pub among: Option<&'a [String]>,
 }
 
 impl Question<'_> {
     /// Whether an effect is tried for a model.
     pub(super) fn tries(&self, model: &Model, id: &str) -> bool {
-        !has(model, id) && self.only.is_none_or(|only| only == id)
+        let among = self
+            .among
+            .is_none_or(|among| among.iter().any(|one| one == id));
+        !has(model, id) && among && self.only.is_none_or(|only| only == id)
     }
 }
 

@@ -110,6 +110,7 @@ pub fn fit_effect(
     let question = Question {
         only: Some(id),
         forced,
+        ..Question::default()
     };
     let report = ask(model, train, test, &question, &|_, _| {})?;
     if report.diagnosis.effects.iter().any(|e| e == id) {

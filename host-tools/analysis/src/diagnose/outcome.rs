@@ -264,6 +264,9 @@ fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
             let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
             each.for_each(|one| *one = one.clone().of_size());
         }
+        if found.beside_remainder.is_some() && accepted.is_some() {
+            left.allowed = structure::MODELLED;
+        }
         all.push(left);
     }
     all.push(left_of(Channel::ModelVelocity, stages, after));
@@ -300,6 +303,7 @@ fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
     Left {
         axes,
         share: excess / (excess + nominal - chi2).max(1.0),
+        allowed: structure::REMAINDER,
     }
 }
 
@@ -324,7 +328,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
             };
         }
         // The increments of a noisy pose are differences: their spectrum is no test of anything.
-        let floor = noise_floor(&values, Noise::Differenced)
+        let floor = noise_floor(&values, Noise::Differenced, None)
             .unwrap_or(sheet)
             .max(0.3 * sheet);
         let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
@@ -356,6 +360,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
     Left {
         axes,
         share: excess / (excess + (before - now).max(0.0)).max(1e-12),
+        allowed: structure::REMAINDER,
     }
 }
 
@@ -380,6 +385,23 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
             "The search for effects on the wrench was ended after {steps} steps, each with more \
              evidence than the one before: no few effects explain this log; check its units and the \
              model file."
+        ));
+    }
+    let beside = stages
+        .wrench
+        .iter()
+        .filter_map(|w| w.beside_remainder.as_ref());
+    for (id, evidence) in beside.flat_map(|beside| &beside.imitated) {
+        let reason = match evidence.is_finite() {
+            true => format!(
+                "the evidence for it is {evidence:.0}, {} are needed",
+                evidence::NAMED
+            ),
+            false => "its 95 % interval holds 0".to_owned(),
+        };
+        notes.push(format!(
+            "{id} is not told from a smooth remainder, functions of position, velocity, \
+             acceleration, contact depth and time in its place: {reason}."
         ));
     }
     for floor in &stages.noise {

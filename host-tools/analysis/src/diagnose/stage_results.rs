@@ -8,7 +8,7 @@ use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
 use super::timed_logs::TimedLogs;
-use super::wrench::{self, Joint, PreparedLog};
+use super::wrench::{self, Joint, PreparedLog, Standing};
 use crate::model::log::Log;
 use crate::model::{Axis, Channel, Model};
 use rayon::prelude::*;
@@ -150,6 +150,7 @@ fn wrench_rounds(
 ) -> Option<WrenchFinding> {
     let mut finding = search(model, question)?;
     let mut known = model.clone();
+    let mut leaves_structure = finding.left().any();
     for _ in 1..ROUNDS {
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
@@ -174,8 +175,73 @@ fn wrench_rounds(
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
+        leaves_structure |= finding.left().any();
+    }
+    // What a later round finds can be an answer to the structure that the first one has left, and no
+    // better than a smooth remainder.
+    if question.only.is_none() && leaves_structure {
+        finding = beside_remainder(finding, &mut |among| {
+            let question = Question {
+                among: Some(among),
+                ..*question
+            };
+            search(model, &question)
+        });
     }
     Some(finding)
+}
+
+/// Where structure is left: only the effects that a smooth remainder would not explain as well, one
+/// less at a time, with the parameters and the intervals that they have beside it. What was left out
+/// beside others that were left out later has a second chance.
+fn beside_remainder(
+    first: WrenchFinding,
+    among: &mut dyn FnMut(&[String]) -> Option<WrenchFinding>,
+) -> WrenchFinding {
+    let mut finding = first;
+    let mut imitated = Vec::new();
+    while let Some((place, evidence)) = weakest(&mut finding) {
+        let mut ids = finding.ids();
+        imitated.push((ids.remove(place), evidence));
+        match among(&ids) {
+            Some(fewer) => finding = fewer,
+            None => break,
+        }
+    }
+    for (id, _) in imitated.clone() {
+        let mut ids = finding.ids();
+        ids.push(id.clone());
+        let Some(mut more) = among(&ids) else {
+            continue;
+        };
+        if more.ids().contains(&id) && weakest(&mut more).is_none() {
+            finding = more;
+            imitated.retain(|(other, _)| *other != id);
+        }
+    }
+    if !imitated.is_empty() {
+        finding.beside_remainder.get_or_insert_default().imitated = imitated;
+    }
+    finding
+}
+
+/// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
+/// nothing is left, there is none.
+fn weakest(finding: &mut WrenchFinding) -> Option<(usize, f64)> {
+    let accepted = finding.found.accepted.as_ref()?;
+    let left = finding.left();
+    let axes: Vec<Axis> = left.structured().map(|(_, axis, _)| *axis).collect();
+    if axes.is_empty() {
+        return None;
+    }
+    let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
+    let places = each.iter().map(Standing::strength).enumerate();
+    let least = places.min_by(|a, b| a.1.total_cmp(&b.1));
+    let fails = least.filter(|(_, strength)| *strength < threshold(0.0));
+    if fails.is_none() {
+        finding.stand(&each);
+    }
+    fails
 }
 
 fn wrench_stage(
@@ -210,6 +276,7 @@ fn wrench_stage(
         found,
         prepared,
         earlier: (Vec::new(), Vec::new()),
+        beside_remainder: None,
     })
 }
 

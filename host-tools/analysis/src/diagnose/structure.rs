@@ -25,7 +25,9 @@ const LINE_S: f64 = 1.0;
 const LEVEL: f64 = 1.8;
 
 /// Share of the error that may be left without being called structure.
-const REMAINDER: f64 = 0.01;
+pub(crate) const REMAINDER: f64 = 0.01;
+/// The same where each effect stands beside a smooth remainder.
+pub(crate) const MODELLED: f64 = 0.05;
 
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
@@ -34,12 +36,14 @@ pub(crate) struct Left {
     pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
     /// Excess over the noise that is left, of what there was.
     pub share: f64,
+    /// Share that may be left without being called structure.
+    pub allowed: f64,
 }
 
 impl Left {
     /// Whether the logs show structure that is more than a remainder.
     pub(crate) fn any(&self) -> bool {
-        self.share > REMAINDER && self.structured().next().is_some()
+        self.share > self.allowed && self.structured().next().is_some()
     }
 
     /// Axes with structure on all logs.
@@ -53,12 +57,9 @@ impl Left {
 /// What effects leave of the wrench.
 pub(crate) fn left(joint: &Joint, tested: Option<&Tested>) -> Left {
     let rests = joint.rests(tested);
-    let of_logs: Vec<(Vec<Structure>, f64)> = joint
-        .logs
-        .iter()
-        .zip(&rests)
-        .map(|(log, rest)| of_log(joint, log, rest))
-        .collect();
+    let each = joint.logs.iter().zip(&rests);
+    let of_logs: Vec<(Vec<Structure>, Excess)> =
+        each.map(|(log, rest)| of_log(joint, log, rest)).collect();
     let axes = Axis::ALL
         .into_iter()
         .map(|axis| {
@@ -66,31 +67,41 @@ pub(crate) fn left(joint: &Joint, tested: Option<&Tested>) -> Left {
             (Channel::Wrench, axis, each.collect())
         })
         .collect();
-    let excess: f64 = of_logs.iter().map(|(_, excess)| excess).sum();
+    let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
     let removed = joint.known + tested.map_or(0.0, |t| t.gain);
+    let white = share(sum(&|e| e.white), removed);
+    let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
     Left {
         axes,
-        share: excess / (excess + removed).max(1.0),
+        share: white.max(plain),
+        allowed: REMAINDER,
     }
 }
 
+/// Excess that is left, of what there was.
+fn share(left: f64, removed: f64) -> f64 {
+    let (left, removed) = (left.max(0.0), removed.max(0.0));
+    left / (left + removed).max(1.0)
+}
+
+/// χ² that a log leaves over its number of values.
+struct Excess {
+    /// In units of the noise.
+    white: f64,
+    /// In units of the data sheet's: whitening can swallow what is locked to the motion.
+    plain: f64,
+    /// What effects and tolerances have taken of the latter.
+    removed: f64,
+}
+
 /// Structure of each axis of a log, and the excess of χ² over its number of values.
-fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, f64) {
-    let sheet = log.sheet_sigma;
+fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, Excess) {
     let (white, levels) = beyond_rounding(log, rest);
     let squares: f64 = white.0.iter().flatten().map(|w| w * w).sum();
     let values = joint.problem.axes * log.fresh.iter().filter(|f| **f).count();
     let structures: Vec<Structure> = (0..6)
         .map(|axis| {
-            let level = levels[axis].unwrap_or_else(|| {
-                let counted = rest.raw.0[axis].iter().zip(&log.fresh);
-                let (power, count) = counted
-                    .filter(|(_, fresh)| **fresh)
-                    .fold((0.0, 0.0), |(sum, count), (r, _)| {
-                        (sum + r * r, count + 1.0)
-                    });
-                (power / f64::max(count, 1.0)).sqrt() / sheet[axis]
-            });
+            let level = levels[axis].unwrap_or_else(|| moments(log, &rest.raw, axis).1);
             if log.scene.model.sensor.at_rest {
                 // Rows that do not follow each other have no spectrum.
                 return Structure {
@@ -101,14 +112,36 @@ fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, f64
             counted(log, &white.0[axis], level)
         })
         .collect();
-    // Whitening can swallow what is locked to the motion, so the plain squares count as well.
-    let levels: f64 = structures
-        .iter()
-        .map(|s: &Structure| s.level * s.level)
-        .sum();
-    let plain = (levels / joint.problem.axes as f64 - 1.0) * values as f64;
-    let excess = (squares - values as f64).max(plain).max(0.0);
+    let values = values as f64;
+    let of_axis = values / joint.problem.axes as f64;
+    let left: f64 = structures.iter().map(|s| s.level * s.level).sum();
+    let mut nominal = log.scene.known();
+    nominal.add(&log.residual.0);
+    // To remove an offset is no merit of what else is believed.
+    let changes = |column: &Column, axis| {
+        let (mean, level) = moments(log, column, axis);
+        level * level - mean * mean
+    };
+    let taken = |axis| changes(&nominal, axis) - changes(&rest.raw, axis);
+    let excess = Excess {
+        white: squares - values,
+        plain: left * of_axis - values,
+        removed: (0..6).map(taken).sum::<f64>() * of_axis,
+    };
     (structures, excess)
+}
+
+/// Mean and root mean square of the cycles that count, over the data sheet's noise.
+fn moments(log: &PreparedLog, column: &Column, axis: usize) -> (f64, f64) {
+    let counted = column.0[axis].iter().zip(&log.fresh);
+    let counted = counted.filter(|(_, fresh)| **fresh).map(|(r, _)| *r);
+    let sums = counted.fold((0.0, 0.0, 0.0), |(sum, power, count), r| {
+        (sum + r, power + r * r, count + 1.0)
+    });
+    let (sum, power, count) = sums;
+    let count = f64::max(count, 1.0);
+    let sheet = log.sheet_sigma[axis];
+    (sum / count / sheet, (power / count).sqrt() / sheet)
 }
 
 /// Tests the cycles that count, as if the others had not been.

@@ -146,6 +146,17 @@ at_rest = {}
             sensor.at_rest
         ),
     );
+    if let Some(filter) = sensor.filter {
+        add(
+            text,
+            format_args!(
+                "# Every channel went through it when it was imported, forwards and backwards.
+filter = {{ order = {}, cutoff_hz = {:?} }}
+",
+                filter.order, filter.cutoff_hz
+            ),
+        );
+    }
 }
 
 fn bodies(text: &mut String, model: &Model) {

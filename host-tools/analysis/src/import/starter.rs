@@ -2,9 +2,9 @@
 
 use super::model_text::commented;
 use crate::model::prediction::signals::{Signals, VelocityMeaning};
-use crate::model::{Axis, Model};
+use crate::model::{Axis, FilterModel, Model};
 use crate::recording::Recording;
-use crate::statistics::{Noise, noise_floor};
+use crate::statistics::{LowPassed, Noise, noise_floor};
 use softdock_app::record::CycleRecord;
 
 /// What nobody but the user knows, ahead of the model.
@@ -18,12 +18,13 @@ const TO_FILL_IN: &str = "\
 #
 ";
 
-/// The text of a `model.toml`: the axes that move, and the noise that the log shows.
+/// The text of a `model.toml`: the axes that move, the noise that the log shows, and the filter through
+/// which the log went.
 ///
 /// # Errors
 ///
 /// A recording without cycles or a rising time.
-pub fn starter(recording: &Recording) -> anyhow::Result<String> {
+pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Result<String> {
     let signals = Signals::new(recording)?;
     let cycles = recording.cycles.as_slice();
     let of_poses = match signals.velocity {
@@ -48,10 +49,13 @@ pub fn starter(recording: &Recording) -> anyhow::Result<String> {
         changes(&velocity) || changes(&sent)
     };
     model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
+    model.sensor.filter = filter;
+    let filter = filter.map(|filter| filter.on_samples(signals.cycle_s));
+    let floors = |of: &dyn Fn(&CycleRecord) -> [f64; 6], noise| floors(cycles, of, noise, filter);
     let noise = &mut model.noise;
-    let [force, torque] = floors(cycles, |c| c.inputs.sensor.wrench, Noise::White);
-    let [speed, rate] = floors(cycles, velocity, of_poses);
-    let [position, angle] = floors(cycles, pose, Noise::White);
+    let [force, torque] = floors(&|c| c.inputs.sensor.wrench, Noise::White);
+    let [speed, rate] = floors(&velocity, of_poses);
+    let [position, angle] = floors(&pose, Noise::White);
     for (of_model, of_log) in [
         (&mut noise.force_n, force),
         (&mut noise.torque_n_m, torque),
@@ -74,12 +78,13 @@ pub fn starter(recording: &Recording) -> anyhow::Result<String> {
 /// Largest noise floor of the three translations and of the three rotations, two digits.
 fn floors(
     cycles: &[CycleRecord],
-    of: impl Fn(&CycleRecord) -> [f64; 6],
+    of: &dyn Fn(&CycleRecord) -> [f64; 6],
     noise: Noise,
+    filter: Option<LowPassed>,
 ) -> [Option<f64>; 2] {
     let floor = |i: usize| {
         let values: Vec<f64> = cycles.iter().map(|c| of(c)[i]).collect();
-        noise_floor(&values, noise)
+        noise_floor(&values, noise, filter)
     };
     [0..3, 3..6].map(|axes| {
         let largest = axes.filter_map(floor).fold(0.0, f64::max);

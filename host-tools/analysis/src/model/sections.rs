@@ -1,6 +1,7 @@
 //! The sections of `model.toml`.
 
 use super::Axis;
+use crate::statistics::LowPassed;
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::BodySettings;
 
@@ -143,6 +144,16 @@ pub struct FilterModel {
     pub order: u32,
     /// Cut-off frequency of one pass, Hz.
     pub cutoff_hz: f64,
+}
+
+impl FilterModel {
+    /// As it acts on samples that are so far apart.
+    pub fn on_samples(&self, sample_time_s: f64) -> LowPassed {
+        LowPassed {
+            order: self.order,
+            cutoff: self.cutoff_hz * sample_time_s,
+        }
+    }
 }
 
 impl Default for SensorModel {

@@ -15,7 +15,7 @@ mod spectrum;
 pub use correlation::{Whiteness, autocorrelation, correlated_cycles, whiteness};
 pub use dependence::{Dependence, dependence};
 pub use groups::{Fit, Groups};
-pub use noise_floor::{Noise, median, noise_floor};
+pub use noise_floor::{LowPassed, Noise, median, noise_floor};
 pub use random::RandomStream;
 pub use significance::{chi_square_p, f_p, normal_p};
 pub use spectrum::{periodogram, shape_of};

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
 /// The robot (or a simulator of it) sends its RSI telegrams to --robot. The sensor's side connects
-/// to --can and speaks SLCAN. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
+/// to --can and speaks SLCAN, or is an EtherCAT segment that sends its frames to --ethercat. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
 /// with --service, by `softdock params mode`. Ctrl-C ends it. When `softdock params` changes settings
 /// the board starts over, and a recording goes on in a file of its own: RUN-2.mcap, RUN-3.mcap ..
 #[derive(Debug, Args)]
@@ -33,8 +33,11 @@ pub(super) struct Board {
     #[arg(long, value_name = "UDP_ADDR")]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client
-    #[arg(long, value_name = "TCP_ADDR")]
-    can: SocketAddr,
+    #[arg(long, value_name = "TCP_ADDR", required_unless_present = "ethercat")]
+    can: Option<SocketAddr>,
+    /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram; the settings choose the link
+    #[arg(long, value_name = "UDP_ADDR")]
+    ethercat: Option<SocketAddr>,
     /// TCP address to listen on for `softdock params`, or `pty` for a pseudo-terminal
     #[arg(long, value_name = "TCP_ADDR|pty")]
     service: Option<ServiceAddress>,
@@ -71,6 +74,7 @@ impl Board {
             flash,
             robot,
             can,
+            ethercat,
             service,
             telemetry,
             start,
@@ -82,6 +86,7 @@ impl Board {
             flash,
             robot,
             can,
+            ethercat,
             service,
             telemetry,
             start,

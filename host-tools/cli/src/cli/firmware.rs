@@ -6,8 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use softdock_report::{Cell, Column, Format, Table};
 use softdock_rig::firmware::{
-    Elf, NUCLEO_EXECUTORS, NUCLEO_H743ZI, RELEASED, StackUsage, Usage, build, regions, repository,
-    stack, usage,
+    Elf, RELEASED, SensorLink, StackUsage, Usage, build, nucleo_executors, nucleo_h743zi, regions,
+    repository, stack, usage,
 };
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -22,6 +22,9 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock firmware")]
 pub(super) struct Firmware {
+    /// What the sensor is on
+    #[arg(long, value_enum, default_value_t)]
+    sensor: SensorLink,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -37,7 +40,7 @@ struct Built {
 
 impl Firmware {
     pub(super) fn execute(self) -> Result<()> {
-        let image = build(&NUCLEO_H743ZI, RELEASED)?;
+        let image = build(&nucleo_h743zi(self.sensor), RELEASED)?;
         let script = repository()?.join("memory.x");
         let regions = std::fs::read_to_string(&script)
             .map_err(anyhow::Error::from)
@@ -48,7 +51,7 @@ impl Firmware {
         let available = available.context("memory.x has no region STACK")?.length;
         let built = Built {
             usage: usage(&elf, &regions),
-            stack: stack(&elf, &NUCLEO_EXECUTORS, available)?,
+            stack: stack(&elf, &nucleo_executors(self.sensor), available)?,
             image,
         };
         if self.json {

@@ -5,7 +5,9 @@ use clap::Args;
 use softdock_analysis::input;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
-use softdock_rig::firmware::{Elf, NUCLEO_H743ZI, RELEASED, Region, build, regions, repository};
+use softdock_rig::firmware::{
+    Elf, RELEASED, Region, SensorLink, build, nucleo_h743zi, regions, repository,
+};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -20,6 +22,9 @@ const CHIP: &str = "STM32H743ZITx";
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock flash --settings board.toml")]
 pub(super) struct Flash {
+    /// What the sensor is on
+    #[arg(long, value_enum, default_value_t, conflicts_with = "image")]
+    sensor: SensorLink,
     /// Settings for the board (TOML)
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
@@ -37,7 +42,7 @@ impl Flash {
         let regions = regions(&script).context("memory.x")?;
         let image = match self.image {
             Some(path) => path,
-            None => build(&NUCLEO_H743ZI, RELEASED)?,
+            None => build(&nucleo_h743zi(self.sensor), RELEASED)?,
         };
         Elf::open(&image)?
             .ensure_in(region(&regions, "FLASH")?)

@@ -156,7 +156,7 @@ fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
     let logs = mapping::import(path, mapping_file)?;
     let model_toml = match logs.model {
         Some((_, text)) => text,
-        None => starter::starter(&logs.train)?,
+        None => starter::starter(&logs.train, logs.filter)?,
     };
     let mut recordings = vec![(PathBuf::from("train.mcap"), logs.train)];
     recordings.extend(logs.test.map(|test| ("test.mcap".into(), test)));

@@ -35,8 +35,12 @@ pub(super) struct QemuCommand {
     #[arg(long, value_name = "UDP_ADDR")]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client
-    #[arg(long, value_name = "TCP_ADDR")]
-    can: SocketAddr,
+    #[arg(long, value_name = "TCP_ADDR", required_unless_present = "ethercat")]
+    can: Option<SocketAddr>,
+    /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram: the firmware has EtherCAT in
+    /// place of CAN
+    #[arg(long, value_name = "UDP_ADDR")]
+    ethercat: Option<SocketAddr>,
     /// TCP address to listen on for `softdock params`
     #[arg(long, value_name = "TCP_ADDR")]
     service: Option<SocketAddr>,
@@ -63,6 +67,7 @@ impl QemuCommand {
             flash,
             robot,
             can,
+            ethercat,
             service,
             start,
             crash,
@@ -74,6 +79,7 @@ impl QemuCommand {
             flash,
             robot,
             can,
+            ethercat,
             service,
             start,
             crash,

@@ -1,5 +1,5 @@
-//! A board as a process in real time: RSI on a UDP socket, CAN through SLCAN on a TCP socket, the
-//! service on a TCP socket or a pseudo-terminal, the operator on standard input.
+//! A board as a process in real time: RSI on a UDP socket, CAN through SLCAN on a TCP socket or the
+//! frames of an EtherCAT segment on a UDP socket, the service on a TCP socket or a pseudo-terminal, the operator on standard input.
 //!
 //! Each of the firmware's tasks has a thread, where it sleeps until it is woken; on a microcontroller
 //! they have priorities instead. Each blocking source has a thread that fills a queue and wakes the
@@ -24,12 +24,14 @@ mod line;
 mod mailbox;
 mod operator;
 mod recorders;
+mod segment_port;
 mod service;
 mod session;
 mod slcan_server;
 mod telemetry;
 mod udp;
 
+pub(super) use clock::RealClock;
 pub use line::ServiceAddress;
 pub use recorders::Record;
 
@@ -51,7 +53,9 @@ pub struct Process {
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
     /// TCP address for the sensor's SLCAN client.
-    pub can: SocketAddr,
+    pub can: Option<SocketAddr>,
+    /// UDP address for the sensor's EtherCAT segment.
+    pub ethercat: Option<SocketAddr>,
     /// The line of the service.
     pub service: Option<ServiceAddress>,
     /// UDP address of the recorder that gets each cycle, in place of that of the settings.
@@ -63,7 +67,8 @@ pub struct Process {
 /// A board whose addresses are taken.
 pub struct Listening {
     udp: UdpSocket,
-    tcp: TcpListener,
+    can: Option<TcpListener>,
+    ethercat: Option<UdpSocket>,
     line: Option<Line>,
     store: Store<FileFlash>,
     telemetry: Option<SocketAddr>,
@@ -80,7 +85,13 @@ impl Process {
             )
         };
         let udp = UdpSocket::bind(self.robot).with_context(|| in_use("robot (UDP)", self.robot))?;
-        let tcp = TcpListener::bind(self.can).with_context(|| in_use("sensor (TCP)", self.can))?;
+        let bind =
+            |address| TcpListener::bind(address).with_context(|| in_use("sensor (TCP)", address));
+        let can = self.can.map(bind).transpose()?;
+        let bind = |address| {
+            UdpSocket::bind(address).with_context(|| in_use("EtherCAT sensor (UDP)", address))
+        };
+        let ethercat = self.ethercat.map(bind).transpose()?;
         let line = self
             .service
             .map(|address| Line::open(address, stop))
@@ -99,14 +110,18 @@ impl Process {
             .as_ref()
             .map(|line| format!(", service on {}", line.place()))
             .unwrap_or_default();
-        eprintln!(
-            "board: robot on UDP {}, SLCAN on TCP {}{service}",
-            udp.local_addr()?,
-            tcp.local_addr()?
-        );
+        let mut sensor = String::new();
+        if let Some(can) = &can {
+            sensor += &format!(", SLCAN on TCP {}", can.local_addr()?);
+        }
+        if let Some(ethercat) = &ethercat {
+            sensor += &format!(", EtherCAT on UDP {}", ethercat.local_addr()?);
+        }
+        eprintln!("board: robot on UDP {}{sensor}{service}", udp.local_addr()?);
         Ok(Listening {
             udp,
-            tcp,
+            can,
+            ethercat,
             line,
             store: Store::new(flash),
             telemetry: self.telemetry,
@@ -132,7 +147,12 @@ impl Listening {
             report(&boot);
             let io = Io {
                 udp: self.udp.try_clone()?,
-                tcp: self.tcp.try_clone()?,
+                can: self.can.as_ref().map(TcpListener::try_clone).transpose()?,
+                ethercat: self
+                    .ethercat
+                    .as_ref()
+                    .map(UdpSocket::try_clone)
+                    .transpose()?,
                 line: self.line.clone(),
                 telemetry: self.telemetry,
             };

@@ -5,7 +5,8 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_app::auto_start::AutoStart;
-use softdock_app::board::{Clock, DatagramSocket, Recorder, SensorBus};
+use softdock_app::board::{Clock, DatagramSocket, EthernetPort, Recorder, SensorBus};
+use softdock_app::ethercat::{self, Frames};
 use softdock_app::meter::Meter;
 use softdock_app::robot::RobotTask;
 use softdock_app::robot_link::RobotLink;
@@ -17,14 +18,24 @@ use softdock_link::can::Frame;
 /// Boards that may run at the same time in this process.
 pub(super) const MAX_BOARDS: usize = 64;
 
-/// Runs the sensor task on a bus of the host.
+/// Runs the sensor task on the link of the settings, if the board has it: a CAN bus, or the port to an EtherCAT segment.
 pub(super) async fn sensor<M: RawMutex>(
     shared: &Shared<M>,
     settings: BoardSettings,
-    mut bus: impl SensorBus<Frame = Frame>,
+    bus: Option<impl SensorBus<Frame = Frame>>,
+    port: Option<impl EthernetPort>,
     clock: impl Clock,
 ) {
-    sensor::run(shared, &mut bus, &clock, settings.can.driver()).await;
+    match (settings.ethercat.enabled, bus, port) {
+        (false, Some(mut bus), _) => {
+            sensor::run(shared, &mut bus, &clock, settings.can.driver()).await;
+        }
+        (true, _, Some(port)) => {
+            let frames = Box::new(Frames::new());
+            ethercat::run(shared, &settings.ethercat, &frames, port, &clock).await;
+        }
+        _ => sensor::refuse(shared),
+    }
 }
 
 /// Runs the robot task on a socket of the host.

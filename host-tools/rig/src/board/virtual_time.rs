@@ -4,9 +4,12 @@
 //! readings are CAN frames. Between two events all tasks come to rest; then the clock jumps to
 //! the next event. The board itself takes no virtual time to answer.
 
+use super::simulated_segment::SimulatedSegment;
 use super::simulated_sensor::SimulatedSensor;
 use super::tasks::{self, MAX_BOARDS};
+use super::time_driver::VirtualTime;
 use super::world::Handle;
+use crate::ethercat::Segment;
 use crate::rig::{Rig, Truth};
 use anyhow::{Context, Result, bail, ensure};
 use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
@@ -15,6 +18,7 @@ use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
 use softdock_app::robot_link::{Prepared, RobotLink};
 use softdock_app::settings::BoardSettings;
+use softdock_app::shared::Status;
 use softdock_control::frames::pose_components;
 use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
@@ -34,6 +38,9 @@ const FIRST_IPOC: u64 = 1_000_000;
 /// What the simulation calls after each cycle; `Break` ends it.
 pub type OnCycle<'a> = dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()> + 'a;
 
+/// What the simulation calls before each telegram, with its number: for what happens to the EtherCAT segment.
+pub type OnTelegram<'a> = dyn FnMut(u64, &mut Segment, &Status) + 'a;
+
 /// What is simulated.
 pub struct Simulation<'a> {
     /// Settings of the board.
@@ -50,13 +57,23 @@ pub struct Simulation<'a> {
 
 /// Runs a simulation to its end, calling `on_cycle` after each cycle.
 pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<()> {
+    simulate_disturbed(simulation, &mut |_, _, _| {}, on_cycle)
+}
+
+/// Likewise, with what happens to the EtherCAT segment.
+pub fn simulate_disturbed(
+    simulation: Simulation<'_>,
+    on_telegram: &mut OnTelegram<'_>,
+    on_cycle: &mut OnCycle<'_>,
+) -> Result<()> {
     let settings = simulation.board;
     let link = RobotLink::<f64>::new(Prepared::new(settings)?);
     let handle = Handle::default();
     let shared = Rc::new(Shared::new());
     let start = simulation.commands.is_empty();
-    let wait = settings.can.sample_wait_us();
+    let wait = settings.sample_wait_us();
     let mut conductor = Conductor::new(simulation, handle.clone(), shared.clone())?;
+    let _time = VirtualTime::of(handle.clone());
 
     // The executor lives as long as the process, as on a microcontroller; what remains of it
     // after a run is a few hundred bytes.
@@ -69,7 +86,7 @@ pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Resul
             spawn(&spawner, &handle, robot);
             spawn(&spawner, &handle, heartbeat_task(handle.clone()));
         },
-        || conductor.turn(on_cycle),
+        || conductor.turn(on_telegram, on_cycle),
     );
     let all_spawned = !handle.0.borrow().pool_exhausted;
     ensure!(
@@ -100,7 +117,8 @@ fn spawn<T>(
 
 #[embassy_executor::task(pool_size = MAX_BOARDS)]
 async fn sensor_task(shared: Rc<Shared>, settings: BoardSettings, handle: Handle) {
-    tasks::sensor(&shared, settings, handle.clone(), handle.clone()).await;
+    let (bus, port, clock) = (handle.clone(), handle.clone(), handle.clone());
+    tasks::sensor(&shared, settings, Some(bus), Some(port), clock).await;
     handle.task_ended();
 }
 
@@ -129,6 +147,7 @@ struct Conductor {
     shared: Rc<Shared>,
     rig: Rig,
     sensor: SimulatedSensor,
+    segment: SimulatedSegment,
     tags: Tags,
     commands: VecDeque<(u64, Command)>,
     cycle_us: u64,
@@ -156,6 +175,7 @@ impl Conductor {
         }
         Ok(Self {
             sensor: SimulatedSensor::new(&board.can, calibration)?,
+            segment: SimulatedSegment::new(calibration),
             tags: board.rsi.tags()?,
             commands: commands.into(),
             cycle_us: (cycle_s * 1e6).round() as u64,
@@ -173,17 +193,19 @@ impl Conductor {
     }
 
     /// Called whenever the executor has polled its tasks. True: everything has ended.
-    fn turn(&mut self, on_cycle: &mut OnCycle<'_>) -> bool {
+    fn turn(&mut self, on_telegram: &mut OnTelegram<'_>, on_cycle: &mut OnCycle<'_>) -> bool {
         let activity = self.handle.0.borrow().activity;
         let at_rest = activity == self.seen_activity;
         self.seen_activity = activity;
         if at_rest && self.outcome.is_ok() {
-            self.outcome = self.take_outputs(on_cycle).and_then(|()| self.next_event());
+            let taken = self.take_outputs(on_cycle);
+            self.outcome = taken.and_then(|()| self.next_event(on_telegram));
         }
         let mut world = self.handle.0.borrow_mut();
         if (self.outcome.is_err() || self.ended) && !world.closed {
             world.closed = true;
             world.frames_to_board.wake();
+            world.ethernet_to_board.wake();
             world.telegrams.wake();
         }
         if let Some(waker) = world.heartbeat.take() {
@@ -197,6 +219,9 @@ impl Conductor {
         let now_us = self.handle.0.borrow().now_us;
         while let Some(request) = self.pop(|world| world.frames_from_board.pop_front()) {
             self.sensor.receive(&request, &mut self.rig, now_us);
+        }
+        while let Some(frame) = self.pop(|world| world.ethernet_from_board.pop_front()) {
+            self.segment.receive(&frame, &mut self.rig, now_us);
         }
         while let Some(answer) = self.pop(|world| world.answers.pop_front()) {
             let answer = parse_sen(&answer, &self.tags).context("the board's answer")?;
@@ -214,29 +239,35 @@ impl Conductor {
     }
 
     /// Lets the clock jump to the next alarm, frame or telegram, and carries that out.
-    fn next_event(&mut self) -> Result<()> {
+    fn next_event(&mut self, on_telegram: &mut OnTelegram<'_>) -> Result<()> {
         let mut world = self.handle.0.borrow_mut();
         let alarm = world
             .alarms
             .iter()
-            .map(|(at, _)| *at)
+            .map(|alarm| alarm.at_us)
             .min()
             .unwrap_or(u64::MAX);
-        let next_us = alarm.min(self.sensor.next_us()).min(self.next_telegram_us);
+        let sensor = self.sensor.next_us().min(self.segment.next_us());
+        let next_us = alarm.min(sensor).min(self.next_telegram_us);
         world.now_us = next_us.max(world.now_us);
         let now_us = world.now_us;
-        world.alarms.retain(|(at, waker)| {
-            let due = *at <= now_us;
+        world.alarms.retain(|alarm| {
+            let due = alarm.at_us <= now_us;
             if due {
-                waker.wake_by_ref();
+                alarm.waker.wake_by_ref();
             }
             !due
         });
         while let Some(frame) = self.sensor.poll(&mut self.rig, now_us) {
             world.frames_to_board.push(frame);
         }
+        while let Some(frame) = self.segment.poll(now_us) {
+            world.ethernet_to_board.push(frame);
+        }
         drop(world);
         if self.next_telegram_us <= now_us {
+            let status = self.shared.status();
+            on_telegram(self.telegrams, &mut self.segment.segment, &status);
             self.send_telegram(now_us)?;
         }
         Ok(())

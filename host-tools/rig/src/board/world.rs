@@ -4,7 +4,8 @@
 //! Everything lives on one thread. `activity` rises whenever a task touches anything here, which
 //! is how the simulation knows that all tasks have come to rest.
 
-use softdock_app::board::{Clock, DatagramSocket, IoError, Recorder, SensorBus};
+use super::time_driver::TimeSource;
+use softdock_app::board::{Clock, DatagramSocket, EthernetPort, IoError, Recorder, SensorBus};
 use softdock_app::record::CycleRecord;
 use softdock_app::robot_link::Answer;
 use softdock_link::can::Frame;
@@ -13,7 +14,7 @@ use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::rc::Rc;
-use std::task::{Poll, Waker};
+use std::task::{Context, Poll, Waker};
 
 /// The simulated robot's address; it never leaves the process.
 const ROBOT: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 49_152);
@@ -55,13 +56,40 @@ pub(super) struct World {
     pub(super) pool_exhausted: bool,
     pub(super) activity: u64,
     pub(super) running_tasks: usize,
-    pub(super) alarms: Vec<(u64, Waker)>,
+    pub(super) alarms: Vec<Alarm>,
+    alarm_count: u64,
     pub(super) frames_to_board: Inbox<Frame>,
     pub(super) frames_from_board: VecDeque<Frame>,
+    /// Those of the EtherCAT segment.
+    pub(super) ethernet_to_board: Inbox<Vec<u8>>,
+    pub(super) ethernet_from_board: VecDeque<Vec<u8>>,
     pub(super) telegrams: Inbox<heapless::Vec<u8, 1024>>,
     pub(super) answers: VecDeque<Answer>,
     pub(super) records: VecDeque<CycleRecord>,
     pub(super) heartbeat: Option<Waker>,
+}
+
+/// When to wake whom.
+#[derive(Debug)]
+pub(super) struct Alarm {
+    pub(super) at_us: u64,
+    pub(super) waker: Waker,
+    number: u64,
+}
+
+impl World {
+    /// Sets an alarm; its number.
+    fn set_alarm(&mut self, at_us: u64, waker: &Waker) -> u64 {
+        let number = self.alarm_count;
+        self.alarm_count += 1;
+        let waker = waker.clone();
+        self.alarms.push(Alarm {
+            at_us,
+            waker,
+            number,
+        });
+        number
+    }
 }
 
 /// A task's handle on the world.
@@ -159,18 +187,17 @@ impl Clock for Handle {
         self.0.borrow().now_us
     }
     async fn wait_until(&self, at_us: u64) {
-        let mut alarm = Alarm {
+        let mut waiting = Waiting {
             handle: self,
-            waker: None,
+            alarm: None,
         };
         poll_fn(|context| {
             self.touch(|world| {
                 if world.now_us >= at_us {
                     return Poll::Ready(());
                 }
-                if alarm.waker.is_none() {
-                    alarm.waker = Some(context.waker().clone());
-                    world.alarms.push((at_us, context.waker().clone()));
+                if waiting.alarm.is_none() {
+                    waiting.alarm = Some(world.set_alarm(at_us, context.waker()));
                 }
                 Poll::Pending
             })
@@ -181,18 +208,57 @@ impl Clock for Handle {
 
 /// Takes an alarm back when the task no longer waits for it: an alarm that rings for nothing costs
 /// a turn of the executor.
-struct Alarm<'a> {
+struct Waiting<'a> {
     handle: &'a Handle,
-    waker: Option<Waker>,
+    alarm: Option<u64>,
 }
 
-impl Drop for Alarm<'_> {
+impl Drop for Waiting<'_> {
     fn drop(&mut self) {
-        if let Some(waker) = &self.waker {
+        if let Some(number) = self.alarm {
             let mut world = self.handle.0.borrow_mut();
-            // A task waits for one time only.
-            world.alarms.retain(|(_, known)| !known.will_wake(waker));
+            world.alarms.retain(|alarm| alarm.number != number);
         }
+    }
+}
+
+impl EthernetPort for Handle {
+    fn poll_receive(
+        &mut self,
+        context: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<Result<usize, IoError>> {
+        self.touch(|world| {
+            if world.closed {
+                return Poll::Ready(Err(IoError::Closed));
+            }
+            let Some(frame) = world.ethernet_to_board.items.pop_front() else {
+                world.ethernet_to_board.waker = Some(context.waker().clone());
+                return Poll::Pending;
+            };
+            let Some(room) = buffer.get_mut(..frame.len()) else {
+                return Poll::Ready(Err(IoError::Lost));
+            };
+            room.copy_from_slice(&frame);
+            Poll::Ready(Ok(frame.len()))
+        })
+    }
+
+    fn poll_send(&mut self, _context: &mut Context<'_>, frame: &[u8]) -> Poll<()> {
+        self.touch(|world| world.ethernet_from_board.push_back(frame.to_vec()));
+        Poll::Ready(())
+    }
+}
+
+impl TimeSource for Handle {
+    fn now_us(&self) -> u64 {
+        Clock::now_us(self)
+    }
+
+    fn wake_at(&self, at_us: u64, waker: &Waker) {
+        self.touch(|world| {
+            world.set_alarm(at_us, waker);
+        });
     }
 }
 

@@ -14,42 +14,76 @@ pub use memory::{Region, regions};
 pub use stack::{Context, Executor, STACK_BUDGET, StackUsage, stack};
 pub use usage::{Usage, usage};
 
-/// The board that the project is made for.
-pub const NUCLEO_H743ZI: BoardImage = BoardImage {
-    package: "softdock-nucleo-h743zi",
-    target: "thumbv7em-none-eabihf",
-    features: &[],
-};
+use clap::ValueEnum;
 
-/// Its executors, lowest priority first (`executors.rs` of the board), and the tasks that `main.rs` gives
-/// to each.
-pub const NUCLEO_EXECUTORS: [Executor; 3] = [
-    Executor {
-        name: "service",
-        handler: "UART7",
-        tasks: &["::serve"],
-    },
-    Executor {
-        name: "background",
-        handler: "UART5",
-        tasks: &[
-            "::monitor",
-            "leds::show",
-            "watchdog::feed",
-            "::encoder_task",
-        ],
-    },
-    Executor {
-        name: "control",
-        handler: "UART4",
-        tasks: &[
-            "::control",
-            "watchdog::beat",
-            "ethernet::watch",
-            "::network_task",
-            "::sensor_task",
-            "::robot_task",
-            "::transmitter_task",
-        ],
-    },
+/// What the sensor of a board is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SensorLink {
+    /// CAN; the robot is on the on-board Ethernet
+    #[default]
+    Can,
+    /// EtherCAT on the on-board Ethernet; the robot is on a W5500
+    Ethercat,
+}
+
+/// The image of the board that the project is made for.
+pub fn nucleo_h743zi(sensor: SensorLink) -> BoardImage {
+    BoardImage {
+        package: "softdock-nucleo-h743zi",
+        target: "thumbv7em-none-eabihf",
+        features: match sensor {
+            SensorLink::Can => &[],
+            SensorLink::Ethercat => &["ethercat"],
+        },
+    }
+}
+
+/// Its executors, lowest priority first (`executors.rs` of the board), and the tasks that `main.rs` and
+/// `sensor_can.rs` or `sensor_ethercat.rs` give to each.
+pub fn nucleo_executors(sensor: SensorLink) -> [Executor; 3] {
+    [
+        Executor {
+            name: "service",
+            handler: "UART7",
+            tasks: &["::serve"],
+        },
+        Executor {
+            name: "background",
+            handler: "UART5",
+            tasks: &[
+                "::monitor",
+                "leds::show",
+                "watchdog::feed",
+                "::encoder_task",
+            ],
+        },
+        Executor {
+            name: "control",
+            handler: "UART4",
+            tasks: match sensor {
+                SensorLink::Can => &CONTROL_TASKS,
+                SensorLink::Ethercat => &CONTROL_TASKS_ETHERCAT,
+            },
+        },
+    ]
+}
+
+const CONTROL_TASKS: [&str; 7] = [
+    "::control",
+    "watchdog::beat",
+    "ethernet::watch",
+    "::network_task",
+    "::sensor_task",
+    "::robot_task",
+    "::transmitter_task",
+];
+const CONTROL_TASKS_ETHERCAT: [&str; 8] = [
+    "::control",
+    "watchdog::beat",
+    "ethernet::watch",
+    "::network_task",
+    "::sensor_task",
+    "::w5500_task",
+    "::robot_task",
+    "::transmitter_task",
 ];

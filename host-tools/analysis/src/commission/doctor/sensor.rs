@@ -97,7 +97,7 @@ fn noise(cycles: &[CycleRecord], settings: &Settings) -> Check {
             .iter()
             .map(|c| c.inputs.sensor.wrench[axis])
             .collect();
-        noise_floor(&series, Noise::White)
+        noise_floor(&series, Noise::White, None)
     };
     let worst = (0..3).filter_map(of_axis).fold(0.0, f64::max);
     if worst < UNSEEN_N {

@@ -77,6 +77,6 @@ pub(super) fn leaves_more_than_noise(fit: &Fit) -> bool {
 
 /// Noise of the positions by what is left of them.
 pub(super) fn noise_of(fit: &Fit) -> f64 {
-    let noise = noise_floor(&fit.left, Noise::White).unwrap_or(0.0);
+    let noise = noise_floor(&fit.left, Noise::White, None).unwrap_or(0.0);
     noise.hypot(LEAST_ERROR)
 }

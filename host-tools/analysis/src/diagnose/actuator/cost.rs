@@ -95,7 +95,7 @@ impl<'a> LogCost<'a> {
             Reading::AtEnd => Noise::White,
         };
         let sheet = self.sheet_sigma[axis];
-        let floor = noise_floor(&residual, noise);
+        let floor = noise_floor(&residual, noise, None);
         floor.map_or(sheet, |f| f.clamp(0.3 * sheet, 3.0 * sheet))
     }
 

@@ -7,6 +7,7 @@ mod motions;
 mod nuisance;
 mod prepared_log;
 mod problem;
+mod remainder;
 mod saturated;
 mod search;
 mod stage;
@@ -18,6 +19,7 @@ pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
+pub(crate) use remainder::{Standing, standings};
 pub(crate) use stage::{Found, search};
 pub(crate) use tested::{Fitted, Tested};
 

@@ -22,6 +22,17 @@ pub(crate) struct Fitted {
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
 }
 
+impl Fitted {
+    /// Adds an uncertainty of all amounts, a share of each.
+    pub(crate) fn widen(&mut self, share: f64) {
+        for (value, sigma, _) in self.parameters.values_mut() {
+            if *sigma > 0.0 {
+                *sigma = sigma.hypot(share * *value);
+            }
+        }
+    }
+}
+
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug)]
 pub(crate) struct Tested {
@@ -51,9 +62,15 @@ impl Tested {
 
     /// One of its effects.
     pub(crate) fn alone(&self, place: usize) -> Self {
-        let mut alone = self.clone();
-        alone.effects = vec![self.effects[place].clone()];
-        alone
+        self.with_only(self.effects[place].clone())
+    }
+
+    /// An effect in the place of its own.
+    pub(super) fn with_only(&self, effect: Fitted) -> Self {
+        Self {
+            effects: vec![effect],
+            ..self.clone()
+        }
     }
 
     /// Their part of a reading.

@@ -2,6 +2,7 @@
 
 use super::column::{Column, ColumnName};
 use crate::import::table::Dialect;
+use crate::model::FilterModel;
 use serde::{Deserialize, Deserializer};
 
 /// A mapping file.
@@ -248,6 +249,16 @@ pub(super) struct Filter {
     /// What is left out at either end, s: there the filter has only one side to go by.
     #[serde(default)]
     pub(super) trim_s: f64,
+}
+
+impl Filter {
+    /// As a model file says it.
+    pub(super) fn as_modelled(self) -> FilterModel {
+        FilterModel {
+            order: self.order,
+            cutoff_hz: self.cutoff_hz,
+        }
+    }
 }
 
 fn default_order() -> u32 {

@@ -31,7 +31,7 @@ mod stamps;
 
 use super::checks::{self, Context as CheckContext};
 use crate::input;
-use crate::model::Model;
+use crate::model::{FilterModel, Model};
 use crate::recording::{Header, Recording};
 use anyhow::{Context, bail, ensure};
 use channels::Channels;
@@ -51,6 +51,8 @@ pub struct MappedLogs {
     pub train: Recording,
     /// Log that the fit must not see, if the mapping names one.
     pub test: Option<Recording>,
+    /// The filter that every channel went through.
+    pub filter: Option<FilterModel>,
     /// Channels that were not measured, and from what they were made.
     pub derived: Vec<(&'static str, &'static str)>,
     /// What the user should know; sentences that name the file.
@@ -116,9 +118,20 @@ pub fn import_at_least(
         Some((name, cycles)) => Some(importer.recording(name, cycles)?),
         None => None,
     };
-    let (mut derived, warnings) = (importer.derived, importer.warnings);
+    let (mut derived, mut warnings) = (importer.derived, importer.warnings);
     derived.dedup();
+    let filter = mapping.filter.map(|filter| filter.as_modelled());
+    if let (Some((model, _)), Some(own)) = (&model, filter)
+        && model.sensor.filter != filter
+    {
+        warnings.push(format!(
+            "the model does not say through which filter the log went, so that friction would be compared \
+             unfiltered: write `filter = {{ order = {}, cutoff_hz = {:?} }}` into its [sensor]",
+            own.order, own.cutoff_hz
+        ));
+    }
     Ok(MappedLogs {
+        filter,
         derived,
         model,
         train,

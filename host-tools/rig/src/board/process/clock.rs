@@ -16,11 +16,11 @@ struct Alarms {
 
 /// The clock of a board in real time.
 #[derive(Clone, Debug)]
-pub(super) struct RealClock(Arc<Alarms>);
+pub(crate) struct RealClock(Arc<Alarms>);
 
 impl RealClock {
     /// Starts the thread that rings the alarms; it ends when the last clock is dropped.
-    pub(super) fn start() -> Self {
+    pub(crate) fn start() -> Self {
         let alarms = Arc::new(Alarms {
             pending: Mutex::new(Vec::new()),
             changed: Condvar::new(),
@@ -29,6 +29,20 @@ impl RealClock {
         let weak = Arc::downgrade(&alarms);
         thread::spawn(move || ring(&weak));
         Self(alarms)
+    }
+
+    /// Wakes a task once, at `at_us` or soon after.
+    pub(crate) fn wake_at(&self, at_us: u64, waker: &Waker) {
+        let mut pending = self
+            .0
+            .pending
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let known = |(at, known): &(u64, Waker)| *at == at_us && known.will_wake(waker);
+        if !pending.iter().any(known) {
+            pending.push((at_us, waker.clone()));
+            self.0.changed.notify_one();
+        }
     }
 }
 
@@ -75,16 +89,8 @@ impl Clock for RealClock {
             if self.now_us() >= at_us {
                 return Poll::Ready(());
             }
-            let waker = context.waker();
-            let mut pending = self
-                .0
-                .pending
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            // A task waits for one time only; an older alarm of its is out of date.
-            pending.retain(|(_, known)| !known.will_wake(waker));
-            pending.push((at_us, waker.clone()));
-            self.0.changed.notify_one();
+            // One that is no longer waited for wakes the task for nothing.
+            self.wake_at(at_us, context.waker());
             Poll::Pending
         })
         .await;

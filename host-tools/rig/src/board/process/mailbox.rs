@@ -4,7 +4,7 @@ use softdock_app::board::IoError;
 use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::{Poll, Waker};
+use std::task::{Context, Poll, Waker};
 
 #[derive(Debug)]
 struct State<T> {
@@ -68,20 +68,21 @@ impl<T> Mailbox<T> {
     }
 
     pub(super) async fn take(&self) -> Result<T, IoError> {
-        poll_fn(|context| {
-            let mut state = self.lock();
-            if state.closed {
-                return Poll::Ready(Err(IoError::Closed));
+        poll_fn(|context| self.poll_take(context)).await
+    }
+
+    pub(super) fn poll_take(&self, context: &mut Context<'_>) -> Poll<Result<T, IoError>> {
+        let mut state = self.lock();
+        if state.closed {
+            return Poll::Ready(Err(IoError::Closed));
+        }
+        match state.items.pop_front() {
+            Some(item) => Poll::Ready(Ok(item)),
+            None => {
+                state.waker = Some(context.waker().clone());
+                Poll::Pending
             }
-            match state.items.pop_front() {
-                Some(item) => Poll::Ready(Ok(item)),
-                None => {
-                    state.waker = Some(context.waker().clone());
-                    Poll::Pending
-                }
-            }
-        })
-        .await
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, State<T>> {

@@ -4,6 +4,7 @@ use super::clock::RealClock;
 use super::line::Line;
 use super::operator::start_watch;
 use super::recorders::{Record, Recorders, start_recorder};
+use super::segment_port::SegmentPort;
 use super::slcan_server::SlcanBus;
 use super::telemetry::Telemetry;
 use super::udp::UdpPort;
@@ -25,7 +26,8 @@ use std::thread;
 /// The ports of a board.
 pub(super) struct Io {
     pub(super) udp: UdpSocket,
-    pub(super) tcp: TcpListener,
+    pub(super) can: Option<TcpListener>,
+    pub(super) ethercat: Option<UdpSocket>,
     pub(super) line: Option<Line>,
     /// The recorder, in place of that of the settings.
     pub(super) telemetry: Option<SocketAddr>,
@@ -79,7 +81,10 @@ impl BoardSession {
         *current.lock().unwrap_or_else(PoisonError::into_inner) = shared.clone();
         let clock = RealClock::start();
         let port = UdpPort::start(io.udp, ended.clone())?;
-        let bus = SlcanBus::start(io.tcp, ended.clone())?;
+        let start_can = |listener| SlcanBus::start(listener, ended.clone());
+        let bus = io.can.map(start_can).transpose()?;
+        let start_ethercat = |socket| SegmentPort::start(socket, ended.clone());
+        let segment = io.ethercat.map(start_ethercat).transpose()?;
         let (file, writer) = start_recorder(record);
         let (telemetry, sender) = self
             .telemetry
@@ -88,7 +93,7 @@ impl BoardSession {
         let recorders = Recorders { file, telemetry };
         let watch = start_watch(shared.clone(), stop.clone(), ended.clone());
         let settings = boot.settings.clone();
-        let wait_us = settings.can.sample_wait_us();
+        let wait_us = settings.sample_wait_us();
         let (link, start) = (self.link, self.start);
         let end = thread::scope(|scope| {
             let (shared, ended, clock, boot) = (&*shared, &ended, &clock, &boot);
@@ -99,7 +104,7 @@ impl BoardSession {
                     end
                 })
             });
-            scope.spawn(|| block_on(tasks::sensor(shared, settings, bus, clock.clone())));
+            scope.spawn(|| block_on(tasks::sensor(shared, settings, bus, segment, clock.clone())));
             let io = (port, clock.clone());
             let mut recorders = recorders;
             block_on(async {

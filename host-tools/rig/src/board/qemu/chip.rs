@@ -30,12 +30,12 @@ impl Chip {
         }
     }
 
-    /// Its firmware.
-    pub(super) fn image(self) -> BoardImage {
+    /// Its firmware, for a sensor on CAN or on EtherCAT.
+    pub(super) fn image(self, ethercat: bool) -> BoardImage {
         BoardImage {
             package: "softdock-mps2",
             target: self.target(),
-            features: &[],
+            features: if ethercat { &["ethercat"] } else { &[] },
         }
     }
 }

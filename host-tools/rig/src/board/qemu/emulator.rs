@@ -3,6 +3,7 @@
 use super::chip::Chip;
 use super::flash::BOARD;
 use super::ports::Ports;
+use super::segment::Relay;
 use anyhow::{Context, Result, ensure};
 use softdock_app::emulated_flash::FLASH_BYTES;
 use std::ffi::{OsStr, OsString};
@@ -53,7 +54,7 @@ impl Emulator {
         chip: Chip,
         elf: &Path,
         flash: &Path,
-        ports: &Ports,
+        (ports, relay): (&Ports, Option<&Relay>),
         rsi_port: u16,
     ) -> Result<Self> {
         let mut command = bound_to_this_process();
@@ -68,16 +69,11 @@ impl Emulator {
         command.arg("-object").arg(memory);
         command.arg("-kernel").arg(elf);
         // UART 0 is the sensor's line, 1 the log, 2 the service.
-        command.args(["-serial", &tcp(ports.can)]);
+        let line = |port: Option<SocketAddr>| port.map_or_else(|| "null".to_owned(), tcp);
+        command.args(["-serial", &line(ports.can)]);
         command.args(["-serial", "stdio"]);
-        let service = ports.service.map_or_else(|| "null".to_owned(), tcp);
-        command.args(["-serial", &service]);
-        let network = format!(
-            "user,model=lan9118,hostfwd=udp:{}:{}-{BOARD}:{rsi_port}",
-            ports.robot.ip(),
-            ports.robot.port()
-        );
-        command.args(["-nic", &network]);
+        command.args(["-serial", &line(ports.service)]);
+        command.args(network(ports, relay, rsi_port));
         let child = command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -109,6 +105,38 @@ impl Drop for Emulator {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The board's network: the robot's, and on a hub with it the way to the EtherCAT segment.
+fn network(ports: &Ports, relay: Option<&Relay>, rsi_port: u16) -> Vec<String> {
+    let robot = format!(
+        "hostfwd=udp:{}:{}-{BOARD}:{rsi_port}",
+        ports.robot.ip(),
+        ports.robot.port()
+    );
+    let Some(relay) = relay else {
+        return vec!["-nic".into(), format!("user,model=lan9118,{robot}")];
+    };
+    let address = |side: &str, address: SocketAddr| {
+        let (host, port) = (address.ip(), address.port());
+        format!("{side}.type=inet,{side}.host={host},{side}.port={port}")
+    };
+    let (local, remote) = (
+        address("local", relay.board),
+        address("remote", relay.segment),
+    );
+    let netdevs = [
+        format!("user,id=robot,{robot}"),
+        format!("dgram,id=segment,{local},{remote}"),
+        "hubport,id=robot-port,hubid=0,netdev=robot".into(),
+        "hubport,id=segment-port,hubid=0,netdev=segment".into(),
+        "hubport,id=board-port,hubid=0".into(),
+    ];
+    let netdevs = netdevs
+        .into_iter()
+        .flat_map(|netdev| ["-netdev".into(), netdev]);
+    let board = ["-net".into(), "nic,model=lan9118,netdev=board-port".into()];
+    netdevs.chain(board).collect()
 }
 
 fn tcp(address: SocketAddr) -> String {

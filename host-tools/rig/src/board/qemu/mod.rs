@@ -6,6 +6,7 @@
 //! | `chip` | the machines that are emulated |
 //! | `flash` | the emulated flash: settings, and whether to start; it may last |
 //! | `ports` | the addresses, checked before anything is started |
+//! | `segment` | the way to the EtherCAT segment |
 //! | `emulator` | QEMU as a child process |
 //! | `log` | the firmware's log as text |
 
@@ -14,6 +15,7 @@ mod emulator;
 mod flash;
 mod log;
 mod ports;
+mod segment;
 
 pub use chip::Chip;
 
@@ -22,6 +24,7 @@ use anyhow::{Context, Result, bail};
 use emulator::Emulator;
 use log::Log;
 use ports::Ports;
+use segment::Relay;
 use softdock_app::emulated_flash::Crash;
 use softdock_app::settings::BoardSettings;
 use std::net::SocketAddr;
@@ -44,7 +47,9 @@ pub struct Qemu {
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
     /// TCP address for the sensor's SLCAN client.
-    pub can: SocketAddr,
+    pub can: Option<SocketAddr>,
+    /// UDP address for the sensor's EtherCAT segment; the firmware is then that with EtherCAT in place of CAN.
+    pub ethercat: Option<SocketAddr>,
     /// TCP address of the service; without, nobody is connected to it.
     pub service: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy.
@@ -64,8 +69,10 @@ impl Qemu {
     pub fn run(self, stop: &Arc<AtomicBool>) -> Result<()> {
         let flash = flash::content(&self.settings, self.start, self.crash)?;
         let ports = Ports::check(self.robot, self.can, self.service)?;
+        let segment = self.ethercat.map(ports::segment).transpose()?;
+        let relay = segment.map(Relay::start).transpose()?;
         emulator::find()?;
-        let elf = build(&self.chip.image(), &emulated_profile())?;
+        let elf = build(&self.chip.image(relay.is_some()), &emulated_profile())?;
         let log = Log::of(&elf)?;
 
         // Removed with everything in it when this function ends.
@@ -84,9 +91,13 @@ impl Qemu {
                 (file, Some(locked))
             }
         };
-        let mut emulator = Emulator::start(self.chip, &elf, &file, &ports, rsi_port)?;
+        let mut emulator =
+            Emulator::start(self.chip, &elf, &file, (&ports, relay.as_ref()), rsi_port)?;
         let stream = emulator.log()?;
-        let announced = ports.to_string();
+        let mut announced = ports.to_string();
+        if let Some(relay) = &relay {
+            announced += &format!(", EtherCAT on UDP {}", relay.segment);
+        }
         let printer = thread::spawn(move || log.print(stream, &announced));
         let outcome = supervise(&mut emulator, stop);
         drop(emulator);

@@ -11,7 +11,7 @@ pub(super) struct Ports {
     /// UDP.
     pub(super) robot: SocketAddrV4,
     /// TCP.
-    pub(super) can: SocketAddr,
+    pub(super) can: Option<SocketAddr>,
     /// TCP.
     pub(super) service: Option<SocketAddr>,
 }
@@ -23,7 +23,7 @@ impl Ports {
     /// One is taken, or not an address of this computer.
     pub(super) fn check(
         robot: SocketAddr,
-        can: SocketAddr,
+        can: Option<SocketAddr>,
         service: Option<SocketAddr>,
     ) -> Result<Self> {
         let SocketAddr::V4(_) = robot else {
@@ -31,34 +31,46 @@ impl Ports {
                 "QEMU takes the robot on an IPv4 address only, like 127.0.0.1:49152; found {robot}"
             );
         };
-        let taken = |what: &str, address: SocketAddr| {
-            format!(
-                "cannot listen for the {what} on {address}; is another board running, or is this not an address of this computer?"
-            )
-        };
         // All at the same time, so that two of them cannot be the same; QEMU takes them when they
         // are dropped.
         let udp = UdpSocket::bind(robot).with_context(|| taken("robot (UDP)", robot))?;
-        let tcp = TcpListener::bind(can).with_context(|| taken("sensor (TCP)", can))?;
-        let line = service
-            .map(|address| {
-                TcpListener::bind(address).with_context(|| taken("service (TCP)", address))
-            })
-            .transpose()?;
+        let listen = |what: &str, address: SocketAddr| {
+            TcpListener::bind(address).with_context(|| taken(what, address))
+        };
+        let tcp = can.map(|can| listen("sensor (TCP)", can)).transpose()?;
+        let line = service.map(|service| listen("service (TCP)", service));
+        let line = line.transpose()?;
         let SocketAddr::V4(robot) = udp.local_addr()? else {
             bail!("{robot} became another kind of address");
         };
         Ok(Self {
             robot,
-            can: tcp.local_addr()?,
+            can: tcp.map(|tcp| tcp.local_addr()).transpose()?,
             service: line.map(|line| line.local_addr()).transpose()?,
         })
     }
 }
 
+/// The socket for an EtherCAT segment.
+///
+/// # Errors
+/// The address is taken, or not one of this computer.
+pub(super) fn segment(address: SocketAddr) -> Result<UdpSocket> {
+    UdpSocket::bind(address).with_context(|| taken("EtherCAT sensor (UDP)", address))
+}
+
+fn taken(what: &str, address: SocketAddr) -> String {
+    format!(
+        "cannot listen for the {what} on {address}; is another board running, or is this not an address of this computer?"
+    )
+}
+
 impl fmt::Display for Ports {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "robot on UDP {}, SLCAN on TCP {}", self.robot, self.can)?;
+        write!(f, "robot on UDP {}", self.robot)?;
+        if let Some(can) = self.can {
+            write!(f, ", SLCAN on TCP {can}")?;
+        }
         match self.service {
             Some(service) => write!(f, ", service on TCP {service}"),
             None => Ok(()),
@@ -75,10 +87,10 @@ mod tests {
 
     #[test]
     fn free_ports_are_found() {
-        let ports = Ports::check(ANY, ANY, Some(ANY)).unwrap();
-        assert!(ports.robot.port() > 0 && ports.can.port() > 0);
+        let ports = Ports::check(ANY, Some(ANY), Some(ANY)).unwrap();
+        assert!(ports.robot.port() > 0 && ports.can.is_some_and(|can| can.port() > 0));
         assert!(ports.service.is_some_and(|service| service.port() > 0));
-        assert_ne!(ports.service, Some(ports.can));
+        assert_ne!(ports.service, ports.can);
     }
 
     #[test]
@@ -87,7 +99,7 @@ mod tests {
         let tcp = TcpListener::bind(ANY).unwrap();
         let (udp, tcp) = (udp.local_addr().unwrap(), tcp.local_addr().unwrap());
         let error = |robot, can, service| {
-            let error = Ports::check(robot, can, service).unwrap_err();
+            let error = Ports::check(robot, Some(can), service).unwrap_err();
             error.to_string()
         };
         assert!(error(udp, ANY, None).contains(&format!("robot (UDP) on {udp}")));
@@ -97,7 +109,7 @@ mod tests {
 
     #[test]
     fn sensor_and_service_cannot_share_a_port() {
-        let free = Ports::check(ANY, ANY, None).unwrap().can;
-        assert!(Ports::check(ANY, free, Some(free)).is_err());
+        let free = Ports::check(ANY, Some(ANY), None).unwrap().can;
+        assert!(Ports::check(ANY, free, free).is_err());
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn checks(answers: &Answers, settings: &Settings) -> Vec<Check> {
             ]),
             (_, None) => checks.push(Check::bad(
                 "sensor rate",
-                "no sample came since boot: look at the CAN bus, its termination and its supply",
+                "no sample came since boot: look at the sensor's cable and its supply, on CAN at the termination",
             )),
         }
     }
@@ -36,11 +36,34 @@ fn driver(answers: &Answers) -> Check {
         state => Check::bad(
             name,
             format!(
-                "{state}: is it powered, are `can.sensor` and `can.base_id` right? `softdock params mode \
-                 reset` starts it anew"
+                "{state}: {}; `softdock params mode reset` starts it anew",
+                advice(state)
             ),
         ),
     }
+}
+
+/// What to look at, by the beginning of a state that may be cut off.
+fn advice(state: &str) -> &'static str {
+    let fault = state.trim_start_matches("Failed(");
+    [
+        ("OtherLink", "the settings and the image differ in what the sensor is on; `cargo firmware -- --sensor ethercat` builds the other image"),
+        ("NoSubDevice", "frames come back that no sensor has seen: is its IN port connected, without a switch in between?"),
+        ("SubDevices", "connect the sensor alone"),
+        ("Vendor", "is this the ATI sensor?"),
+        ("Product", "is this an Axia80 or an EtherCAT F/T?"),
+        ("PdoBytes", "another tool has changed what the sensor sends: restore its defaults"),
+        ("Object", "its calibration cannot be read: is its firmware that of the manual?"),
+        ("StartUp", "it does not become operational: switch it off and on"),
+        ("NotOperational", "it left OP: look at its supply, switch it off and on"),
+        ("Standing", "its sample counter stands: switch it off and on"),
+    ]
+    .iter()
+    .find(|(name, _)| fault.starts_with(name))
+    .map_or(
+        "is it powered, is its cable in, are `can.sensor`, `can.base_id` and `ethercat.enabled` right?",
+        |(_, advice)| advice,
+    )
 }
 
 fn rate(
@@ -64,7 +87,9 @@ fn rate(
     if samples == 0 || f64::from(now.age_ms) > stale_ms {
         Check::bad(
             name,
-            format!("{words}: look at the CAN bus, its termination and its supply"),
+            format!(
+                "{words}: look at the sensor's cable and its supply, on CAN at the termination"
+            ),
         )
     } else if (samples as f64) < FRESH * cycles as f64 {
         Check::warning(

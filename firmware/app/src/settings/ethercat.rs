@@ -1,0 +1,81 @@
+//! The sensor's EtherCAT link.
+
+use super::{BoardSettingsError, microseconds};
+use softdock_control::range::in_range;
+use softdock_link::ethercat::{AtiSubDevice, Control, EtherCatConfig};
+
+softdock_control::described! {
+/// The sensor's EtherCAT link: ATI Axia80 or EtherCAT F/T, alone on the cable.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EtherCatSettings {
+    /// The sensor is on EtherCAT, and `can` is not used. The firmware must have the link:
+    /// `cargo firmware -- --sensor ethercat`.
+    pub enabled: bool,
+    /// Low-pass filter of the sensor: 0 none, 1 to 8 ever lower; its manual has the frequencies.
+    /// Its lag is part of the loop.
+    pub filter: u8,
+    /// Calibration of the sensor, 0 to 15.
+    pub calibration: u8,
+    /// Axia80: rate of its samples, 0 to 3; its manual has the frequencies.
+    pub sample_rate: u8,
+    /// Longest time from one exchange to the next, s. Each telegram asks for one at once; this is
+    /// the pace in between, which also keeps the sensor's watchdog at rest.
+    pub poll_period_s: f64,
+    /// Time after which an exchange counts as lost, s; 0.15 ms is normal.
+    pub answer_timeout_s: f64,
+    /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
+    /// one is used.
+    pub sample_wait_s: f64,
+}
+}
+
+impl Default for EtherCatSettings {
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            filter: 0,
+            calibration: 0,
+            sample_rate: 0,
+            poll_period_s: 0.001,
+            answer_timeout_s: 0.001,
+            sample_wait_s: 0.001,
+        }
+    }
+}
+
+impl EtherCatSettings {
+    /// Checks every field, beside the robot's cycle.
+    pub(super) fn validate(&self, cycle_s: f64) -> Result<(), BoardSettingsError> {
+        in_range("ethercat.filter", f64::from(self.filter), 0.0, 8.0)?;
+        let calibration = f64::from(self.calibration);
+        in_range("ethercat.calibration", calibration, 0.0, 15.0)?;
+        let sample_rate = f64::from(self.sample_rate);
+        in_range("ethercat.sample_rate", sample_rate, 0.0, 3.0)?;
+        in_range("ethercat.poll_period_s", self.poll_period_s, 0.0005, 0.02)?;
+        let timeout_s = self.answer_timeout_s;
+        in_range("ethercat.answer_timeout_s", timeout_s, 0.0002, 1.0)?;
+        let wait_s = self.sample_wait_s;
+        in_range("ethercat.sample_wait_s", wait_s, 0.0, cycle_s / 2.0)?;
+        Ok(())
+    }
+
+    /// The driver of the sensor.
+    pub fn driver(&self) -> AtiSubDevice {
+        AtiSubDevice::new(EtherCatConfig {
+            poll_period_us: microseconds(self.poll_period_s),
+            answer_timeout_us: microseconds(self.answer_timeout_s),
+            control: Control {
+                clear_bias: false,
+                filter: self.filter,
+                calibration: self.calibration,
+                sample_rate: self.sample_rate,
+            },
+        })
+    }
+
+    /// Time after which an exchange counts as lost, µs.
+    pub fn answer_timeout_us(&self) -> u64 {
+        microseconds(self.answer_timeout_s)
+    }
+}

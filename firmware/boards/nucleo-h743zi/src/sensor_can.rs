@@ -1,0 +1,34 @@
+//! The sensor on CAN; the robot's network on the on-board Ethernet.
+
+use crate::can::Bus;
+use crate::ethernet;
+use embassy_executor::Spawner;
+use softdock_app::micro::SHARED;
+use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::start::spawn;
+use softdock_app::sensor;
+use softdock_app::settings::BoardSettings;
+
+/// What the sensor takes beside the Ethernet.
+pub(crate) type Hardware = Bus;
+/// The robot's network.
+pub(crate) type Network = ethernet::Driver;
+
+/// Starts the sensor's task; the robot's network.
+pub(crate) async fn start(
+    spawner: &Spawner,
+    settings: &BoardSettings,
+    ethernet: ethernet::Driver,
+    bus: Hardware,
+) -> Option<Network> {
+    match settings.ethercat.enabled {
+        true => sensor::refuse(&SHARED),
+        false => spawn(spawner, sensor_task(settings.clone(), bus)),
+    }
+    Some(ethernet)
+}
+
+#[embassy_executor::task]
+async fn sensor_task(settings: BoardSettings, mut bus: Bus) {
+    sensor::run(&SHARED, &mut bus, &UptimeClock, settings.can.driver()).await;
+}

@@ -1,0 +1,46 @@
+//! The sensor on EtherCAT, on the on-board Ethernet; the robot's network on a W5500.
+
+use crate::{ethernet, w5500};
+use embassy_executor::Spawner;
+use softdock_app::ethercat::port::DriverPort;
+use softdock_app::ethercat::{self, Frames};
+use softdock_app::micro::SHARED;
+use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::start::spawn;
+use softdock_app::sensor;
+use softdock_app::settings::{BoardSettings, EtherCatSettings};
+
+/// What the robot's network takes in place of the on-board Ethernet.
+pub(crate) type Hardware = w5500::Pins;
+/// The robot's network.
+pub(crate) type Network = w5500::Driver;
+
+/// Starts the sensor's task; the robot's network, if its controller answers.
+pub(crate) async fn start(
+    spawner: &Spawner,
+    settings: &BoardSettings,
+    ethernet: ethernet::Driver,
+    pins: Hardware,
+) -> Option<Network> {
+    match settings.ethercat.enabled {
+        true => spawn(
+            spawner,
+            sensor_task(settings.ethercat.clone(), DriverPort(ethernet)),
+        ),
+        false => sensor::refuse(&SHARED),
+    }
+    let (network, runner) = w5500::start(pins).await?;
+    spawn(spawner, w5500_task(runner));
+    Some(network)
+}
+
+#[embassy_executor::task]
+async fn sensor_task(settings: EtherCatSettings, port: DriverPort<ethernet::Driver>) {
+    static FRAMES: Frames = Frames::new();
+    ethercat::run(&SHARED, &settings, &FRAMES, port, &UptimeClock).await;
+}
+
+#[embassy_executor::task]
+async fn w5500_task(runner: w5500::Runner) -> ! {
+    runner.run().await
+}

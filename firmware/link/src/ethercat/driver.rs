@@ -1,0 +1,286 @@
+//! Which exchange gives a reading, and when to start the SubDevice anew.
+//!
+//! Process data look the same whether the sensor measured them or not: a frame comes back also from a SubDevice that
+//! was restarted and has forgotten its set-up, with the inputs of before. So an exchange counts only if its working
+//! counter says that the SubDevice read and wrote, if the SubDevice says that it is in OP, and if the sensor's own
+//! sample counter has risen.
+
+use super::WORKING_COUNTER;
+use super::exchange::{Exchange, Setup};
+use super::process_data::{Control, INPUT_BYTES, Inputs};
+use super::product::{Product, Scale};
+use crate::sensor::{SensorCounters, SensorDriver, SensorFault, SensorReading, SensorState};
+
+/// Exchanges in a row that may fail before the SubDevice is started anew: at 1 kHz shorter than the 8 ms after which the
+/// cycle calls a sample stale, so that a disturbed frame costs nothing.
+const MOST_FAILED: u8 = 5;
+/// Time for which the sample counter may stand, µs. At the slowest rate of an Axia80, 488 Hz, it rises every 2 ms.
+const MOST_STANDING_US: u64 = 50_000;
+/// Pause before a SubDevice that could not be started is tried again, µs.
+const RETRY_PAUSE_US: u64 = 100_000;
+/// Time for which the bit that clears the sensor's bias is set, µs: ten samples at its slowest rate.
+const CLEAR_BIAS_US: u64 = 20_000;
+/// Time after that bit until a reading is believed, µs.
+const SETTLE_US: u64 = 5_000;
+
+/// Settings of an [`AtiSubDevice`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EtherCatConfig {
+    /// Time from one exchange to the next, µs. It keeps the SubDevice's watchdog of 100 ms at rest.
+    pub poll_period_us: u64,
+    /// Time after which an exchange counts as lost, µs.
+    pub answer_timeout_us: u64,
+    /// What the sensor is told; [`Control::clear_bias`] is the driver's.
+    pub control: Control,
+}
+
+/// What the driver is about.
+#[derive(Clone, Copy, Debug)]
+enum Mode {
+    /// No SubDevice; the next start.
+    Down { start_us: u64 },
+    /// The bus starts it.
+    StartingUp,
+    /// Exchanges.
+    Operational(Running),
+}
+
+/// A SubDevice in OP.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    product: Product,
+    scale: Scale,
+    /// When it came into OP.
+    since_us: u64,
+    /// When the last exchange was asked for.
+    asked_us: u64,
+    /// Likewise, while its answer has not come.
+    pending: bool,
+    next_us: u64,
+    failed: u8,
+    /// The newest sample counter and when it was seen first; none before the first exchange.
+    sample: Option<(u32, u64)>,
+    /// A reading was handed out.
+    measured: bool,
+}
+
+/// Driver of one sensor; see [`SensorDriver`] for how to use it.
+#[derive(Clone, Debug)]
+pub struct AtiSubDevice {
+    config: EtherCatConfig,
+    mode: Mode,
+    /// Why the last start or run ended.
+    fault: Option<SensorFault>,
+    readings: u32,
+    counters: SensorCounters,
+}
+
+impl AtiSubDevice {
+    /// Driver that starts the SubDevice at the first [`SensorDriver::poll_transmit`].
+    pub fn new(config: EtherCatConfig) -> Self {
+        Self {
+            config,
+            mode: Mode::Down { start_us: 0 },
+            fault: None,
+            readings: 0,
+            counters: SensorCounters::default(),
+        }
+    }
+
+    fn down(&mut self, fault: SensorFault, start_us: u64) {
+        self.fault = Some(fault);
+        self.mode = Mode::Down { start_us };
+    }
+
+    fn ready(&mut self, setup: &Setup, now_us: u64) {
+        let units = (setup.force_unit, setup.torque_unit);
+        let counts = (setup.counts_per_force, setup.counts_per_torque);
+        let scale = Product::identify(setup.vendor, setup.product)
+            .and_then(|product| Ok((product, product.scale(units, counts)?)));
+        match scale {
+            Err(fault) => self.down(fault, now_us.saturating_add(RETRY_PAUSE_US)),
+            Ok((product, scale)) => {
+                self.mode = Mode::Operational(Running {
+                    product,
+                    scale,
+                    since_us: now_us,
+                    asked_us: now_us,
+                    pending: false,
+                    next_us: now_us,
+                    failed: 0,
+                    sample: None,
+                    measured: false,
+                });
+            }
+        }
+    }
+
+    /// An exchange gave nothing; after too many the SubDevice is started anew.
+    fn failed(&mut self, fault: SensorFault, now_us: u64) {
+        let Mode::Operational(running) = &mut self.mode else {
+            return;
+        };
+        running.pending = false;
+        running.failed += 1;
+        if running.failed >= MOST_FAILED {
+            self.down(fault, now_us);
+        }
+    }
+
+    /// Gives up the exchange on its way if its time is over.
+    fn expire(&mut self, now_us: u64) {
+        let Mode::Operational(running) = &self.mode else {
+            return;
+        };
+        let deadline_us = running
+            .asked_us
+            .saturating_add(self.config.answer_timeout_us);
+        if running.pending && now_us >= deadline_us {
+            count(&mut self.counters.timeouts);
+            self.failed(SensorFault::NoAnswer, now_us);
+        }
+    }
+
+    fn inputs(
+        &mut self,
+        (working_counter, operational): (u16, bool),
+        bytes: &[u8; INPUT_BYTES],
+        now_us: u64,
+    ) -> Option<SensorReading> {
+        let Mode::Operational(running) = &mut self.mode else {
+            count(&mut self.counters.late);
+            return None;
+        };
+        if !running.pending {
+            count(&mut self.counters.late);
+            return None;
+        }
+        if working_counter != WORKING_COUNTER || !operational {
+            count(&mut self.counters.unpaired);
+            self.failed(SensorFault::NotOperational, now_us);
+            return None;
+        }
+        running.pending = false;
+        running.failed = 0;
+        let inputs = Inputs::decode(bytes);
+        let Some((last, seen_us)) = running.sample else {
+            // Whether it is new, the next one tells.
+            running.sample = Some((inputs.sample, now_us));
+            return None;
+        };
+        // A frame that comes twice, or late, holds an older sample.
+        if inputs.sample.wrapping_sub(last).cast_signed() <= 0 {
+            if now_us.saturating_sub(seen_us) >= MOST_STANDING_US {
+                self.down(SensorFault::Standing, now_us);
+            }
+            return None;
+        }
+        running.sample = Some((inputs.sample, now_us));
+        if now_us < running.since_us.saturating_add(CLEAR_BIAS_US + SETTLE_US) {
+            return None;
+        }
+        running.measured = true;
+        self.fault = None;
+        self.readings = self.readings.wrapping_add(1);
+        Some(SensorReading {
+            wrench: running.scale.wrench(inputs.counts),
+            counts: inputs.counts,
+            status: inputs.status,
+            counter: self.readings,
+            // It was not there when the sample before was seen.
+            at_us: seen_us,
+            flags: running.product.flags(inputs.status),
+        })
+    }
+}
+
+impl SensorDriver for AtiSubDevice {
+    type Frame = Exchange;
+
+    fn poll_transmit(&mut self, now_us: u64) -> Option<Exchange> {
+        self.expire(now_us);
+        match &mut self.mode {
+            Mode::Down { start_us } if now_us >= *start_us => {
+                self.mode = Mode::StartingUp;
+                Some(Exchange::StartUp)
+            }
+            Mode::Operational(running) if !running.pending && now_us >= running.next_us => {
+                running.pending = true;
+                running.asked_us = now_us;
+                running.next_us = now_us.saturating_add(self.config.poll_period_us);
+                let clear_bias = now_us < running.since_us.saturating_add(CLEAR_BIAS_US);
+                let control = Control {
+                    clear_bias,
+                    ..self.config.control
+                };
+                Some(Exchange::Outputs(control.encode()))
+            }
+            _ => None,
+        }
+    }
+
+    fn next_deadline_us(&self) -> u64 {
+        match &self.mode {
+            Mode::Down { start_us } => *start_us,
+            // The bus has bounds of its own.
+            Mode::StartingUp => u64::MAX,
+            Mode::Operational(running) if running.pending => running
+                .asked_us
+                .saturating_add(self.config.answer_timeout_us),
+            Mode::Operational(running) => running.next_us,
+        }
+    }
+
+    fn receive(&mut self, frame: &Exchange, now_us: u64) -> Option<SensorReading> {
+        self.expire(now_us);
+        match (frame, self.mode) {
+            (Exchange::Ready(setup), Mode::StartingUp) => self.ready(setup, now_us),
+            (Exchange::Failed(fault), Mode::StartingUp) => {
+                self.down(*fault, now_us.saturating_add(RETRY_PAUSE_US));
+            }
+            (
+                Exchange::Inputs {
+                    working_counter,
+                    operational,
+                    bytes,
+                },
+                _,
+            ) => return self.inputs((*working_counter, *operational), bytes, now_us),
+            _ => count(&mut self.counters.late),
+        }
+        None
+    }
+
+    fn expedite(&mut self, now_us: u64) {
+        if let Mode::Operational(running) = &mut self.mode {
+            running.next_us = running.next_us.min(now_us);
+        }
+    }
+
+    fn state(&self) -> SensorState {
+        match (&self.mode, self.fault) {
+            (Mode::Operational(running), _) if running.measured && running.failed == 0 => {
+                SensorState::Running
+            }
+            (Mode::Operational(running), _) if running.measured => SensorState::Resynchronising,
+            // What was wrong stands until a reading shows that it is over.
+            (_, Some(fault)) => SensorState::Failed(fault),
+            (_, None) => SensorState::Starting,
+        }
+    }
+
+    fn counters(&self) -> SensorCounters {
+        self.counters
+    }
+
+    fn restart(&mut self) {
+        // A bus that starts the SubDevice already says how that went.
+        if !matches!(self.mode, Mode::StartingUp) {
+            self.mode = Mode::Down { start_us: 0 };
+        }
+    }
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.wrapping_add(1);
+}

@@ -1,0 +1,242 @@
+//! The driver of an EtherCAT sensor: which exchange gives a reading, and when it starts the SubDevice anew.
+
+use softdock_link::ethercat::{
+    ATI_VENDOR, AtiSubDevice, Control, EtherCatConfig, Exchange, Inputs, Product, Setup, StartUp,
+    WORKING_COUNTER,
+};
+use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorState};
+
+/// Time after which readings are believed, µs.
+const BELIEVED_US: u64 = 25_000;
+
+fn config() -> EtherCatConfig {
+    EtherCatConfig {
+        poll_period_us: 1_000,
+        answer_timeout_us: 1_000,
+        control: Control {
+            filter: 2,
+            ..Control::default()
+        },
+    }
+}
+
+fn setup() -> Setup {
+    let (force_unit, torque_unit) = Product::Axia80.newton_codes();
+    Setup {
+        vendor: ATI_VENDOR,
+        product: Product::Axia80.code(),
+        force_unit,
+        torque_unit,
+        counts_per_force: 1_000_000,
+        counts_per_torque: 100_000,
+    }
+}
+
+/// A driver with a SubDevice that answers as it is told.
+struct Bench {
+    driver: AtiSubDevice,
+    now_us: u64,
+    sample: u32,
+}
+
+impl Bench {
+    fn operational() -> Self {
+        let mut driver = AtiSubDevice::new(config());
+        assert_eq!(driver.poll_transmit(0), Some(Exchange::StartUp));
+        assert_eq!(driver.state(), SensorState::Starting);
+        assert_eq!(driver.receive(&Exchange::Ready(setup()), 0), None);
+        Self {
+            driver,
+            now_us: 0,
+            sample: 0,
+        }
+    }
+
+    fn running() -> Self {
+        let mut bench = Self::operational();
+        while bench.now_us < BELIEVED_US {
+            assert_eq!(bench.exchange(), None);
+        }
+        assert!(bench.exchange().is_some());
+        assert_eq!(bench.driver.state(), SensorState::Running);
+        bench
+    }
+
+    /// The outputs of the exchange that is asked for next; nothing may be asked for instead.
+    fn ask(&mut self) -> [u8; 8] {
+        let asked = self.driver.poll_transmit(self.now_us);
+        assert!(matches!(asked, Some(Exchange::Outputs(_))), "{asked:?}");
+        match asked {
+            Some(Exchange::Outputs(outputs)) => outputs,
+            _ => [0xFF; 8],
+        }
+    }
+
+    fn answer(&mut self, working_counter: u16, operational: bool) -> Option<SensorReading> {
+        let inputs = Inputs {
+            counts: [2_000_000, 0, 0, 0, 0, 50_000],
+            status: 0,
+            sample: self.sample,
+        };
+        let answer = Exchange::Inputs {
+            working_counter,
+            operational,
+            bytes: inputs.encode(),
+        };
+        self.driver.receive(&answer, self.now_us + 100)
+    }
+
+    /// An exchange with a new sample, and the time until the next.
+    fn exchange(&mut self) -> Option<SensorReading> {
+        self.ask();
+        self.sample = self.sample.wrapping_add(7);
+        let reading = self.answer(WORKING_COUNTER, true);
+        self.now_us += 1_000;
+        reading
+    }
+
+    fn asks_for_a_start(&mut self) -> bool {
+        self.driver.poll_transmit(self.now_us) == Some(Exchange::StartUp)
+    }
+}
+
+#[test]
+fn a_reading_is_scaled_and_numbered() {
+    let mut bench = Bench::running();
+    let reading = bench.exchange().unwrap();
+    assert_eq!(reading.wrench, [2.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+    assert_eq!((reading.counter, reading.status), (2, 0));
+    assert_eq!(
+        reading.at_us,
+        bench.now_us - 2_000 + 100,
+        "not before the one before was seen"
+    );
+}
+
+#[test]
+fn the_bias_is_cleared_first_and_the_filter_set() {
+    let mut bench = Bench::operational();
+    assert_eq!(bench.ask()[0], 0x24);
+    bench.answer(WORKING_COUNTER, true);
+    let mut bench = Bench::running();
+    assert_eq!(bench.ask()[0], 0x20);
+}
+
+#[test]
+fn the_same_sample_or_an_older_one_is_no_reading() {
+    let mut bench = Bench::running();
+    for step in [0, u32::MAX, u32::MAX - 1000] {
+        bench.ask();
+        bench.sample = bench.sample.wrapping_add(step);
+        assert_eq!(bench.answer(WORKING_COUNTER, true), None, "{step}");
+        bench.sample = bench.sample.wrapping_sub(step);
+        bench.now_us += 1_000;
+    }
+    assert_eq!(bench.driver.state(), SensorState::Running);
+    assert!(bench.exchange().is_some());
+}
+
+#[test]
+fn the_sample_counter_may_wrap() {
+    let mut bench = Bench::operational();
+    bench.sample = u32::MAX - 100;
+    for _ in 0..25 {
+        bench.exchange();
+    }
+    for _ in 0..10 {
+        assert!(bench.exchange().is_some());
+    }
+}
+
+#[test]
+fn an_exchange_that_nobody_asked_for_is_late() {
+    let mut bench = Bench::running();
+    bench.sample += 1;
+    assert_eq!(bench.answer(WORKING_COUNTER, true), None);
+    assert_eq!(bench.driver.counters().late, 1);
+}
+
+#[test]
+fn five_failed_exchanges_start_the_subdevice_anew() {
+    type Fail = fn(&mut Bench);
+    let failures: [(Fail, SensorFault); 3] = [
+        (|bench| bench.now_us += 1_000, SensorFault::NoAnswer),
+        (
+            |bench| assert!(bench.answer(1, true).is_none()),
+            SensorFault::NotOperational,
+        ),
+        (
+            |bench| assert!(bench.answer(3, false).is_none()),
+            SensorFault::NotOperational,
+        ),
+    ];
+    for (fail, fault) in failures {
+        let mut bench = Bench::running();
+        for _ in 0..4 {
+            bench.ask();
+            fail(&mut bench);
+            bench.now_us += 1_000;
+        }
+        assert!(bench.exchange().is_some(), "four cost nothing");
+        for _ in 0..5 {
+            bench.ask();
+            fail(&mut bench);
+            bench.now_us += 1_000;
+        }
+        assert!(bench.asks_for_a_start(), "{fault}");
+        assert_eq!(bench.driver.state(), SensorState::Failed(fault));
+    }
+}
+
+#[test]
+fn a_start_that_failed_is_tried_again_and_its_reason_stands() {
+    let mut bench = Bench::operational();
+    bench.driver.restart();
+    assert!(bench.asks_for_a_start());
+    let fault = SensorFault::StartUp(StartUp::Op);
+    bench.driver.receive(&Exchange::Failed(fault), bench.now_us);
+    for _ in 0..3 {
+        assert!(!bench.asks_for_a_start(), "not at once");
+        assert_eq!(bench.driver.state(), SensorState::Failed(fault));
+        bench.now_us = bench.driver.next_deadline_us();
+        assert!(bench.asks_for_a_start());
+        assert_eq!(bench.driver.state(), SensorState::Failed(fault));
+        bench.driver.receive(&Exchange::Failed(fault), bench.now_us);
+    }
+}
+
+#[test]
+fn a_sensor_that_cannot_be_used_is_refused_with_its_reason() {
+    let mut bench = Bench::operational();
+    bench.driver.restart();
+    assert!(bench.asks_for_a_start());
+    let wrong = Setup {
+        counts_per_torque: 0,
+        ..setup()
+    };
+    bench.driver.receive(&Exchange::Ready(wrong), bench.now_us);
+    let fault = SensorFault::CountsPerUnit {
+        force: 1_000_000,
+        torque: 0,
+    };
+    assert_eq!(bench.driver.state(), SensorState::Failed(fault));
+    assert!(
+        fault
+            .to_string()
+            .ends_with("1 to 100000000: force 1000000, torque 0"),
+        "{fault}"
+    );
+}
+
+#[test]
+fn an_answer_to_nothing_changes_nothing() {
+    let mut bench = Bench::running();
+    bench
+        .driver
+        .receive(&Exchange::Ready(setup()), bench.now_us);
+    bench
+        .driver
+        .receive(&Exchange::Failed(SensorFault::NoSubDevice), bench.now_us);
+    assert_eq!(bench.driver.state(), SensorState::Running);
+    assert_eq!(bench.driver.counters().late, 2);
+}

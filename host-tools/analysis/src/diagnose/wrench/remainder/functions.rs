@@ -1,0 +1,236 @@
+//! The smooth functions of which a remainder consists.
+//!
+//! Cosines over the range of a quantity, with amplitudes that fall as k^−1.5: what is smoother is
+//! likelier. They are functions of one quantity each, on one axis of the reading.
+
+use crate::diagnose::wrench::prepared_log::PreparedLog;
+use crate::model::load::{Column, Scene};
+use crate::statistics::periodogram;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use std::f64::consts::PI;
+
+/// Functions of position, X
+const POSITION: usize = 12;
+const DIRECTION: usize = 8;
+const VELOCITY: usize = 8;
+const ACCELERATION: usize = 6;
+const DEPTH: usize = 6;
+/// Most functions of time in one log.
+const TIME: usize = 12;
+/// Share of the largest speed below which the direction of motion is not sure.
+const SLOW: f64 = 0.02;
+/// Share of the power of a motion below whose frequency the remainder may follow time: faster
+/// functions of time would follow the strokes, and swallow what acts in them.
+const SLOWEST: f64 = 0.1;
+
+/// A function of the motion: a column for each log.
+pub(super) type Function = Vec<Column>;
+
+/// The functions of one axis, in groups of which each has a variance of its own.
+pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Vec<Function>> {
+    let motions: Vec<Motion> = logs
+        .iter()
+        .map(|log| Motion::new(&log.scene, axis))
+        .collect();
+    let scales = Scales::of(&motions);
+    let column = |of: &dyn Fn(&Motion, usize) -> f64| -> Function {
+        let each = motions.iter();
+        let series = |m: &Motion| Column::on_axis(axis, (0..m.len()).map(|n| of(m, n)));
+        each.map(series).collect()
+    };
+    let group = |count: usize, of: &dyn Fn(usize, &Motion, usize) -> f64| -> Vec<Function> {
+        (1..=count).map(|k| column(&|m, n| of(k, m, n))).collect()
+    };
+    let velocity = group(VELOCITY, &|k, m, n| wave(k, scales.speed(m.velocity[n])));
+    let mut groups = vec![
+        group(POSITION, &|k, m, n| wave(k, scales.place(m.position[n]))),
+        group(DIRECTION, &|k, m, n| {
+            scales.side(m.velocity[n]) * wave(k, scales.place(m.position[n]))
+        }),
+        scales.without_friction(velocity, &motions, axis),
+        group(ACCELERATION, &|k, m, n| {
+            wave(k, scales.slope(m.acceleration[n]))
+        }),
+        group(DEPTH, &|k, m, n| {
+            m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
+        }),
+        group(DEPTH, &|k, m, n| {
+            m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
+        }),
+        of_time(&motions, axis),
+    ];
+    let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
+    for group in &mut groups {
+        group.retain(|function| function.iter().any(finite));
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+fn wave(k: usize, share: f64) -> f64 {
+    (PI * k as f64 * share).cos() / (k.max(1) as f64).powf(1.5)
+}
+
+/// Functions of time: of each log its own.
+fn of_time(motions: &[Motion], axis: usize) -> Vec<Function> {
+    let mut all = Vec::new();
+    for (log, motion) in motions.iter().enumerate() {
+        for k in 0..=motion.slower_functions() {
+            let series = (0..motion.len()).map(|n| wave(k, n as f64 / motion.len() as f64));
+            let mut function = vec![Column::default(); motions.len()];
+            function[log] = Column::on_axis(axis, series);
+            all.push(function);
+        }
+    }
+    all
+}
+
+/// Motion of one axis over a log.
+struct Motion {
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    acceleration: Vec<f64>,
+    /// Depth of the contact along this axis: positive where the wall pushes forwards, negative where
+    /// it pushes back.
+    depth: Vec<f64>,
+}
+
+impl Motion {
+    fn new(scene: &Scene, axis: usize) -> Self {
+        let start = scene.pose.first();
+        let position = scene.pose.iter().map(|pose| match (axis, start) {
+            (0..3, _) => pose.translation.vector[axis],
+            (_, Some(start)) => (start.rotation.inverse() * pose.rotation).scaled_axis()[axis - 3],
+            _ => 0.0,
+        });
+        let depth = |n: usize| -> f64 {
+            let touches = scene.touches.iter().filter(|_| axis < 3);
+            let along = touches.map(|t| t.penetration[n].max(0.0) * t.normal[axis]);
+            along.sum()
+        };
+        Self {
+            position: position.collect(),
+            velocity: scene
+                .motion
+                .iter()
+                .map(|m| m.velocity.get()[axis])
+                .collect(),
+            acceleration: scene
+                .motion
+                .iter()
+                .map(|m| m.acceleration.get()[axis])
+                .collect(),
+            depth: (0..scene.pose.len()).map(depth).collect(),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Direction in which a wall pushes; 0 out of contact.
+    fn pushes(&self, n: usize) -> f64 {
+        match self.depth[n] {
+            0.0 => 0.0,
+            depth => depth.signum(),
+        }
+    }
+
+    /// How many half periods of time are slower than the motion.
+    fn slower_functions(&self) -> usize {
+        let power = periodogram(&self.velocity);
+        let total: f64 = power.iter().sum();
+        let mut sum = 0.0;
+        let slow = power.iter().take_while(|p| {
+            sum += **p;
+            sum < SLOWEST * total
+        });
+        let periods = slow.count() + 1;
+        (2 * periods / 3).clamp(1, TIME)
+    }
+}
+
+/// Ranges of the quantities over all logs.
+struct Scales {
+    position: (f64, f64),
+    speed: f64,
+    acceleration: f64,
+    depth: f64,
+}
+
+impl Scales {
+    fn of(motions: &[Motion]) -> Self {
+        let largest = |of: &dyn Fn(&Motion) -> &Vec<f64>| {
+            let all = motions.iter().flat_map(of);
+            all.fold(0.0, |most: f64, v| most.max(v.abs()))
+        };
+        let positions = motions.iter().flat_map(|m| &m.position);
+        Self {
+            position: positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(*v), high.max(*v))
+            }),
+            speed: largest(&|m| &m.velocity),
+            acceleration: largest(&|m| &m.acceleration),
+            depth: largest(&|m| &m.depth),
+        }
+    }
+
+    fn place(&self, position: f64) -> f64 {
+        (position - self.position.0) / (self.position.1 - self.position.0)
+    }
+
+    /// Direction of motion, −1 to 1.
+    fn side(&self, velocity: f64) -> f64 {
+        (velocity / (SLOW * self.speed)).tanh()
+    }
+
+    fn speed(&self, velocity: f64) -> f64 {
+        signed_root(velocity / self.speed)
+    }
+
+    fn slope(&self, acceleration: f64) -> f64 {
+        signed_root(acceleration / self.acceleration)
+    }
+
+    fn depth(&self, depth: f64) -> f64 {
+        depth.abs() / self.depth
+    }
+
+    /// Functions of velocity without what an offset, dry and viscous friction are: that friction has a
+    /// form of its own is no reason not to call it friction.
+    fn without_friction(
+        &self,
+        group: Vec<Function>,
+        motions: &[Motion],
+        axis: usize,
+    ) -> Vec<Function> {
+        let velocities: Vec<f64> = motions.iter().flat_map(|m| m.velocity.clone()).collect();
+        let friction = DMatrix::from_fn(velocities.len(), 3, |n, k| match k {
+            0 => 1.0,
+            1 => self.side(velocities[n]),
+            _ => velocities[n],
+        });
+        let Some(normal) = Cholesky::new(friction.transpose() * &friction) else {
+            return Vec::new();
+        };
+        let less = |function: Function| -> Function {
+            let all = motions.iter().zip(&function);
+            let all = all.flat_map(|(m, column)| (0..m.len()).map(move |n| column.at(axis, n)));
+            let series = DVector::from_iterator(velocities.len(), all);
+            let rest = &series - &friction * normal.solve(&friction.tr_mul(&series));
+            let mut from = 0;
+            let part = |m: &Motion| {
+                let rows = from..from + m.len();
+                from = rows.end;
+                Column::on_axis(axis, rows.map(|n| rest[n]))
+            };
+            motions.iter().map(part).collect()
+        };
+        group.into_iter().map(less).collect()
+    }
+}
+
+/// From −1 … 1 to 0 … 1, finer around rest.
+fn signed_root(share: f64) -> f64 {
+    0.5 + 0.5 * share.signum() * share.abs().sqrt()
+}

@@ -1,0 +1,263 @@
+//! A smooth remainder beside the effects of a hypothesis: what real machines leave that no law of the
+//! catalogue describes.
+//!
+//! On each axis whose residual has structure it is a sum of smooth [`functions`] of position, of
+//! position in each direction, of velocity, of acceleration, of the depth of a contact and of time. Each
+//! group of functions has one variance, which the logs determine by the evidence of all (MacKay 1992;
+//! Tipping 2001). An effect counts if it explains what the remainder in its place would not: compare
+//! Zhu et al., Mech. Syst. Signal Process. 168 (2022) 108660. What even the remainder leaves at the
+//! frequencies of effects says how much less than a value of white noise each value counts.
+
+mod functions;
+
+use super::prepared_log::Joint;
+use super::problem::subtract;
+use super::tested::{Fitted, Tested};
+use crate::diagnose::evidence::{self, PRIOR};
+use crate::diagnose::named::INTERVAL_95;
+use crate::model::Axis;
+use crate::model::load::Column;
+use crate::statistics::periodogram;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::Range;
+
+/// Below this frequency effects live, Hz.
+const SLOW_HZ: f64 = 6.0;
+/// Rounds in which the variances are found.
+const ROUNDS: usize = 40;
+/// Precisions, over what the logs say of a function, from which the variances are looked for: of a
+/// remainder that explains all it can, and of one that explains little.
+const STARTS: [f64; 2] = [1e-4, 1e-1];
+
+/// How an effect stands beside the remainder.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    /// Evidence for it beside the remainder and the other effects.
+    pub evidence: f64,
+    /// Its amount beside the remainder, of that without, with its deviation.
+    pub amount: (f64, f64),
+}
+
+impl Standing {
+    /// How far its amount and its deviation beside the remainder are from what they are without, as one
+    /// deviation.
+    pub(crate) fn deviation(&self) -> f64 {
+        let (amount, deviation) = self.amount;
+        (amount - 1.0).hypot(deviation)
+    }
+
+    /// The evidence, if the logs determine the amount at all: if its 95 % interval does not hold 0.
+    pub(crate) fn strength(&self) -> f64 {
+        match INTERVAL_95 * self.deviation() < 1.0 {
+            true => self.evidence,
+            false => f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// How effects stand beside a remainder on these axes: first the `earlier` ones, which the residual is
+/// already without, then those of a hypothesis.
+pub(crate) fn standings(
+    joint: &Joint,
+    earlier: &[Fitted],
+    tested: &Tested,
+    axes: &[Axis],
+) -> Vec<Standing> {
+    let mut regression = Regression::new(joint, earlier, tested, axes);
+    let all: Vec<usize> = (0..regression.effects).collect();
+    let every_value = regression.fit(&all);
+    regression.count_less(regression.left_over(joint, earlier.len(), axes, &every_value));
+    let with = regression.fit(&all);
+    let amounts = regression.amounts(&with);
+    let price = evidence::price(joint.problem.count) + PRIOR;
+    let standing = |&k: &usize| {
+        let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
+        let without = regression.fit(&others);
+        Standing {
+            evidence: with.evidence - without.evidence - price,
+            amount: amounts[k],
+        }
+    };
+    all.iter().map(standing).collect()
+}
+
+/// The regression of effects and remainder, in units of the noise, with the tolerances spent.
+struct Regression {
+    /// Effects, then functions.
+    columns: Vec<Column>,
+    gram: DMatrix<f64>,
+    right: DVector<f64>,
+    effects: usize,
+    /// Groups of functions, counted from the first function.
+    groups: Vec<Range<usize>>,
+}
+
+/// The best remainder beside some effects.
+struct Fit {
+    /// 2 ln of the evidence for effects at their best amounts and the remainder.
+    evidence: f64,
+    /// One over the variance of each group.
+    precisions: Vec<f64>,
+}
+
+impl Regression {
+    fn new(joint: &Joint, earlier: &[Fitted], tested: &Tested, axes: &[Axis]) -> Self {
+        let problem = &joint.problem;
+        let whole = |columns: &[Column]| problem.whitened(&columns.iter().collect::<Vec<_>>());
+        let alone = |effect: &Fitted| whole(&joint.parts(Some(&tested.with_only(effect.clone()))));
+        let mut columns: Vec<Column> = earlier.iter().chain(&tested.effects).map(alone).collect();
+        let effects = columns.len();
+        let mut groups = Vec::new();
+        for axis in axes {
+            for group in functions::of_axis(&joint.logs, axis.index()) {
+                let from = columns.len() - effects;
+                columns.extend(group.iter().map(|function| whole(function)));
+                groups.push(from..columns.len() - effects);
+            }
+        }
+        let (gram, mut right) = problem.after_tolerances(&problem.all_products(&columns));
+        for k in 0..earlier.len() {
+            right += gram.column(k);
+        }
+        Self {
+            columns,
+            gram,
+            right,
+            effects,
+            groups,
+        }
+    }
+
+    /// From now on a value counts as one of `kappa`.
+    fn count_less(&mut self, kappa: f64) {
+        self.gram /= kappa;
+        self.right /= kappa;
+    }
+
+    /// The remainder beside some of the effects.
+    fn fit(&self, chosen: &[usize]) -> Fit {
+        let fits = STARTS.map(|start| self.fit_from(chosen, start));
+        let [much, little] = fits;
+        match much.evidence > little.evidence {
+            true => much,
+            false => little,
+        }
+    }
+
+    fn fit_from(&self, chosen: &[usize], start: f64) -> Fit {
+        let (gram, right, gain) = self.beside(chosen);
+        let known = |group: &Range<usize>| {
+            let sum: f64 = group.clone().map(|i| gram[(i, i)]).sum();
+            start * (sum / group.len() as f64).max(f64::MIN_POSITIVE)
+        };
+        let mut precisions: Vec<f64> = self.groups.iter().map(known).collect();
+        let mut best = Fit {
+            evidence: f64::NEG_INFINITY,
+            precisions: precisions.clone(),
+        };
+        for _ in 0..ROUNDS {
+            let Some(normal) = self.normal(&gram, 0, &precisions) else {
+                break;
+            };
+            let mean = normal.solve(&right);
+            let both = self.groups.iter().zip(&precisions);
+            let prior: f64 = both.map(|(group, p)| group.len() as f64 * p.ln()).sum();
+            let determinant = 2.0 * normal.l_dirty().diagonal().map(f64::ln).sum();
+            let evidence = gain + right.dot(&mean) - determinant + prior;
+            if evidence > best.evidence {
+                best = Fit {
+                    evidence,
+                    precisions: precisions.clone(),
+                };
+            }
+            let inverse = normal.inverse();
+            for (group, precision) in self.groups.iter().zip(&mut precisions) {
+                let squares: f64 = group.clone().map(|i| mean[i] * mean[i]).sum();
+                let trace: f64 = group.clone().map(|i| inverse[(i, i)]).sum();
+                let informed = (group.len() as f64 - *precision * trace).max(1e-6);
+                *precision = (informed / squares).clamp(1e-12, 1e12);
+            }
+        }
+        best
+    }
+
+    /// Factor of products with the precisions of the functions, which begin at a row.
+    fn normal(
+        &self,
+        gram: &DMatrix<f64>,
+        first: usize,
+        precisions: &[f64],
+    ) -> Option<Cholesky<f64, Dyn>> {
+        let mut normal = gram.clone();
+        for (group, precision) in self.groups.iter().zip(precisions) {
+            for i in group.clone() {
+                normal[(first + i, first + i)] += precision;
+            }
+        }
+        Cholesky::new(normal)
+    }
+
+    /// Products of the functions with the effects taken out, and what the effects alone gain.
+    fn beside(&self, chosen: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let first = self.effects;
+        let size = self.gram.nrows() - first;
+        let functions = self.gram.view((first, first), (size, size)).into_owned();
+        let right = self.right.rows(first, size).into_owned();
+        let rows = self.gram.select_rows(chosen);
+        let across = rows.columns(first, size).into_owned();
+        let own_right = self.right.select_rows(chosen);
+        let Some(own) = Cholesky::new(rows.select_columns(chosen)) else {
+            return (functions, right, 0.0);
+        };
+        let best = own.solve(&own_right);
+        (
+            functions - across.tr_mul(&own.solve(&across)),
+            right - across.tr_mul(&best),
+            own_right.dot(&best),
+        )
+    }
+
+    /// Amounts of the effects beside the remainder, with their deviations.
+    fn amounts(&self, fit: &Fit) -> Vec<(f64, f64)> {
+        let Some(normal) = self.normal(&self.gram, self.effects, &fit.precisions) else {
+            return vec![(0.0, f64::INFINITY); self.effects];
+        };
+        let mean = normal.solve(&self.right);
+        let inverse = normal.inverse();
+        let effects = 0..self.effects;
+        effects
+            .map(|i| (mean[i], inverse[(i, i)].max(0.0).sqrt()))
+            .collect()
+    }
+
+    /// Power that effects and remainder leave on these axes where effects live, in units of the noise.
+    fn left_over(&self, joint: &Joint, earlier: usize, axes: &[Axis], fit: &Fit) -> f64 {
+        let Some(normal) = self.normal(&self.gram, self.effects, &fit.precisions) else {
+            return 1.0;
+        };
+        let mut sum = Column::default();
+        let amounts = normal.solve(&self.right);
+        for (k, (column, amount)) in self.columns.iter().zip(&amounts).enumerate() {
+            let known = if k < earlier { 1.0 } else { 0.0 };
+            subtract(&mut sum, column, known - amount);
+        }
+        let rest = joint
+            .problem
+            .rest(&sum, &joint.problem.tolerances_with(&sum));
+        let mut powers = Vec::new();
+        for (k, log) in joint.logs.iter().enumerate() {
+            let part = joint.problem.part(&rest, k);
+            for axis in axes {
+                let counted = part.0[axis.index()].iter().zip(&log.fresh);
+                let series: Vec<f64> = counted
+                    .filter(|(_, fresh)| **fresh)
+                    .map(|(r, _)| *r)
+                    .collect();
+                let bins = (SLOW_HZ * log.scene.cycle_s * series.len() as f64) as usize;
+                let power: Vec<f64> = periodogram(&series).into_iter().take(bins.max(1)).collect();
+                powers.push(power.iter().sum::<f64>() / power.len().max(1) as f64);
+            }
+        }
+        (powers.iter().sum::<f64>() / powers.len().max(1) as f64).max(1.0)
+    }
+}

@@ -1,0 +1,173 @@
+//! A SubDevice: controller, mailbox, objects and sensor.
+
+use super::controller::Controller;
+use super::datagram::Datagram;
+use super::dictionary::Dictionary;
+use super::sensor::{Measurement, Sensor};
+use super::states::AlState;
+use super::{mailbox, sii};
+use softdock_link::ethercat::{ATI_VENDOR, Product};
+use std::collections::VecDeque;
+
+/// AL status code of a SubDevice whose application has failed (ETG.1000.6, table 11: unspecified error).
+const UNSPECIFIED: u16 = 0x0001;
+
+/// What a SubDevice says about itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Description {
+    /// Name.
+    pub name: &'static str,
+    /// Vendor number.
+    pub vendor: u32,
+    /// Product code.
+    pub product: u32,
+    /// Revision.
+    pub revision: u32,
+    /// Serial number.
+    pub serial: u32,
+    /// Mapping of the TxPDO: index, sub-index and bits of each entry.
+    pub inputs: Vec<u32>,
+    /// Mapping of the RxPDO.
+    pub outputs: Vec<u32>,
+    /// Codes of the units of force and torque.
+    pub units: (u8, u8),
+    /// Counts per unit of force and torque.
+    pub counts_per_unit: (i32, i32),
+}
+
+impl Description {
+    /// A sensor in N and N·m with 1,000,000 counts per unit.
+    pub fn of(product: Product) -> Self {
+        let force = (1..=6).map(|sub_index| 0x6000_0020 | sub_index << 8);
+        Self {
+            name: match product {
+                Product::EtherCatFt => "ATI EtherCAT F/T",
+                Product::Axia80 => "ATI Axia F/T Sensor",
+            },
+            vendor: ATI_VENDOR,
+            product: product.code(),
+            revision: 0x0001_0111,
+            serial: 1,
+            inputs: force.chain([0x6010_0020, 0x6020_0020]).collect(),
+            outputs: vec![0x7010_0120, 0x7010_0220],
+            units: product.newton_codes(),
+            counts_per_unit: (1_000_000, 1_000_000),
+        }
+    }
+}
+
+/// A SubDevice.
+#[derive(Clone, Debug)]
+pub struct SubDevice {
+    about: Description,
+    controller: Controller,
+    objects: Dictionary,
+    sensor: Sensor,
+    answers: VecDeque<Vec<u8>>,
+    /// The sample counter stands, and so do the inputs.
+    pub stands: bool,
+    /// It passes frames on and takes part in nothing.
+    pub deaf: bool,
+}
+
+impl SubDevice {
+    /// A SubDevice that was just powered up.
+    pub fn new(about: Description) -> Self {
+        let bytes = |mapping| usize::from(sii::bits(mapping) / 8);
+        let process_data = [bytes(&about.outputs), bytes(&about.inputs)];
+        Self {
+            controller: Controller::new(sii::content(&about), process_data),
+            objects: Dictionary::new(&about),
+            about,
+            sensor: Sensor::default(),
+            answers: VecDeque::new(),
+            stands: false,
+            deaf: false,
+        }
+    }
+
+    /// Switches it off and on: it forgets all but what it is.
+    pub fn restart(&mut self) {
+        *self = Self::new(self.about.clone());
+    }
+
+    /// Its state.
+    pub fn state(&self) -> AlState {
+        self.controller.state()
+    }
+
+    /// Its counts per unit of force and torque.
+    pub fn counts_per_unit(&self) -> (i32, i32) {
+        self.about.counts_per_unit
+    }
+
+    /// What the MainDevice told it last.
+    pub fn outputs(&self) -> &[u8] {
+        self.controller.outputs()
+    }
+
+    /// Leaves OP by itself, for SAFE-OP and an error.
+    pub fn fall_to_safe_op(&mut self) {
+        if self.state() == AlState::Op {
+            self.controller.fall(AlState::SafeOp, UNSPECIFIED);
+        }
+    }
+
+    /// Takes an object away.
+    pub fn remove_object(&mut self, index: u16) {
+        self.objects.remove(index);
+    }
+
+    /// Replaces a byte of its EEPROM, by its place from 0, which wraps.
+    pub fn spoil_eeprom(&mut self, at: usize, by: u8) {
+        self.controller.spoil_sii(at, by);
+    }
+
+    /// Sends an emergency message as soon as the mailbox has room.
+    pub fn send_emergency(&mut self) {
+        self.answers.push_front(mailbox::emergency());
+        self.deliver();
+    }
+
+    /// Takes a sample.
+    pub fn measure(&mut self, measured: Measurement) {
+        if !self.stands {
+            self.sensor.measure(measured);
+        }
+    }
+
+    pub(super) fn set_links(&mut self, onwards: bool) {
+        self.controller.set_links(onwards);
+    }
+
+    /// Carries out a datagram as it passes.
+    pub(super) fn process(&mut self, datagram: &mut Datagram<'_>) {
+        if self.deaf {
+            return;
+        }
+        if self.state() >= AlState::SafeOp {
+            self.controller.set_inputs(&self.inputs());
+        }
+        self.controller.process(datagram);
+        if let Some(request) = self.controller.request.take() {
+            self.answers
+                .extend(mailbox::answer(&request, &mut self.objects));
+        }
+        self.deliver();
+    }
+
+    /// The sensor's inputs, cut off or filled up to the length of the mapping.
+    fn inputs(&self) -> Vec<u8> {
+        let mut inputs = self.sensor.inputs().to_vec();
+        inputs.resize(usize::from(sii::bits(&self.about.inputs) / 8), 0);
+        inputs
+    }
+
+    fn deliver(&mut self) {
+        if let Some(answer) = self.answers.front()
+            && self.controller.answer(answer)
+        {
+            self.answers.pop_front();
+        }
+    }
+}
