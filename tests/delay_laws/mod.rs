@@ -3,6 +3,7 @@
 //! of 0.5 ms; where a law here does better or worse, the test says why.
 
 pub(crate) mod case;
+mod energy;
 mod pictures;
 mod robustness;
 mod running;

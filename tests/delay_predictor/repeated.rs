@@ -72,7 +72,9 @@ fn ten_bounces() {
         println!("{name}: {speeds:.4?}");
         assert!(speeds.len() >= 9, "{name}: {} contacts", speeds.len());
         assert!(speeds.iter().all(|v| (v - 1.0).abs() <= bound), "{name}");
-        assert!(!run.guarded(), "{name}");
+        // Noise may give a contact more than the guard lets through.
+        let noisy = measurement != noise(0.0, 0.0);
+        assert!(noisy || !run.guarded(), "{name}");
     }
 }
 

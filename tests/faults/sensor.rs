@@ -66,30 +66,50 @@ fn a_sample_in_time_brings_the_rate_back<S: Scalar>() {
     assert_eq!(driver.cycle.mode(), Mode::Running);
 }
 
-/// Six identical words and an identical wrench for more than the set number of cycles.
-fn a_frozen_sensor_faults<S: Scalar>() {
-    let mut settings = flying(SPEED_M_S);
-    settings.sensor.frozen_after_cycles = 10;
-    let frozen = |inputs: &mut Inputs| inputs.sensor.counts = [7; 6];
+/// By default: from the third repeated reading on the model is held and the rate falls, then a fault latches,
+/// as soon as the worst load could have bent the motion by a step: 3000 N on 500 kg need 25 ms for 2 mm.
+fn a_frozen_sensor_is_stale_then_faults<S: Scalar>() {
+    let settings = flying(SPEED_M_S);
+    let frozen = |inputs: &mut Inputs| {
+        inputs.sensor.counts = [7; 6];
+        inputs.sensor.wrench[0] = -10.0;
+    };
     let mut driver = cruising::<S>(&settings);
-    for _ in 0..11 {
+    for _ in 0..3 {
         assert_eq!(driver.step_with(frozen).trace.fault, None);
     }
     driver.step();
-    for _ in 0..11 {
-        assert_eq!(
-            driver.step_with(frozen).trace.fault,
-            None,
-            "a flicker starts anew"
-        );
+    for _ in 0..3 {
+        let record = driver.step_with(frozen);
+        let stale = LimitFlags::SENSOR_STALE;
+        assert!(!record.trace.limits.has(stale), "a flicker starts anew");
     }
-    driver.step_with(frozen);
-    assert_fault(&driver, FaultCode::SensorFrozen, 10.0, 11.0);
+    let held = driver.step_with(frozen).trace;
+    assert!(held.limits.has(LimitFlags::SENSOR_STALE));
+    while driver.cycle.fault().is_none() {
+        let body = driver.step_with(frozen).trace.body_k;
+        assert_eq!(body, held.body_k, "the model is not integrated");
+    }
+    assert_fault(&driver, FaultCode::SensorFrozen, 5.0, 6.0);
+}
+
+/// A light spacecraft allows fewer repeats; a sensor that is said to have no noise any number.
+fn how_long_a_sensor_may_repeat<S: Scalar>() {
+    let frozen = |inputs: &mut Inputs| inputs.sensor.counts = [7; 6];
+    let mut settings = flying(SPEED_M_S);
+    settings.body_k.mass_kg = 50.0;
+    let mut driver = cruising::<S>(&settings);
+    // 3000 N on 50 kg move 2 mm in 8.2 ms.
+    for _ in 0..4 {
+        driver.step_with(frozen);
+    }
+    assert_fault(&driver, FaultCode::SensorFrozen, 2.0, 3.0);
 
     settings.sensor.frozen_after_cycles = 0;
     let mut driver = cruising::<S>(&settings);
     for _ in 0..2000 {
-        assert_eq!(driver.step_with(frozen).trace.fault, None, "switched off");
+        let trace = driver.step_with(frozen).trace;
+        assert_eq!((trace.fault, trace.limits), (None, LimitFlags::default()));
     }
 }
 
@@ -221,7 +241,8 @@ fn contact_during_the_start_ramp_faults<S: Scalar>() {
 in_three_scalars! {
     stale: an_old_sample_ramps_the_rate_down_then_faults,
     back_in_time: a_sample_in_time_brings_the_rate_back,
-    frozen: a_frozen_sensor_faults,
+    frozen: a_frozen_sensor_is_stale_then_faults,
+    repeats: how_long_a_sensor_may_repeat,
     at_once_in_running: an_unhealthy_sample_latches_at_once,
     at_once_in_armed: an_unhealthy_sample_counts_when_armed_and_not_before,
     ignored_status: an_ignored_status_bit_is_ignored,

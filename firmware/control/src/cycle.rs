@@ -50,7 +50,7 @@ impl<S: Scalar> Cycle<S> {
             compensation: Compensation::new(sensor),
             observers: ObservationFrames::new(&settings.frames),
             plan: Plan::new(&settings, &robot),
-            health: Health::new(sensor, &settings.robot),
+            health: Health::new(&settings),
             modes: Modes::default(),
             estimator: MotionEstimator::new(sensor.acceleration_bandwidth_hz, robot.cycle_s),
             rest_mean: RestMean::new(),

@@ -2,10 +2,20 @@
 //!
 //! Reactions are those of the project's safety notes: an old sample ramps the rate down and then
 //! latches a fault; status bits, saturation and non-finite numbers latch at once.
+//!
+//! **A reading that repeats is old.** Six gauges of a working sensor flicker, so that six equal words in
+//! a new sample are no measurement. After `stale_after_cycles` of them the model is not integrated any
+//! more, after `frozen_after_cycles` a fault latches, and sooner where the largest load that the limits
+//! allow could meanwhile bend the motion by more than they allow in a cycle:
+//!
+//! ```text
+//! ½ a T² ≤ s      a = F (1/m_K + 1/m_Q), s = limits.step_m; and likewise for rotations
+//! ```
 
 use crate::io::{Inputs, SensorSample, Sequence};
 use crate::modes::{Fault, FaultCode, Mode, Readiness, Refusal};
-use crate::settings::{RobotSettings, SensorSettings};
+use crate::settings::{BodySettings, Settings};
+use nalgebra::ComplexField;
 
 /// Largest coordinate of a measured position that is believed, m: no robot reaches farther.
 const FARTHEST_M: f64 = 1.0e3;
@@ -44,11 +54,12 @@ pub struct Health {
 
 impl Health {
     /// From validated settings.
-    pub fn new(sensor: &SensorSettings, robot: &RobotSettings) -> Self {
+    pub fn new(settings: &Settings) -> Self {
+        let (sensor, robot) = (&settings.sensor, &settings.robot);
         Self {
             stale_after: sensor.stale_after_cycles,
             fault_after: sensor.fault_after_cycles,
-            frozen_after: sensor.frozen_after_cycles,
+            frozen_after: sensor.frozen_after_cycles.min(unseen_cycles(settings)),
             ignored_status: sensor.ignored_status_bits,
             lost_fault: robot.lost_telegrams_fault,
             late_fault: robot.late_answers_fault,
@@ -85,9 +96,10 @@ impl Health {
         self.age
     }
 
-    /// Whether the sample is too old to integrate.
+    /// Whether the sample is too old to integrate, or tells nothing new.
     pub fn stale(&self) -> bool {
-        self.age > self.stale_after
+        let repeats = self.frozen_after > 0 && self.identical > self.stale_after;
+        self.age > self.stale_after || repeats
     }
 
     /// Whether sensor and robot allow arming (the force is judged elsewhere).
@@ -167,5 +179,48 @@ impl Health {
         } else {
             None
         }
+    }
+}
+
+/// Cycles in which the largest load that `limits` allow moves the spacecraft, unseen, by no more than the
+/// largest correction of one cycle; at least one.
+fn unseen_cycles(settings: &Settings) -> u32 {
+    let (limits, bodies) = (&settings.limits, [&settings.body_k, &settings.body_q]);
+    let free = |body: &&&BodySettings| !body.fixed;
+    let moved = bodies.iter().filter(free);
+    let per_mass: f64 = moved.clone().map(|body| 1.0 / body.mass_kg).sum();
+    let least_inertia = |body: &BodySettings| {
+        let i = &body.inertia_kg_m2;
+        nalgebra::Matrix3::from_fn(|row, column| i[row][column])
+            .symmetric_eigenvalues()
+            .min()
+    };
+    let per_inertia: f64 = moved.map(|body| 1.0 / least_inertia(body)).sum();
+    let squared_s2 =
+        |step: f64, acceleration: f64| 2.0 * step / acceleration.max(f64::MIN_POSITIVE);
+    let translation = squared_s2(limits.step_m, limits.force_n * per_mass);
+    let rotation = squared_s2(limits.step_rad, limits.torque_n_m * per_inertia);
+    let longest_s = ComplexField::sqrt(translation.min(rotation));
+    ((longest_s / settings.robot.cycle_s) as u32).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 3000 N between 500 kg and 500 kg: 12 m/s², 2 mm in 18 ms.
+    #[test]
+    fn the_worst_load_bends_the_motion_by_one_step_at_most() {
+        let mut settings = Settings::default();
+        assert_eq!(unseen_cycles(&settings), 4);
+        settings.limits.force_n = 30.0;
+        // 500 N·m on 100 and 100 kg·m²: 10 rad/s², 5 mrad in 32 ms.
+        assert_eq!(unseen_cycles(&settings), 7);
+        settings.limits.torque_n_m = 1.0;
+        assert_eq!(unseen_cycles(&settings), 45);
+        settings.body_k.mass_kg = 0.1;
+        assert_eq!(unseen_cycles(&settings), 1);
+        (settings.body_k.fixed, settings.body_q.fixed) = (true, true);
+        assert!(unseen_cycles(&settings) > 1000);
     }
 }

@@ -124,8 +124,9 @@ pub struct SensorSettings {
     pub stale_after_cycles: u32,
     /// Cycles without a new sample that latch a fault (20 ms by default).
     pub fault_after_cycles: u32,
-    /// Cycles with six bit-identical raw words that latch a fault; 0 switches the check off. A
-    /// real gauge flickers by a count; a silent simulation may not.
+    /// New samples in a row with six bit-identical raw words that latch a fault, fewer where the
+    /// largest load could do harm meanwhile; beyond `stale_after_cycles` of them the motion is held.
+    /// Real gauges flicker by a count. 0 says that this sensor has no noise, as in some simulations.
     pub frozen_after_cycles: u32,
     /// Status bits that are reported but do not fault.
     pub ignored_status_bits: u32,
@@ -147,7 +148,7 @@ impl Default for SensorSettings {
             acceleration_bandwidth_hz: 10.0,
             stale_after_cycles: 2,
             fault_after_cycles: 5,
-            frozen_after_cycles: 1000,
+            frozen_after_cycles: 5,
             ignored_status_bits: 0,
         }
     }

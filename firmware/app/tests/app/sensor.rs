@@ -31,7 +31,8 @@ pub(crate) struct Sensor {
     pub(crate) status: u16,
     pub(crate) behaviour: Behaviour,
     pub(crate) exchange_us: u64,
-    /// The last gauge changes by a count with each reading, as a real one does.
+    /// The last gauge changes by a count with each reading, the streamed Tz by last bits, as real
+    /// ones do.
     pub(crate) flickers: bool,
     /// What the streaming sensor sends after a start command.
     pub(crate) streamed: [f32; 6],
@@ -87,11 +88,20 @@ impl Sensor {
     }
 
     fn stream(&self) -> Vec<(u64, Frame)> {
-        let frames = stream_frames(self.streamed).unwrap();
+        let frames_of = |reading: u64| {
+            let mut streamed = self.streamed;
+            let flicker = if self.flickers {
+                reading as u32 & 0xF
+            } else {
+                0
+            };
+            streamed[5] = f32::from_bits(streamed[5].to_bits() ^ flicker);
+            stream_frames(streamed).unwrap()
+        };
         let at_us = |reading: u64, part: u64| reading * STREAM_PERIOD_US + 100 * part;
         (1..=STREAM_READINGS)
             .flat_map(|reading| {
-                let parts = (0..).zip(frames);
+                let parts = (0..).zip(frames_of(reading));
                 parts.map(move |(part, frame)| (at_us(reading, part), frame))
             })
             .collect()

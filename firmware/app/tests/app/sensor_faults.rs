@@ -103,32 +103,21 @@ fn a_saturated_gauge_faults() {
     }
 }
 
+/// By default, in contact: the model is held from the third equal reading on, and the sixth latches.
 #[test]
 fn frozen_words_fault() {
-    let mut settings = flying();
-    settings.control.sensor.frozen_after_cycles = 20;
-    let mut bench = Bench::cruising(&settings);
+    let mut bench = Bench::cruising(&flying());
+    bench.world().sensor.gauges[0] = 500;
+    bench.cycle();
     bench.world().sensor.flickers = false;
-    // The first sample may still differ from the last that flickered.
-    bench.cycle();
-    let words = bench.last_record().inputs.sensor.counts;
-    let first = u32::from(
-        bench
-            .world()
-            .records
-            .iter()
-            .rev()
-            .nth(1)
-            .unwrap()
-            .inputs
-            .sensor
-            .counts
-            == words,
-    );
-    bench.cycles(20 - first as usize);
+    bench.cycles(3);
     assert_eq!(bench.status().mode, Mode::Running);
-    bench.cycle();
-    bench.assert_fault(FaultCode::SensorFrozen, 20.0, 21.0);
+    let held = bench.last_record().trace;
+    assert!(held.limits.has(LimitFlags::SENSOR_STALE));
+    bench.cycles(3);
+    assert_eq!(bench.fault(), Some(FaultCode::SensorFrozen));
+    assert_eq!(bench.last_record().trace.body_k, held.body_k);
+    assert_eq!(bench.last_record().trace.sent_velocity, [0.0; 6]);
 }
 
 #[test]

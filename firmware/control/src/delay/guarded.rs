@@ -1,10 +1,11 @@
-//! A law, and passivity beside it if that is asked for.
+//! A law, and the energy bound beside it if that is asked for.
 
-use super::passivity::Passivity;
+use super::energy_bound::EnergyBound;
 use super::status::LawFlags;
 use super::{DelaySettings, Law, LawInput, LawName, LawOutput};
 use crate::frames::{Wrench, saturated};
 use crate::scalar::Scalar;
+use nalgebra::Vector3;
 
 /// Largest component of the wrench that the model feels, N and N·m: the largest overload limit, at
 /// which its lever stays within fixed point.
@@ -14,44 +15,52 @@ const LARGEST_FELT: f64 = 1e5;
 #[derive(Clone, Debug)]
 pub struct Guarded<S: Scalar> {
     law: Law<S>,
-    guard: Option<Passivity<S>>,
+    guard: Option<EnergyBound<S>>,
 }
 
 impl<S: Scalar> Guarded<S> {
-    /// In the initial state; `cycle_s` in s. The law `passivity` needs no guard.
+    /// In the initial state; `cycle_s` in s.
     #[inline(always)] // or each level would hold a copy of the law on the stack
     pub fn new(settings: &DelaySettings, cycle_s: f64) -> Self {
-        let guard = settings.passivity_guard && settings.law != LawName::Passivity;
         Self {
             law: Law::new(settings, cycle_s),
-            guard: guard.then(|| Passivity::new(settings, cycle_s)),
+            guard: bound(settings, cycle_s),
         }
     }
 
     /// The initial state again, in place.
     pub fn restart(&mut self, settings: &DelaySettings, cycle_s: f64) {
         self.law.restart(settings, cycle_s);
-        let guard = settings.passivity_guard && settings.law != LawName::Passivity;
-        self.guard = guard.then(|| Passivity::new(settings, cycle_s));
+        self.guard = bound(settings, cycle_s);
     }
 
     /// See [`Law::condition`].
     pub fn condition(&mut self, input: &LawInput<'_, S>) -> Wrench<S> {
         let felt = self.law.condition(input);
         let felt = match &mut self.guard {
-            Some(guard) => guard.condition(input, felt),
+            Some(guard) => guard.bounded(input, felt.map(within)),
             None => felt,
         };
-        felt.map(|part| saturated(part, LARGEST_FELT))
+        felt.map(within)
     }
 
     /// See [`Law::step`].
     pub fn step(&mut self, input: &LawInput<'_, S>) -> LawOutput<S> {
         let mut output = self.law.step(input);
-        let guard = self.guard.as_ref().map(Passivity::status);
-        if guard.is_some_and(|status| status.flags.has(LawFlags::GUARD_PASSIVE)) {
+        if self.guard.as_ref().is_some_and(|guard| guard.acts) {
             output.status.flags.set(LawFlags::GUARD_PASSIVE);
         }
         output
     }
+}
+
+fn within<S: Scalar>(part: &Vector3<S>) -> Vector3<S> {
+    saturated(part, LARGEST_FELT)
+}
+
+/// The guard of these settings: the predictor has one of its own that asks for it too.
+fn bound<S: Scalar>(settings: &DelaySettings, cycle_s: f64) -> Option<EnergyBound<S>> {
+    let predictor = settings.law == LawName::Predictor && settings.predictor.guard;
+    let threshold_n = settings.passivity.threshold_n;
+    (settings.passivity_guard || predictor).then(|| EnergyBound::new(threshold_n, cycle_s))
 }

@@ -18,6 +18,7 @@ pub mod actuator;
 pub mod ats;
 mod axes;
 mod contact;
+mod energy_bound;
 pub mod guarded;
 pub mod lead;
 pub mod passivity;
@@ -141,7 +142,7 @@ pub struct DelaySettings {
     pub model_velocity: ModelVelocity,
     /// What is believed about the robot.
     pub actuator: ActuatorSettings,
-    /// Takes energy that the loop makes out of the model, beside any law; needs position feedback.
+    /// Bounds the energy of both spacecraft in a contact to what they brought, beside any law.
     pub passivity_guard: bool,
     /// Settings of the paper's law.
     pub seed: SeedSettings,
@@ -153,7 +154,7 @@ pub struct DelaySettings {
     pub ats: AtsSettings,
     /// Settings of the Smith predictor.
     pub smith: SmithSettings,
-    /// Settings of time-domain passivity, as a law and as a guard.
+    /// Settings of time-domain passivity; the guard takes its threshold from there.
     pub passivity: PassivitySettings,
     /// Settings of the predictor.
     pub predictor: PredictorSettings,

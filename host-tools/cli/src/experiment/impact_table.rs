@@ -5,6 +5,8 @@ use softdock_report::{Cell, Column, Mark};
 
 /// Restitution within this of the analytic one is marked as good.
 const GOOD: f64 = 0.15;
+/// Part of the rebound's momentum that a law may add without a mark.
+const ADDED: f64 = 0.02;
 
 /// Columns for [`cells`].
 pub fn columns() -> Vec<Column> {
@@ -16,6 +18,7 @@ pub fn columns() -> Vec<Column> {
         Column::number("energy error", ""),
         Column::number("peak force error", ""),
         Column::number("contact time error", ""),
+        Column::number("impulse not measured", ""),
     ]
 }
 
@@ -27,6 +30,11 @@ pub fn no_impact() -> Vec<Cell> {
 /// The cells of one impact.
 pub fn cells(impact: &Impact) -> Vec<Cell> {
     let good = (impact.restitution - impact.expected_restitution).abs() <= GOOD;
+    let added = if impact.impulse_unaccounted.abs() <= ADDED {
+        Mark::Neutral
+    } else {
+        Mark::Bad
+    };
     vec![
         Cell::number(impact.speed_in_mm_s, 3),
         Cell::number(impact.speed_out_mm_s, 3),
@@ -35,5 +43,6 @@ pub fn cells(impact: &Impact) -> Vec<Cell> {
         Cell::percent(impact.energy_error),
         Cell::percent(impact.peak_force_error),
         Cell::percent(impact.contact_time_error),
+        Cell::percent(impact.impulse_unaccounted).marked(added),
     ]
 }

@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::Serialize;
 use softdock_analysis::recording::{Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
+use softdock_control::delay::status::LawFlags;
 use softdock_control::frames::{self, Twist};
 use softdock_control::modes::Mode;
 use softdock_control::settings::BodySettings;
@@ -39,6 +40,9 @@ pub struct Impact {
     pub peak_force_n: f64,
     /// Time in contact, s.
     pub contact_time_s: f64,
+    /// (∫ F dt of the measured force − m Δv of the model) / (2 m v): momentum along the normal that the law gave
+    /// without a measured force.
+    pub impulse_unaccounted: f64,
 }
 
 /// The analytic bounce against one wall.
@@ -132,8 +136,8 @@ fn inverse_mass(
 /// Contacts closer together than this belong to one impact, s: a late robot may leave and touch
 /// again while the model still turns.
 const SAME_IMPACT_S: f64 = 0.02;
-/// Cycles after the last force until the model has seen it: the sensor's sample and the mean of
-/// two velocities.
+/// Cycles after the last force, and after the law's last say about the contact, until the model has seen it:
+/// the sensor's sample and the mean of two velocities.
 const SETTLE_CYCLES: u32 = 3;
 
 /// What the search keeps of a cycle.
@@ -147,6 +151,10 @@ struct Sample {
     c_from_m: UnitQuaternion<f64>,
     /// True contact force in C, N.
     force: Vector3<f64>,
+    /// Impulse in C that the law added to the measured one, N·s.
+    added: Vector3<f64>,
+    /// The law still follows the contact; its guard acts at the end.
+    law_in_contact: bool,
 }
 
 impl Sample {
@@ -161,6 +169,9 @@ impl Sample {
             velocity: Twist::of(&record.trace.model_velocity),
             c_from_m: orientation(&record.trace.pose),
             force: orientation(&truth.pose) * force,
+            added: orientation(&record.trace.pose)
+                * Vector3::from_column_slice(&record.trace.unaccounted_impulse[..3]),
+            law_in_contact: record.trace.law_status.flags.has(LawFlags::CONTACT),
         }
     }
 
@@ -179,11 +190,14 @@ struct Contact {
     after: Option<Sample>,
     touch_s: f64,
     cycles: u32,
-    /// Cycles since the last force.
+    /// Cycles since the last force, and since the law has let the contact go.
     free_cycles: u32,
+    settled_cycles: u32,
     peak_force_n: f64,
     /// Sum of the forces, which tells the wall.
     push: Vector3<f64>,
+    /// Sum of what the law added, N·s.
+    added: Vector3<f64>,
 }
 
 /// Finds the impacts of a simulated run while it runs.
@@ -220,10 +234,14 @@ impl<'a> ImpactFinder<'a> {
             self.touch(sample);
         } else if let Some(contact) = &mut self.contact {
             contact.free_cycles += 1;
-            if contact.free_cycles == SETTLE_CYCLES {
+            contact.added += sample.added;
+            if !sample.law_in_contact {
+                contact.settled_cycles += 1;
+            }
+            if contact.settled_cycles == SETTLE_CYCLES {
                 contact.after = Some(sample);
             }
-            if f64::from(contact.free_cycles) * self.cycle_s > SAME_IMPACT_S {
+            if contact.after.is_some() && self.has_parted() {
                 self.end();
             }
         }
@@ -235,20 +253,37 @@ impl<'a> ImpactFinder<'a> {
         self.impacts
     }
 
+    /// Whether the next force is another impact.
+    fn has_parted(&self) -> bool {
+        let free = self.contact.map_or(0, |contact| contact.free_cycles);
+        f64::from(free) * self.cycle_s > SAME_IMPACT_S
+    }
+
     fn touch(&mut self, sample: Sample) {
         let Some(before) = self.before else { return };
+        if self.has_parted() {
+            // The law was not done with the last one.
+            self.contact = self.contact.map(|contact| Contact {
+                after: Some(before),
+                ..contact
+            });
+            self.end();
+        }
         let contact = self.contact.get_or_insert(Contact {
             before,
             after: None,
             touch_s: sample.time_s,
             cycles: 0,
             free_cycles: 0,
+            settled_cycles: 0,
             peak_force_n: 0.0,
             push: Vector3::zeros(),
+            added: Vector3::zeros(),
         });
         contact.cycles += contact.free_cycles + 1;
-        contact.free_cycles = 0;
+        (contact.free_cycles, contact.settled_cycles) = (0, 0);
         contact.after = None;
+        contact.added += sample.added;
         contact.peak_force_n = contact.peak_force_n.max(sample.force.norm());
         contact.push += sample.force;
     }
@@ -261,6 +296,7 @@ impl<'a> ImpactFinder<'a> {
             cycles,
             peak_force_n,
             push,
+            added,
             ..
         }) = self.contact.take()
         else {
@@ -288,6 +324,8 @@ impl<'a> ImpactFinder<'a> {
             contact_time_error: contact_time_s / analytic.contact_time_s() - 1.0,
             peak_force_n,
             contact_time_s,
+            impulse_unaccounted: Vector3::from(wall.normal).normalize().dot(&added)
+                / (2.0 * analytic.mass_kg * speed_in),
         });
     }
 }

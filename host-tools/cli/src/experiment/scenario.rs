@@ -61,6 +61,15 @@ impl Scenario {
         self.board.validate().context("[board]")?;
         self.rig.validate().context("[rig]")?;
         self.actual_board()?;
+        let (sensor, frozen) = (
+            &self.rig.sensor,
+            self.board.control.sensor.frozen_after_cycles,
+        );
+        if frozen > 0 && sensor.noise_force_n <= 0.0 && sensor.noise_torque_nm <= 0.0 {
+            bail!(
+                "the simulated sensor has no noise, and the board takes readings that repeat for a frozen sensor: give `rig.sensor.noise_force_n` and `noise_torque_nm`, or say that there is none with `board.control.sensor.frozen_after_cycles = 0`"
+            );
+        }
         let (board, rig) = (self.board.control.robot.cycle_s, self.rig.cycle_s());
         if (board - rig).abs() > 1e-9 {
             bail!(

@@ -1,9 +1,9 @@
 //! What a person writes about a simulated rig. SI units, named in the keys.
 //!
 //! The defaults are scenario S: a robot that is 32 ms late and stands still for 16 ms when an axis
-//! reverses, an ideal sensor with a light tool, no noise. There is nothing to touch until a wall is
-//! given. Noise, latency and faults are off until somebody asks for them, so that what differs is
-//! what was asked for.
+//! reverses, a sensor with a light tool that flickers by a gauge count, as real ones do. There is nothing
+//! to touch until a wall is given. Other noise, latency and faults are off until somebody asks for them,
+//! so that what differs is what was asked for.
 
 use super::hidden::Hidden;
 use serde::{Deserialize, Serialize};
@@ -302,7 +302,7 @@ pub struct SensorSettings {
     pub drift_n_per_s: [f64; 3],
     /// Drift of the torque offset, N·m/s.
     pub drift_nm_per_s: [f64; 3],
-    /// White noise of each force, one sigma, N.
+    /// White noise of each force, one sigma, N; about a gauge count by default.
     pub noise_force_n: f64,
     /// White noise of each torque, one sigma, N·m.
     pub noise_torque_nm: f64,
@@ -343,8 +343,8 @@ impl Default for SensorSettings {
             bias_nm: [0.0; 3],
             drift_n_per_s: [0.0; 3],
             drift_nm_per_s: [0.0; 3],
-            noise_force_n: 0.0,
-            noise_torque_nm: 0.0,
+            noise_force_n: 0.03,
+            noise_torque_nm: 0.001,
             low_pass_hz: None,
             calibration: CALIBRATION,
             counts_per_newton: 1000.0,

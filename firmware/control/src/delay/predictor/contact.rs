@@ -8,7 +8,7 @@ use super::contact_estimator::{
     Estimate, Hypothesis, Information, LatencyEstimator, Prior, direction,
 };
 use super::observer::{AtForce, Observer};
-use super::reference::Reference;
+use super::reference::{Preload, Reference};
 use super::restitution::{Outcome, RestitutionEstimate};
 use super::tuning::*;
 use super::{M6, V6};
@@ -26,6 +26,8 @@ pub(super) struct Contact {
     /// Cycle of the first load, and where the robot was then at each latency.
     first_cycle: usize,
     first_position: [V6; LATENCIES],
+    /// Latency that was believed then, cycles.
+    pub(super) first_latency: usize,
     /// Impulse along the contact that the model got for the first load, N·s, and what was added to
     /// make it that of the contact since the onset.
     onset_felt: f64,
@@ -39,8 +41,8 @@ pub(super) struct Contact {
     noise: f64,
     stiffness: f64,
     cycle_s: f64,
-    /// Displacement of the commands' preload so far, m.
-    pub(super) preload: f64,
+    /// Displacement of the commands' preload so far.
+    pub(super) preload: Preload,
 }
 
 /// What a new contact begins with.
@@ -53,6 +55,8 @@ pub(super) struct Onset<'a> {
     /// Expected stiffness, N/m.
     pub(super) stiffness: f64,
     pub(super) remembered: Option<(usize, &'a Information)>,
+    /// Latency that is believed, cycles.
+    pub(super) latency: usize,
     pub(super) cycle_s: f64,
 }
 
@@ -80,6 +84,7 @@ impl Contact {
             velocity: onset.velocity,
             first_cycle: observer.cycle,
             first_position: observer.at_force.position,
+            first_latency: onset.latency,
             onset_felt: 0.5 * load_along(load, &h) * onset.cycle_s,
             onset_added: 0.0,
             longest_onset: 1.0 + (onset.threshold / per_cycle).min(EARLIEST_ONSET - 1.0),
@@ -88,7 +93,7 @@ impl Contact {
             noise: onset.noise,
             stiffness: onset.stiffness,
             cycle_s: onset.cycle_s,
-            preload: 0.0,
+            preload: Preload::default(),
         }
     }
 

@@ -308,6 +308,8 @@ pub(super) struct Hypothesis {
 pub(super) struct LatencyEstimator {
     hypotheses: [Hypothesis; LATENCIES],
     loads: u32,
+    /// The latency is beyond doubt.
+    settled: bool,
 }
 
 impl LatencyEstimator {
@@ -338,6 +340,7 @@ impl LatencyEstimator {
         Self {
             hypotheses: core::array::from_fn(hypothesis),
             loads: 0,
+            settled: false,
         }
     }
 
@@ -371,16 +374,20 @@ impl LatencyEstimator {
         }
     }
 
-    /// The latency to believe, given the present one, the noise of a load (N) and the closing velocity (m/s).
-    pub(super) fn choose(&self, present: usize, noise: f64, closing: f64) -> usize {
-        if self.loads < LATENCY_LOADS {
+    /// The latency to believe, given the present one, the noise of a load (N) and of a position (m), and the closing
+    /// velocity (m/s).
+    pub(super) fn choose(&mut self, present: usize, noise: (f64, f64), closing: f64) -> usize {
+        if self.loads < LATENCY_LOADS || self.settled {
             return present;
         }
         let floor_n = self.at(present).estimate.floor_n(noise, closing);
         let floor = f64::from(self.loads) * floor_n * floor_n;
         let cost = |l: usize| self.hypotheses[l].estimate.squared_error + floor;
         let best = (0..LATENCIES).fold(present, |a, b| if cost(b) < cost(a) { b } else { a });
-        if cost(present) > LATENCY_EVIDENCE * cost(best) {
+        let better_than = |l: usize, factor: f64| cost(l) > factor * cost(best);
+        // A latency does not change; what disturbs the fit later, such as a pause, says nothing about it.
+        self.settled = (0..LATENCIES).all(|l| l == best || better_than(l, LATENCY_SETTLED));
+        if better_than(present, LATENCY_EVIDENCE) {
             best
         } else {
             present
@@ -395,11 +402,12 @@ impl LatencyEstimator {
 
 impl Estimate {
     /// Error of a load that decides nothing, N.
-    fn floor_n(&self, noise: f64, closing: f64) -> f64 {
+    fn floor_n(&self, (noise, noise_m): (f64, f64), closing: f64) -> f64 {
         let inverse_mass = (1.0 / self.mass).max(1e-9);
         let peak = closing * ComplexField::sqrt(self.stiffness / inverse_mass);
         let (noise, part) = (LATENCY_FLOOR_NOISE * noise, LATENCY_FLOOR_PEAK * peak);
-        ComplexField::sqrt(noise * noise + part * part)
+        let apart = LATENCY_FLOOR_NOISE * self.stiffness * noise_m;
+        ComplexField::sqrt(noise * noise + part * part + apart * apart)
     }
 }
 

@@ -17,7 +17,7 @@ use super::V6;
 use super::contact_estimator::Estimate;
 use super::impulse_matching::{ImpulseMatching, Reversals};
 use super::least_squares::Ldlt;
-use super::reference::{Deviation, Reference};
+use super::reference::{Deviation, Preload, Reference};
 use super::robot_model::{CommandHistory, RobotModel, RobotState};
 use super::tuning::*;
 use nalgebra::{SMatrix, SVector};
@@ -116,12 +116,12 @@ impl DynamicMatrix {
         self.response.get(self.dead..).unwrap_or_default()
     }
 
-    /// Displacement by a preload whose first move is 1, cycles.
-    fn preload(&self) -> Trajectory {
+    /// Displacement by a preload whose first move is 1, and which goes as planned from a cycle on, cycles.
+    fn preload(&self, cycle: usize, plan: &Preload) -> Trajectory {
         let mut displacement = 0.0;
-        self.response.map(|response| {
-            displacement = PRELOAD_DECAY * displacement + response;
-            displacement
+        core::array::from_fn(|t| {
+            displacement = PRELOAD_DECAY * displacement + self.response[t];
+            displacement * plan.left((cycle + t) as f64)
         })
     }
 
@@ -156,8 +156,6 @@ pub(super) struct ControlProblem<'a> {
     pub(super) reference: Reference,
     /// The contact that is going on or expected.
     pub(super) contact: Option<Estimate>,
-    /// Displacement of the preload in it so far, m.
-    pub(super) preload: f64,
     /// Axes that have reversed in it.
     pub(super) reversals: Reversals,
 }
@@ -241,7 +239,7 @@ impl ControlProblem<'_> {
             core::array::from_fn(|t| free.position[t] + tracked[t] - contact.surface);
         let matching = ImpulseMatching {
             depth: &depth,
-            preload: &self.matrix.preload(),
+            preload: &self.matrix.preload(self.cycle, &self.reference.preload),
             stiffness: contact.stiffness,
             damping: contact.damping,
             inverse_mass: 1.0 / contact.mass,
@@ -274,10 +272,8 @@ impl ControlProblem<'_> {
             velocity, ref push, ..
         } = self.reference;
         let per_cycle = velocity * self.model.cycle_s;
-        // The preload stays: to take it back would take its impulse back.
-        let start = self.reference.position
-            + per_cycle * (self.cycle as f64 - self.reference.onset)
-            + push * self.preload;
+        let start =
+            self.reference.position + per_cycle * (self.cycle as f64 - self.reference.onset);
         let (mut sum, mut later, mut lost) = (0.0, 0.0, 0.0);
         for (t, (first, taken)) in first_row.iter().zip(taken).enumerate() {
             sum += first;

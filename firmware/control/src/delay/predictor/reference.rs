@@ -102,6 +102,53 @@ pub(super) struct Reference {
     pub(super) closing: f64,
     /// The contact; none: straight on.
     pub(super) contact: Option<KelvinVoigt>,
+    /// What is pressed deeper than that.
+    pub(super) preload: Preload,
+}
+
+/// A displacement into the contact beside the ideal motion. It is as it was commanded up to the time at which a
+/// command of this cycle is executed; from then on it stays, or is taken back until the contact ends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Preload {
+    /// At that time, and a cycle before, two cycles ..., m.
+    displacement: [f64; PRELOAD_HISTORY],
+    /// That time, cycles.
+    until: f64,
+    /// When none of it is left, cycles; none: it stays.
+    end: Option<f64>,
+}
+
+impl Preload {
+    /// A cycle later, with a new move (m).
+    pub(super) fn advance(&mut self, by: f64) {
+        let next = self.at(self.until + 1.0) + by;
+        self.displacement.rotate_right(1);
+        self.displacement[0] = next;
+    }
+
+    /// At a time (cycles), m.
+    fn at(&self, cycle: f64) -> f64 {
+        let before = self.until - cycle;
+        if before <= 0.0 {
+            return self.displacement[0] * self.left(cycle);
+        }
+        let whole = ComplexField::floor(before);
+        let of = |index: usize| self.displacement.get(index).copied().unwrap_or(0.0);
+        let (later, earlier) = (of(whole as usize), of(whole as usize + 1));
+        later + (earlier - later) * (before - whole)
+    }
+
+    /// Part of it that is left at a time, cycles.
+    pub(super) fn left(&self, cycle: f64) -> f64 {
+        let Some(end) = self.end.filter(|_| cycle > self.until) else {
+            return 1.0;
+        };
+        if cycle < end {
+            (end - cycle) / (end - self.until)
+        } else {
+            0.0
+        }
+    }
 }
 
 /// What the contact takes away of straight flight.
@@ -123,6 +170,7 @@ impl Reference {
             push: V6::zeros(),
             closing: 0.0,
             contact: None,
+            preload: Preload::default(),
         }
     }
 
@@ -140,7 +188,45 @@ impl Reference {
             push: estimate.push,
             closing,
             contact: Some(KelvinVoigt::new(k, c, mass)),
+            preload: Preload::default(),
         }
+    }
+
+    /// The same along the contact, but across its gradient a with the position and velocity of the model at a cycle.
+    pub(super) fn across(
+        mut self,
+        gradient: &V6,
+        cycle: f64,
+        (position, velocity): (&V6, &V6),
+        cycle_s: f64,
+    ) -> Self {
+        let t = (cycle - self.onset) * cycle_s;
+        let across = |off: V6| off - self.push * gradient.dot(&off);
+        let faster = across(velocity - self.velocity);
+        let apart = across(position - (self.position + self.velocity * t));
+        // Much more than the motion itself is an error of the gradient.
+        if faster.norm() > SPEED_LIMIT * self.velocity.norm() {
+            return self;
+        }
+        self.velocity += faster;
+        self.position += apart - faster * t;
+        self
+    }
+
+    /// The same with a preload that is executed up to a time, and taken back from then to another if there is one;
+    /// cycles.
+    pub(super) fn pressed(mut self, preload: &Preload, until: f64, end: Option<f64>) -> Self {
+        self.preload = Preload {
+            displacement: preload.displacement,
+            until,
+            end,
+        };
+        self
+    }
+
+    /// ζ of the contact.
+    pub(super) fn damping_ratio(&self) -> f64 {
+        self.contact.map_or(0.0, |contact| contact.zeta)
     }
 
     /// What the contact takes away at times from `cycle` on, one cycle apart.
@@ -154,7 +240,7 @@ impl Reference {
             let t = begin + cycle_s * i as f64;
             let (s, rate) = samples[i];
             Deviation {
-                displacement: self.closing * (t - s),
+                displacement: self.closing * (t - s) - self.preload.at(cycle + i as f64),
                 velocity: self.closing * (1.0 - rate),
             }
         })

@@ -46,13 +46,9 @@ pub(super) struct Supervisor {
     fault: Option<Fault>,
 }
 
-/// The latency to begin with: the known one, or the middle.
+/// The latency to begin with.
 fn first_latency(actuator: &ActuatorSettings) -> usize {
-    if actuator.feedback_latency_known {
-        usize::from(actuator.feedback_latency_cycles).min(LATENCIES - 1)
-    } else {
-        LATENCIES / 2
-    }
+    usize::from(actuator.feedback_latency_cycles).min(LATENCIES - 1)
 }
 
 impl Supervisor {
@@ -230,6 +226,7 @@ impl Supervisor {
             threshold,
             stiffness: self.expected_stiffness(h.dot(&bh)),
             remembered: self.memory.of(&load),
+            latency: self.latency,
             cycle_s: self.model.cycle_s,
         };
         *contact = Some(Contact::new(observer, &onset));
@@ -245,7 +242,7 @@ impl Supervisor {
         omega * omega / inverse_mass.max(1e-9)
     }
 
-    fn choose_latency(&mut self, contact: &Contact) {
+    fn choose_latency(&mut self, contact: &mut Contact) {
         if self.latency_known {
             return;
         }
@@ -253,7 +250,7 @@ impl Supervisor {
             .estimate(self.latency)
             .gradient
             .dot(&contact.velocity);
-        let noise = self.noise.sigma();
+        let noise = (self.noise.sigma(), self.approach.findings.noise_m);
         let best = contact.estimator.choose(self.latency, noise, closing);
         if best != self.latency {
             self.latency = best;
@@ -284,7 +281,8 @@ impl Supervisor {
         observer.model = if self.fallback.trust < 1.0 {
             observer.at_force.position[latency]
         } else {
-            reference.position_at(observer.cycle as f64, cycle_s) + reference.push * contact.preload
+            let reference = self.reference(contact, observer, &after);
+            reference.position_at(observer.cycle as f64, cycle_s)
         };
         // The robot's reversal can be seen a delay from now.
         self.settling = (self.model.linear.mean_delay + TRACKING_SETTLES) as u32;
@@ -324,7 +322,7 @@ impl Supervisor {
         }
         let (reference, estimate) = match &contact {
             Some(contact) => (
-                contact.reference(self.latency),
+                self.reference(contact, observer, &velocity),
                 Some(*contact.estimate(self.latency)),
             ),
             None => self.reference_ahead(observer, &velocity),
@@ -339,7 +337,6 @@ impl Supervisor {
             velocity,
             reference,
             contact: estimate,
-            preload: contact.as_ref().map_or(0.0, |contact| contact.preload),
             reversals: self.reversals,
         };
         let trusted = self.confidence != ConfidenceLevel::Fallback;
@@ -349,7 +346,8 @@ impl Supervisor {
             self.flags.set(LawFlags::SPEED_LIMIT);
         }
         if let Some(contact) = contact {
-            contact.preload += command.preload_rate * cycle_s;
+            contact.preload = problem.reference.preload;
+            contact.preload.advance(command.preload_rate * cycle_s);
         }
         if self.fallback.trust <= 0.0 {
             observer.model = robot.position();
@@ -359,6 +357,34 @@ impl Supervisor {
         output.parts[0] = observer.map.twist(&command.tracking);
         output.parts[1] = observer.map.twist(&command.preload);
         self.output(output)
+    }
+
+    /// The reference in a contact: along it with the preload so far, across it as the model moves, which friction may
+    /// have turned.
+    ///
+    /// A robot that answers after a dead time takes the preload back: what it will do is known beforehand. Where the
+    /// contact is damped much it stays, because the load that goes with the velocity would change.
+    fn reference(&self, contact: &Contact, observer: &Observer, velocity: &V6) -> Reference {
+        let (cycle, cycle_s) = (observer.cycle as f64, self.model.cycle_s);
+        let gradient = &contact.estimate(self.latency).gradient;
+        let reference = contact.reference(self.latency).across(
+            gradient,
+            cycle,
+            (&observer.model, velocity),
+            cycle_s,
+        );
+        let executed = cycle + self.model.execution_delay(self.latency);
+        let has_dead_time = self.model.linear.whole > self.latency;
+        let (zeta, end) = (reference.damping_ratio(), reference.end(cycle_s));
+        let end = if contact.first_latency == self.latency {
+            let taken_back = has_dead_time && zeta <= FREE_REVERSAL_DAMPING;
+            taken_back.then_some(end + TAKEN_BACK_LATER)
+        } else {
+            // What it was told with another latency makes it late: it is to end in time, if it can.
+            let taken_back = self.model.linear.is_dead_time && zeta <= ELASTIC;
+            taken_back.then_some(end)
+        };
+        reference.pressed(&contact.preload, executed, end)
     }
 
     /// Whether the approach is known and the robot has the velocity of the model.

@@ -9,6 +9,9 @@ pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];
 /// Standstill at a reversal unless a case says otherwise, s.
 pub const PAUSE_S: f64 = 0.016;
 
+/// Cycle of all cases, s.
+pub const CYCLE_S: f64 = 0.004;
+
 /// A robot with a name for tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Robot {
@@ -41,6 +44,8 @@ pub struct Case {
     pub speeds_mm_s: Vec<f64>,
     /// Instants of the touch within a cycle, each with noise of its own.
     pub touches: usize,
+    /// Each touch has a plant of its own, see [`Case::of_touch`].
+    pub perturbed: bool,
     /// Part of the quick benchmark.
     pub quick: bool,
 }
@@ -60,6 +65,7 @@ impl Case {
             measurement: Measurement::default(),
             speeds_mm_s: vec![5.0],
             touches: 8,
+            perturbed: false,
             quick: false,
         }
     }
@@ -75,6 +81,24 @@ impl Case {
     pub fn quick(mut self) -> Self {
         self.quick = true;
         self
+    }
+
+    /// The case as it is at one of its touches. A perturbed one is spread evenly over true delay ± 6 ms, stiffness
+    /// and mass × 0.6 to 1.67, true pause ± 4 ms, and up to 0.5 N and 2 µm of noise; the board knows the mass.
+    pub fn of_touch(&self, touch: usize) -> Self {
+        let mut case = self.clone();
+        if !self.perturbed {
+            return case;
+        }
+        let spread = |base: usize| 2.0 * radical_inverse(touch + 1, base) - 1.0;
+        let factor = |base: usize| (spread(base) * WIDEST_FACTOR.ln()).exp();
+        case.robot.actuator.delay_s += 0.006 * spread(2);
+        case.scene.law.stiffness *= factor(3);
+        case.scene.mass_kg *= factor(5);
+        case.robot.actuator.pause_s += 0.004 * spread(7);
+        case.measurement.force_noise_n = 0.25 * (1.0 + spread(11));
+        case.measurement.position_noise_m = 1e-6 * (1.0 + spread(13));
+        case
     }
 
     /// Whether `--case NAME` means this one: its name, or that of its sweep.
@@ -136,4 +160,40 @@ pub fn belief(actuator: &Actuator) -> ActuatorSettings {
         }
     }
     believed
+}
+
+/// Stiffness and mass of a perturbed plant, at most and at least, by those of the case.
+const WIDEST_FACTOR: f64 = 1.0 / 0.6;
+
+/// The digits of a number in a base, mirrored at the point: evenly spread over 0 to 1 (van der Corput; one prime per
+/// quantity: Halton).
+fn radical_inverse(mut number: usize, base: usize) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0);
+    while number > 0 {
+        digit /= base as f64;
+        value += digit * (number % base) as f64;
+        number /= base;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn perturbed_plants_fill_their_ranges() {
+        let values: Vec<f64> = (1..=8).map(|n| radical_inverse(n, 2)).collect();
+        assert_eq!(
+            values,
+            [0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875, 0.0625]
+        );
+        let case = Case {
+            perturbed: true,
+            ..Case::new("perturbed", "perturbed")
+        };
+        let delays = (0..64).map(|touch| case.of_touch(touch).robot.actuator.delay_s);
+        let (least, most) = delays.fold((1.0, 0.0), |(a, b): (f64, f64), d| (a.min(d), b.max(d)));
+        assert!((0.026..0.0263).contains(&least) && (0.0377..0.038).contains(&most));
+    }
 }

@@ -89,9 +89,13 @@ pub fn restitution(case: &Case, impacts: usize, before: &Motion, after: &Motion)
         let turned = (k[1] - q[1]).cross(&Vector3::from(case.scene.probe));
         (k[0] - q[0] + turned - q[1].cross(&-apart())).dot(&Vector3::from(normal))
     };
+    rebound_sign(case, impacts) * closing(after) / closing(before)
+}
+
+/// −1 where the velocity is to come back, 1 where it goes on after an even number of impacts between two walls.
+pub fn rebound_sign(case: &Case, impacts: usize) -> f64 {
     let goes_on = case.scene.shape == Shape::TwoWalls && impacts.is_multiple_of(2);
-    let sign = if goes_on { 1.0 } else { -1.0 };
-    sign * closing(after) / closing(before)
+    if goes_on { 1.0 } else { -1.0 }
 }
 
 /// From K to Q.

@@ -1,12 +1,12 @@
 //! The numbers of one run.
 
 use super::case::Case;
-use super::ideal::{Ideal, Motion, energy, restitution};
+use super::ideal::{Ideal, Motion, energy, rebound_sign, restitution};
 use super::scene::End;
 use super::trial::{Moment, Trial};
 use nalgebra::Vector3;
 use serde::Serialize;
-use softdock_delay_plants::Log;
+use softdock_delay_plants::{Log, RobotPose};
 
 /// Contacts closer than this are one impact, s: a late robot may leave the wall for a moment.
 const SAME_IMPACT_S: f64 = 0.03;
@@ -40,8 +40,10 @@ pub enum Ending {
 /// The numbers of one run; all finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Numbers {
-    /// Speed after over speed before.
+    /// Speed of the model after over speed before.
     pub restitution: f64,
+    /// The same of the probe on the robot, as it was executed; none where the normal changes.
+    pub robot_restitution: Option<f64>,
     /// Kinetic energy after, over that before, less the ideal one.
     pub energy_error: f64,
     /// Largest true force over the ideal one, less 1.
@@ -96,6 +98,7 @@ pub fn measure(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Num
     let peak_force_n = counted.iter().map(|i| i.peak_force_n).fold(0.0, f64::max);
     let numbers = Numbers {
         restitution: e,
+        robot_restitution: robot_restitution(case, counted.len(), trial, [first.touch_s, to_s]),
         energy_error: energy(case, &end) / energy(case, &start) - ideal.energy,
         peak_force_error: peak_force_n / ideal.peak_force_n - 1.0,
         contact_time_error: with_force_s / ideal.contact_s - 1.0,
@@ -112,6 +115,7 @@ pub fn measure(case: &Case, speed_m_s: f64, ideal: &Ideal, trial: &Trial) -> Num
 fn nothing(ideal: &Ideal, ending: Ending) -> Numbers {
     Numbers {
         restitution: 0.0,
+        robot_restitution: None,
         energy_error: -ideal.energy,
         peak_force_error: -1.0,
         contact_time_error: -1.0,
@@ -162,6 +166,24 @@ fn settled_s(case: &Case, counted: &[Impact], next: Option<&Impact>) -> f64 {
 
 fn last_before(moments: &[Moment], time_s: f64) -> Option<&Moment> {
     moments.iter().take_while(|m| m.time_s < time_s).last()
+}
+
+/// Executed velocity of the probe along the normal, after over before, signed as [`restitution`].
+fn robot_restitution(
+    case: &Case,
+    impacts: usize,
+    trial: &Trial,
+    [touch_s, to_s]: [f64; 2],
+) -> Option<f64> {
+    let normal = Vector3::from(case.scene.normal()?);
+    let probe = Vector3::from(case.scene.probe);
+    let along = |before_s: f64| {
+        let moments = trial.log.moments.iter();
+        let last = moments.take_while(|m| m.time_s < before_s).last()?;
+        let pose = RobotPose::new(&last.position, &last.velocity);
+        Some(pose.point(&probe).1.dot(&normal))
+    };
+    Some(rebound_sign(case, impacts) * along(to_s)? / along(touch_s)?)
 }
 
 fn motion(moment: &Moment) -> Motion {

@@ -23,6 +23,9 @@ pub struct Row {
     /// Speed after over speed before, along the normal; of an even number of impacts, along the
     /// first approach; where the normal changes, the root of the energy's ratio.
     pub restitution: f64,
+    /// The same of the robot, as it was executed: a law that reports a good rebound of the model may lead the
+    /// robot elsewhere. None where the normal changes.
+    pub robot_restitution: Option<f64>,
     /// What the ideal test gives.
     pub expected_restitution: f64,
     /// Kinetic energy after over before, less the ideal ratio.
@@ -77,6 +80,9 @@ impl Row {
             };
             values.reduce(farther).unwrap_or(from)
         };
+        let robots = runs.iter().filter_map(|r| r.robot_restitution);
+        let robot_restitution =
+            robots.max_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
         let count = runs.len().max(1) as f64;
         let mean = runs.iter().map(|r| r.restitution).sum::<f64>() / count;
         let squares: f64 = runs.iter().map(|r| (r.restitution - mean).powi(2)).sum();
@@ -91,6 +97,7 @@ impl Row {
             actuator: case.robot.name,
             speed_mm_s,
             restitution: worst(|r| r.restitution, expected),
+            robot_restitution,
             expected_restitution: expected,
             energy_error: worst(|r| r.energy_error, 0.0),
             peak_force_error: worst(|r| r.peak_force_error, 0.0),
@@ -116,5 +123,11 @@ impl Row {
     /// How far the worst restitution is from the ideal one.
     pub fn restitution_error(&self) -> f64 {
         self.restitution - self.expected_restitution
+    }
+
+    /// Likewise of the robot; 0 where it is not told.
+    pub fn robot_restitution_error(&self) -> f64 {
+        self.robot_restitution
+            .map_or(0.0, |e| e - self.expected_restitution)
     }
 }

@@ -1,6 +1,6 @@
 //! All laws on all cases, in parallel.
 
-use super::case::Case;
+use super::case::{CYCLE_S, Case};
 use super::ideal::Ideal;
 use super::limits::Limits;
 use super::measure::{Numbers, measure};
@@ -9,9 +9,6 @@ use super::trial::{self, Setup};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use softdock_control::delay::LawName;
-
-/// Cycle of all cases, s.
-const CYCLE_S: f64 = 0.004;
 
 /// Runs the laws on the cases, in parallel; `done` is called after each row.
 ///
@@ -42,6 +39,7 @@ fn row(case: &Case, speed_mm_s: f64, law: LawName, seed: u64) -> Result<Row> {
     let speed_m_s = speed_mm_s * 1e-3;
     let one = |touch: usize| -> Result<(f64, Numbers)> {
         let touch_instant = (touch as f64 + 0.5) / case.touches as f64;
+        let case = &case.of_touch(touch);
         let setup = Setup {
             case,
             law,

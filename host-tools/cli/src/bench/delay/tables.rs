@@ -13,6 +13,8 @@ const BAD: f64 = 0.05;
 const ADDED: f64 = 0.01;
 /// What the star means.
 pub const STAR: &str = "* the law moved the model by more than measured force: over 1 % of 2 m v0";
+/// Sweeps of which mean and spread are shown.
+const SPREAD: [&str; 3] = ["noise", "jitter", "perturbed"];
 /// Name of the cases of the headline.
 const HEADLINE: &str = "headline";
 
@@ -67,6 +69,7 @@ pub fn worst(rows: &[&Row], laws: &[LawName]) -> Table {
         Column::text("robot"),
         Column::text("law"),
         Column::number("restitution error", ""),
+        Column::number("of the robot", ""),
         Column::number("energy error", ""),
         Column::number("peak force error", ""),
         Column::number("contact time error", ""),
@@ -99,6 +102,7 @@ fn worst_cells(robot: &str, law: LawName, rows: &[&Row]) -> Vec<Cell> {
         Cell::text(robot),
         Cell::text(law.name()),
         Cell::formatted(error, Format::Percent(2)).marked(judged(error)),
+        percent(largest(Row::robot_restitution_error)),
         percent(largest(|r| r.energy_error)),
         percent(largest(|r| r.peak_force_error)),
         percent(largest(|r| r.contact_time_error)),
@@ -184,7 +188,7 @@ fn restitution(row: &Row) -> Cell {
         Ending::Refused => "refused".to_owned(),
         Ending::ImpactsMissing => "impacts missing".to_owned(),
         Ending::Stuck => format!("{:.3}{star} sticks", row.restitution),
-        Ending::Ended if row.sweep == "noise" || row.sweep == "jitter" => {
+        Ending::Ended if SPREAD.contains(&row.sweep) => {
             format!(
                 "{:.3} ± {:.3}{star}",
                 row.restitution_mean, row.restitution_sd

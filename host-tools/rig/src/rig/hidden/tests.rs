@@ -26,6 +26,7 @@ pub(super) fn rig_with(hidden: &[Hidden]) -> RigSettings {
         ..ActuatorSettings::default()
     };
     let sensor = &mut settings.sensor;
+    (sensor.noise_force_n, sensor.noise_torque_nm) = (0.0, 0.0);
     (sensor.tool_mass_kg, sensor.tool_com_m) = (2.0, [0.0, 0.0, 0.1]);
     sensor.calibration =
         std::array::from_fn(|row| std::array::from_fn(|column| f64::from(row == column)));

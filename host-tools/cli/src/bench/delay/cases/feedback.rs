@@ -1,6 +1,6 @@
 //! Noise and latency of what the board is told.
 
-use super::super::case::Case;
+use super::super::case::{CYCLE_S, Case};
 
 /// Arm that makes a torque's noise of a force's and an angle's of a position's, m.
 const NOISE_ARM_M: f64 = 0.1;
@@ -23,10 +23,9 @@ pub(super) fn cases() -> Vec<Case> {
     ] {
         cases.push(noise(force_n, position_um, speed_mm_s));
     }
-    for cycles in [1, 2, 4] {
-        for known in [true, false] {
-            cases.push(latency(cycles, known));
-        }
+    cases.extend([1, 2, 4].map(known_latency));
+    for zeta in [0.0, 0.2] {
+        cases.extend([0, 1, 2, 3, 4].map(|cycles| unknown_latency(cycles, zeta)));
     }
     cases
 }
@@ -45,20 +44,33 @@ fn noise(force_n: f64, position_um: f64, speed_mm_s: f64) -> Case {
     case
 }
 
-/// The pose is older than the force; known to the board, or believed to be in step with it.
-fn latency(cycles: u8, known: bool) -> Case {
-    let word = if known { "known" } else { "unknown" };
-    let sweep = if known {
-        "known_latency"
-    } else {
-        "unknown_latency"
-    };
-    let mut case = Case::new(sweep, format!("latency_{cycles}_{word}"));
+/// The pose is older than the force by so many cycles, and the board knows it.
+fn known_latency(cycles: u8) -> Case {
+    let mut case = Case::new("known_latency", format!("latency_{cycles}_known"));
     case.measurement.pose_latency_cycles = usize::from(cycles);
-    case.believed.feedback_latency_known = known;
-    if known {
-        case.believed.feedback_latency_cycles = cycles;
-    }
+    case.believed.feedback_latency_known = true;
+    case.believed.feedback_latency_cycles = cycles;
     case.quick = cycles == 2;
+    case
+}
+
+/// Settings as `softdock identify actuator` writes them without a tool whose weight would tell the latency: the
+/// delay up to the reported pose, and no latency. With 0 cycles this is what commissioning leaves on most robots.
+fn unknown_latency(cycles: u8, zeta: f64) -> Case {
+    let damped = if zeta > 0.0 {
+        format!("_damping_{zeta}")
+    } else {
+        String::new()
+    };
+    let name = format!("latency_{cycles}_unknown{damped}");
+    let mut case = Case::new("unknown_latency", name);
+    case.scene = case.scene.damped(zeta);
+    case.measurement.pose_latency_cycles = usize::from(cycles);
+    case.believed.feedback_latency_known = false;
+    case.believed.delay_s += CYCLE_S * f64::from(cycles);
+    case.quick = cycles == 0 || cycles == 2 && zeta == 0.0;
+    if cycles == 0 && zeta == 0.0 {
+        case.speeds_mm_s = vec![1.0, 5.0, 15.0];
+    }
     case
 }

@@ -10,7 +10,20 @@ pub(super) fn cases() -> Vec<Case> {
     jitter.robot.actuator.jitter = true;
     jitter.touches = 16;
     cases.push(jitter);
+    cases.extend(perturbed());
     cases
+}
+
+/// Plants around the canonical one, with the latency known and as commissioning leaves it: their spread counts, not the
+/// best of them.
+fn perturbed() -> [Case; 2] {
+    [("perturbed", true), ("perturbed_latency_unknown", false)].map(|(name, known)| {
+        let mut case = Case::new("perturbed", name).quick();
+        case.believed.feedback_latency_known = known;
+        case.perturbed = true;
+        case.touches = 48;
+        case
+    })
 }
 
 /// The true delay drifts; believed are 32 ms.
