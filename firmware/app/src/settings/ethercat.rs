@@ -45,8 +45,8 @@ impl Default for EtherCatSettings {
 }
 
 impl EtherCatSettings {
-    /// Checks every field, beside the robot's cycle.
-    pub(super) fn validate(&self, cycle_s: f64) -> Result<(), BoardSettingsError> {
+    /// Checks every field; `longest_wait_s` for a sample.
+    pub(super) fn validate(&self, longest_wait_s: f64) -> Result<(), BoardSettingsError> {
         in_range("ethercat.filter", f64::from(self.filter), 0.0, 8.0)?;
         let calibration = f64::from(self.calibration);
         in_range("ethercat.calibration", calibration, 0.0, 15.0)?;
@@ -56,7 +56,7 @@ impl EtherCatSettings {
         let timeout_s = self.answer_timeout_s;
         in_range("ethercat.answer_timeout_s", timeout_s, 0.0002, 1.0)?;
         let wait_s = self.sample_wait_s;
-        in_range("ethercat.sample_wait_s", wait_s, 0.0, cycle_s / 2.0)?;
+        in_range("ethercat.sample_wait_s", wait_s, 0.0, longest_wait_s)?;
         Ok(())
     }
 
