@@ -5,7 +5,7 @@ use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
-use softdock_tests::peers::{Board, LockStepRig, Motion, QemuBoard, patient};
+use softdock_tests::peers::{Board, LockStepRig, Motion, QemuBoard, patient, without_noise};
 use toml_edit::ser::to_string_pretty;
 
 const ANY: &str = "127.0.0.1:0";
@@ -17,7 +17,8 @@ const COUNT_M: f64 = 1e-7;
 const TOLERANCE_M: f64 = 1e-6;
 
 fn spring_rod(ethercat: bool) -> (Scenario, BoardSettings) {
-    let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Seed);
+    let scenario = Scenario::spring_rod().unwrap();
+    let mut scenario = without_noise(scenario.with_law(LawName::Seed));
     scenario.board = patient(&scenario.board);
     scenario.board.ethercat.enabled = ethercat;
     let settings = scenario.actual_board().unwrap();

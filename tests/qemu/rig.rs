@@ -6,7 +6,7 @@ use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
-use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, patient};
+use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, patient, without_noise};
 use toml_edit::ser::to_string_pretty;
 
 /// The spacecraft flies with 5 mm/s, touches after 1 s, is turned around and flies back: 2 s.
@@ -16,7 +16,8 @@ const COUNT_M: f64 = 1e-7;
 
 /// The paper's spring-rod test with its law, and a board that has patience with a busy computer.
 fn spring_rod() -> (Scenario, BoardSettings) {
-    let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Seed);
+    let scenario = Scenario::spring_rod().unwrap();
+    let mut scenario = without_noise(scenario.with_law(LawName::Seed));
     scenario.board = patient(&scenario.board);
     let settings = scenario.actual_board().unwrap();
     (scenario, settings)

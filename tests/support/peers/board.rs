@@ -9,7 +9,8 @@ use std::time::Instant;
 use super::{Answer, Robot};
 
 /// Settings that keep a busy computer from being taken for a broken sensor or robot: whatever
-/// counts in cycles or seconds is as patient as it can be. No delay law: the peers' robots do not
+/// counts in cycles or seconds is as patient as it can be; a sensor that is asked late shows one reading
+/// more than once. No delay law: the peers' robots do not
 /// follow as the predictor would expect.
 pub const BUSY_COMPUTER: &str = "
 [control.delay]
@@ -20,6 +21,7 @@ lost_telegrams_fault = 1000000
 [control.sensor]
 stale_after_cycles = 100
 fault_after_cycles = 1000
+frozen_after_cycles = 0
 [control.limits]
 clamp_fault_cycles = 10000
 [can]

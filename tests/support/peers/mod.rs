@@ -13,7 +13,7 @@ mod sensor;
 mod served;
 
 pub use board::{BUSY_COMPUTER, Board, counted, text};
-pub use patience::{PATIENCE, patient};
+pub use patience::{PATIENCE, patient, without_noise};
 pub use proxy::{Fault, Proxy};
 pub use qemu::QemuBoard;
 pub use rig::{LockStepRig, Motion};

@@ -1,5 +1,6 @@
 //! Settings that keep a busy computer from being taken for a broken robot or sensor.
 
+use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use toml_edit::{DocumentMut, Table, de, ser};
 
@@ -25,6 +26,7 @@ lost_telegrams_fault = 1_000_000
 [control.sensor]
 stale_after_cycles = 100
 fault_after_cycles = 1000
+frozen_after_cycles = 0
 ";
 
 /// The same settings with [`PATIENCE`].
@@ -36,6 +38,15 @@ pub fn patient(settings: &BoardSettings) -> BoardSettings {
     let mut all = read(&ser::to_string_pretty(settings).expect("settings are TOML"));
     replace(all.as_table_mut(), read(PATIENCE).as_table());
     de::from_document(all).expect("settings of a board")
+}
+
+/// With a sensor that has no noise, and a board that believes readings which repeat: what is sensed does
+/// not depend on how often, or over which link, it is asked.
+pub fn without_noise(mut scenario: Scenario) -> Scenario {
+    scenario.board.control.sensor.frozen_after_cycles = 0;
+    let sensor = &mut scenario.rig.sensor;
+    (sensor.noise_force_n, sensor.noise_torque_nm) = (0.0, 0.0);
+    scenario
 }
 
 /// Replaces values by those of the same names.
