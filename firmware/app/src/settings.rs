@@ -243,8 +243,8 @@ impl BoardSettings {
 
     /// How long a link may wait for a sample: half a cycle if it is the chosen one.
     fn longest_wait_s(&self, chosen: bool) -> f64 {
-        /// Half of the longest cycle.
-        const UNUSED_S: f64 = 0.05;
+        /// Half of the longest cycle that the settings allow.
+        const UNUSED_S: f64 = 0.01;
         match chosen {
             true => self.control.robot.cycle_s / 2.0,
             false => UNUSED_S,

@@ -4,12 +4,11 @@
 //! spectrum is taken where effects are not, as a running median against single lines, and what
 //! lies below [`SLOW_HZ`] is replaced by the level just above.
 
+use crate::diagnose::structure::SLOW_HZ;
 use crate::statistics::{median, periodogram};
 
 /// Order of the model.
 pub(super) const ORDER: usize = 4;
-/// Below this frequency effects live, Hz.
-const SLOW_HZ: f64 = 6.0;
 /// Width of the band whose level stands for the slow part, Hz.
 const JUST_ABOVE_HZ: f64 = 6.0;
 /// Bins of the running median on either side.

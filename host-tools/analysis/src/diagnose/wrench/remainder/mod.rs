@@ -15,14 +15,13 @@ use super::problem::subtract;
 use super::tested::{Fitted, Tested};
 use crate::diagnose::evidence::{self, PRIOR};
 use crate::diagnose::named::INTERVAL_95;
+use crate::diagnose::structure::SLOW_HZ;
 use crate::model::Axis;
 use crate::model::load::Column;
 use crate::statistics::periodogram;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
 
-/// Below this frequency effects live, Hz.
-const SLOW_HZ: f64 = 6.0;
 /// Rounds in which the variances are found.
 const ROUNDS: usize = 40;
 /// Precisions, over what the logs say of a function, from which the variances are looked for: of a
