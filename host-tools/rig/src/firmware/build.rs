@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
+use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -34,14 +35,45 @@ struct Message {
     executable: Option<PathBuf>,
 }
 
+impl BoardImage {
+    /// A file of its own beside cargo's, where programs with other features take each other's place.
+    fn file(&self) -> String {
+        let mut parts = vec![self.package];
+        parts.extend(self.features);
+        format!("{}.elf", parts.join("-"))
+    }
+}
+
 /// Builds an image with a profile and gives the program (ELF). Cargo's own messages go to standard
 /// error.
 pub fn build(board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let root = repository()?;
     ensure_target(board.target)?;
     eprintln!("building {} for {}", board.package, board.target);
+    // Until the program has its own name, nobody else may build the package with other features.
+    let lock = root.join("target/images.lock");
+    let _locked = lock_file(&lock).with_context(|| lock.display().to_string())?;
+    let program = compile(&root, board, profile)?;
+    let named = program.with_file_name(board.file());
+    let new = tempfile::NamedTempFile::new_in(program.parent().unwrap_or(&root))
+        .and_then(|new| fs::copy(&program, new.path()).map(|_| new))
+        .with_context(|| format!("cannot copy {}", program.display()))?;
+    // At once: an emulator that starts meanwhile reads the old file or the new one, whole.
+    new.persist(&named)?;
+    Ok(named)
+}
+
+/// Waits until nobody else holds the file's lock; it is released when the file is dropped.
+fn lock_file(path: &Path) -> std::io::Result<File> {
+    fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
+    let file = File::create(path)?;
+    file.lock()?;
+    Ok(file)
+}
+
+fn compile(root: &Path, board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let mut cargo = Command::new(cargo())
-        .current_dir(&root)
+        .current_dir(root)
         .args(["build", "--quiet", "--profile", profile])
         .args(["--package", board.package, "--target", board.target])
         .arg(format!("--features={}", board.features.join(",")))
