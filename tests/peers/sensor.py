@@ -1,22 +1,31 @@
-"""An ATI NETCANOEM force/torque sensor on python-can's SLCAN client.
+"""An ATI NETCANOEM force/torque sensor on python-can's SLCAN client, or behind an SLCAN adapter.
 
 Written from ATI document 9610-05-1030 and with `struct`, so that it shares no code with the firmware
-that it is tested against. It connects to the board's SLCAN port over TCP and answers until the board
+that it is tested against. With --channel it connects to the board's SLCAN port over TCP; with --adapter
+it is behind an adapter that the board opens, a TCP server or a serial device. It answers until the board
 goes or standard input ends.
 
 Standard input, one command per line:
+    drop                      with --adapter tcp: the client is disconnected, the channel closed
     force FX FY FZ REQUESTS   the next REQUESTS readings show this force (N), then none again
 Standard output:
     ready                     connected, the channel is open
+    adapter PLACE             with --adapter, before anybody has come: what the board is to open
+    opened, closed            with --adapter: the channel
     wrench FX FY FZ TX TY TZ  what the readings of a `force` show, N and N m, after rounding to counts
     released READINGS         the force is gone again
 """
 
 import argparse
+import os
+import pty
 import queue
+import select
+import socket
 import struct
 import sys
 import threading
+import tty
 
 import can
 
@@ -69,6 +78,7 @@ class Sensor:
         self.forces = queue.Queue()
         self.shown = [0] * 6
         self.left = 0
+        self.dropped = threading.Event()
 
     def answers(self, message):
         """Data of the answers to a request, each with its opcode."""
@@ -112,6 +122,9 @@ def say(*words):
 def read_commands(sensor, ended):
     for line in sys.stdin:
         word, *numbers = line.split()
+        if word == "drop" and not numbers:
+            sensor.dropped.set()
+            continue
         if word != "force" or len(numbers) != 4:
             sys.exit(f"sensor: expected `force FX FY FZ REQUESTS`, received `{line.strip()}`")
         sensor.forces.put(([float(n) for n in numbers[:3]], int(numbers[3])))
@@ -126,14 +139,128 @@ def serve(sensor, bus, ended):
             bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
 
+class Adapter:
+    """A strict SLCAN adapter, from Lawicel's CANUSB manual: nothing but what the manual allows in a state.
+
+    The bus behind it is python-can's virtual one.
+    """
+
+    def __init__(self, stream, bus):
+        self.stream, self.bus = stream, bus
+        self.bit_rate, self.open = None, False
+
+    def serve(self, ended):
+        """Until the client goes."""
+        line = b""
+        while not ended.is_set():
+            received = self.stream.read(512)
+            if received is None:
+                return
+            *lines, line = (line + received).split(b"\r")
+            for ended_line in lines:
+                self.stream.write(self.reply(ended_line.decode("latin-1")))
+            if self.open:
+                self.pass_on()
+
+    def pass_on(self):
+        message = self.bus.recv(timeout=0)
+        while message:
+            data = message.data.hex().upper()
+            self.stream.write(f"t{message.arbitration_id:03X}{message.dlc}{data}\r".encode())
+            message = self.bus.recv(timeout=0)
+
+    def reply(self, line):
+        if line == "":
+            return b"\r"
+        if line == "C" and self.open:
+            self.open = False
+            say("closed")
+            return b"\r"
+        if line == "S8" and not self.open:
+            self.bit_rate = 1_000_000
+            return b"\r"
+        if line == "O" and not self.open and self.bit_rate:
+            self.open = True
+            say("opened")
+            return b"\r"
+        if line.startswith("t") and self.open and len(line) == 5 + 2 * int(line[4]):
+            data = bytes.fromhex(line[5:])
+            self.bus.send(can.Message(arbitration_id=int(line[1:4], 16), data=data, is_extended_id=False))
+            return b"z\r"
+        return b"\x07"
+
+
+class TcpStream:
+    """One client after the other; `read` gives nothing when nothing came, None when the client has gone."""
+
+    def __init__(self, server, dropped):
+        self.socket, _ = server.accept()
+        self.dropped = dropped
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket.settimeout(0.001)
+
+    def read(self, length):
+        if self.dropped.is_set():
+            self.dropped.clear()
+            self.socket.close()
+            return None
+        try:
+            return self.socket.recv(length) or None
+        except TimeoutError:
+            return b""
+        except OSError:
+            return None
+
+    def write(self, data):
+        try:
+            self.socket.sendall(data)
+        except OSError:
+            pass
+
+
+class SerialStream:
+    """The adapter's end of a pseudo-terminal; while the far end is open here as well, clients come and go."""
+
+    def __init__(self, descriptor):
+        self.descriptor = descriptor
+
+    def read(self, length):
+        ready, _, _ = select.select([self.descriptor], [], [], 0.001)
+        return os.read(self.descriptor, length) if ready else b""
+
+    def write(self, data):
+        os.write(self.descriptor, data)
+
+
+def be_adapter(kind, bus, dropped, ended):
+    """Serves whoever opens it."""
+    if kind == "serial":
+        near, far = pty.openpty()
+        tty.setraw(far)
+        say("adapter", os.ttyname(far))
+        Adapter(SerialStream(near), bus).serve(ended)
+        return
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        say("adapter", f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        while not ended.is_set():
+            Adapter(TcpStream(server, dropped), bus).serve(ended)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--channel", required=True, help="python-can channel, such as socket://127.0.0.1:29536")
+    side = parser.add_mutually_exclusive_group(required=True)
+    side.add_argument("--channel", help="python-can channel, such as socket://127.0.0.1:29536")
+    side.add_argument("--adapter", choices=["tcp", "serial"], help="be an adapter that the board opens")
     parser.add_argument("--base", type=lambda text: int(text, 0), default=0x20, help="identifier base, 7 bits")
     arguments = parser.parse_args()
 
     sensor, ended = Sensor(arguments.base), threading.Event()
     threading.Thread(target=read_commands, args=(sensor, ended), daemon=True).start()
+    if arguments.adapter:
+        with can.Bus(interface="virtual", channel="rig") as near, can.Bus(interface="virtual", channel="rig") as far:
+            threading.Thread(target=serve, args=(sensor, far, ended), daemon=True).start()
+            be_adapter(arguments.adapter, near, sensor.dropped, ended)
+        return
     try:
         # The open sequence is python-can's own: C, S8, an empty line, O, O.
         with can.Bus(interface="slcan", channel=arguments.channel, bitrate=1_000_000, sleep_after_open=0) as bus:

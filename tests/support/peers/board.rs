@@ -36,6 +36,9 @@ new_run_after_lost = 1000000
 silence_s = 60.0
 ";
 
+/// A free port of this computer.
+const ANY: &str = "127.0.0.1:0";
+
 /// A running board, the folder of its files, and where it listens.
 #[derive(Debug)]
 pub struct Board {
@@ -45,7 +48,7 @@ pub struct Board {
     pub folder: PathBuf,
     /// The robot's port (UDP).
     pub robot: SocketAddr,
-    /// The sensor's port (TCP).
+    /// The sensor's port (TCP); port 0 where the board opens an adapter instead.
     pub can: SocketAddr,
     /// The port of the EtherCAT segment (UDP), with `--ethercat`.
     pub ethercat: Option<SocketAddr>,
@@ -59,23 +62,31 @@ impl Board {
     /// # Panics
     /// If it does not come up.
     pub fn start(test: &str, settings: &str, arguments: &[&str]) -> Self {
+        Self::start_with_can(test, settings, ANY, arguments)
+    }
+
+    /// Likewise, with the sensor at the end of `can`.
+    ///
+    /// # Panics
+    /// If it does not come up.
+    pub fn start_with_can(test: &str, settings: &str, can: &str, arguments: &[&str]) -> Self {
         let folder = scratch(test);
         std::fs::write(folder.join("board.toml"), settings).expect("settings can be written");
-        let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0)).to_string();
         let mut command = Command::new(softdock_binary());
         command
             .current_dir(&folder)
             .args(["board", "--settings", "board.toml", "-o", "run.mcap"]);
-        command
-            .args(["--robot", &any, "--can", &any])
-            .args(arguments);
+        command.args(["--robot", ANY, "--can", can]).args(arguments);
         let mut process = Running::start("board", &mut command);
         // board: robot on UDP 127.0.0.1:1, SLCAN on TCP 127.0.0.1:2
         let line = process.wait_for("board: robot on UDP ");
         let mut addresses = line.split([' ', ',']).filter_map(|word| word.parse().ok());
-        let (Some(robot), Some(can)) = (addresses.next(), addresses.next()) else {
-            panic!("expected two addresses in `{line}`");
+        let Some(robot) = addresses.next() else {
+            panic!("expected an address in `{line}`");
         };
+        let can = addresses
+            .next()
+            .unwrap_or(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)));
         let service = line.split_once(", service on ").map(|(_, place)| place);
         let service = service.and_then(|place| place.split(' ').nth(1));
         Self {

@@ -39,6 +39,21 @@ pub fn sensor(folder: &Path, can: SocketAddr) -> Running {
     running
 }
 
+/// The same sensor behind an SLCAN adapter of that kind (`tcp`, `serial`), and what opens the adapter.
+///
+/// # Panics
+/// If it does not come up.
+pub fn adapter(folder: &Path, kind: &str) -> (Running, String) {
+    let mut command = peer("sensor.py", folder);
+    command.args(["--adapter", kind]);
+    let mut running = Running::start("SLCAN adapter", &mut command);
+    let line = running.wait_for("adapter ");
+    let place = line
+        .split_once("adapter ")
+        .map(|(_, place)| place.to_owned());
+    (running, place.unwrap_or_else(|| panic!("no place: {line}")))
+}
+
 /// An EtherCAT MainDevice in Python with its cable, and where the segment is to be plugged in; none if this machine
 /// does not allow such a cable.
 ///

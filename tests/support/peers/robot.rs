@@ -2,6 +2,7 @@
 //! is, or as slow as the test wants. It reads answers with a few lines of its own.
 
 use crate::process::PATIENCE;
+use std::io::ErrorKind;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
@@ -79,10 +80,13 @@ impl Robot {
     /// If none comes within [`PATIENCE`], or it is not one.
     pub fn receive(&self) -> Answer {
         let mut buffer = [0; 2048];
-        let (length, from) = self
-            .socket
-            .recv_from(&mut buffer)
-            .expect("the board answers");
+        let (length, from) = loop {
+            match self.socket.recv_from(&mut buffer) {
+                // A machine that was paused.
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                other => break other.expect("the board answers"),
+            }
+        };
         assert_eq!(from, self.board);
         Answer::parse(&buffer[..length])
     }

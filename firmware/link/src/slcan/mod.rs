@@ -10,9 +10,12 @@
 //! |---|---|
 //! | `line` | a frame as a line |
 //! | `adapter` | the adapter's side: bytes from the client into actions |
+//! | `client` | the client's side: opens the channel, an adapter's bytes into frames |
 
 mod adapter;
+mod client;
 mod line;
 
 pub use adapter::{Slcan, SlcanEvent};
+pub use client::{AdapterEvent, AdapterLines, CLOSING, OPENING};
 pub use line::{MAX_LINE_BYTES, SlcanError, encode_frame_line, parse_frame_line};

@@ -8,14 +8,14 @@ use softdock_analysis::input::{self, refuse_overwrite};
 use softdock_analysis::recording::{Header, RecordingWriter};
 use softdock_analysis::telemetry::Names;
 use softdock_app::settings::BoardSettings;
-use softdock_rig::board::process::{Process, Record, ServiceAddress};
+use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
 /// The robot (or a simulator of it) sends its RSI telegrams to --robot. The sensor's side connects
-/// to --can and speaks SLCAN, or is an EtherCAT segment that sends its frames to --ethercat. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
+/// to --can and speaks SLCAN, or --can names a real SLCAN adapter on the sensor's bus, or the sensor is an EtherCAT segment that sends its frames to --ethercat. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
 /// with --service, by `softdock params mode`. Ctrl-C ends it. When `softdock params` changes settings
 /// the board starts over, and a recording goes on in a file of its own: RUN-2.mcap, RUN-3.mcap ..
 #[derive(Debug, Args)]
@@ -32,9 +32,13 @@ pub(super) struct Board {
     /// UDP address to listen on for the robot
     #[arg(long, value_name = "UDP_ADDR")]
     robot: SocketAddr,
-    /// TCP address to listen on for the sensor's SLCAN client
-    #[arg(long, value_name = "TCP_ADDR", required_unless_present = "ethercat")]
-    can: Option<SocketAddr>,
+    /// TCP address to listen on for the sensor's SLCAN client; or an SLCAN adapter to open at 1 Mbit/s: its serial device (/dev/ttyACM0, /dev/ttyUSB0@3000000) or tcp:HOST:PORT
+    #[arg(
+        long,
+        value_name = "TCP_ADDR|ADAPTER",
+        required_unless_present = "ethercat"
+    )]
+    can: Option<CanAddress>,
     /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram; the settings choose the link
     #[arg(long, value_name = "UDP_ADDR")]
     ethercat: Option<SocketAddr>,

@@ -1,5 +1,5 @@
-//! A board as a process in real time: RSI on a UDP socket, CAN through SLCAN on a TCP socket or the
-//! frames of an EtherCAT segment on a UDP socket, the service on a TCP socket or a pseudo-terminal, the operator on standard input.
+//! A board as a process in real time: RSI on a UDP socket, CAN through SLCAN (for a client on a TCP
+//! socket, or with a real adapter) or the frames of an EtherCAT segment on a UDP socket, the service on a TCP socket or a pseudo-terminal, the operator on standard input.
 //!
 //! Each of the firmware's tasks has a thread, where it sleeps until it is woken; on a microcontroller
 //! they have priorities instead. Each blocking source has a thread that fills a queue and wakes the
@@ -14,11 +14,12 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::store::{Boot, Origin, Store};
-use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+mod can_bus;
 mod clock;
 mod line;
 mod mailbox;
@@ -27,16 +28,20 @@ mod recorders;
 mod segment_port;
 mod service;
 mod session;
+mod slcan_client;
 mod slcan_server;
 mod telemetry;
 mod udp;
 
+pub use can_bus::CanAddress;
 pub(super) use clock::RealClock;
 pub use line::ServiceAddress;
 pub use recorders::Record;
+pub use slcan_client::AdapterPort;
 
 use super::block_on::block_on;
 use super::flash::FileFlash;
+use can_bus::CanPort;
 use line::Line;
 use session::{BoardSession, Io};
 
@@ -52,8 +57,8 @@ pub struct Process {
     pub flash: Option<PathBuf>,
     /// UDP address for the robot's telegrams.
     pub robot: SocketAddr,
-    /// TCP address for the sensor's SLCAN client.
-    pub can: Option<SocketAddr>,
+    /// Where the sensor's SLCAN client comes to, or its adapter is.
+    pub can: Option<CanAddress>,
     /// UDP address for the sensor's EtherCAT segment.
     pub ethercat: Option<SocketAddr>,
     /// The line of the service.
@@ -67,7 +72,7 @@ pub struct Process {
 /// A board whose addresses are taken.
 pub struct Listening {
     udp: UdpSocket,
-    can: Option<TcpListener>,
+    can: Option<CanPort>,
     ethercat: Option<UdpSocket>,
     line: Option<Line>,
     store: Store<FileFlash>,
@@ -79,15 +84,8 @@ impl Process {
     /// Opens the flash and takes the addresses, so that what can go wrong has gone wrong before
     /// anything is written.
     pub fn listen(self, stop: &Arc<AtomicBool>) -> Result<Listening> {
-        let in_use = |what: &str, address: SocketAddr| {
-            format!(
-                "cannot listen for the {what} on {address}; is another board running, or is this not an address of this computer?"
-            )
-        };
         let udp = UdpSocket::bind(self.robot).with_context(|| in_use("robot (UDP)", self.robot))?;
-        let bind =
-            |address| TcpListener::bind(address).with_context(|| in_use("sensor (TCP)", address));
-        let can = self.can.map(bind).transpose()?;
+        let can = self.can.map(CanPort::prepare).transpose()?;
         let bind = |address| {
             UdpSocket::bind(address).with_context(|| in_use("EtherCAT sensor (UDP)", address))
         };
@@ -112,7 +110,7 @@ impl Process {
             .unwrap_or_default();
         let mut sensor = String::new();
         if let Some(can) = &can {
-            sensor += &format!(", SLCAN on TCP {}", can.local_addr()?);
+            sensor += &format!(", {can}");
         }
         if let Some(ethercat) = &ethercat {
             sensor += &format!(", EtherCAT on UDP {}", ethercat.local_addr()?);
@@ -147,7 +145,7 @@ impl Listening {
             report(&boot);
             let io = Io {
                 udp: self.udp.try_clone()?,
-                can: self.can.as_ref().map(TcpListener::try_clone).transpose()?,
+                can: self.can.as_ref().map(CanPort::try_clone).transpose()?,
                 ethercat: self
                     .ethercat
                     .as_ref()
@@ -165,6 +163,12 @@ impl Listening {
             eprintln!("board: starts over");
         }
     }
+}
+
+fn in_use(what: &str, address: SocketAddr) -> String {
+    format!(
+        "cannot listen for the {what} on {address}; is another board running, or is this not an address of this computer?"
+    )
 }
 
 fn report(boot: &Boot) {

@@ -3,9 +3,10 @@
 use super::lock::Lock;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use serialport::{SerialPortInfo, SerialPortType};
+use serialport::{SerialPort, SerialPortInfo, SerialPortType};
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Speed of the NUCLEO's serial line, bit/s.
@@ -17,14 +18,27 @@ const TIMEOUT: Duration = Duration::from_secs(3);
 /// Makers of debug probes with a serial line: STMicroelectronics.
 const ST: u16 = 0x0483;
 
-trait Stream: Read + Write + Send {}
-impl<T: Read + Write + Send> Stream for T {}
+trait Stream: Read + Write + Send {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>>;
+}
+
+impl Stream for TcpStream {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+        Ok(Box::new(Self::try_clone(self)?))
+    }
+}
+
+impl Stream for Box<dyn SerialPort> {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+        Ok(Box::new(SerialPort::try_clone(&**self)?))
+    }
+}
 
 /// An open line. No other softdock has it.
 pub struct Port {
     stream: Box<dyn Stream>,
     /// Held while the line is open.
-    _lock: Option<Lock>,
+    lock: Option<Arc<Lock>>,
 }
 
 impl Port {
@@ -37,6 +51,17 @@ impl Port {
             Some(address) => Self::open_tcp(address),
             None => Self::open_serial(name, baud_rate),
         }
+    }
+
+    /// The same line for another thread.
+    ///
+    /// # Errors
+    /// The system gives no more handles.
+    pub fn try_clone(&self) -> io::Result<Self> {
+        Ok(Self {
+            stream: self.stream.try_clone()?,
+            lock: self.lock.clone(),
+        })
     }
 
     fn open_tcp(text: &str) -> Result<Self> {
@@ -56,7 +81,7 @@ impl Port {
         stream.set_write_timeout(Some(TIMEOUT))?;
         Ok(Self {
             stream: Box::new(stream),
-            _lock: Some(lock),
+            lock: Some(Arc::new(lock)),
         })
     }
 
@@ -68,7 +93,7 @@ impl Port {
         let stream = port.map_err(|error| serial_error(path, &error))?;
         Ok(Self {
             stream: Box::new(stream),
-            _lock: None,
+            lock: None,
         })
     }
 }

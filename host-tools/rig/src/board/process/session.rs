@@ -1,11 +1,11 @@
 //! One run of the board's firmware: from its start until it starts over or ends.
 
+use super::can_bus::CanPort;
 use super::clock::RealClock;
 use super::line::Line;
 use super::operator::start_watch;
 use super::recorders::{Record, Recorders, start_recorder};
 use super::segment_port::SegmentPort;
-use super::slcan_server::SlcanBus;
 use super::telemetry::Telemetry;
 use super::udp::UdpPort;
 use super::{Shared, service};
@@ -18,7 +18,7 @@ use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::LinkCounters;
 use softdock_app::store::{Block, Boot, Origin, Store};
-use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -26,7 +26,7 @@ use std::thread;
 /// The ports of a board.
 pub(super) struct Io {
     pub(super) udp: UdpSocket,
-    pub(super) can: Option<TcpListener>,
+    pub(super) can: Option<CanPort>,
     pub(super) ethercat: Option<UdpSocket>,
     pub(super) line: Option<Line>,
     /// The recorder, in place of that of the settings.
@@ -81,7 +81,7 @@ impl BoardSession {
         *current.lock().unwrap_or_else(PoisonError::into_inner) = shared.clone();
         let clock = RealClock::start();
         let port = UdpPort::start(io.udp, ended.clone())?;
-        let start_can = |listener| SlcanBus::start(listener, ended.clone());
+        let start_can = |port: CanPort| port.start(ended.clone());
         let bus = io.can.map(start_can).transpose()?;
         let start_ethercat = |socket| SegmentPort::start(socket, ended.clone());
         let segment = io.ethercat.map(start_ethercat).transpose()?;
