@@ -1,7 +1,8 @@
-//! Recordings through their public functions: files, text, replay.
+//! Recordings through their public functions: files, text, replay; and tables for other programs.
 
 mod csv;
 mod damage;
+mod data_table;
 mod file;
 mod golden;
 mod replay;

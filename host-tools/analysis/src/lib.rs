@@ -8,10 +8,12 @@
 //! | `model` | the model file, its effects, and what it predicts |
 //! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
 //! | `commission` | calibration of the sensor, identification of the actuator, parameters of a board |
-//! | `statistics`, `input`, `identity` | what they share |
+//! | `data_table` | tables that other programs read: CSV and Parquet |
+//! | `statistics`, `input`, `output`, `identity` | what they share |
 
 pub mod commission;
 pub mod compare;
+pub mod data_table;
 pub mod diagnose;
 pub mod effects;
 pub mod fit;
@@ -19,6 +21,7 @@ pub mod identity;
 pub mod import;
 pub mod input;
 pub mod model;
+pub mod output;
 pub mod recording;
 pub mod replay;
 pub mod statistics;

@@ -1,14 +1,15 @@
-//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT.
+//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, a reader of tables.
 
 use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
+use softdock_analysis::data_table::DataTable;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Names the Python interpreter that has RSIPI and python-can.
+/// Names the Python interpreter that has RSIPI, python-can and pyarrow.
 const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 
 /// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.
@@ -52,6 +53,24 @@ pub fn adapter(folder: &Path, kind: &str) -> (Running, String) {
         .split_once("adapter ")
         .map(|(_, place)| place.to_owned());
     (running, place.unwrap_or_else(|| panic!("no place: {line}")))
+}
+
+/// What pyarrow finds in a table that was written as Parquet: `rows`, `types`, `metadata`. Pandas has found the same
+/// values in it as in the CSV.
+///
+/// # Panics
+/// If they cannot read it, or disagree.
+pub fn read_table(table: &DataTable) -> serde_json::Value {
+    let folder = scratch("read_table");
+    let files = ["table.parquet", "table.csv"].map(|name| folder.join(name));
+    for file in &files {
+        table.write(file).expect("a table that can be written");
+    }
+    let mut reader = Running::start("pyarrow", peer("read_table.py", &folder).args(&files));
+    let found = reader.wait_for("{\"rows\"");
+    let (status, log) = reader.finish();
+    assert!(status.success(), "pyarrow ended with {status}\n{log}");
+    serde_json::from_str(&found).expect("JSON")
 }
 
 /// An EtherCAT MainDevice in Python with its cable, and where the segment is to be plugged in; none if this machine

@@ -7,8 +7,8 @@
 mod merge;
 
 use super::Model;
+use crate::output::write_whole;
 use anyhow::{Context, Result, bail, ensure};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Significant digits of fitted values: a thousandth of the narrowest interval that any log gives.
@@ -132,27 +132,14 @@ impl Edited<'_> {
 ///
 /// The file was changed by somebody else in the meantime, or cannot be replaced.
 pub(crate) fn replace(path: &Path, before: &str, after: &str) -> Result<()> {
-    // A link stays a link.
-    let path =
-        std::fs::canonicalize(path).with_context(|| format!("cannot find {}", path.display()))?;
-    if read(&path)? != before {
+    if read(path)? != before {
         bail!(
             "{} was changed by another program in the meantime and is left as it is; run the \
              command again",
             path.display()
         );
     }
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let failed = || format!("cannot replace {}", path.display());
-    let mut new = tempfile::NamedTempFile::new_in(folder).with_context(failed)?;
-    new.write_all(after.as_bytes()).with_context(failed)?;
-    let permissions = std::fs::metadata(&path).with_context(failed)?.permissions();
-    new.as_file()
-        .set_permissions(permissions)
-        .with_context(failed)?;
-    new.as_file().sync_all().with_context(failed)?;
-    new.persist(&path).with_context(failed)?;
-    Ok(())
+    write_whole(path, after.as_bytes())
 }
 
 fn read(path: &Path) -> Result<String> {

@@ -6,6 +6,7 @@ use super::schema::{Described, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
 use super::{Header, Recording};
+use crate::data_table::Description;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -27,20 +28,7 @@ struct Sidecar {
     cut: Option<String>,
     /// Number of rows.
     cycles: usize,
-    columns: Vec<Column>,
-}
-
-/// A column of the table.
-#[derive(Debug, Serialize, Deserialize)]
-struct Column {
-    name: String,
-    unit: String,
-    #[serde(rename = "type")]
-    kind: String,
-    /// What may stand in it, if it holds words.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    words: Vec<String>,
-    meaning: String,
+    columns: Vec<Description>,
 }
 
 /// Writes `path` (CSV) and the JSON file of the same name beside it.
@@ -86,14 +74,14 @@ fn write_table(recording: &Recording, topics: &[Topic], path: &Path) -> anyhow::
 }
 
 /// The columns of a topic.
-fn described(topic: Topic) -> impl Iterator<Item = Column> {
+fn described(topic: Topic) -> impl Iterator<Item = Description> {
     fields(topic).into_iter().flat_map(move |described| {
         let Described {
             field,
             ros_type,
             words,
         } = described;
-        let column = move |name| Column {
+        let column = move |name| Description {
             name,
             unit: field.unit.symbol.to_owned(),
             kind: if words.is_empty() { ros_type } else { "word" }.to_owned(),

@@ -1,0 +1,39 @@
+//! What a table's values do not say themselves: units and meanings.
+
+use super::{DataColumn, Values};
+use serde::{Deserialize, Serialize};
+
+/// A column in words, as it stands beside the values of any table that softdock writes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Description {
+    /// Name of the column.
+    pub name: String,
+    /// Unit as printed, `1` for none.
+    pub unit: String,
+    /// Type of its values, as ROS 2 calls it.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// What may stand in it, if it holds words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub words: Vec<String>,
+    /// What it means.
+    pub meaning: String,
+}
+
+impl Description {
+    pub(super) fn of(column: &DataColumn) -> Self {
+        let kind = match column.values {
+            Values::Number(_) => "float64",
+            Values::Count(_) => "uint64",
+            Values::Flag(_) => "bool",
+            Values::Text(_) => "string",
+        };
+        Self {
+            name: column.name.clone(),
+            unit: column.unit.clone(),
+            kind: kind.to_owned(),
+            words: Vec::new(),
+            meaning: column.meaning.clone(),
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Tables as Parquet.
+//!
+//! Every column is optional, rows stand in groups of a fixed size, and the file says neither when
+//! nor by which version of a library it was written: the same table is the same file.
+
+use super::{DataColumn, DataTable, Description, Values};
+use anyhow::{Context, Result, bail, ensure};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::{Type, TypePtr};
+use std::fs::File;
+use std::sync::Arc;
+
+/// Rows in a group.
+const GROUP_ROWS: usize = 65_536;
+/// Of zstd: what its authors recommend.
+const LEVEL: i32 = 3;
+/// Writer, in the file.
+const CREATED_BY: &str = "softdock";
+/// Name of the columns' descriptions in the metadata.
+const COLUMNS: &str = "softdock.columns";
+/// Definition level of a value that is there.
+const PRESENT: i16 = 1;
+
+impl DataTable {
+    /// The table as a Parquet file.
+    ///
+    /// # Errors
+    /// The columns do not make a table.
+    pub fn to_parquet(&self) -> Result<Vec<u8>> {
+        self.check()?;
+        let mut file =
+            SerializedFileWriter::new(Vec::new(), self.schema()?, self.properties()?.into())?;
+        for start in (0..self.rows()).step_by(GROUP_ROWS) {
+            let end = self.rows().min(start + GROUP_ROWS);
+            let mut group = file.next_row_group()?;
+            for column in &self.columns {
+                let writer = group.next_column()?;
+                let mut writer = writer.context("the schema has fewer columns than the table")?;
+                column.values.write(start..end, &mut writer)?;
+                writer.close()?;
+            }
+            group.close()?;
+        }
+        Ok(file.into_inner()?)
+    }
+
+    fn schema(&self) -> Result<TypePtr> {
+        let fields = self.columns.iter().map(|column| {
+            let (physical, logical) = match column.values {
+                Values::Number(_) => (Physical::DOUBLE, None),
+                Values::Count(_) => (Physical::INT64, Some(LogicalType::integer(64, false))),
+                Values::Flag(_) => (Physical::BOOLEAN, None),
+                Values::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+            };
+            let field = Type::primitive_type_builder(&column.name, physical)
+                .with_logical_type(logical)
+                .with_repetition(Repetition::OPTIONAL);
+            Ok(Arc::new(field.build()?))
+        });
+        let fields = fields.collect::<Result<_>>()?;
+        let table = Type::group_type_builder("table").with_fields(fields);
+        Ok(Arc::new(table.build()?))
+    }
+
+    fn properties(&self) -> Result<WriterProperties> {
+        let columns: Vec<Description> = self.columns.iter().map(Description::of).collect();
+        let columns = KeyValue::new(COLUMNS.to_owned(), serde_json::to_string(&columns)?);
+        let metadata = self.metadata.iter().cloned();
+        let metadata = metadata.map(|(name, text)| KeyValue::new(name, text));
+        Ok(WriterProperties::builder()
+            .set_created_by(CREATED_BY.to_owned())
+            .set_compression(Compression::ZSTD(ZstdLevel::try_new(LEVEL)?))
+            .set_key_value_metadata(Some([columns].into_iter().chain(metadata).collect()))
+            .build())
+    }
+
+    /// Reads what [`to_parquet`](Self::to_parquet) wrote.
+    pub(super) fn from_parquet(file: File) -> Result<Self> {
+        let file = SerializedFileReader::new(file)?;
+        let entries = file.metadata().file_metadata().key_value_metadata();
+        let entries = entries.into_iter().flatten().cloned();
+        let entries = entries.map(|entry| (entry.key, entry.value.unwrap_or_default()));
+        let (own, metadata): (Vec<_>, Vec<_>) = entries.partition(|(name, _)| name == COLUMNS);
+        let (_, columns) = own.first().context("the columns have no descriptions")?;
+        let descriptions: Vec<Description> = serde_json::from_str(columns)?;
+        let columns = descriptions.into_iter().enumerate();
+        let columns = columns
+            .map(|(place, description)| read_column(&file, place, description))
+            .collect::<Result<_>>()?;
+        Ok(Self { columns, metadata })
+    }
+}
+
+impl Values {
+    /// Writes a part of them.
+    fn write(
+        &self,
+        rows: std::ops::Range<usize>,
+        to: &mut SerializedColumnWriter<'_>,
+    ) -> Result<()> {
+        match self {
+            Self::Number(values) => write::<DoubleType, _>(to, &values[rows], |value| *value),
+            Self::Count(values) => write::<Int64Type, _>(to, &values[rows], |v| v.cast_signed()),
+            Self::Flag(values) => write::<BoolType, _>(to, &values[rows], |value| *value),
+            Self::Text(values) => {
+                write::<ByteArrayType, _>(to, &values[rows], |text| text.as_str().into())
+            }
+        }
+    }
+}
+
+fn write<P: DataType, T>(
+    to: &mut SerializedColumnWriter<'_>,
+    values: &[Option<T>],
+    stored: impl Fn(&T) -> P::T,
+) -> Result<()> {
+    let present: Vec<P::T> = values.iter().flatten().map(stored).collect();
+    let levels = values.iter().map(|value| i16::from(value.is_some()));
+    let levels: Vec<i16> = levels.collect();
+    to.typed::<P>().write_batch(&present, Some(&levels), None)?;
+    Ok(())
+}
+
+fn read_column(
+    file: &SerializedFileReader<File>,
+    place: usize,
+    description: Description,
+) -> Result<DataColumn> {
+    let Description {
+        name,
+        unit,
+        kind,
+        meaning,
+        ..
+    } = description;
+    let mut values = match kind.as_str() {
+        "float64" => Values::Number(Vec::new()),
+        "uint64" => Values::Count(Vec::new()),
+        "bool" => Values::Flag(Vec::new()),
+        "string" => Values::Text(Vec::new()),
+        other => bail!("column `{name}` holds `{other}`; expected float64, uint64, bool or string"),
+    };
+    for group in 0..file.num_row_groups() {
+        let group = file.get_row_group(group)?;
+        let rows = usize::try_from(group.metadata().num_rows())?;
+        ensure!(
+            place < group.num_columns(),
+            "the file has no column `{name}`"
+        );
+        let reader = group.get_column_reader(place)?;
+        match (&mut values, reader) {
+            (Values::Number(to), ColumnReader::DoubleColumnReader(from)) => {
+                read(from, rows, to, Ok)?;
+            }
+            (Values::Count(to), ColumnReader::Int64ColumnReader(from)) => {
+                read(from, rows, to, |value| Ok(value.cast_unsigned()))?;
+            }
+            (Values::Flag(to), ColumnReader::BoolColumnReader(from)) => read(from, rows, to, Ok)?,
+            (Values::Text(to), ColumnReader::ByteArrayColumnReader(from)) => {
+                let text = |bytes: ByteArray| Ok(bytes.as_utf8()?.to_owned());
+                read(from, rows, to, text)?;
+            }
+            _ => bail!("column `{name}` does not hold `{kind}`, as its description says"),
+        }
+    }
+    Ok(DataColumn {
+        name,
+        unit,
+        meaning,
+        values,
+    })
+}
+
+fn read<P: DataType, T>(
+    mut from: ColumnReaderImpl<P>,
+    rows: usize,
+    to: &mut Vec<Option<T>>,
+    value: impl Fn(P::T) -> Result<T>,
+) -> Result<()> {
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    let (received, ..) = from.read_records(rows, Some(&mut levels), None, &mut values)?;
+    ensure!(
+        received == rows,
+        "a column has {received} rows, expected {rows}"
+    );
+    let mut values = values.into_iter();
+    for level in levels {
+        let present = (level == PRESENT).then(|| values.next()).flatten();
+        to.push(present.map(&value).transpose()?);
+    }
+    Ok(())
+}
