@@ -370,6 +370,28 @@ mod tests {
             check::<Fixed>(&wanted, &last, 1e-5);
         }
 
+        /// Too fast to brake before the edge: the edge holds against the limit of the acceleration.
+        #[test]
+        fn the_edge_is_never_passed_at_any_speed(
+            left in prop::array::uniform3(-1e-3..1e-3f64),
+            v in prop::array::uniform3(-0.3..0.3f64),
+            spin in -0.5..0.5f64,
+        ) {
+            let settings = LimitSettings::default();
+            let limits = Limits::<f64>::new(&settings, 0.004);
+            let at = Vector3::from_fn(|i, _| settings.box_m[i] - left[i]);
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::x() * (settings.box_rad - left[0]));
+            let last = Twist::of(&[v[0], v[1], v[2], spin, 0.0, 0.0]);
+            let (sent, flags) = limits.apply(&last, &last, &at, &turn);
+            let next = at + sent.linear * 0.004;
+            for i in 0..3 {
+                prop_assert!(next[i] <= settings.box_m[i].max(at[i]) + 1e-12, "{i}: {next:?}");
+            }
+            let angle = turn.angle() + sent.angular.x * 0.004;
+            prop_assert!(angle <= settings.box_rad.max(turn.angle()) + 1e-9, "{angle}");
+            prop_assert!(sent == last || flags != LimitFlags::default());
+        }
+
         /// Neither the box nor the acceleration is exceeded on the way to the edge.
         #[test]
         fn a_box_is_never_left_and_never_jerked_at(

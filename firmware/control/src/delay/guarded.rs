@@ -64,3 +64,58 @@ fn bound<S: Scalar>(settings: &DelaySettings, cycle_s: f64) -> Option<EnergyBoun
     let threshold_n = settings.passivity.threshold_n;
     (settings.passivity_guard || predictor).then(|| EnergyBound::new(threshold_n, cycle_s))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::SentHistory;
+    use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
+    use crate::frames::{Pose, Twist};
+    use crate::settings::BodySettings;
+    use nalgebra::UnitQuaternion;
+
+    /// What the spacecraft feel of 1e6 N and N·m with this law, and with the guard or without.
+    fn felt(law: LawName, passivity_guard: bool) -> [f64; 6] {
+        let settings = DelaySettings {
+            law,
+            passivity_guard,
+            ..DelaySettings::default()
+        };
+        let body = BodySettings::default();
+        let at_rest = BodyState::initial(&body);
+        Guarded::<f64>::new(&settings, 0.004)
+            .condition(&LawInput {
+                model: Twist::zero(),
+                model_end: Twist::zero(),
+                wrench: &Wrench::of(&[1e6, -1e6, 1e6, 1e6, -1e6, 1e6]),
+                measured: &Pose::identity(),
+                commanded: &Pose::identity(),
+                sent: &SentHistory::new(),
+                bodies: &TwoBody::new(&body, &body, 0.004),
+                state: &TwoBodyState {
+                    k: at_rest,
+                    q: at_rest,
+                },
+                c_from_q: UnitQuaternion::identity(),
+                released: true,
+                frozen: false,
+            })
+            .get()
+    }
+
+    #[test]
+    fn no_law_lets_more_be_felt_than_the_largest_load() {
+        for law in LawName::ALL {
+            for guard in [false, true] {
+                let felt = felt(law, guard);
+                let largest = felt
+                    .iter()
+                    .fold(0.0, |most: f64, part| most.max(part.abs()));
+                assert!(largest <= LARGEST_FELT, "{law:?}: {felt:?}");
+            }
+        }
+        let taken = LARGEST_FELT;
+        let sides = [taken, -taken, taken, taken, -taken, taken];
+        assert_eq!(felt(LawName::None, false), sides);
+    }
+}

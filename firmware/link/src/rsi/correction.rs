@@ -121,6 +121,32 @@ mod tests {
         }
     }
 
+    /// A, B, C jump by 360° where they pass ±180°; the robot must not.
+    #[test]
+    fn a_turn_through_180_degrees_is_a_small_correction() {
+        for absolute in [false, true] {
+            for (i, sign) in [(0, 1.0), (1, -1.0), (2, 1.0)] {
+                let mut corrections = Corrections::new(absolute, 4);
+                let at = |degrees: f64| {
+                    let mut abc = [0.0; 3];
+                    abc[i] = sign * degrees.to_radians();
+                    abc
+                };
+                corrections.start(at(179.99));
+                let mut answer = |degrees| corrections.advance([0.0; 3], at(degrees))[3 + i];
+                let there = [answer(-179.99), answer(-179.96)];
+                let back = [answer(-179.99), answer(179.98)];
+                let counts = if absolute {
+                    ([200, 500], [200, -100])
+                } else {
+                    ([200, 300], [-300, -300])
+                };
+                let signed = |pair: [i64; 2]| pair.map(|counts| counts * sign as i64);
+                assert_eq!((there, back), (signed(counts.0), signed(counts.1)));
+            }
+        }
+    }
+
     #[test]
     fn absolute_mode_holds_the_offset_at_rest_and_forgets_it_in_a_new_run() {
         let mut corrections = Corrections::new(true, 3);

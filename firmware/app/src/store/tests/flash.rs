@@ -29,6 +29,10 @@ pub(crate) struct Flash {
     pub(crate) power: Option<(usize, Torn)>,
     /// Words that were written or erased.
     pub(crate) done: usize,
+    /// A worn cell: in this byte a bit reads as zero whatever is written; the memory does not notice.
+    pub(crate) worn: Option<usize>,
+    /// It says that it writes and erases, and does nothing.
+    pub(crate) deaf: bool,
 }
 
 impl Flash {
@@ -37,6 +41,8 @@ impl Flash {
             words: vec![Some([0xff; WORD]); 2 * SLOT / WORD],
             power: None,
             done: 0,
+            worn: None,
+            deaf: false,
         }
     }
 
@@ -72,7 +78,9 @@ impl Flash {
             }
             *left -= 1;
         }
-        self.words[word] = Some(new);
+        if !self.deaf {
+            self.words[word] = Some(new);
+        }
         self.done += 1;
         Ok(())
     }
@@ -89,6 +97,9 @@ impl ReadNorFlash for &mut Flash {
         for (i, byte) in bytes.iter_mut().enumerate() {
             let at = offset as usize + i;
             *byte = self.words[at / WORD].ok_or(NorFlashErrorKind::Other)?[at % WORD];
+            if self.worn == Some(at) {
+                *byte &= !1;
+            }
         }
         Ok(())
     }
@@ -115,7 +126,7 @@ impl NorFlash for &mut Flash {
         for (i, new) in bytes.chunks_exact(WORD).enumerate() {
             let word = offset as usize / WORD + i;
             // What was written or torn has to be erased first.
-            if self.words[word] != Some([0xff; WORD]) {
+            if !self.deaf && self.words[word] != Some([0xff; WORD]) {
                 return Err(NorFlashErrorKind::Other);
             }
             self.change(word, new.try_into().unwrap())?;

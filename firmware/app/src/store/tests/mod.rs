@@ -145,6 +145,58 @@ fn a_trial_whose_block_was_damaged_is_not_tried() {
     assert_eq!(mass(&boot(&mut flash, None)), 11.0);
 }
 
+/// A cell that does not hold its bit, anywhere in the block: nothing is put on trial.
+#[test]
+fn what_does_not_come_back_from_the_flash_is_not_tried() {
+    let mut before = Flash::erased();
+    let first = change(&mut before, 11.0);
+    let mut written = before.clone();
+    let trial = write(&mut written, 22.0, &first).unwrap();
+    let mut block = NEW;
+    let settings = with_mass(22.0);
+    let length = Image::encode_on_trial(trial.sequence, &settings, &mut block).unwrap();
+    for at in (0..length).filter(|at| block[*at] & 1 != 0) {
+        let mut flash = before.clone();
+        flash.worn = Some(SLOT + at);
+        assert!(write(&mut flash, 22.0, &first).is_err(), "byte {at}");
+        assert_eq!(mass(&boot(&mut flash, None)), 11.0);
+    }
+}
+
+/// What is there is whole, but not what was to be written.
+#[test]
+fn a_flash_that_does_nothing_is_noticed() {
+    let mut flash = Flash::erased();
+    let first = change(&mut flash, 11.0);
+    write(&mut flash, 5.0, &first).unwrap();
+    flash.deaf = true;
+    let outcome = write(&mut flash, 22.0, &first);
+    assert_eq!(outcome, Err(StoreError::ReadBack));
+    assert_eq!(mass(&boot(&mut flash, None)), 11.0);
+}
+
+/// A word that is whole, but of another block: one that was there before, and outlived an erasure.
+#[test]
+fn a_confirmation_keeps_its_own_block_and_no_other() {
+    let mut flash = Flash::erased();
+    let first = change(&mut flash, 11.0);
+    let trial = write(&mut flash, 22.0, &first).unwrap();
+    let Trial {
+        sequence, checksum, ..
+    } = trial;
+    let kept = |word: [u8; WORD_BYTES]| {
+        let mut flash = flash.clone();
+        flash.put(SLOT + IMAGE_MAX_BYTES, &word);
+        mass(&boot(&mut flash, None))
+    };
+    assert_eq!(kept(confirmation::word(sequence, checksum)), 22.0);
+    assert_eq!(kept(confirmation::word(sequence - 1, checksum)), 11.0);
+    assert_eq!(kept(confirmation::word(sequence, checksum ^ 1)), 11.0);
+    let mut damaged = confirmation::word(sequence, checksum);
+    damaged[WORD_BYTES - 1] = 0;
+    assert_eq!(kept(damaged), 11.0);
+}
+
 /// Writes and confirms 22 over 11 with a power loss after so many words; what the board says.
 fn cut(mut flash: Flash, words: usize, torn: Torn) -> (Flash, bool) {
     flash.power = Some((words, torn));

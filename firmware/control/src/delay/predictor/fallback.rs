@@ -42,8 +42,7 @@ impl Fallback {
         let velocity = &problem.velocity;
         let lead = self.lead(velocity, in_contact, problem.delay());
         if !in_contact {
-            let step = if trusted { 1.0 } else { -1.0 } / BLEND_CYCLES;
-            self.trust = (self.trust + step).clamp(0.0, 1.0);
+            self.blend(trusted);
         }
         let trust = self.trust;
         if trust >= 1.0 {
@@ -70,6 +69,12 @@ impl Fallback {
         command
     }
 
+    /// A cycle between contacts. Beyond its ends the share would have to come back first.
+    fn blend(&mut self, trusted: bool) {
+        let step = if trusted { 1.0 } else { -1.0 } / BLEND_CYCLES;
+        self.trust = (self.trust + step).clamp(0.0, 1.0);
+    }
+
     /// A cycle: what is added to the model's velocity for a robot that is so many cycles late.
     fn lead(&mut self, velocity: &V6, in_contact: bool, delay: f64) -> V6 {
         if !in_contact {
@@ -80,5 +85,25 @@ impl Fallback {
         self.last = *velocity;
         // The difference stands for the middle of the cycle: half a cycle more.
         self.slope * delay + (self.slope - before) * (0.5 * delay * (delay + 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However long it was trusted or not: each way takes [`BLEND_CYCLES`], no cycle more.
+    #[test]
+    fn the_blend_takes_as_long_after_a_year_as_after_a_second() {
+        let mut fallback = Fallback::new();
+        let mut blended = |trusted, cycles| {
+            (0..cycles).for_each(|_| fallback.blend(trusted));
+            fallback.trust
+        };
+        let passage = BLEND_CYCLES as usize + 1;
+        for (trusted, end) in [(true, 1.0), (false, 0.0), (true, 1.0)] {
+            assert_eq!(blended(trusted, passage), end);
+            assert_eq!(blended(trusted, 1000), end);
+        }
     }
 }
