@@ -78,8 +78,7 @@ impl Guide {
     }
 
     /// Moves what remembers to where an integration step ends.
-    pub(super) fn advance(&mut self, position: &Axes) {
-        let now = Vector3::new(position[0], position[1], position[2]);
+    pub(super) fn advance(&mut self, now: Vector3<f64>) {
         let path = self.axis.dot(&(now - self.last));
         for acting in &mut self.acting {
             if let Force::Along(_, direction) = &mut acting.force {
@@ -87,6 +86,21 @@ impl Guide {
             }
         }
         self.last = now;
+    }
+
+    /// Energy in the spring that centres the tip, J, and the power that goes into it, W.
+    pub(super) fn stored(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> [f64; 2] {
+        let Some(model) = &self.centring else {
+            return [0.0; 2];
+        };
+        let guide = load::Guide::new(model);
+        let (tip, velocity) = tip_motion(c_from_m, twist, &guide.tip);
+        let away = tip - guide.point;
+        let across = away - guide.axis * guide.axis.dot(&away);
+        [
+            0.5 * guide.stiffness * across.norm_squared(),
+            guide.stiffness * across.dot(&velocity),
+        ]
     }
 
     /// Wrench at M in M axes for a pose C_from_M and the twist of M.

@@ -28,14 +28,15 @@ mod mechanism;
 mod reading;
 mod sensor;
 pub mod settings;
+mod spring_rod;
 mod stage;
 mod wall;
 
 pub use controller::RsiStopped;
 pub use hidden::Hidden;
-pub use mechanism::MAX_WALLS;
 pub use sensor::SensorSampleSim;
 pub use settings::RigSettings;
+pub use spring_rod::MAX_WALLS;
 
 use anyhow::Result;
 use checks::{check, check_all};
@@ -49,6 +50,7 @@ use mechanism::{Contact, Mechanism};
 use sensor::Sensor;
 use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
+use softdock_mechanism::EnergyBook;
 
 /// Longest history of twists: integration steps per cycle.
 const MAX_SUBSTEPS: usize = 64;
@@ -75,7 +77,7 @@ pub struct Truth {
     pub pose: Pose<f64>,
     /// Executed velocity, mean over the last integration step: linear in C, angular in M.
     pub twist: Twist<f64>,
-    /// Contact with the walls at M, in M axes; the guide's force is not part of it.
+    /// Contact with walls and docking mechanisms at M, in M axes; the guide's force is not part of it.
     pub contact: Wrench<f64>,
     /// Penetration of each wall, m; negative is the distance to it, unused walls are 0.
     pub penetration_m: [f64; MAX_WALLS],
@@ -217,6 +219,16 @@ impl Rig {
         }
     }
 
+    /// Whether the mechanism's latches hold the spacecraft.
+    pub fn captured(&self) -> bool {
+        self.mechanism.captured()
+    }
+
+    /// What the robot worked on the mechanism, and where the energy is.
+    pub fn energy(&self) -> EnergyBook {
+        self.mechanism.book()
+    }
+
     /// Why the robot stopped, if it did.
     pub fn stopped(&self) -> Option<RsiStopped> {
         self.controller.stopped()
@@ -245,7 +257,9 @@ impl Rig {
         self.drive
             .advance(since_cycle_us as f64 * 1e-6, self.jitter.now_s);
         self.time_us += self.substep_us;
-        self.mechanism.advance(&self.drive.position(0.0));
+        let (c_from_m, twist) = (pose(&self.drive.position(0.0)), self.drive.twist());
+        self.mechanism
+            .advance(&c_from_m, &twist, self.substep_us as f64 * 1e-6);
         if self.sensor.feels_inertia() {
             let slot = self.twist_slot(0);
             self.twists[slot] = self.drive.twist();

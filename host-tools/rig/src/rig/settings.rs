@@ -8,6 +8,7 @@
 use super::hidden::Hidden;
 use serde::{Deserialize, Serialize};
 use softdock_analysis::model::GuideModel;
+use softdock_mechanism::DockingSettings;
 
 /// A simulated rig: robot, mechanism and sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -232,7 +233,8 @@ impl Default for CorrectionMonitor {
     }
 }
 
-/// The docking mechanism: planes that stop tips of the moving spacecraft, and a guide.
+/// The docking mechanism: planes that stop tips of the moving spacecraft, a guide, and others beside
+/// them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MechanismSettings {
@@ -242,6 +244,9 @@ pub struct MechanismSettings {
     /// A spring and damper that centre a tip across an axis, in contact or not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guide: Option<GuideModel>,
+    /// Up to four mechanisms of `softdock_mechanism`; their forces add.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub docking: Vec<DockingSettings>,
 }
 
 /// An elastic plane, fixed in C, and the point of M that it stops.

@@ -18,6 +18,9 @@ pub(super) struct Contact {
     pub(super) penetration_m: f64,
     /// Force on the tip, N, axes of C.
     pub(super) force: Vector3<f64>,
+    /// Energy in the spring, J, and the power that goes into it, W.
+    pub(super) stored_j: f64,
+    pub(super) charging_w: f64,
 }
 
 /// An elastic plane and the tip that it stops.
@@ -75,6 +78,8 @@ impl Wall {
             return Contact {
                 penetration_m: depth,
                 force: Vector3::zeros(),
+                stored_j: 0.0,
+                charging_w: 0.0,
             };
         }
         let receding = self.normal.dot(velocity);
@@ -108,6 +113,8 @@ impl Wall {
         Contact {
             penetration_m: depth,
             force,
+            stored_j: 0.5 * wall.stiffness_n_per_m * depth * depth,
+            charging_w: wall.stiffness_n_per_m * depth * touch.rate,
         }
     }
 }

@@ -1,0 +1,81 @@
+//! The energy book of a mechanism.
+
+use crate::{Mechanism, Reaction, Relative};
+
+/// What went into a mechanism and where it is: `work = stored + dissipated`, to within the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyBook {
+    /// Work of the two sides on the mechanism, J.
+    pub work_j: f64,
+    /// What it would give back, J.
+    pub stored_j: f64,
+    /// What damping and friction took, J.
+    pub dissipated_j: f64,
+}
+
+impl EnergyBook {
+    /// Books a step from one reaction to the next at the mean velocity of `at`; dry friction took
+    /// `friction_j`.
+    fn enter(
+        &mut self,
+        [before, after]: [&Reaction; 2],
+        at: &Relative,
+        step_s: f64,
+        friction_j: f64,
+    ) {
+        let mean = (before.wrench + after.wrench) * 0.5;
+        self.work_j -= at.power(&mean) * step_s;
+        self.stored_j = after.stored_j;
+        self.dissipated_j += 0.5 * (before.loss_w + after.loss_w) * step_s + friction_j;
+    }
+
+    /// What the book does not account for, J.
+    pub fn imbalance_j(&self) -> f64 {
+        self.work_j - self.stored_j - self.dissipated_j
+    }
+}
+
+impl core::ops::Add for EnergyBook {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            work_j: self.work_j + other.work_j,
+            stored_j: self.stored_j + other.stored_j,
+            dissipated_j: self.dissipated_j + other.dissipated_j,
+        }
+    }
+}
+
+/// A mechanism with its energy book.
+#[derive(Clone, Debug)]
+pub struct Booked<M> {
+    /// The mechanism.
+    pub mechanism: M,
+    before: Option<Reaction>,
+    book: EnergyBook,
+}
+
+impl<M: Mechanism> Booked<M> {
+    /// A mechanism that nothing has touched yet.
+    pub fn new(mechanism: M) -> Self {
+        Self {
+            mechanism,
+            before: None,
+            book: EnergyBook::default(),
+        }
+    }
+
+    /// [`Mechanism::advance`], and books the step. Returns what acts at its end.
+    pub fn advance(&mut self, at: &Relative, step_s: f64) -> Reaction {
+        let friction_j = self.mechanism.advance(at, step_s);
+        let after = self.mechanism.reaction(at);
+        let before = self.before.replace(after).unwrap_or(after);
+        self.book.enter([&before, &after], at, step_s, friction_j);
+        after
+    }
+
+    /// Where the energy is.
+    pub fn book(&self) -> EnergyBook {
+        self.book
+    }
+}

@@ -1,0 +1,213 @@
+//! A mechanism between a target that stands in the laboratory and the robot's flange, as settings
+//! describe it.
+
+use crate::{
+    Booked, EddyCurrent, EnergyBook, HuntCrossley, Mechanism, ProbeCone, Reaction, Relative,
+    TwoStage,
+};
+use serde::{Deserialize, Serialize};
+use softdock_control::frames::{Pose, Twist, Wrench, orientation_from_abc, vector};
+use softdock_control::range::{SettingsError, in_range};
+
+/// Which mechanism, with its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Two rounded bodies.
+    HuntCrossley(HuntCrossley),
+    /// A preloaded spring in two stages with a brake.
+    TwoStage(TwoStage),
+    /// A brake by eddy currents.
+    EddyCurrent(EddyCurrent),
+    /// Probe and drogue.
+    ProbeCone(ProbeCone),
+}
+
+impl Kind {
+    fn validate(&self) -> Result<(), SettingsError> {
+        match self {
+            Self::HuntCrossley(m) => m.validate(),
+            Self::TwoStage(m) => m.validate(),
+            Self::EddyCurrent(m) => m.validate(),
+            Self::ProbeCone(m) => m.validate(),
+        }
+    }
+
+    fn inner(&self) -> &dyn Mechanism {
+        match self {
+            Self::HuntCrossley(m) => m,
+            Self::TwoStage(m) => m,
+            Self::EddyCurrent(m) => m,
+            Self::ProbeCone(m) => m,
+        }
+    }
+
+    fn inner_mut(&mut self) -> &mut dyn Mechanism {
+        match self {
+            Self::HuntCrossley(m) => m,
+            Self::TwoStage(m) => m,
+            Self::EddyCurrent(m) => m,
+            Self::ProbeCone(m) => m,
+        }
+    }
+}
+
+impl Mechanism for Kind {
+    fn reaction(&self, at: &Relative) -> Reaction {
+        self.inner().reaction(at)
+    }
+    fn advance(&mut self, at: &Relative, step_s: f64) -> f64 {
+        self.inner_mut().advance(at, step_s)
+    }
+    fn captured(&self) -> bool {
+        self.inner().captured()
+    }
+}
+
+/// A mechanism and its places.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DockingSettings {
+    /// Origin of the target's docking frame P in C, m; its x axis is the closing direction.
+    pub position_m: [f64; 3],
+    /// Orientation of P in C: A, B, C, rad.
+    #[serde(default)]
+    pub orientation_abc_rad: [f64; 3],
+    /// Origin of the moving docking frame J in M, m.
+    #[serde(default)]
+    pub tip_m: [f64; 3],
+    /// Orientation of J in M: A, B, C, rad.
+    #[serde(default)]
+    pub tip_abc_rad: [f64; 3],
+    /// Which mechanism.
+    pub kind: Kind,
+}
+
+impl DockingSettings {
+    /// Checks every value; the error names the key behind that of the section.
+    ///
+    /// # Errors
+    /// A value is outside of its range.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let all = |name, values: &[f64; 3], limit: f64| {
+            values
+                .iter()
+                .try_for_each(|v| in_range(name, *v, -limit, limit))
+        };
+        all("position_m", &self.position_m, 1e3)?;
+        all("orientation_abc_rad", &self.orientation_abc_rad, 10.0)?;
+        all("tip_m", &self.tip_m, 100.0)?;
+        all("tip_abc_rad", &self.tip_abc_rad, 10.0)?;
+        self.kind.validate()
+    }
+}
+
+/// A mechanism at work between the laboratory and M, with its energy book.
+#[derive(Clone, Debug)]
+pub struct Docking {
+    p_from_c: Pose<f64>,
+    m_from_j: Pose<f64>,
+    booked: Booked<Kind>,
+}
+
+impl Docking {
+    /// A mechanism that nothing has touched yet.
+    ///
+    /// # Errors
+    /// A value is outside of its range.
+    pub fn new(settings: &DockingSettings) -> Result<Self, SettingsError> {
+        settings.validate()?;
+        let pose = |position, abc| {
+            Pose::from_parts(vector::<f64>(position).into(), orientation_from_abc(abc))
+        };
+        Ok(Self {
+            p_from_c: pose(&settings.position_m, &settings.orientation_abc_rad).inverse(),
+            m_from_j: pose(&settings.tip_m, &settings.tip_abc_rad),
+            booked: Booked::new(settings.kind),
+        })
+    }
+
+    /// How J moves before P for a pose and a twist of M (linear in C, angular in M).
+    fn relative(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> Relative {
+        let to_j = &self.m_from_j;
+        let tip = twist.linear + c_from_m.rotation * twist.angular.cross(&to_j.translation.vector);
+        Relative {
+            p_from_j: self.p_from_c * c_from_m * to_j,
+            twist: Twist {
+                linear: self.p_from_c.rotation * tip,
+                angular: to_j.rotation.inverse() * twist.angular,
+            },
+        }
+    }
+
+    /// Wrench at M, in axes of M.
+    pub fn wrench(&self, c_from_m: &Pose<f64>, twist: &Twist<f64>) -> Wrench<f64> {
+        let reaction = self
+            .booked
+            .mechanism
+            .reaction(&self.relative(c_from_m, twist));
+        reaction.wrench.transferred(&self.m_from_j)
+    }
+
+    /// Moves what the mechanism remembers over a step that ends here, with the step's mean velocity.
+    pub fn advance(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
+        self.booked.advance(&self.relative(c_from_m, twist), step_s);
+    }
+
+    /// Whether latches hold the two sides together.
+    pub fn captured(&self) -> bool {
+        self.booked.mechanism.captured()
+    }
+
+    /// Where the energy is.
+    pub fn book(&self) -> EnergyBook {
+        self.booked.book()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn settings() -> DockingSettings {
+        DockingSettings {
+            position_m: [1.0, 0.2, 0.3],
+            orientation_abc_rad: [std::f64::consts::FRAC_PI_2, 0.0, 0.0],
+            tip_m: [0.0, 0.5, 0.0],
+            tip_abc_rad: [0.0; 3],
+            kind: Kind::HuntCrossley(HuntCrossley {
+                stiffness_n_per_m15: 1e6,
+                loss_s_per_m: 0.0,
+            }),
+        }
+    }
+
+    /// x of P is y of C: a tip 1 mm beyond it is pushed back along y, with its lever about M.
+    #[test]
+    fn places_are_those_of_the_settings() {
+        let docking = Docking::new(&settings()).unwrap();
+        let c_from_m = Pose::from_parts(
+            Vector3::new(1.0, -0.3 + 0.001, 0.3).into(),
+            orientation_from_abc(&[0.0, 0.0, 0.0]),
+        );
+        let wrench = docking.wrench(&c_from_m, &Twist::zero());
+        let push = 1e6 * 0.001_f64.powf(1.5);
+        assert!(
+            (wrench.force - Vector3::new(0.0, -push, 0.0)).norm() < 1e-9,
+            "{wrench:?}"
+        );
+        assert!(
+            wrench.torque.norm() < 1e-9,
+            "the force goes through M: {wrench:?}"
+        );
+    }
+
+    #[test]
+    fn errors_name_the_key() {
+        let mut wrong = settings();
+        wrong.tip_m[1] = f64::NAN;
+        let error = Docking::new(&wrong).unwrap_err();
+        assert_eq!(error.to_string(), "`tip_m` is NaN; allowed is -100 to 100");
+    }
+}

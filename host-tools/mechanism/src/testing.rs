@@ -1,0 +1,217 @@
+//! Bodies that meet a mechanism in tests.
+
+use crate::{Booked, EnergyBook, Mechanism, Relative};
+use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use softdock_control::frames::{Pose, Twist, Wrench};
+
+/// What became of a mass that flew along x into a mechanism.
+#[derive(Debug)]
+pub(crate) struct Bounce {
+    pub(crate) restitution: f64,
+    pub(crate) duration_s: f64,
+    pub(crate) depth_m: f64,
+    pub(crate) book: EnergyBook,
+}
+
+impl Bounce {
+    /// The book balances, and what it lost is what the mass lost; both as shares of its energy.
+    pub(crate) fn assert_balanced(&self, mass_kg: f64, speed_m_s: f64, share: f64) {
+        let energy = 0.5 * mass_kg * speed_m_s * speed_m_s;
+        assert!(self.book.imbalance_j().abs() < share * energy, "{self:?}");
+        let gone = energy * (1.0 - self.restitution * self.restitution);
+        let left = self.book.dissipated_j + self.book.stored_j;
+        assert!(
+            (left - gone).abs() < 10.0 * share * energy,
+            "{self:?} lost {gone}"
+        );
+    }
+}
+
+/// A mass that comes to J = P with a speed, until the mechanism lets it go.
+pub(crate) fn bounce(
+    mechanism: impl Mechanism,
+    mass_kg: f64,
+    speed_m_s: f64,
+    step_s: f64,
+) -> Bounce {
+    let (mut x, mut v, mut t) = (0.0, speed_m_s, 0.0);
+    let mut depth_m = 0.0_f64;
+    let mut booked = Booked::new(mechanism);
+    let mut force = booked.advance(&Relative::along_x(x, v), 0.0).wrench.force.x;
+    for _ in 0..10_000_000 {
+        v += force / mass_kg * step_s;
+        x += v * step_s;
+        t += step_s;
+        depth_m = depth_m.max(x);
+        force = booked
+            .advance(&Relative::along_x(x, v), step_s)
+            .wrench
+            .force
+            .x;
+        if force == 0.0 && v < 0.0 {
+            break;
+        }
+    }
+    Bounce {
+        restitution: -v / speed_m_s,
+        duration_s: t,
+        depth_m,
+        book: booked.book(),
+    }
+}
+
+/// A free rigid body; its momenta are what is integrated, so that what a force and its reaction do
+/// cancels to the last digit.
+pub(crate) struct Body {
+    mass: f64,
+    inertia: Vector3<f64>,
+    pose: Pose<f64>,
+    momentum: Vector3<f64>,
+    spin: Vector3<f64>,
+}
+
+impl Body {
+    /// At a place, flying along x.
+    pub(crate) fn new(mass: f64, inertia: [f64; 3], place: [f64; 3], speed: f64) -> Self {
+        Self {
+            mass,
+            inertia: inertia.into(),
+            pose: Pose::from_parts(Vector3::from(place).into(), UnitQuaternion::identity()),
+            momentum: Vector3::new(mass * speed, 0.0, 0.0),
+            spin: Vector3::zeros(),
+        }
+    }
+
+    /// Angular velocity in the axes of the world.
+    fn turning(&self) -> Vector3<f64> {
+        let own = self.pose.rotation.inverse() * self.spin;
+        self.pose.rotation * own.component_div(&self.inertia)
+    }
+
+    /// Takes a force at a point, then moves.
+    fn step(&mut self, point: &Vector3<f64>, [force, torque]: [Vector3<f64>; 2], step_s: f64) {
+        let lever = point - self.pose.translation.vector;
+        self.momentum += force * step_s;
+        self.spin += (torque + lever.cross(&force)) * step_s;
+        self.pose.translation.vector += self.momentum * (step_s / self.mass);
+        self.pose.rotation =
+            UnitQuaternion::from_scaled_axis(self.turning() * step_s) * self.pose.rotation;
+    }
+
+    /// Velocity of a point along a normal by a unit impulse along it there, 1/kg.
+    pub(crate) fn answer(&self, point: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
+        let lever = point - self.pose.translation.vector;
+        let own = self.pose.rotation.inverse() * lever.cross(normal);
+        1.0 / self.mass + own.dot(&own.component_div(&self.inertia))
+    }
+
+    fn velocity_at(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.momentum / self.mass
+            + self
+                .turning()
+                .cross(&(point - self.pose.translation.vector))
+    }
+}
+
+/// Two free bodies with their docking frames, whose axes are those of the bodies.
+pub(crate) struct Pair {
+    pub(crate) k: Body,
+    pub(crate) q: Body,
+    pub(crate) k_from_j: Vector3<f64>,
+    pub(crate) q_from_p: Vector3<f64>,
+}
+
+impl Pair {
+    fn relative(&self) -> Relative {
+        let world_from_p = self.q.pose * Translation3::from(self.q_from_p);
+        let world_from_j = self.k.pose * Translation3::from(self.k_from_j);
+        let tip = world_from_j.translation.vector;
+        let apart = self.k.velocity_at(&tip) - self.q.velocity_at(&tip);
+        Relative {
+            p_from_j: world_from_p.inverse() * world_from_j,
+            twist: Twist {
+                linear: world_from_p.rotation.inverse() * apart,
+                angular: world_from_j.rotation.inverse() * (self.k.turning() - self.q.turning()),
+            },
+        }
+    }
+
+    /// Linear, and angular about the origin of the world.
+    pub(crate) fn momentum(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let angular = |b: &Body| b.spin + b.pose.translation.vector.cross(&b.momentum);
+        (
+            self.k.momentum + self.q.momentum,
+            angular(&self.k) + angular(&self.q),
+        )
+    }
+
+    pub(crate) fn kinetic_j(&self) -> f64 {
+        [&self.k, &self.q]
+            .iter()
+            .map(|b| 0.5 * (b.momentum.norm_squared() / b.mass + b.spin.dot(&b.turning())))
+            .sum()
+    }
+
+    /// One step under a wrench on K at J, and its reaction on Q at the same point.
+    fn step(&mut self, wrench: &Wrench<f64>, step_s: f64) {
+        let point = self.k.pose * Point3::from(self.k_from_j);
+        let [force, torque] = [wrench.force, wrench.torque].map(|v| self.k.pose.rotation * v);
+        self.k.step(&point.coords, [force, torque], step_s);
+        self.q.step(&point.coords, [-force, -torque], step_s);
+    }
+}
+
+/// What became of two bodies that met.
+#[derive(Debug)]
+pub(crate) struct Met {
+    /// Where and in which direction K was pushed first, in the world.
+    pub(crate) point: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) duration_s: f64,
+    /// Speeds along the first normal before and after.
+    pub(crate) closing_m_s: f64,
+    pub(crate) parting_m_s: f64,
+    pub(crate) book: EnergyBook,
+}
+
+/// Two bodies fly until they have met and parted, at most so many steps.
+pub(crate) fn meet(
+    pair: &mut Pair,
+    mechanism: impl Mechanism,
+    step_s: f64,
+    steps: usize,
+) -> Option<Met> {
+    let mut booked = Booked::new(mechanism);
+    let mut met: Option<Met> = None;
+    for _ in 0..steps {
+        let at = pair.relative();
+        let wrench = booked.advance(&at, step_s).wrench;
+        if wrench != Wrench::zero() {
+            let met = met.get_or_insert_with(|| first_touch(pair, &wrench));
+            met.duration_s += step_s;
+        } else if let Some(mut met) = met {
+            let apart = pair.k.velocity_at(&met.point) - pair.q.velocity_at(&met.point);
+            met.parting_m_s = apart.dot(&met.normal);
+            met.book = booked.book();
+            return Some(met);
+        }
+        pair.step(&wrench, step_s);
+    }
+    None
+}
+
+/// A pure force meets its line of action at the foot of the perpendicular from J.
+fn first_touch(pair: &Pair, wrench: &Wrench<f64>) -> Met {
+    let foot = wrench.force.cross(&wrench.torque) / wrench.force.norm_squared();
+    let point = (pair.k.pose * Point3::from(pair.k_from_j + foot)).coords;
+    let normal = pair.k.pose.rotation * wrench.force.normalize();
+    let apart = pair.k.velocity_at(&point) - pair.q.velocity_at(&point);
+    Met {
+        point,
+        normal,
+        duration_s: 0.0,
+        closing_m_s: apart.dot(&normal),
+        parting_m_s: 0.0,
+        book: EnergyBook::default(),
+    }
+}

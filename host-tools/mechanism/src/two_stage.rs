@@ -1,0 +1,179 @@
+//! A preloaded spring in two stages with a friction brake, as shock absorbers of docking probes have
+//! (Syromiatnikov, Spacecraft Docking Devices).
+
+use crate::{Mechanism, Reaction, Relative};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use softdock_control::range::{SettingsError, in_range};
+
+/// The absorber does not move below `F0 + Ff`; inwards it pushes with `F0 + Ff + k x`, back with
+/// `F0 − Ff + k x`. From `second_stage_m` on k is the stiffer one. The head that it carries sits on
+/// it with a stiffness of its own.
+///
+/// A mass that comes with v and goes with v': `½ m v² = (F0 + Ff) X + ½ k X²`,
+/// `½ m v'² = (F0 − Ff) X + ½ k X²`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TwoStage {
+    /// F0, N.
+    pub preload_n: f64,
+    /// k of the first stage, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Deflection at which the second stage begins, m.
+    pub second_stage_m: f64,
+    /// k from there on, N/m.
+    pub second_stiffness_n_per_m: f64,
+    /// Ff, N.
+    #[serde(default)]
+    pub brake_n: f64,
+    /// Of the head on the absorber, N/m.
+    pub seat_stiffness_n_per_m: f64,
+    /// Deflection of the absorber, m.
+    #[serde(skip)]
+    deflection_m: f64,
+}
+
+impl TwoStage {
+    pub(crate) fn validate(&self) -> Result<(), SettingsError> {
+        in_range("preload_n", self.preload_n, 0.0, 1e6)?;
+        in_range("stiffness_n_per_m", self.stiffness_n_per_m, 0.0, 1e8)?;
+        in_range("second_stage_m", self.second_stage_m, 0.0, 10.0)?;
+        in_range(
+            "second_stiffness_n_per_m",
+            self.second_stiffness_n_per_m,
+            0.0,
+            1e8,
+        )?;
+        in_range("brake_n", self.brake_n, 0.0, 1e6)?;
+        in_range(
+            "seat_stiffness_n_per_m",
+            self.seat_stiffness_n_per_m,
+            1.0,
+            1e9,
+        )
+    }
+
+    /// Force of the springs at a deflection, N.
+    fn spring_n(&self, deflection_m: f64) -> f64 {
+        let beyond = (deflection_m - self.second_stage_m).max(0.0);
+        let first = deflection_m - beyond;
+        self.preload_n + self.stiffness_n_per_m * first + self.second_stiffness_n_per_m * beyond
+    }
+
+    /// Energy in them, J; that of the preload at rest is not counted.
+    fn spring_j(&self, deflection_m: f64) -> f64 {
+        let beyond = (deflection_m - self.second_stage_m).max(0.0);
+        let first = deflection_m - beyond;
+        let at_stage = self.preload_n + self.stiffness_n_per_m * first;
+        (self.preload_n + 0.5 * self.stiffness_n_per_m * first) * first
+            + (at_stage + 0.5 * self.second_stiffness_n_per_m * beyond) * beyond
+    }
+
+    /// Where the absorber yields with this friction: `k_seat (x − d) = spring(d) + friction`.
+    fn yielding(&self, depth_m: f64, friction_n: f64) -> f64 {
+        let pressed = self.seat_stiffness_n_per_m * depth_m - self.preload_n - friction_n;
+        let first = pressed / (self.seat_stiffness_n_per_m + self.stiffness_n_per_m);
+        if first <= self.second_stage_m {
+            return first;
+        }
+        let step = self.stiffness_n_per_m - self.second_stiffness_n_per_m;
+        (pressed - step * self.second_stage_m)
+            / (self.seat_stiffness_n_per_m + self.second_stiffness_n_per_m)
+    }
+
+    /// Deflection of the absorber once its head has been moved to a depth.
+    fn settled(&self, depth_m: f64) -> f64 {
+        let held = self.deflection_m;
+        let push = self.seat_stiffness_n_per_m * (depth_m - held);
+        let spring = self.spring_n(held);
+        if push > spring + self.brake_n {
+            self.yielding(depth_m, self.brake_n).max(held)
+        } else if push < spring - self.brake_n && held > 0.0 {
+            self.yielding(depth_m, -self.brake_n).clamp(0.0, held)
+        } else {
+            held
+        }
+    }
+}
+
+impl Mechanism for TwoStage {
+    fn reaction(&self, at: &Relative) -> Reaction {
+        let position = at.p_from_j.translation.vector;
+        let deflection = self.settled(position.x);
+        let seat = (position.x - deflection).max(0.0);
+        let push = self.seat_stiffness_n_per_m * seat;
+        Reaction {
+            wrench: at.push(&position, &Vector3::new(-push, 0.0, 0.0)),
+            stored_j: 0.5 * push * seat + self.spring_j(deflection),
+            loss_w: 0.0,
+        }
+    }
+
+    fn advance(&mut self, at: &Relative, _step_s: f64) -> f64 {
+        let before = self.deflection_m;
+        self.deflection_m = self.settled(at.p_from_j.translation.vector.x);
+        self.brake_n * (self.deflection_m - before).abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::bounce;
+
+    fn absorber(brake_n: f64) -> TwoStage {
+        TwoStage {
+            preload_n: 300.0,
+            stiffness_n_per_m: 5e3,
+            second_stage_m: 0.05,
+            second_stiffness_n_per_m: 4e4,
+            brake_n,
+            seat_stiffness_n_per_m: 1e8,
+            deflection_m: 0.0,
+        }
+    }
+
+    /// Depth and restitution from the two energy equations, within the first stage and beyond it.
+    #[test]
+    fn depth_and_restitution_follow_from_the_energies() {
+        let mass = 5000.0;
+        for (speed, brake) in [(0.05, 0.0), (0.05, 100.0), (0.15, 100.0), (0.05, 250.0)] {
+            let bounce = bounce(absorber(brake), mass, speed, 2e-6);
+            let energy = |x: f64, friction: f64| absorber(0.0).spring_j(x) + friction * x;
+            let kinetic = 0.5 * mass * speed * speed;
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if energy(middle, brake) < kinetic {
+                    low = middle
+                } else {
+                    high = middle
+                }
+            }
+            let back = (energy(low, -brake) / kinetic).sqrt();
+            assert!(
+                (bounce.depth_m / low - 1.0).abs() < 2e-3,
+                "{speed} {brake}: {bounce:?} {low}"
+            );
+            assert!(
+                (bounce.restitution - back).abs() < 2e-3,
+                "{speed} {brake}: {bounce:?} {back}"
+            );
+            bounce.assert_balanced(mass, speed, 1e-3);
+        }
+    }
+
+    /// Below preload and brake only the head gives way, by as much as its seat is soft.
+    #[test]
+    fn nothing_moves_below_preload_and_brake() {
+        let mut absorber = absorber(100.0);
+        for push_n in [100.0, 399.0] {
+            let at = Relative::along_x(push_n / 1e8, 0.0);
+            assert_eq!(absorber.advance(&at, 1e-3), 0.0);
+            assert_eq!(absorber.deflection_m, 0.0);
+            assert!((absorber.reaction(&at).wrench.force.x + push_n).abs() < 1e-6);
+        }
+        absorber.advance(&Relative::along_x(401.0 / 1e8, 0.0), 1e-3);
+        assert!(absorber.deflection_m > 0.0);
+    }
+}
