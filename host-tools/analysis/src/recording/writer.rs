@@ -8,17 +8,19 @@ use super::schema::ros2msg;
 use super::topics::{Row, Topic};
 use super::{FORMAT, Header, PROFILE, Recording, TruthRecord, table};
 use anyhow::{Context, ensure};
-use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
+use mcap::{Compression, WriteOptions};
 use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB.
+/// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB before compression.
 pub(super) const CHUNK_CYCLES: u32 = 64;
+/// Of zstd: the fastest, which leaves a quarter; the ninth leaves 10 % less of that and takes eight times as long.
+const LEVEL: u32 = 1;
 
 /// Nanoseconds in a second: the unit of time in MCAP.
 pub(super) const NS_PER_S: f64 = 1e9;
@@ -68,7 +70,9 @@ impl<W: Write> RecordingWriter<W> {
     /// Begins the copy of a recording that may have been cut off.
     fn with_cut(sink: W, header: &Header, cut: Option<&str>) -> anyhow::Result<Self> {
         let mut mcap = WriteOptions::new()
-            .compression(None)
+            .compression(Some(Compression::Zstd))
+            .compression_level(LEVEL)
+            .compression_threads(0)
             .profile(PROFILE)
             .library(LIBRARY)
             // This writer ends its chunks itself: between two cycles.
