@@ -2,6 +2,7 @@
 //!
 //! What takes long is ignored with a reason that begins with `long:`; `tests/run --all` runs that too.
 
+mod campaigns;
 mod check;
 mod cli;
 mod commissioning;

@@ -2,6 +2,7 @@
 //! (`softdock-rig`) and the analysis of recordings (`softdock-analysis`).
 
 pub mod bench;
+pub mod campaign;
 pub mod catalogue;
 pub mod check;
 pub mod cli;

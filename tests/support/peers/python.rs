@@ -16,7 +16,10 @@ const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 static RSIPI_PORT: Mutex<()> = Mutex::new(());
 
 /// A Python peer, in `folder`.
-fn peer(script: &str, folder: &Path) -> Command {
+///
+/// # Panics
+/// If nobody says where Python is.
+pub fn peer(script: &str, folder: &Path) -> Command {
     let python = std::env::var_os(PYTHON).unwrap_or_else(|| {
         panic!("{PYTHON} is not set; `tests/run` installs the Python peers and sets it")
     });

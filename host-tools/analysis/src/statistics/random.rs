@@ -7,6 +7,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 /// 2⁻⁵³: spacing of the uniform numbers.
 const UNIT: f64 = 1.0 / (1_u64 << 53) as f64;
 
+/// 32-bit words in a block of ChaCha.
+const WORDS_PER_PLACE: u128 = 16;
+
 /// One independent stream of random numbers.
 #[derive(Clone, Debug)]
 pub struct RandomStream {
@@ -18,8 +21,15 @@ impl RandomStream {
     /// Streams of one seed are independent: switching one source of noise on leaves the others as
     /// they were.
     pub fn new(seed: u64, stream: u64) -> Self {
+        Self::at(seed, stream, 0)
+    }
+
+    /// Likewise, from a place in the stream on; a place is 512 bits long, and what is further apart than
+    /// what is drawn is independent too.
+    pub fn at(seed: u64, stream: u64, place: u64) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(stream);
+        generator.set_word_pos(u128::from(place) * WORDS_PER_PLACE);
         Self {
             generator,
             spare: None,
@@ -82,5 +92,9 @@ mod tests {
         assert_eq!(draw(1, 0), draw(1, 0));
         assert_ne!(draw(1, 0), draw(1, 1));
         assert_ne!(draw(1, 0), draw(2, 0));
+        let at = |place| RandomStream::at(1, 0, place).uniform();
+        assert_eq!(at(0), draw(1, 0));
+        assert_ne!(at(0), at(1));
+        assert_ne!(at(u64::MAX), at(1));
     }
 }

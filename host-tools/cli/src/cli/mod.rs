@@ -12,6 +12,7 @@ mod agree;
 mod bench;
 mod board;
 mod calibrate;
+mod campaign;
 mod check;
 mod compare;
 mod demo;
@@ -77,6 +78,7 @@ enum Command {
     Fit(fit::Fit),
     History(history::History),
     Bench(bench::Bench),
+    Campaign(campaign::Campaign),
     Effects(effects::Effects),
     Reproduce(reproduce::Reproduce),
     Replay(replay::Replay),
@@ -97,6 +99,7 @@ impl Cli {
             Command::Fit(command) => command.execute(),
             Command::History(command) => command.execute(),
             Command::Bench(command) => command.execute(),
+            Command::Campaign(command) => command.execute(),
             Command::Effects(command) => command.execute(),
             Command::Run(command) => command.execute(),
             Command::Board(command) => command.execute(),

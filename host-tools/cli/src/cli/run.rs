@@ -3,29 +3,20 @@
 use super::{law_names, print, print_json, three_numbers};
 use crate::experiment::impact_table;
 use crate::experiment::impacts::{Impact, ImpactFinder};
-use crate::experiment::run::{RunStatistics, header, run};
+use crate::experiment::record_file::record_file;
+use crate::experiment::run::RunStatistics;
 use crate::experiment::scenario::Scenario;
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_analysis::input::{self, refuse_overwrite};
-use softdock_analysis::recording::{RecordingWriter, TruthRecord};
-use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::mpsc::sync_channel;
-use std::thread;
-use std::time::{Duration, Instant};
-
-/// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
-const BATCH: usize = 16;
-const QUEUED_BATCHES: usize = 1024;
 
 /// Run a scenario on the simulated rig and record every cycle.
 ///
@@ -150,53 +141,18 @@ impl Run {
         Ok(scenario)
     }
 
-    /// Runs and records; the last cycle's trace says how it ended. A thread of its own writes the
-    /// file; the time for which the simulation waits for it is not the simulation's.
+    /// Runs and records; the last cycle's trace says how it ended.
     fn record(
         &self,
         scenario: &Scenario,
         finder: &mut ImpactFinder<'_>,
     ) -> Result<(RunStatistics, Trace)> {
-        let mut writer = RecordingWriter::create(&self.output, &header(scenario)?)?;
         let progress = ProgressBar::new(scenario.cycles() as u64);
         let mut last = Trace::default();
-        let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
-        let statistics = thread::scope(|scope| {
-            let disk = scope.spawn(move || -> Result<()> {
-                for (record, truth) in batches.into_iter().flatten() {
-                    writer.push(&record, Some(&truth))?;
-                }
-                writer.finish().map(drop)
-            });
-            let mut batch = Vec::with_capacity(BATCH);
-            let mut waited = Duration::ZERO;
-            let statistics = run(scenario, &mut |record, truth| {
-                finder.push(record, truth);
-                last = record.trace;
-                batch.push((*record, *truth));
-                if batch.len() < BATCH {
-                    return ControlFlow::Continue(());
-                }
-                progress.inc(BATCH as u64);
-                let full = std::mem::replace(&mut batch, Vec::with_capacity(BATCH));
-                let before = Instant::now();
-                let sent = queue.send(full);
-                waited += before.elapsed();
-                // The queue is closed when the disk failed; the thread says why.
-                match sent {
-                    Ok(()) => ControlFlow::Continue(()),
-                    Err(_) => ControlFlow::Break(()),
-                }
-            });
-            let _ = queue.send(batch);
-            drop(queue);
-            let written = disk
-                .join()
-                .map_err(|_| anyhow!("the writing thread ended unexpectedly"))?;
-            written.and(statistics.map(|statistics| RunStatistics {
-                elapsed: statistics.elapsed.saturating_sub(waited),
-                ..statistics
-            }))
+        let statistics = record_file(scenario, &self.output, &mut |record, truth| {
+            finder.push(record, truth);
+            last = record.trace;
+            progress.inc(1);
         })?;
         progress.finish_and_clear();
         Ok((statistics, last))

@@ -6,6 +6,7 @@ pub mod diagnosis;
 pub mod impact_table;
 pub mod impacts;
 pub mod jog_rehearsal;
+pub mod record_file;
 pub mod rehearsal;
 pub mod reproduce;
 pub mod reproduce_page;

@@ -2,7 +2,7 @@
 //! as a process of its own with real sockets in real time ([`process`]); and the firmware itself
 //! in QEMU ([`qemu`]).
 
-// Links the implementation of critical sections that Embassy's executor needs.
+// Links the implementation of critical sections that what tasks share needs.
 use critical_section as _;
 
 mod block_on;

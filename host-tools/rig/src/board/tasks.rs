@@ -1,7 +1,4 @@
-//! The firmware's tasks as tasks of Embassy's executor on the host.
-//!
-//! The executor keeps tasks in static pools. A pool entry is taken when a board starts and given
-//! back when its tasks end, which they do when the board's bus and socket are closed.
+//! The firmware's tasks on the host.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_app::auto_start::AutoStart;
@@ -14,9 +11,6 @@ use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::Shared;
 use softdock_link::can::Frame;
-
-/// Boards that may run at the same time in this process.
-pub(super) const MAX_BOARDS: usize = 64;
 
 /// Runs the sensor task on the link of the settings, if the board has it: a CAN bus, or the port to an EtherCAT segment.
 pub(super) async fn sensor<M: RawMutex>(

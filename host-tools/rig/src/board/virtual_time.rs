@@ -6,13 +6,13 @@
 
 use super::simulated_segment::SimulatedSegment;
 use super::simulated_sensor::SimulatedSensor;
-use super::tasks::{self, MAX_BOARDS};
+use super::tasks;
 use super::time_driver::VirtualTime;
 use super::world::Handle;
 use crate::ethercat::Segment;
 use crate::rig::{Rig, Truth};
-use anyhow::{Context, Result, bail, ensure};
-use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
+use anyhow::{Context as _, Result, bail, ensure};
+use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
@@ -24,8 +24,11 @@ use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
 use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
 use std::collections::VecDeque;
+use std::future::Future;
 use std::ops::ControlFlow;
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Wake, Waker};
 
 /// The tasks of a simulated board share one thread.
 type Shared = softdock_app::shared::Shared<NoopRawMutex>;
@@ -69,82 +72,49 @@ pub fn simulate_disturbed(
     let settings = simulation.board;
     let link = RobotLink::<f64>::new(Prepared::new(settings)?);
     let handle = Handle::default();
-    let shared = Rc::new(Shared::new());
+    let shared = Shared::new();
     let start = simulation.commands.is_empty();
     let wait = settings.sample_wait_us();
-    let mut conductor = Conductor::new(simulation, handle.clone(), shared.clone())?;
+    let mut conductor = Conductor::new(simulation, handle.clone(), &shared)?;
     let _time = VirtualTime::of(handle.clone());
 
-    // The executor lives as long as the process, as on a microcontroller; what remains of it
-    // after a run is a few hundred bytes.
-    let executor: &'static mut Executor = Box::leak(Box::new(Executor::new()));
-    executor.run_until(
-        |spawner| {
-            let sensor = sensor_task(shared.clone(), settings.clone(), handle.clone());
-            let robot = robot_task(shared, link, start, wait, handle.clone());
-            spawn(&spawner, &handle, sensor);
-            spawn(&spawner, &handle, robot);
-            spawn(&spawner, &handle, heartbeat_task(handle.clone()));
-        },
-        || conductor.turn(on_telegram, on_cycle),
-    );
-    let all_spawned = !handle.0.borrow().pool_exhausted;
-    ensure!(
-        all_spawned,
-        "more than {MAX_BOARDS} simulations at once; run fewer in parallel"
-    );
-    conductor.outcome
+    let (bus, port, clock) = (handle.clone(), handle.clone(), handle.clone());
+    let sensor = tasks::sensor(&shared, settings.clone(), Some(bus), Some(port), clock);
+    let (io, mut recorder) = ((handle.clone(), handle.clone()), handle);
+    let robot = tasks::robot(&shared, link, start, wait, io, &mut recorder);
+    let mut tasks = Box::pin(join(sensor, robot));
+
+    // Polled in place: an executor that sleeps between two turns costs a system call for each wake.
+    let woken = Arc::new(Woken(AtomicBool::new(true)));
+    let waker = Waker::from(woken.clone());
+    let mut context = Context::from_waker(&waker);
+    while !conductor.ended {
+        if woken.0.swap(false, Ordering::Relaxed) {
+            let pending = tasks.as_mut().poll(&mut context).is_pending();
+            ensure!(pending, "the board's tasks ended before the run");
+        }
+        conductor.turn(on_telegram, on_cycle)?;
+    }
+    Ok(())
 }
 
-/// Spawns a task, or closes the world if the pool is empty, so that the others end.
-fn spawn<T>(
-    spawner: &Spawner,
-    handle: &Handle,
-    token: std::result::Result<SpawnToken<T>, SpawnError>,
-) {
-    match token {
-        Ok(token) => {
-            handle.0.borrow_mut().running_tasks += 1;
-            spawner.spawn(token);
-        }
-        Err(_) => {
-            let mut world = handle.0.borrow_mut();
-            world.closed = true;
-            world.pool_exhausted = true;
-        }
+/// Whether a task was woken since all were polled.
+struct Woken(AtomicBool);
+
+impl Wake for Woken {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        self.0.store(true, Ordering::Relaxed);
     }
 }
 
-#[embassy_executor::task(pool_size = MAX_BOARDS)]
-async fn sensor_task(shared: Rc<Shared>, settings: BoardSettings, handle: Handle) {
-    let (bus, port, clock) = (handle.clone(), handle.clone(), handle.clone());
-    tasks::sensor(&shared, settings, Some(bus), Some(port), clock).await;
-    handle.task_ended();
-}
-
-#[embassy_executor::task(pool_size = MAX_BOARDS)]
-async fn robot_task(
-    shared: Rc<Shared>,
-    link: RobotLink<f64>,
-    start: bool,
-    sample_wait_us: u64,
-    handle: Handle,
-) {
-    let (io, mut recorder) = ((handle.clone(), handle.clone()), handle.clone());
-    tasks::robot(&shared, link, start, sample_wait_us, io, &mut recorder).await;
-    handle.task_ended();
-}
-
-#[embassy_executor::task(pool_size = MAX_BOARDS)]
-async fn heartbeat_task(handle: Handle) {
-    handle.heartbeat().await;
-    handle.task_ended();
-}
-
 /// Moves the virtual clock and plays robot and sensor.
-struct Conductor {
+struct Conductor<'a> {
     handle: Handle,
-    shared: Rc<Shared>,
+    shared: &'a Shared,
     rig: Rig,
     sensor: SimulatedSensor,
     segment: SimulatedSegment,
@@ -157,11 +127,10 @@ struct Conductor {
     ended: bool,
     truth: TruthRecord,
     seen_activity: u64,
-    outcome: Result<()>,
 }
 
-impl Conductor {
-    fn new(simulation: Simulation<'_>, handle: Handle, shared: Rc<Shared>) -> Result<Self> {
+impl<'a> Conductor<'a> {
+    fn new(simulation: Simulation<'_>, handle: Handle, shared: &'a Shared) -> Result<Self> {
         let Simulation {
             board,
             rig,
@@ -185,33 +154,22 @@ impl Conductor {
             ended: false,
             truth: TruthRecord::default(),
             seen_activity: 0,
-            outcome: Ok(()),
             handle,
             shared,
             rig,
         })
     }
 
-    /// Called whenever the executor has polled its tasks. True: everything has ended.
-    fn turn(&mut self, on_telegram: &mut OnTelegram<'_>, on_cycle: &mut OnCycle<'_>) -> bool {
+    /// Called whenever the tasks that were woken have been polled.
+    fn turn(&mut self, on_telegram: &mut OnTelegram<'_>, on_cycle: &mut OnCycle<'_>) -> Result<()> {
         let activity = self.handle.0.borrow().activity;
         let at_rest = activity == self.seen_activity;
         self.seen_activity = activity;
-        if at_rest && self.outcome.is_ok() {
-            let taken = self.take_outputs(on_cycle);
-            self.outcome = taken.and_then(|()| self.next_event(on_telegram));
+        if !at_rest {
+            return Ok(());
         }
-        let mut world = self.handle.0.borrow_mut();
-        if (self.outcome.is_err() || self.ended) && !world.closed {
-            world.closed = true;
-            world.frames_to_board.wake();
-            world.ethernet_to_board.wake();
-            world.telegrams.wake();
-        }
-        if let Some(waker) = world.heartbeat.take() {
-            waker.wake();
-        }
-        world.running_tasks == 0
+        self.take_outputs(on_cycle)?;
+        self.next_event(on_telegram)
     }
 
     /// Takes what the board has sent since the last event.

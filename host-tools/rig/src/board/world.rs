@@ -38,9 +38,6 @@ impl<T> Default for Inbox<T> {
 impl<T> Inbox<T> {
     pub(super) fn push(&mut self, item: T) {
         self.items.push_back(item);
-        self.wake();
-    }
-    pub(super) fn wake(&mut self) {
         if let Some(waker) = self.waker.take() {
             waker.wake();
         }
@@ -51,11 +48,7 @@ impl<T> Inbox<T> {
 #[derive(Debug, Default)]
 pub(super) struct World {
     pub(super) now_us: u64,
-    pub(super) closed: bool,
-    /// No place was left in the executor's pools.
-    pub(super) pool_exhausted: bool,
     pub(super) activity: u64,
-    pub(super) running_tasks: usize,
     pub(super) alarms: Vec<Alarm>,
     alarm_count: u64,
     pub(super) frames_to_board: Inbox<Frame>,
@@ -66,7 +59,6 @@ pub(super) struct World {
     pub(super) telegrams: Inbox<heapless::Vec<u8, 1024>>,
     pub(super) answers: VecDeque<Answer>,
     pub(super) records: VecDeque<CycleRecord>,
-    pub(super) heartbeat: Option<Waker>,
 }
 
 /// When to wake whom.
@@ -103,16 +95,13 @@ impl Handle {
         op(&mut world)
     }
 
-    /// The next item of an inbox, or `Closed`.
-    async fn take<T>(&self, inbox: impl Fn(&mut World) -> &mut Inbox<T>) -> Result<T, IoError> {
+    /// The next item of an inbox.
+    async fn take<T>(&self, inbox: impl Fn(&mut World) -> &mut Inbox<T>) -> T {
         poll_fn(|context| {
             self.touch(|world| {
-                if world.closed {
-                    return Poll::Ready(Err(IoError::Closed));
-                }
                 let inbox = inbox(world);
                 match inbox.items.pop_front() {
-                    Some(item) => Poll::Ready(Ok(item)),
+                    Some(item) => Poll::Ready(item),
                     None => {
                         inbox.waker = Some(context.waker().clone());
                         Poll::Pending
@@ -121,28 +110,6 @@ impl Handle {
             })
         })
         .await
-    }
-
-    /// Keeps the executor turning until all other tasks have ended, and once more: a task that was
-    /// woken while it ended has to be taken off the executor's queue, or its place in the pool
-    /// would be lost.
-    pub(super) async fn heartbeat(&self) {
-        let mut last_turn = false;
-        poll_fn(|context| {
-            let mut world = self.0.borrow_mut();
-            if last_turn {
-                return Poll::Ready(());
-            }
-            last_turn = world.closed && world.running_tasks == 1;
-            world.heartbeat = Some(context.waker().clone());
-            Poll::Pending
-        })
-        .await;
-    }
-
-    /// Says that a task has ended.
-    pub(super) fn task_ended(&self) {
-        self.touch(|world| world.running_tasks -= 1);
     }
 }
 
@@ -154,7 +121,7 @@ impl SensorBus for Handle {
         Ok(())
     }
     async fn receive(&mut self) -> Result<Frame, IoError> {
-        self.take(|world| &mut world.frames_to_board).await
+        Ok(self.take(|world| &mut world.frames_to_board).await)
     }
     async fn recover(&mut self) -> Result<(), IoError> {
         Ok(())
@@ -163,7 +130,7 @@ impl SensorBus for Handle {
 
 impl DatagramSocket for Handle {
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError> {
-        let telegram = self.take(|world| &mut world.telegrams).await?;
+        let telegram = self.take(|world| &mut world.telegrams).await;
         let length = telegram.len().min(buffer.len());
         buffer[..length].copy_from_slice(&telegram[..length]);
         Ok((length, ROBOT))
@@ -229,9 +196,6 @@ impl EthernetPort for Handle {
         buffer: &mut [u8],
     ) -> Poll<Result<usize, IoError>> {
         self.touch(|world| {
-            if world.closed {
-                return Poll::Ready(Err(IoError::Closed));
-            }
             let Some(frame) = world.ethernet_to_board.items.pop_front() else {
                 world.ethernet_to_board.waker = Some(context.waker().clone());
                 return Poll::Pending;

@@ -1,0 +1,187 @@
+//! How a factor varies: from a number between 0 and 1 to a value, or a list of values.
+
+use super::file::{Grid, Normal};
+use anyhow::{Result, ensure};
+use nalgebra::ComplexField;
+use serde_json::{Value, json};
+use statrs::distribution::{ContinuousCDF, Normal as Standard};
+
+/// A distribution of values.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Distribution {
+    /// Evenly between two numbers.
+    Uniform([f64; 2]),
+    /// Evenly in the logarithm between two positive numbers.
+    LogUniform([f64; 2]),
+    /// Normal, cut off at its bounds.
+    Normal(Normal),
+    /// Each of these.
+    List(Vec<Value>),
+    /// Each of these numbers.
+    Grid(Grid),
+}
+
+impl Distribution {
+    /// Its numbers make sense.
+    pub(super) fn check(&self) -> Result<()> {
+        match self {
+            Self::Uniform([low, high]) => {
+                ensure!(
+                    low < high,
+                    "uniform from {low} to {high}: expected low < high"
+                );
+            }
+            Self::LogUniform([low, high]) => ensure!(
+                *low > 0.0 && low < high,
+                "log_uniform from {low} to {high}: expected 0 < low < high"
+            ),
+            Self::Normal(normal) => {
+                ensure!(
+                    normal.sigma > 0.0 && normal.mean.is_finite(),
+                    "normal with sigma {}: expected more than 0",
+                    normal.sigma
+                );
+                let [low, high] = shares(normal);
+                ensure!(
+                    high - low > 1e-6,
+                    "less than a millionth of this normal distribution lies between its bounds"
+                );
+            }
+            Self::List(values) => ensure!(!values.is_empty(), "the list is empty"),
+            Self::Grid(grid) => ensure!(
+                grid.points > 0 && grid.from.is_finite() && grid.to.is_finite(),
+                "a grid has one point or more between finite numbers"
+            ),
+        }
+        Ok(())
+    }
+
+    /// The values that meet each other's; none for what is drawn.
+    pub fn levels(&self) -> Option<Vec<Value>> {
+        match self {
+            Self::List(values) => Some(values.clone()),
+            Self::Grid(Grid { from, to, points }) => {
+                let last = f64::from(points.saturating_sub(1).max(1));
+                let at = |i: u32| json!(from + (to - from) * (f64::from(i) / last));
+                Some((0..*points).map(at).collect())
+            }
+            _ => None,
+        }
+    }
+
+    /// The value below which the share `u` of all draws lies.
+    pub fn quantile(&self, u: f64) -> f64 {
+        match self {
+            Self::Uniform([low, high]) => low + (high - low) * u,
+            Self::LogUniform([low, high]) => {
+                let (low, high) = (ComplexField::ln(*low), ComplexField::ln(*high));
+                ComplexField::exp(low + (high - low) * u)
+            }
+            Self::Normal(normal) => {
+                let [from, to] = shares(normal);
+                let z = standard().inverse_cdf(from + (to - from) * u);
+                normal.mean + normal.sigma * z
+            }
+            // They are not drawn.
+            Self::List(_) | Self::Grid(_) => f64::NAN,
+        }
+    }
+
+    /// In words.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Uniform([low, high]) => format!("uniform {low} to {high}"),
+            Self::LogUniform([low, high]) => format!("log-uniform {low} to {high}"),
+            Self::Normal(Normal {
+                mean,
+                sigma,
+                low,
+                high,
+            }) => {
+                let bound = |word, bound: &Option<f64>| bound.map(|b| format!(", {word} {b}"));
+                let bounds = [bound("from", low), bound("to", high)];
+                let bounds: String = bounds.into_iter().flatten().collect();
+                format!("normal {mean} ± {sigma}{bounds}")
+            }
+            Self::List(values) => {
+                let values: Vec<String> = values.iter().map(Value::to_string).collect();
+                format!("each of {}", values.join(", "))
+            }
+            Self::Grid(Grid { from, to, points }) => format!("{points} values from {from} to {to}"),
+        }
+    }
+}
+
+/// Shares of a normal distribution below its bounds.
+fn shares(normal: &Normal) -> [f64; 2] {
+    let share = |bound: f64| standard().cdf((bound - normal.mean) / normal.sigma);
+    [
+        normal.low.map_or(0.0, share),
+        normal.high.map_or(1.0, share),
+    ]
+}
+
+fn standard() -> Standard {
+    Standard::standard()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        let normal = |low, high| {
+            Distribution::Normal(Normal {
+                mean: 10.0,
+                sigma: 2.0,
+                low,
+                high,
+            })
+        };
+        assert!((normal(None, None).quantile(0.975) - 13.919_927_97).abs() < 1e-6);
+        // Cut at the mean: half of what is left lies below the upper quartile.
+        let half = normal(Some(10.0), None).quantile(0.5);
+        assert!((half - (10.0 + 2.0 * 0.674_489_75)).abs() < 1e-6, "{half}");
+        assert_eq!(Distribution::Uniform([1.0, 3.0]).quantile(0.25), 1.5);
+        let log = Distribution::LogUniform([1e-3, 1e3]).quantile(0.5);
+        assert!((log - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_grid_has_both_ends() {
+        let grid = Distribution::Grid(Grid {
+            from: 0.1,
+            to: 0.3,
+            points: 3,
+        });
+        assert_eq!(
+            grid.levels(),
+            Some(vec![json!(0.1), json!(0.2), json!(0.3)])
+        );
+    }
+
+    #[test]
+    fn what_is_no_distribution_is_refused() {
+        for wrong in [
+            Distribution::Uniform([2.0, 1.0]),
+            Distribution::Uniform([f64::NAN, 1.0]),
+            Distribution::LogUniform([0.0, 1.0]),
+            Distribution::Normal(Normal {
+                mean: 0.0,
+                sigma: 0.0,
+                low: None,
+                high: None,
+            }),
+            Distribution::Normal(Normal {
+                mean: 0.0,
+                sigma: 1.0,
+                low: Some(9.0),
+                high: None,
+            }),
+            Distribution::List(vec![]),
+        ] {
+            assert!(wrong.check().is_err(), "{wrong:?}");
+        }
+    }
+}

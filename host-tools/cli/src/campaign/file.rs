@@ -1,0 +1,203 @@
+//! The campaign file, as a person writes it.
+
+use super::design::Kind;
+use super::distribution::Distribution;
+use super::outcome;
+use anyhow::{Result, bail, ensure};
+use serde::{Deserialize, Serialize};
+use softdock_analysis::input::nearest;
+use std::collections::BTreeSet;
+
+/// A campaign file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CampaignFile {
+    /// What is tested, for reports.
+    #[serde(default)]
+    pub title: String,
+    /// The scenario that varies (TOML), from this file's folder.
+    pub scenario: String,
+    /// Draws of the factors that are drawn; each meets every combination of listed and grid values.
+    #[serde(default = "one")]
+    pub samples: u64,
+    /// Seed of all draws, and of the noise of every run.
+    #[serde(default = "one")]
+    pub seed: u64,
+    /// How the draws fill the space.
+    #[serde(default)]
+    pub design: Kind,
+    /// What varies.
+    pub factors: Vec<Factor>,
+    /// What a run must keep to be a success; without any, it must end without a fault.
+    #[serde(default)]
+    pub limits: Vec<Limit>,
+    /// Outcomes that the report shows; all if none is named.
+    #[serde(default)]
+    pub outcomes: Vec<String>,
+    /// Outcome whose largest magnitudes are the worst rows; that of the first limit if none is named.
+    #[serde(default)]
+    pub worst: Option<String>,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// A quantity that varies, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Factor {
+    /// The setting, by its dotted name in the scenario: `rig.mechanism.walls[0].stiffness_n_per_m`.
+    #[serde(default)]
+    pub setting: Option<String>,
+    /// Several settings that get the same value.
+    #[serde(default)]
+    pub settings: Vec<String>,
+    /// Name of its column; the last part of the setting's name if there is none.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// Evenly between two numbers.
+    #[serde(default)]
+    pub uniform: Option<[f64; 2]>,
+    /// Evenly in the logarithm.
+    #[serde(default)]
+    pub log_uniform: Option<[f64; 2]>,
+    /// Normal, within bounds if there are any.
+    #[serde(default)]
+    pub normal: Option<Normal>,
+    /// Each of these values, with each combination of the other lists and grids.
+    #[serde(default)]
+    pub list: Option<Vec<serde_json::Value>>,
+    /// Likewise, so many values from one number to another.
+    #[serde(default)]
+    pub grid: Option<Grid>,
+}
+
+/// A normal distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normal {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// Nothing below.
+    #[serde(default)]
+    pub low: Option<f64>,
+    /// Nothing above.
+    #[serde(default)]
+    pub high: Option<f64>,
+}
+
+/// Numbers at equal distances.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// The first.
+    pub from: f64,
+    /// The last.
+    pub to: f64,
+    /// How many.
+    pub points: u32,
+}
+
+/// What an outcome has to keep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limit {
+    /// Name of the outcome.
+    pub outcome: String,
+    /// Not below.
+    #[serde(default)]
+    pub low: Option<f64>,
+    /// Not above.
+    #[serde(default)]
+    pub high: Option<f64>,
+}
+
+impl Factor {
+    /// All settings that get its value.
+    pub fn targets(&self) -> Vec<&str> {
+        let all = self.setting.iter().chain(&self.settings);
+        all.map(String::as_str).collect()
+    }
+
+    /// Name of its column.
+    pub fn column(&self) -> String {
+        let last = |setting: &&str| setting.rsplit('.').next().unwrap_or(setting).to_owned();
+        let own = || self.targets().first().map(last);
+        self.name.clone().or_else(own).unwrap_or_default()
+    }
+
+    /// How it varies.
+    ///
+    /// # Errors
+    /// Not exactly one way is given, or its numbers make no distribution.
+    pub fn distribution(&self) -> Result<Distribution> {
+        let ways = [
+            self.uniform.map(Distribution::Uniform),
+            self.log_uniform.map(Distribution::LogUniform),
+            self.normal.map(Distribution::Normal),
+            self.list.clone().map(Distribution::List),
+            self.grid.map(Distribution::Grid),
+        ];
+        let mut ways = ways.into_iter().flatten();
+        let (Some(way), None) = (ways.next(), ways.next()) else {
+            bail!("expected exactly one of uniform, log_uniform, normal, list and grid");
+        };
+        way.check()?;
+        Ok(way)
+    }
+}
+
+impl CampaignFile {
+    /// Checks what can be seen without the scenario.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self) -> Result<()> {
+        ensure!(self.samples > 0, "`samples` is 0; expected 1 or more");
+        ensure!(
+            !self.factors.is_empty(),
+            "no [[factors]]: a campaign varies something"
+        );
+        let mut columns: BTreeSet<String> =
+            super::table::own_columns().map(str::to_owned).collect();
+        for factor in &self.factors {
+            let column = factor.column();
+            ensure!(
+                !factor.targets().is_empty(),
+                "a factor has no `setting`; give the dotted name of what varies"
+            );
+            ensure!(
+                columns.insert(column.clone()),
+                "two columns would be called `{column}`; give one factor another `name`"
+            );
+        }
+        for Limit { outcome, low, high } in &self.limits {
+            check_outcome(outcome)?;
+            ensure!(
+                low.is_some() || high.is_some(),
+                "the limit of `{outcome}` has neither `low` nor `high`"
+            );
+        }
+        self.outcomes
+            .iter()
+            .chain(&self.worst)
+            .try_for_each(|name| check_outcome(name))
+    }
+}
+
+fn check_outcome(name: &str) -> Result<()> {
+    let known = || outcome::NUMBERS.iter().map(|number| number.name);
+    if known().any(|known| known == name) {
+        return Ok(());
+    }
+    match nearest(name, known()) {
+        Some(near) => bail!("unknown outcome `{name}`; did you mean `{near}`?"),
+        None => bail!(
+            "unknown outcome `{name}`; known are {}",
+            known().collect::<Vec<_>>().join(", ")
+        ),
+    }
+}

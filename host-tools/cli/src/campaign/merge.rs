@@ -1,0 +1,108 @@
+//! All parts of a campaign as one table, row by row.
+
+use super::plan::Plan;
+use super::shard::Shard;
+use super::status::{indices, parts};
+use anyhow::{Result, bail, ensure};
+use softdock_analysis::data_table::{DataColumn, DataTable, Values};
+use std::path::Path;
+
+/// Merges the parts of a folder. The table does not depend on how the rows were divided.
+///
+/// # Errors
+/// A row is missing, or stands in two parts, or a part is of another plan or program.
+pub fn merge(plan: &Plan, folder: &Path) -> Result<DataTable> {
+    let parts = parts(plan, folder)?;
+    let order = order(plan, folder, &parts)?;
+    let Some((_, first)) = parts.first() else {
+        bail!(
+            "{} has no parts; `softdock campaign run {0}` makes them",
+            folder.display()
+        );
+    };
+    let columns = first.columns.iter().enumerate().map(|(place, column)| {
+        let same = |(_, part): &(Shard, DataTable)| {
+            part.columns
+                .get(place)
+                .is_some_and(|other| other.name == column.name)
+        };
+        ensure!(
+            parts.iter().all(same),
+            "the parts have different columns at `{}`",
+            column.name
+        );
+        let values: Vec<&Values> = parts
+            .iter()
+            .map(|(_, part)| &part.columns[place].values)
+            .collect();
+        Ok(DataColumn {
+            values: gathered(&values, &order)?,
+            ..column.clone()
+        })
+    });
+    Ok(DataTable {
+        columns: columns.collect::<Result<_>>()?,
+        metadata: first.metadata.clone(),
+    })
+}
+
+/// Part and place of each row.
+fn order(plan: &Plan, folder: &Path, parts: &[(Shard, DataTable)]) -> Result<Vec<(usize, usize)>> {
+    let mut order: Vec<Option<(usize, usize)>> = vec![None; plan.rows() as usize];
+    for (number, (shard, part)) in parts.iter().enumerate() {
+        for (place, index) in indices(part)?.into_iter().enumerate() {
+            let rows = plan.rows();
+            let Some(slot) = order.get_mut(index as usize) else {
+                bail!("part {shard} has row {index}; the plan has {rows} rows");
+            };
+            if let Some((other, _)) = slot.replace((number, place)) {
+                bail!(
+                    "row {index} stands in part {} and in part {shard}: move the parts of one division away",
+                    parts[other].0
+                );
+            }
+        }
+    }
+    let missing = order.iter().filter(|slot| slot.is_none()).count();
+    if missing > 0 {
+        let first = order.iter().position(Option::is_none).unwrap_or_default();
+        bail!(
+            "{missing} of {} rows are missing, the first is row {first}; `softdock campaign status {}` names their shards",
+            plan.rows(),
+            folder.display()
+        );
+    }
+    Ok(order.into_iter().flatten().collect())
+}
+
+/// Values of one column in the order of the rows.
+fn gathered(parts: &[&Values], order: &[(usize, usize)]) -> Result<Values> {
+    macro_rules! gather {
+        ($variant:ident) => {{
+            let parts: Vec<_> = parts
+                .iter()
+                .filter_map(|part| match part {
+                    Values::$variant(values) => Some(values),
+                    _ => None,
+                })
+                .collect();
+            let value = |&(part, place): &(usize, usize)| parts.get(part)?.get(place).cloned();
+            order
+                .iter()
+                .map(value)
+                .collect::<Option<Vec<_>>>()
+                .map(Values::$variant)
+        }};
+    }
+    let gathered = match parts.first() {
+        Some(Values::Number(_)) => gather!(Number),
+        Some(Values::Count(_)) => gather!(Count),
+        Some(Values::Flag(_)) => gather!(Flag),
+        Some(Values::Text(_)) => gather!(Text),
+        None => None,
+    };
+    match gathered {
+        Some(values) => Ok(values),
+        None => bail!("the parts hold different kinds of values in one column"),
+    }
+}

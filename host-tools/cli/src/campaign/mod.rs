@@ -1,0 +1,29 @@
+//! Campaigns: one scenario under thousands of conditions, on one machine or on many.
+//!
+//! ```text
+//! campaign.toml   file          what varies, how, and what is asked of the outcomes
+//! plan.json       plan          the same with everything that a row depends on; row(index) is a pure function
+//!   design, distribution        from an index to numbers between 0 and 1, and from these to values
+//!   setting                     values into the scenario, by dotted names
+//! a row           row, outcome  one run without recording; failures and panics are outcomes
+//! a part          shard         every N-th row, in parallel, with a journal to go on from; whole or not at all
+//! the table       merge         all parts, row by row, or an error that says what is missing
+//! the report      summary, page success, quantiles, worst rows, which factor matters
+//! ```
+
+pub mod design;
+pub mod distribution;
+pub mod file;
+pub mod journal;
+pub mod merge;
+pub mod outcome;
+pub mod page;
+pub mod plan;
+pub mod row;
+pub mod setting;
+pub mod shard;
+pub mod statistics;
+pub mod status;
+pub mod submit;
+pub mod summary;
+pub mod table;

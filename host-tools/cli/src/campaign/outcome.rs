@@ -1,0 +1,256 @@
+//! What a run comes to, seen while it runs: nothing is recorded.
+
+use crate::experiment::impacts::{Impact, ImpactFinder};
+use crate::experiment::scenario::Scenario;
+use nalgebra::{ComplexField, Quaternion, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use softdock_analysis::recording::TruthRecord;
+use softdock_app::record::CycleRecord;
+use softdock_control::io::Trace;
+
+/// Whether a row has outcomes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The run went to its end, or to the end of the robot's patience.
+    #[default]
+    Completed,
+    /// The factors make settings that nobody accepts.
+    Refused,
+    /// The run could not be carried out.
+    Failed,
+    /// The program has a defect here.
+    Panicked,
+}
+
+impl Status {
+    /// Its word in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Refused => "refused",
+            Self::Failed => "failed",
+            Self::Panicked => "panicked",
+        }
+    }
+}
+
+/// What a row came to. Errors are those of the first impact, relative to the analytic bounce.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Whether there is anything below.
+    pub status: Status,
+    /// Why not.
+    pub reason: Option<String>,
+    /// Cycles that were run.
+    pub cycles: u64,
+    /// Whole impacts.
+    pub impacts: u64,
+    /// Whether the mechanism captured; none if it has nothing to capture with.
+    pub captured: Option<bool>,
+    /// Closing speed before the first impact, m/s.
+    pub speed_in_m_s: Option<f64>,
+    /// Separating speed after it, m/s.
+    pub speed_out_m_s: Option<f64>,
+    /// Speed out over speed in.
+    pub restitution: Option<f64>,
+    /// What the analytic bounce gives.
+    pub expected_restitution: Option<f64>,
+    /// e² − e_expected².
+    pub energy_error: Option<f64>,
+    /// Relative error of the largest force.
+    pub peak_force_error: Option<f64>,
+    /// Relative error of the time in contact.
+    pub contact_time_error: Option<f64>,
+    /// Momentum that the law gave without a measured force, over 2 m v.
+    pub impulse_unaccounted: Option<f64>,
+    /// Largest true contact force of the run, N.
+    pub peak_force_n: Option<f64>,
+    /// Largest true contact torque at M, N·m.
+    pub peak_torque_n_m: Option<f64>,
+    /// Time with contact force, s.
+    pub contact_time_s: Option<f64>,
+    /// Largest angle of M from how it stood at the start, rad.
+    pub max_misalignment_rad: Option<f64>,
+    /// Misfit that the delay law saw last, as a part of the signal.
+    pub law_misfit: Option<f64>,
+    /// The latched fault at the end.
+    pub fault: Option<String>,
+    /// Mode at the end.
+    pub final_mode: Option<String>,
+}
+
+/// A numeric outcome: what a limit, a quantile or a plot can be asked for.
+pub struct Number {
+    /// Its name, which ends with its unit.
+    pub name: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// Its value.
+    pub value: fn(&Outcome) -> Option<f64>,
+}
+
+/// All numeric outcomes, in the order of the columns.
+pub const NUMBERS: &[Number] = &[
+    Number {
+        name: "speed_in_m_s",
+        meaning: "closing speed before the first impact",
+        value: |o| o.speed_in_m_s,
+    },
+    Number {
+        name: "speed_out_m_s",
+        meaning: "separating speed after it",
+        value: |o| o.speed_out_m_s,
+    },
+    Number {
+        name: "restitution",
+        meaning: "speed out over speed in",
+        value: |o| o.restitution,
+    },
+    Number {
+        name: "expected_restitution",
+        meaning: "of the analytic bounce",
+        value: |o| o.expected_restitution,
+    },
+    Number {
+        name: "energy_error",
+        meaning: "restitution squared less the expected one squared",
+        value: |o| o.energy_error,
+    },
+    Number {
+        name: "peak_force_error",
+        meaning: "largest force over the analytic one, less 1",
+        value: |o| o.peak_force_error,
+    },
+    Number {
+        name: "contact_time_error",
+        meaning: "time in contact over the analytic one, less 1",
+        value: |o| o.contact_time_error,
+    },
+    Number {
+        name: "impulse_unaccounted",
+        meaning: "momentum that the delay law gave without a measured force, over 2 m v",
+        value: |o| o.impulse_unaccounted,
+    },
+    Number {
+        name: "peak_force_n",
+        meaning: "largest true contact force of the run",
+        value: |o| o.peak_force_n,
+    },
+    Number {
+        name: "peak_torque_n_m",
+        meaning: "largest true contact torque of the run, at M",
+        value: |o| o.peak_torque_n_m,
+    },
+    Number {
+        name: "contact_time_s",
+        meaning: "time with contact force",
+        value: |o| o.contact_time_s,
+    },
+    Number {
+        name: "max_misalignment_rad",
+        meaning: "largest angle of M from its start",
+        value: |o| o.max_misalignment_rad,
+    },
+    Number {
+        name: "law_misfit",
+        meaning: "misfit that the delay law saw last, as a part of the signal",
+        value: |o| o.law_misfit,
+    },
+];
+
+impl Outcome {
+    /// A row without a run.
+    pub fn failure(status: Status, reason: String) -> Self {
+        Self {
+            status,
+            reason: Some(reason),
+            ..Self::default()
+        }
+    }
+
+    /// A numeric outcome by its name.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let number = NUMBERS.iter().find(|number| number.name == name)?;
+        (number.value)(self)
+    }
+}
+
+/// Watches a run.
+pub struct Observer<'a> {
+    finder: ImpactFinder<'a>,
+    cycle_s: f64,
+    start: Option<UnitQuaternion<f64>>,
+    cycles: u64,
+    contact_cycles: u64,
+    peak_force_n: f64,
+    peak_torque_n_m: f64,
+    max_misalignment_rad: f64,
+    last: Trace,
+}
+
+impl<'a> Observer<'a> {
+    /// Nothing has been seen.
+    pub fn new(scenario: &'a Scenario) -> Self {
+        Self {
+            finder: ImpactFinder::new(scenario),
+            cycle_s: scenario.board.control.robot.cycle_s,
+            start: None,
+            cycles: 0,
+            contact_cycles: 0,
+            peak_force_n: 0.0,
+            peak_torque_n_m: 0.0,
+            max_misalignment_rad: 0.0,
+            last: Trace::default(),
+        }
+    }
+
+    /// Takes the next cycle.
+    pub fn push(&mut self, record: &CycleRecord, truth: &TruthRecord) {
+        self.finder.push(record, truth);
+        self.cycles += 1;
+        self.last = record.trace;
+        let [x, y, z, a, b, c] = truth.contact_wrench;
+        let (force, torque) = (Vector3::new(x, y, z).norm(), Vector3::new(a, b, c).norm());
+        self.peak_force_n = self.peak_force_n.max(force);
+        self.peak_torque_n_m = self.peak_torque_n_m.max(torque);
+        self.contact_cycles += u64::from(force > 0.0);
+        let [.., w, i, j, k] = truth.pose;
+        let now = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
+        let start = *self.start.get_or_insert(now);
+        // The vector part is half the angle where it is small; the angle itself would need acos near 1.
+        let vector = (start.inverse() * now).imag().norm().min(1.0);
+        self.max_misalignment_rad = self
+            .max_misalignment_rad
+            .max(2.0 * ComplexField::asin(vector));
+    }
+
+    /// What it came to.
+    pub fn finish(self) -> Outcome {
+        let impacts = self.finder.finish();
+        let first = impacts.first();
+        let of = |value: fn(&Impact) -> f64| first.map(value);
+        Outcome {
+            status: Status::Completed,
+            reason: None,
+            cycles: self.cycles,
+            impacts: impacts.len() as u64,
+            captured: None,
+            speed_in_m_s: of(|i| i.speed_in_mm_s * 1e-3),
+            speed_out_m_s: of(|i| i.speed_out_mm_s * 1e-3),
+            restitution: of(|i| i.restitution),
+            expected_restitution: of(|i| i.expected_restitution),
+            energy_error: of(|i| i.energy_error),
+            peak_force_error: of(|i| i.peak_force_error),
+            contact_time_error: of(|i| i.contact_time_error),
+            impulse_unaccounted: of(|i| i.impulse_unaccounted),
+            peak_force_n: Some(self.peak_force_n),
+            peak_torque_n_m: Some(self.peak_torque_n_m),
+            contact_time_s: Some(self.contact_cycles as f64 * self.cycle_s),
+            max_misalignment_rad: Some(self.max_misalignment_rad),
+            law_misfit: Some(self.last.law_status.misfit),
+            fault: self.last.fault.map(|fault| format!("{:?}", fault.code)),
+            final_mode: Some(format!("{:?}", self.last.mode)),
+        }
+    }
+}

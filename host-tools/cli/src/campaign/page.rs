@@ -1,0 +1,403 @@
+//! What a campaign found, as a person reads it: tables for terminal and page, plots for the page.
+
+use super::setting::unit;
+use super::statistics::Estimate;
+use super::summary::{Results, Sensitivity, Summary};
+use super::table::{BINARY, PLAN};
+use anyhow::Result;
+use softdock_analysis::data_table::Values;
+use softdock_report::{
+    Band, Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Plot, Series, Style, Table,
+};
+
+/// Digits of outcomes.
+const DIGITS: usize = 4;
+/// Share of successes from which on the headline is good, and below which it is bad.
+const GOOD: f64 = 0.99;
+
+/// The sentence that a hurried reader takes along.
+pub fn headline(summary: &Summary) -> String {
+    let kept = summary
+        .success
+        .map_or("none".to_owned(), |share| percent(&share));
+    let failed = summary.rows - summary.completed;
+    let failed = match failed {
+        0 => String::new(),
+        count => format!("; {count} were not carried out"),
+    };
+    let captured = summary
+        .captured
+        .map(|share| format!("; captured: {}", percent(&share)));
+    format!(
+        "Of {} runs, {kept} are successes{}{failed}.",
+        summary.rows,
+        captured.unwrap_or_default()
+    )
+}
+
+/// All tables with their titles.
+pub fn tables(summary: &Summary) -> Vec<(&'static str, Table)> {
+    let all = [
+        ("Not carried out", failures(summary)),
+        ("Success by value", groups(summary)),
+        ("Outcomes: quantiles with bounds", outcomes(summary)),
+        (
+            "Which factor matters: rank correlation",
+            sensitivity(summary),
+        ),
+        ("Sobol' indices", sobol(summary)),
+        ("Worst rows", worst(summary)),
+    ];
+    all.into_iter()
+        .filter(|(_, table)| !table.rows.is_empty())
+        .collect()
+}
+
+fn percent(share: &Estimate) -> String {
+    let bound = |bound: Option<f64>| bound.map_or("?".to_owned(), |b| format!("{:.1}", b * 100.0));
+    format!(
+        "{:.1} % ({} to {} %)",
+        share.value * 100.0,
+        bound(share.low),
+        bound(share.high)
+    )
+}
+
+fn failures(summary: &Summary) -> Table {
+    let mut table = Table::new(vec![Column::text("reason"), Column::number("rows", "")]);
+    for (reason, count) in &summary.failures {
+        table.push(vec![Cell::text(reason), Cell::text(count.to_string())]);
+    }
+    table
+}
+
+fn groups(summary: &Summary) -> Table {
+    let median = format!("median {}", summary.worst_by);
+    let mut table = Table::new(vec![
+        Column::text("factor"),
+        Column::text("value"),
+        Column::number("success", ""),
+        Column::number(median, unit(&summary.worst_by).replace('1', "")),
+    ]);
+    for group in &summary.groups {
+        let success = group
+            .success
+            .map(|share| percent(&share))
+            .unwrap_or_default();
+        table.push(vec![
+            Cell::text(&group.factor),
+            Cell::text(&group.value),
+            Cell::text(success),
+            group
+                .median
+                .map_or_else(|| Cell::text(""), |m| Cell::number(m.value, DIGITS)),
+        ]);
+    }
+    table
+}
+
+fn outcomes(summary: &Summary) -> Table {
+    let heads = ["outcome", "unit"].map(Column::text).into_iter();
+    let numbers = ["runs", "5 %", "median", "between", "95 %", "between"];
+    let mut table = Table::new(
+        heads
+            .chain(numbers.map(|n| Column::number(n, "")))
+            .collect(),
+    );
+    for outcome in &summary.outcomes {
+        let value = |q: usize| match outcome.quantiles[q] {
+            Some(estimate) => Cell::number(estimate.value, DIGITS),
+            None => Cell::text(""),
+        };
+        let between = |q: usize| match outcome.quantiles[q] {
+            Some(Estimate {
+                low: Some(low),
+                high: Some(high),
+                ..
+            }) => Cell::interval(low, high, 2),
+            _ => Cell::text("too few runs"),
+        };
+        table.push(vec![
+            Cell::text(outcome.name),
+            Cell::text(outcome.unit),
+            Cell::text(outcome.count.to_string()),
+            value(0),
+            value(1),
+            between(1),
+            value(2),
+            between(2),
+        ]);
+    }
+    table
+}
+
+/// A table with a row for each outcome and a column for each factor.
+fn by_factor(summary: &Summary, value: impl Fn(&Sensitivity) -> Option<String>) -> Table {
+    let mut factors: Vec<&str> = Vec::new();
+    for entry in &summary.sensitivity {
+        if !factors.contains(&entry.factor.as_str()) {
+            factors.push(&entry.factor);
+        }
+    }
+    let heads = factors.iter().map(|factor| Column::number(*factor, ""));
+    let mut table = Table::new(
+        std::iter::once(Column::text("outcome"))
+            .chain(heads)
+            .collect(),
+    );
+    for own in summary.sensitivity.chunk_by(|a, b| a.outcome == b.outcome) {
+        let values: Vec<Option<String>> = own.iter().map(&value).collect();
+        if values.iter().any(Option::is_some) {
+            let cells = values
+                .into_iter()
+                .map(|value| Cell::text(value.unwrap_or_default()));
+            table.push(
+                std::iter::once(Cell::text(own[0].outcome))
+                    .chain(cells)
+                    .collect(),
+            );
+        }
+    }
+    table
+}
+
+fn sensitivity(summary: &Summary) -> Table {
+    by_factor(summary, |entry| {
+        entry.rank_correlation.map(|r| format!("{r:+.2}"))
+    })
+}
+
+fn sobol(summary: &Summary) -> Table {
+    by_factor(summary, |entry| {
+        entry
+            .sobol
+            .map(|index| format!("{:.2}, total {:.2}", index.first, index.total))
+    })
+}
+
+fn worst(summary: &Summary) -> Table {
+    let mut table = Table::new(vec![
+        Column::number("row", ""),
+        Column::number(&summary.worst_by, unit(&summary.worst_by).replace('1', "")),
+        Column::text("see it"),
+    ]);
+    for row in &summary.worst {
+        table.push(vec![
+            Cell::text(row.index.to_string()),
+            Cell::number(row.value, DIGITS),
+            Cell::text(&row.rerun),
+        ]);
+    }
+    table
+}
+
+/// The report.
+///
+/// # Errors
+/// A plot cannot be drawn.
+pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
+    let title = match summary.title.as_str() {
+        "" => "Campaign",
+        title => title,
+    };
+    let mut page = Page::new(title);
+    let share = summary.success.map_or(0.0, |share| share.value);
+    let (mark, badge) = match share {
+        share if share >= GOOD => (Mark::Good, "kept"),
+        share if share < 1.0 - GOOD => (Mark::Bad, "not kept"),
+        _ => (Mark::Neutral, "partly kept"),
+    };
+    page.verdict(mark, badge, &headline(summary));
+    page.section("What was asked").list(&asked(results));
+    for (title, table) in tables(summary) {
+        page.section(title).table(&table);
+    }
+    let splits = splits(results)?;
+    page.section("Pictures").bars(&influence(summary))?;
+    page.columns(&maps(results, summary, &splits)?)?;
+    page.columns(&distributions(results, &splits)?)?;
+    for (title, text) in ["Campaign file", "Scenario, with all defaults"]
+        .iter()
+        .zip(&results.plan.texts)
+    {
+        page.details(title, text);
+    }
+    let metadata = |name| results.table.metadata(name).unwrap_or_default();
+    page.identity(&format!("{}, plan {}", metadata(BINARY), metadata(PLAN)));
+    Ok(page)
+}
+
+/// Factors and limits as sentences.
+fn asked(results: &Results<'_>) -> Vec<String> {
+    let factors = results.plan.factors.iter().map(|factor| {
+        let unit = unit(&factor.settings[0]).replace('1', "");
+        format!(
+            "{}: {} {unit} ({})",
+            factor.name,
+            factor.distribution.text(),
+            factor.settings.join(", ")
+        )
+    });
+    let limits = results.plan.campaign.limits.iter().map(|limit| {
+        let bound = |word: &str, bound: Option<f64>| bound.map(|b| format!(" {word} {b}"));
+        let bounds = [bound("at least", limit.low), bound("at most", limit.high)];
+        format!(
+            "limit: {}{}",
+            limit.outcome,
+            bounds.into_iter().flatten().collect::<String>()
+        )
+    });
+    factors.chain(limits).collect()
+}
+
+/// How strongly each factor goes with the outcome that ranks rows.
+fn influence(summary: &Summary) -> BarChart {
+    let mut chart = BarChart::new(
+        format!("Which factor matters for {}", summary.worst_by),
+        "rank correlation, magnitude",
+        Format::Significant(2),
+    );
+    chart.bars = strongest(summary)
+        .into_iter()
+        .map(|(factor, r)| Bar::new(factor, r))
+        .collect();
+    chart
+}
+
+/// Factors by their influence on the outcome that ranks rows.
+fn strongest(summary: &Summary) -> Vec<(&str, f64)> {
+    let own = summary
+        .sensitivity
+        .iter()
+        .filter(|entry| entry.outcome == summary.worst_by);
+    let mut factors: Vec<(&str, f64)> = own
+        .filter_map(|entry| Some((entry.factor.as_str(), entry.rank_correlation?.abs())))
+        .collect();
+    factors.sort_by(|a, b| b.1.total_cmp(&a.1));
+    factors
+}
+
+/// Rows that belong together, with the name of what they have in common.
+struct Split {
+    name: String,
+    rows: Vec<bool>,
+}
+
+/// The rows by the words of the first factor that has words, or all of them.
+fn splits(results: &Results<'_>) -> Result<Vec<Split>> {
+    for factor in &results.plan.factors {
+        let Values::Text(words) = results.table.values(&factor.name)? else {
+            continue;
+        };
+        let mut known: Vec<&String> = words.iter().flatten().collect();
+        known.sort();
+        known.dedup();
+        let split = |word: &String| Split {
+            name: word.clone(),
+            rows: words.iter().map(|own| own.as_ref() == Some(word)).collect(),
+        };
+        return Ok(known.into_iter().map(split).collect());
+    }
+    let rows = vec![true; results.table.rows()];
+    Ok(vec![Split {
+        name: String::new(),
+        rows,
+    }])
+}
+
+/// Where it succeeds, over the two numeric factors that matter most.
+fn maps(results: &Results<'_>, summary: &Summary, splits: &[Split]) -> Result<Vec<Plot>> {
+    let numeric = |name: &&str| matches!(results.table.values(name), Ok(Values::Number(_)));
+    let names = strongest(summary).into_iter().map(|(name, _)| name);
+    let mut names: Vec<&str> = names.filter(numeric).collect();
+    if names.len() == 1 {
+        names.push(&summary.worst_by);
+    }
+    let &[x, y, ..] = names.as_slice() else {
+        return Ok(Vec::new());
+    };
+    let label = |name: &str| {
+        let factor = results
+            .plan
+            .factors
+            .iter()
+            .find(|factor| factor.name == name);
+        with_unit(name, factor.map_or(name, |factor| &factor.settings[0]))
+    };
+    let success = results.successes()?;
+    let (xs, ys) = (results.numbers(x)?, results.numbers(y)?);
+    let map = |split: &Split| {
+        let mut plot = Plot::new(
+            format!("Where it succeeds {}", split.name),
+            label(x),
+            label(y),
+        );
+        for (name, kept, hue) in [
+            ("success", true, Hue::Blue),
+            ("no success", false, Hue::Vermilion),
+        ] {
+            let own = (0..success.len()).filter(|row| split.rows[*row] && success[*row] == kept);
+            let points = own.filter_map(|row| Some((xs[row]?, ys[row]?))).collect();
+            plot.series
+                .push(Series::new(name, Style::Points, points).colored(hue));
+        }
+        plot
+    };
+    Ok(splits.iter().map(map).collect())
+}
+
+/// Distribution of each outcome, with its limit.
+fn distributions(results: &Results<'_>, splits: &[Split]) -> Result<Vec<Plot>> {
+    let mut plots = Vec::new();
+    for number in results.shown() {
+        let all = results.numbers(number.name)?;
+        let values = |split: &Split| {
+            let own = all.iter().zip(&split.rows).filter(|(_, own)| **own);
+            let finite = own.filter_map(|(value, _)| value.filter(|value| value.is_finite()));
+            let mut values: Vec<f64> = finite.collect();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let mut plot = Plot::new(
+            number.name,
+            with_unit(number.name, number.name),
+            "share below",
+        );
+        let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+        for split in splits {
+            let values = values(split);
+            first = values.first().map_or(first, |value| first.min(*value));
+            last = values.last().map_or(last, |value| last.max(*value));
+            let share = |place: usize| (place + 1) as f64 / values.len() as f64;
+            let points = values
+                .iter()
+                .enumerate()
+                .map(|(place, value)| (*value, share(place)));
+            plot.series
+                .push(Series::new(&split.name, Style::Step, points.collect()));
+        }
+        // A constant has no distribution to look at.
+        if first >= last {
+            continue;
+        }
+        let limits = results.plan.campaign.limits.iter();
+        plot.shaded = limits
+            .filter(|limit| limit.outcome == number.name)
+            .map(|limit| Band {
+                from: limit.low.unwrap_or(first),
+                to: limit.high.unwrap_or(last),
+                label: "within the limit".to_owned(),
+            })
+            .collect();
+        plots.push(plot);
+    }
+    Ok(plots)
+}
+
+/// A name, with its unit in brackets if it has one.
+fn with_unit(name: &str, unit_of: &str) -> String {
+    match unit(unit_of) {
+        "1" => name.to_owned(),
+        unit => format!("{name} [{unit}]"),
+    }
+}

@@ -1,0 +1,336 @@
+//! The plan: everything that a row depends on, in one file.
+
+use super::design::{self, Design};
+use super::distribution::Distribution;
+use super::file::CampaignFile;
+use super::setting::{SettingName, Settings};
+use crate::experiment::scenario::Scenario;
+use anyhow::{Context, Result, bail, ensure};
+use crc::{CRC_64_XZ, Crc};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use softdock_analysis::statistics::RandomStream;
+use softdock_analysis::{identity, input, output};
+use std::path::Path;
+
+/// Name of the plan in a campaign's folder.
+const FILE: &str = "plan.json";
+/// Name and version of the format.
+const FORMAT: &str = "softdock-campaign/1";
+/// What draws the seed of a row's noise.
+const SEED: &str = "seed";
+/// More rows than this are a mistake: a week on a hundred cores.
+const MOST_ROWS: u64 = 100_000_000;
+
+/// The plan as it is written.
+#[derive(Debug, Serialize, Deserialize)]
+struct PlanFile {
+    format: String,
+    /// Of the two texts below.
+    hash: String,
+    /// The program that planned; no other carries the plan out.
+    binary: String,
+    rows: u64,
+    /// The campaign file.
+    campaign_toml: String,
+    /// The scenario, with all defaults written out.
+    scenario_toml: String,
+}
+
+/// A plan that can be carried out.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The campaign file.
+    pub campaign: CampaignFile,
+    /// The campaign file and the scenario as texts.
+    pub texts: [String; 2],
+    /// Identity of both.
+    pub hash: String,
+    /// The program that planned.
+    pub binary: String,
+    /// What varies.
+    pub factors: Vec<PlannedFactor>,
+    settings: Settings,
+    design: Design,
+    /// Combinations of the values of lists and grids.
+    combinations: u64,
+}
+
+/// A factor of a plan.
+#[derive(Clone, Debug)]
+pub struct PlannedFactor {
+    /// Name of its column.
+    pub name: String,
+    /// Settings that get its value, as written.
+    pub settings: Vec<String>,
+    /// How it varies.
+    pub distribution: Distribution,
+    targets: Vec<SettingName>,
+    /// Its values, or the axis of the design from which they are drawn.
+    source: Source,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    Levels(Vec<Value>),
+    Axis(usize),
+}
+
+/// The conditions of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Conditions {
+    /// Seed of the run's noise.
+    pub seed: u64,
+    /// Values of the factors.
+    pub values: Vec<Value>,
+}
+
+impl Plan {
+    /// Reads a campaign file and the scenario that it names, and checks the ends of every factor against
+    /// the settings' own ranges.
+    ///
+    /// # Errors
+    /// What is wrong with either, or the first factor that names no setting or leaves its range.
+    pub fn new(path: &Path) -> Result<Self> {
+        let campaign: CampaignFile = input::load(path)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let scenario = Scenario::load(&folder.join(&campaign.scenario))?;
+        let text = std::fs::read_to_string(path)?;
+        let plan = Self::of([text, scenario.to_toml()?], this_binary()?);
+        let plan = plan.with_context(|| format!("in {}", path.display()))?;
+        plan.check_ends()
+            .with_context(|| format!("in {}", path.display()))?;
+        Ok(plan)
+    }
+
+    fn of(texts: [String; 2], binary: String) -> Result<Self> {
+        let campaign: CampaignFile = input::parse(&texts[0], "campaign")?;
+        campaign.check()?;
+        let base: Scenario = input::parse(&texts[1], "scenario of the campaign")?;
+        let settings = Settings::of(&base)?;
+        let (mut factors, mut axes, mut combinations) = (Vec::new(), Vec::new(), 1_u64);
+        for factor in &campaign.factors {
+            let name = factor.column();
+            let distribution = factor
+                .distribution()
+                .with_context(|| format!("factor `{name}`"))?;
+            let source = match distribution.levels() {
+                Some(levels) => {
+                    combinations = combinations.saturating_mul(levels.len() as u64);
+                    Source::Levels(levels)
+                }
+                None => {
+                    axes.push(name.clone());
+                    Source::Axis(axes.len() - 1)
+                }
+            };
+            let written = factor.targets();
+            ensure!(
+                !written.contains(&SEED),
+                "`seed` cannot be a factor: every draw has a noise of its own"
+            );
+            let targets = written.iter().map(|setting| SettingName::parse(setting));
+            factors.push(PlannedFactor {
+                name,
+                targets: targets.collect::<Result<_>>()?,
+                settings: written.into_iter().map(str::to_owned).collect(),
+                distribution,
+                source,
+            });
+        }
+        let design = Design::new(campaign.design, campaign.seed, &axes, campaign.samples)?;
+        let hash = checksum(&[FORMAT.as_bytes(), texts[0].as_bytes(), texts[1].as_bytes()]);
+        let plan = Self {
+            hash: format!("{hash:016x}"),
+            campaign,
+            texts,
+            binary,
+            factors,
+            settings,
+            design,
+            combinations,
+        };
+        let rows = plan.design.points().checked_mul(plan.combinations);
+        ensure!(
+            rows.is_some_and(|rows| rows <= MOST_ROWS),
+            "{} draws with {} combinations each are more than {MOST_ROWS} rows",
+            plan.design.points(),
+            plan.combinations
+        );
+        Ok(plan)
+    }
+
+    /// Each end of each factor, the others as in the scenario, is a scenario that is accepted.
+    fn check_ends(&self) -> Result<()> {
+        for factor in &self.factors {
+            let ends = match &factor.source {
+                Source::Levels(levels) => levels.clone(),
+                // Beyond three sigma a row may be refused; it is a row then.
+                Source::Axis(_) => [0.001, 0.999]
+                    .map(|u| factor.distribution.quantile(u).into())
+                    .to_vec(),
+            };
+            for end in ends {
+                for setting in &factor.settings {
+                    let named = || format!("factor `{}`", factor.name);
+                    self.settings.try_one(setting, &end).with_context(named)?;
+                }
+                let all = factor.targets.iter().map(|target| (target, end.clone()));
+                let scenario = self.settings.with(all)?;
+                scenario
+                    .validate()
+                    .with_context(|| format!("factor `{}` at {end}", factor.name))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the plan into a folder, which is made if it is not there.
+    ///
+    /// # Errors
+    /// The folder cannot be written to.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        let [campaign_toml, scenario_toml] = self.texts.clone();
+        let file = PlanFile {
+            format: FORMAT.to_owned(),
+            hash: self.hash.clone(),
+            binary: self.binary.clone(),
+            rows: self.rows(),
+            campaign_toml,
+            scenario_toml,
+        };
+        let text = serde_json::to_string_pretty(&file)?;
+        output::write_whole(&folder.join(FILE), text.as_bytes())
+    }
+
+    /// Reads the plan of a folder, to look at what was done.
+    ///
+    /// # Errors
+    /// There is none, or it was changed.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join(FILE);
+        let text = std::fs::read_to_string(&path).with_context(|| {
+            format!(
+                "cannot read {}; `softdock campaign plan CAMPAIGN.toml -o {}` makes it",
+                path.display(),
+                folder.display()
+            )
+        })?;
+        let file: PlanFile =
+            serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))?;
+        ensure!(
+            file.format == FORMAT,
+            "{}: expected format `{FORMAT}`, received `{}`",
+            path.display(),
+            file.format
+        );
+        let plan = Self::of([file.campaign_toml, file.scenario_toml], file.binary)
+            .with_context(|| format!("in {}", path.display()))?;
+        ensure!(
+            plan.hash == file.hash && plan.rows() == file.rows,
+            "{} was changed after it was planned; plan anew into another folder",
+            path.display()
+        );
+        Ok(plan)
+    }
+
+    /// Reads the plan of a folder, to carry it out.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), or another program planned it.
+    pub fn read_to_run(folder: &Path) -> Result<Self> {
+        let plan = Self::read(folder)?;
+        let own = this_binary()?;
+        if plan.binary != own {
+            bail!(
+                "{} was planned by another program and would give rows that are not comparable\n  \
+                 planned by {}\n  this is    {own}\nUse that program, or plan anew into another folder.",
+                folder.display(),
+                plan.binary
+            );
+        }
+        Ok(plan)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> u64 {
+        self.design.points() * self.combinations
+    }
+
+    /// Runs of one sample of the design: more than one for Sobol' indices.
+    pub fn runs_per_sample(&self) -> u64 {
+        self.design.runs_per_sample()
+    }
+
+    /// Combinations of listed and grid values that each draw meets.
+    pub fn combinations(&self) -> u64 {
+        self.combinations
+    }
+
+    /// The conditions of a row: a pure function of the plan and the index. All combinations of a draw have
+    /// its values and its noise, so that they can be compared pair by pair.
+    pub fn conditions(&self, index: u64) -> Conditions {
+        let (point, mut combination) = (index / self.combinations, index % self.combinations);
+        let value = |factor: &PlannedFactor| match &factor.source {
+            Source::Levels(levels) => {
+                let count = levels.len() as u64;
+                let level = levels[(combination % count) as usize].clone();
+                combination /= count;
+                level
+            }
+            Source::Axis(axis) => {
+                let u = self.design.coordinate(point, *axis);
+                factor.distribution.quantile(u).into()
+            }
+        };
+        let values = self.factors.iter().map(value).collect();
+        // Runs that are compared with each other have the same noise.
+        let draw = point / self.runs_per_sample();
+        let noise = RandomStream::at(self.campaign.seed, draw, design::place(SEED)).uniform();
+        let seed = (noise * f64::from(u32::MAX)) as u64;
+        Conditions { seed, values }
+    }
+
+    /// The scenario of a row.
+    ///
+    /// # Errors
+    /// The values of its factors together leave a range.
+    pub fn scenario(&self, index: u64) -> Result<Scenario> {
+        let Conditions { seed, values } = self.conditions(index);
+        let values = self.factors.iter().zip(values);
+        let values = values.flat_map(|(factor, value)| {
+            factor
+                .targets
+                .iter()
+                .map(move |target| (target, value.clone()))
+        });
+        let mut scenario = self.settings.with(values)?;
+        scenario.seed = seed;
+        scenario.validate()?;
+        Ok(scenario)
+    }
+}
+
+/// A checksum over texts.
+pub(super) fn checksum(texts: &[&[u8]]) -> u64 {
+    const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+    let mut digest = CRC.digest();
+    for text in texts {
+        digest.update(&(text.len() as u64).to_le_bytes());
+        digest.update(text);
+    }
+    digest.finalize()
+}
+
+/// Name, version and git state of this program, and a checksum of its file: two builds of one commit
+/// may compute differently.
+pub fn this_binary() -> Result<String> {
+    let path = std::env::current_exe().context("cannot find the running program")?;
+    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(format!("{} {:016x}", identity::text(), checksum(&[&bytes])))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,246 @@
+//! A shard: every N-th row of a campaign, carried out in parallel into one part file.
+
+use super::journal::{self, Journal};
+use super::outcome::{Outcome, Status};
+use super::plan::Plan;
+use super::row::execute;
+use super::table::{BINARY, PLAN, table};
+use anyhow::{Context, Result, ensure};
+use cpu_time::ProcessTime;
+use rayon::prelude::*;
+use softdock_analysis::data_table::DataTable;
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Shard `number` of `of`: the rows whose index leaves that remainder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Shard {
+    /// From 0.
+    pub number: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+impl Shard {
+    /// The whole campaign.
+    pub const WHOLE: Self = Self { number: 0, of: 1 };
+
+    /// Whether a row belongs to it. Neighbours go to different shards: costs drift along a factor.
+    pub fn has(self, index: u64) -> bool {
+        index % self.of == self.number
+    }
+
+    /// Its part in a campaign's folder.
+    pub fn part(self, folder: &Path) -> PathBuf {
+        folder.join(format!("part-{}-of-{}.parquet", self.number, self.of))
+    }
+
+    /// The shard of a part's file name.
+    pub fn of_part(name: &str) -> Option<Self> {
+        let numbers = name.strip_prefix("part-")?.strip_suffix(".parquet")?;
+        numbers.replace("-of-", "/").parse().ok()
+    }
+}
+
+impl Display for Shard {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| {
+            Some(Self {
+                number: number.parse().ok()?,
+                of: of.parse().ok()?,
+            })
+        });
+        let shard = numbers.filter(|shard| shard.number < shard.of);
+        shard.ok_or_else(|| {
+            format!("expected I/N with I from 0 to N-1, as in 0/40; received {text}")
+        })
+    }
+}
+
+/// What a call has done.
+#[derive(Clone, Copy, Debug)]
+pub struct Done {
+    /// Rows of the shard.
+    pub rows: u64,
+    /// Those of them that this call carried out.
+    pub carried_out: u64,
+    /// Rows that are not completed.
+    pub failed: u64,
+    /// Simulated cycles of this call.
+    pub cycles: u64,
+    /// Processor time of this call, s.
+    pub processor_s: f64,
+}
+
+/// Carries out what is missing of a shard and writes its part. `done` is called after each row; a raised
+/// `stop` ends it after the rows that are under way.
+///
+/// # Errors
+/// It was stopped, or the folder cannot be written to; what was done is kept.
+pub fn run(
+    plan: &Plan,
+    folder: &Path,
+    shard: Shard,
+    threads: usize,
+    stop: &AtomicBool,
+    done: &(dyn Fn() + Sync),
+) -> Result<Done> {
+    let rows = (0..plan.rows()).filter(|index| shard.has(*index)).count() as u64;
+    let begin = ProcessTime::now();
+    let mut known = match read_part(plan, &shard.part(folder)) {
+        Ok(Some(_)) => return finished(plan, folder, shard, rows),
+        Ok(None) => journal::read(plan, folder, shard)?,
+        Err(error) => return Err(error),
+    };
+    let missing = (0..plan.rows()).filter(|index| shard.has(*index) && !known.contains_key(index));
+    let missing: Vec<u64> = missing.collect();
+    let new = carry_out(plan, folder, shard, &missing, threads, stop, done)?;
+    let (carried_out, cycles) = (new.len() as u64, new.values().map(|o| o.cycles).sum());
+    known.extend(new);
+    ensure!(
+        known.len() as u64 == rows,
+        "stopped: {} of {rows} rows of shard {shard} are done and kept; the same command goes on",
+        known.len()
+    );
+    let failed = known
+        .values()
+        .filter(|outcome| outcome.status != Status::Completed);
+    let failed = failed.count() as u64;
+    let all: Vec<(u64, Outcome)> = known.into_iter().collect();
+    table(plan, &all).write(&shard.part(folder))?;
+    journal::remove(folder, shard)?;
+    Ok(Done {
+        rows,
+        carried_out,
+        failed,
+        cycles,
+        processor_s: begin.elapsed().as_secs_f64(),
+    })
+}
+
+/// The shard was done before.
+fn finished(plan: &Plan, folder: &Path, shard: Shard, rows: u64) -> Result<Done> {
+    journal::remove(folder, shard)?;
+    let part = read_part(plan, &shard.part(folder))?.unwrap_or_default();
+    let failed = super::status::failed(&part)?;
+    Ok(Done {
+        rows,
+        carried_out: 0,
+        failed,
+        cycles: 0,
+        processor_s: 0.0,
+    })
+}
+
+fn carry_out(
+    plan: &Plan,
+    folder: &Path,
+    shard: Shard,
+    missing: &[u64],
+    threads: usize,
+    stop: &AtomicBool,
+    done: &(dyn Fn() + Sync),
+) -> Result<BTreeMap<u64, Outcome>> {
+    let journal = Mutex::new(Journal::start(plan, folder, shard)?);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let one = |index: &u64| -> Result<Option<(u64, Outcome)>> {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let outcome = execute(plan, *index);
+        let mut journal = journal.lock().unwrap_or_else(PoisonError::into_inner);
+        journal.push(*index, &outcome)?;
+        drop(journal);
+        done();
+        Ok(Some((*index, outcome)))
+    };
+    let rows = pool.install(|| missing.par_iter().map(one).collect::<Result<Vec<_>>>())?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// The part at a path, if there is one.
+///
+/// # Errors
+/// It is no whole table, or of another plan or program.
+pub fn read_part(plan: &Plan, path: &Path) -> Result<Option<DataTable>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let part = DataTable::read_parquet(path)?;
+    for (name, own, what) in [
+        (PLAN, &plan.hash, "plan"),
+        (BINARY, &plan.binary, "program"),
+    ] {
+        let received = part.metadata(name).unwrap_or("nothing");
+        ensure!(
+            received == own,
+            "{} is of another {what}: expected {own}, received {received}; move it away, or plan into a folder of its own",
+            path.display()
+        );
+    }
+    Ok(Some(part))
+}
+
+/// Names of all files in a folder.
+pub(super) fn names(folder: &Path) -> Result<Vec<String>> {
+    let entries =
+        std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
+    let names = entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().into_string().ok());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    Ok(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_are_numbers_below_their_count() {
+        assert_eq!("3/40".parse(), Ok(Shard { number: 3, of: 40 }));
+        for wrong in ["40/40", "1", "-1/2", "0/0", "a/b", ""] {
+            let error = wrong.parse::<Shard>().unwrap_err();
+            assert!(error.contains("as in 0/40"), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_row_belongs_to_one_shard() {
+        for index in 0..100 {
+            let owners = (0..7).filter(|number| {
+                Shard {
+                    number: *number,
+                    of: 7,
+                }
+                .has(index)
+            });
+            assert_eq!(owners.count(), 1);
+        }
+    }
+
+    #[test]
+    fn a_part_is_known_by_its_name() {
+        let shard = Shard { number: 3, of: 40 };
+        let part = shard.part(Path::new("folder"));
+        let name = part.file_name().unwrap().to_str().unwrap();
+        assert_eq!(Shard::of_part(name), Some(shard));
+        assert_eq!(Shard::of_part("part-3-of-40.parquet.tmp"), None);
+    }
+}

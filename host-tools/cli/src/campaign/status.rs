@@ -1,0 +1,88 @@
+//! How far a campaign is.
+
+use super::plan::Plan;
+use super::shard::{Shard, names, read_part};
+use super::table::INDEX;
+use anyhow::{Result, bail};
+use serde::Serialize;
+use softdock_analysis::data_table::{DataTable, Values};
+use std::path::Path;
+
+/// How far a campaign is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Progress {
+    /// Hash of the plan.
+    pub hash: String,
+    /// Rows of the plan.
+    pub rows: u64,
+    /// Rows in parts.
+    pub done: u64,
+    /// Rows in parts that are not completed.
+    pub failed: u64,
+    /// Into how many shards the rows were divided: the largest number that a part has.
+    pub shards: u64,
+    /// Those of them of which a row is missing.
+    pub missing_shards: Vec<u64>,
+}
+
+/// Looks at the parts of a folder.
+///
+/// # Errors
+/// A part is no table of this plan and program.
+pub fn progress(plan: &Plan, folder: &Path) -> Result<Progress> {
+    let parts = parts(plan, folder)?;
+    let mut done = vec![false; plan.rows() as usize];
+    let mut failures = 0;
+    for (_, part) in &parts {
+        for index in indices(part)? {
+            if let Some(done) = done.get_mut(index as usize) {
+                *done = true;
+            }
+        }
+        failures += failed(part)?;
+    }
+    let shards = parts.iter().map(|(shard, _)| shard.of).max().unwrap_or(1);
+    let missing = |number: &u64| {
+        let mut own = done.iter().skip(*number as usize).step_by(shards as usize);
+        own.any(|done| !done)
+    };
+    Ok(Progress {
+        hash: plan.hash.clone(),
+        rows: plan.rows(),
+        done: done.iter().filter(|done| **done).count() as u64,
+        failed: failures,
+        shards,
+        missing_shards: (0..shards).filter(missing).collect(),
+    })
+}
+
+/// All parts of a folder.
+pub(super) fn parts(plan: &Plan, folder: &Path) -> Result<Vec<(Shard, DataTable)>> {
+    let names = names(folder)?;
+    let shards = names.iter().filter_map(|name| Shard::of_part(name));
+    let parts = shards.map(|shard| Ok((shard, read_part(plan, &shard.part(folder))?)));
+    let parts = parts.collect::<Result<Vec<_>>>()?;
+    Ok(parts
+        .into_iter()
+        .filter_map(|(shard, part)| Some((shard, part?)))
+        .collect())
+}
+
+/// Indices of a part's rows.
+pub(super) fn indices(part: &DataTable) -> Result<Vec<u64>> {
+    match part.values(INDEX)? {
+        Values::Count(indices) => Ok(indices.iter().flatten().copied().collect()),
+        _ => bail!("column `{INDEX}` holds no whole numbers"),
+    }
+}
+
+/// Rows of a part that are not completed.
+pub fn failed(part: &DataTable) -> Result<u64> {
+    match part.values("status")? {
+        Values::Text(words) => {
+            let failed = words.iter().flatten().filter(|word| *word != "completed");
+            Ok(failed.count() as u64)
+        }
+        _ => bail!("column `status` holds no words"),
+    }
+}

@@ -1,0 +1,78 @@
+//! Lines that hand a campaign to a cluster. They are printed, never run.
+
+use anyhow::{Context, Result};
+use std::path::Path;
+
+/// Kills of a task, by lost workers, after which HyperQueue gives up on it.
+const CRASH_LIMIT: u32 = 20;
+
+/// Line for HyperQueue: one task for each shard.
+///
+/// # Errors
+/// The folder or this program has no path.
+pub fn hyperqueue(folder: &Path, shards: u64, threads: usize) -> Result<String> {
+    Ok(format!(
+        "hq submit --name softdock --array 0-{} --cpus {threads} --crash-limit {CRASH_LIMIT} -- sh -c {}",
+        shards - 1,
+        quoted(&shard_command(folder, "HQ_TASK_ID", shards, threads)?)
+    ))
+}
+
+/// Line for Slurm: one task of an array for each shard, started again if its node is lost.
+///
+/// # Errors
+/// The folder or this program has no path.
+pub fn slurm(folder: &Path, shards: u64, threads: usize) -> Result<String> {
+    let log = std::path::absolute(folder)?.join("slurm-%a.log");
+    Ok(format!(
+        "sbatch --job-name softdock --array 0-{} --ntasks 1 --cpus-per-task {threads} --requeue --open-mode append --output {} --wrap {}",
+        shards - 1,
+        quoted(&log.display().to_string()),
+        quoted(&shard_command(
+            folder,
+            "SLURM_ARRAY_TASK_ID",
+            shards,
+            threads
+        )?)
+    ))
+}
+
+/// What a task runs; `variable` holds its number.
+fn shard_command(folder: &Path, variable: &str, shards: u64, threads: usize) -> Result<String> {
+    let program = std::env::current_exe().context("cannot find the running program")?;
+    let folder = std::path::absolute(folder).context("cannot find the folder")?;
+    Ok(format!(
+        "exec {} campaign run {} --shard ${variable}/{shards} --threads {threads}",
+        quoted(&program.display().to_string()),
+        quoted(&folder.display().to_string())
+    ))
+}
+
+/// A word of a POSIX shell.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-%+=:,@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_survive_the_shell() {
+        assert_eq!(quoted("/a/b-0.txt"), "/a/b-0.txt");
+        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
+        let line = hyperqueue(Path::new("/my campaign"), 40, 2).unwrap();
+        assert!(
+            line.starts_with("hq submit --name softdock --array 0-39 --cpus 2"),
+            "{line}"
+        );
+        assert!(
+            line.contains("--shard $HQ_TASK_ID/40 --threads 2"),
+            "{line}"
+        );
+    }
+}

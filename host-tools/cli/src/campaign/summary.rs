@@ -1,0 +1,358 @@
+//! What a campaign found, in numbers.
+
+use super::file::Limit;
+use super::outcome::{NUMBERS, Number};
+use super::plan::{Plan, PlannedFactor};
+use super::setting::unit;
+use super::statistics::{
+    Estimate, SobolIndices, quantile, rank_correlation, rank_ratio, share, sobol_indices,
+};
+use super::table::SUCCESS;
+use anyhow::{Result, bail};
+use serde::Serialize;
+use softdock_analysis::data_table::{DataTable, Values};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The quantiles that are shown.
+pub const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
+/// How many of the worst rows are named.
+const WORST: usize = 10;
+/// The outcome that ranks rows if the campaign names none.
+const DEFAULT_WORST: &str = "peak_force_n";
+
+/// What a campaign found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Title of the campaign.
+    pub title: String,
+    /// Rows.
+    pub rows: usize,
+    /// Rows that went to their end.
+    pub completed: usize,
+    /// Reasons of the others, with their counts.
+    pub failures: BTreeMap<String, usize>,
+    /// Share of the runs that kept all limits.
+    pub success: Option<Estimate>,
+    /// Share of the runs in which the mechanism captured, where it can.
+    pub captured: Option<Estimate>,
+    /// Success for each value of a list or grid.
+    pub groups: Vec<Group>,
+    /// Quantiles of the outcomes.
+    pub outcomes: Vec<OutcomeSummary>,
+    /// The outcome by which rows are the worst.
+    pub worst_by: String,
+    /// The worst rows.
+    pub worst: Vec<WorstRow>,
+    /// Which factor matters, for each outcome that is shown.
+    pub sensitivity: Vec<Sensitivity>,
+}
+
+/// Rows with one value of a factor.
+#[derive(Clone, Debug, Serialize)]
+pub struct Group {
+    /// Name of the factor.
+    pub factor: String,
+    /// Its value.
+    pub value: String,
+    /// Share of successes.
+    pub success: Option<Estimate>,
+    /// Median of the outcome that ranks rows.
+    pub median: Option<Estimate>,
+}
+
+/// Quantiles of an outcome.
+#[derive(Clone, Debug, Serialize)]
+pub struct OutcomeSummary {
+    /// Name.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Rows that have it.
+    pub count: usize,
+    /// At 5, 50 and 95 %.
+    pub quantiles: [Option<Estimate>; 3],
+}
+
+/// A row to look at.
+#[derive(Clone, Debug, Serialize)]
+pub struct WorstRow {
+    /// Its index.
+    pub index: u64,
+    /// Its outcome.
+    pub value: f64,
+    /// How to see it.
+    pub rerun: String,
+}
+
+/// What a factor has to do with an outcome.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sensitivity {
+    /// Name of the outcome.
+    pub outcome: &'static str,
+    /// Name of the factor.
+    pub factor: String,
+    /// Spearman's; for words the correlation ratio of the ranks, without a sign.
+    pub rank_correlation: Option<f64>,
+    /// If the design is one for them.
+    pub sobol: Option<SobolIndices>,
+}
+
+/// The table of a campaign with the plan that it follows.
+#[derive(Debug)]
+pub struct Results<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// All rows.
+    pub table: &'a DataTable,
+}
+
+impl Results<'_> {
+    /// A numeric column.
+    pub fn numbers(&self, name: &str) -> Result<&[Option<f64>]> {
+        match self.table.values(name)? {
+            Values::Number(values) => Ok(values),
+            _ => bail!("column `{name}` holds no numbers"),
+        }
+    }
+
+    /// Whether each run was a success.
+    pub fn successes(&self) -> Result<Vec<bool>> {
+        Ok(self
+            .flags(SUCCESS)?
+            .iter()
+            .map(|flag| *flag == Some(true))
+            .collect())
+    }
+
+    fn flags(&self, name: &str) -> Result<&[Option<bool>]> {
+        match self.table.values(name)? {
+            Values::Flag(values) => Ok(values),
+            _ => bail!("column `{name}` holds no flags"),
+        }
+    }
+
+    fn words(&self, name: &str) -> Result<&[Option<String>]> {
+        match self.table.values(name)? {
+            Values::Text(values) => Ok(values),
+            _ => bail!("column `{name}` holds no words"),
+        }
+    }
+
+    /// The outcomes that the report shows.
+    pub fn shown(&self) -> impl Iterator<Item = &'static Number> {
+        let wanted = &self.plan.campaign.outcomes;
+        let shown = |number: &&Number| wanted.is_empty() || wanted.iter().any(|w| w == number.name);
+        NUMBERS.iter().filter(shown)
+    }
+
+    /// The outcome that ranks rows, and its limit if it has one.
+    pub fn worst_by(&self) -> (&str, Option<&Limit>) {
+        let campaign = &self.plan.campaign;
+        let first = campaign.limits.first().map(|limit| limit.outcome.as_str());
+        let name = campaign.worst.as_deref().or(first).unwrap_or(DEFAULT_WORST);
+        (
+            name,
+            campaign.limits.iter().find(|limit| limit.outcome == name),
+        )
+    }
+
+    /// Factor and outcome of the rows that have both; words as numbers of their groups.
+    fn pairs(&self, factor: &PlannedFactor, outcome: &str) -> Result<Pairs> {
+        let y = self.numbers(outcome)?;
+        let (numeric, x): (bool, Vec<Option<f64>>) = match self.table.values(&factor.name)? {
+            Values::Number(x) => (true, x.clone()),
+            Values::Text(words) => {
+                let mut known: Vec<&String> = words.iter().flatten().collect();
+                known.sort();
+                known.dedup();
+                let place = |word: &String| known.binary_search(&word).ok().map(|p| p as f64);
+                (
+                    false,
+                    words
+                        .iter()
+                        .map(|word| word.as_ref().and_then(place))
+                        .collect(),
+                )
+            }
+            _ => bail!("factor `{}` holds neither numbers nor words", factor.name),
+        };
+        let both = x
+            .iter()
+            .zip(y)
+            .filter_map(|(x, y)| Some(((*x)?, (*y).filter(|y| y.is_finite())?)));
+        let (x, y) = both.unzip();
+        Ok(Pairs { numeric, x, y })
+    }
+}
+
+struct Pairs {
+    numeric: bool,
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+/// Sums a campaign up; `folder` is named in the commands that run a row again.
+///
+/// # Errors
+/// The table is not that of the plan.
+pub fn summary(results: &Results<'_>, folder: &Path) -> Result<Summary> {
+    let success = results.successes()?;
+    let words = results
+        .words("status")?
+        .iter()
+        .zip(results.words("reason")?);
+    let mut failures = BTreeMap::new();
+    for (status, reason) in words.filter(|(status, _)| status.as_deref() != Some("completed")) {
+        let [status, reason] = [status, reason].map(|text| text.as_deref().unwrap_or("?"));
+        *failures.entry(format!("{status}: {reason}")).or_insert(0) += 1;
+    }
+    let captured: Vec<bool> = results
+        .flags("captured")?
+        .iter()
+        .flatten()
+        .copied()
+        .collect();
+    let of_all = |flags: &[bool]| share(flags.iter().filter(|flag| **flag).count(), flags.len());
+    let outcomes = results.shown().map(|number| {
+        let ordered = ordered(results.numbers(number.name)?.iter().flatten());
+        Ok(OutcomeSummary {
+            name: number.name,
+            unit: unit(number.name),
+            count: ordered.len(),
+            quantiles: QUANTILES.map(|q| quantile(&ordered, q)),
+        })
+    });
+    Ok(Summary {
+        title: results.plan.campaign.title.clone(),
+        rows: success.len(),
+        completed: success.len() - failures.values().sum::<usize>(),
+        failures,
+        success: of_all(&success),
+        captured: of_all(&captured),
+        groups: groups(results, &success)?,
+        outcomes: outcomes.collect::<Result<_>>()?,
+        worst_by: results.worst_by().0.to_owned(),
+        worst: worst(results, folder)?,
+        sensitivity: sensitivity(results)?,
+    })
+}
+
+fn ordered<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
+    let mut ordered: Vec<f64> = values.copied().filter(|value| value.is_finite()).collect();
+    ordered.sort_by(f64::total_cmp);
+    ordered
+}
+
+fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
+    let measured = results.numbers(results.worst_by().0)?;
+    let mut groups = Vec::new();
+    for factor in &results.plan.factors {
+        let Some(levels) = factor.distribution.levels() else {
+            continue;
+        };
+        let texts: Vec<Option<String>> = match results.table.values(&factor.name)? {
+            Values::Text(words) => words.clone(),
+            Values::Number(values) => values.iter().map(|v| v.map(|v| v.to_string())).collect(),
+            _ => continue,
+        };
+        for level in levels {
+            let value = match &level {
+                serde_json::Value::String(text) => text.clone(),
+                other => other
+                    .as_f64()
+                    .map_or_else(|| other.to_string(), |v| v.to_string()),
+            };
+            let own: Vec<usize> = (0..texts.len())
+                .filter(|row| texts[*row].as_ref() == Some(&value))
+                .collect();
+            let kept = own.iter().filter(|row| success[**row]).count();
+            let values = ordered(own.iter().filter_map(|row| measured[*row].as_ref()));
+            groups.push(Group {
+                factor: factor.name.clone(),
+                success: share(kept, own.len()),
+                median: quantile(&values, 0.5),
+                value,
+            });
+        }
+    }
+    Ok(groups)
+}
+
+fn worst(results: &Results<'_>, folder: &Path) -> Result<Vec<WorstRow>> {
+    let (name, limit) = results.worst_by();
+    let badness = |value: f64| match limit {
+        // How far outside; inside it is negative.
+        Some(Limit { low, high, .. }) => {
+            let below = low.map(|low| low - value);
+            let above = high.map(|high| value - high);
+            below
+                .into_iter()
+                .chain(above)
+                .fold(f64::NEG_INFINITY, f64::max)
+        }
+        None => value.abs(),
+    };
+    let values = results.numbers(name)?.iter().enumerate();
+    let mut rows: Vec<(usize, f64)> = values
+        .filter_map(|(row, value)| Some((row, (*value)?)))
+        .collect();
+    rows.sort_by(|a, b| badness(b.1).total_cmp(&badness(a.1)).then(a.0.cmp(&b.0)));
+    let row = |(index, value): (usize, f64)| WorstRow {
+        index: index as u64,
+        value,
+        rerun: format!(
+            "softdock campaign rerun {} --index {index} -o row-{index}.mcap",
+            folder.display()
+        ),
+    };
+    Ok(rows.into_iter().take(WORST).map(row).collect())
+}
+
+fn sensitivity(results: &Results<'_>) -> Result<Vec<Sensitivity>> {
+    let mut all = Vec::new();
+    for number in results.shown() {
+        let indices = sobol(results, number.name)?;
+        let mut drawn = indices.iter();
+        for factor in &results.plan.factors {
+            let pairs = results.pairs(factor, number.name)?;
+            let rank_correlation = if pairs.numeric {
+                rank_correlation(&pairs.x, &pairs.y)
+            } else {
+                let groups: Vec<usize> = pairs.x.iter().map(|x| *x as usize).collect();
+                rank_ratio(&groups, &pairs.y)
+            };
+            let is_drawn = factor.distribution.levels().is_none();
+            all.push(Sensitivity {
+                outcome: number.name,
+                factor: factor.name.clone(),
+                rank_correlation,
+                sobol: if is_drawn {
+                    drawn.next().copied()
+                } else {
+                    None
+                },
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Sobol' indices of the drawn factors, if the design is one for them, and all runs of enough samples have the outcome.
+fn sobol(results: &Results<'_>, outcome: &str) -> Result<Vec<SobolIndices>> {
+    let runs = results.plan.runs_per_sample() as usize;
+    if runs == 1 || results.plan.combinations() != 1 {
+        return Ok(Vec::new());
+    }
+    let values = results.numbers(outcome)?;
+    let samples: Vec<Vec<f64>> = values
+        .chunks(runs)
+        .filter_map(|runs| runs.iter().copied().collect::<Option<Vec<f64>>>())
+        .collect();
+    let whole = samples.len() * 10 >= values.len() / runs * 9;
+    Ok(if whole {
+        sobol_indices(&samples)
+    } else {
+        Vec::new()
+    })
+}

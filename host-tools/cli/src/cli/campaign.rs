@@ -1,0 +1,49 @@
+//! `softdock campaign`: one scenario under thousands of conditions.
+
+mod carry_out;
+mod merge;
+mod plan;
+mod rerun;
+mod status;
+mod submit;
+
+use anyhow::Result;
+use clap::{Args, Subcommand};
+
+/// One scenario under thousands of conditions, on one machine or on many.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock campaign plan examples/campaign/spring-rod.toml -o campaign
+         softdock campaign run campaign
+         softdock campaign merge campaign -o results.parquet --report results.html
+
+docs/campaigns.md describes the campaign file, the columns of the results, and clusters.")]
+pub(super) struct Campaign {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Plan(plan::Plan),
+    Run(carry_out::Run),
+    Status(status::Status),
+    Merge(merge::Merge),
+    Rerun(rerun::Rerun),
+    Hq(submit::HyperQueue),
+    Slurm(submit::Slurm),
+}
+
+impl Campaign {
+    pub(super) fn execute(self) -> Result<()> {
+        match self.command {
+            Command::Plan(command) => command.execute(),
+            Command::Run(command) => command.execute(),
+            Command::Status(command) => command.execute(),
+            Command::Merge(command) => command.execute(),
+            Command::Rerun(command) => command.execute(),
+            Command::Hq(command) => command.execute(),
+            Command::Slurm(command) => command.execute(),
+        }
+    }
+}

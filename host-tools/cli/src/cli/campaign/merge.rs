@@ -1,0 +1,98 @@
+//! `softdock campaign merge`.
+
+use crate::campaign::merge::merge;
+use crate::campaign::plan::Plan;
+use crate::campaign::summary::{Results, Summary, summary};
+use crate::campaign::{page, status};
+use crate::cli::{print, print_json};
+use anyhow::{Result, ensure};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::input::refuse_overwrite;
+use std::path::PathBuf;
+
+/// Merge all parts of a campaign into one table, and say what it found.
+///
+/// Success with its interval, quantiles with bounds, which factor matters, and the worst rows. The table does not depend on shards, machines or interruptions: the same plan and program give the same file.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock campaign merge campaign -o results.parquet --csv --report results.html"
+)]
+pub(super) struct Merge {
+    /// Folder of the campaign
+    folder: PathBuf,
+    /// Table to write (Parquet)
+    #[arg(short, long, value_name = "FILE.parquet")]
+    output: PathBuf,
+    /// Write the same table as CSV beside it, with units and meanings in a JSON file
+    #[arg(long)]
+    csv: bool,
+    /// Write what was found as a page (HTML)
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Merged {
+    files: Vec<String>,
+    rows: u64,
+    failed: u64,
+    summary: Summary,
+}
+
+impl Merge {
+    pub(super) fn execute(self) -> Result<()> {
+        let parquet = self
+            .output
+            .extension()
+            .is_some_and(|ending| ending == "parquet");
+        ensure!(
+            parquet,
+            "{}: the table is Parquet; --csv writes it as CSV too",
+            self.output.display()
+        );
+        let csv = self.csv.then(|| self.output.with_extension("csv"));
+        let tables: Vec<PathBuf> = [self.output].into_iter().chain(csv).collect();
+        for file in tables.iter().chain(&self.report) {
+            refuse_overwrite(file, self.force)?;
+        }
+        let plan = Plan::read(&self.folder)?;
+        let table = merge(&plan, &self.folder)?;
+        for file in &tables {
+            table.write(file)?;
+        }
+        let results = Results {
+            plan: &plan,
+            table: &table,
+        };
+        let summary = summary(&results, &self.folder)?;
+        if let Some(report) = &self.report {
+            page::page(&results, &summary)?.write(report)?;
+        }
+        let files = tables.iter().chain(&self.report);
+        let merged = Merged {
+            files: files.map(|file| file.display().to_string()).collect(),
+            rows: plan.rows(),
+            failed: status::failed(&table)?,
+            summary,
+        };
+        if self.json {
+            return print_json(&merged);
+        }
+        let tables = page::tables(&merged.summary).into_iter();
+        let tables: String = tables
+            .map(|(title, table)| format!("{title}\n\n{table}\n"))
+            .collect();
+        print(&format!(
+            "{}\n\n{tables}{}\n",
+            page::headline(&merged.summary),
+            merged.files.join(", ")
+        ))
+    }
+}

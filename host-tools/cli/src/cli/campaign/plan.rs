@@ -1,0 +1,88 @@
+//! `softdock campaign plan`.
+
+use crate::campaign::{plan, setting};
+use crate::cli::{print, print_json};
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::input::refuse_overwrite;
+use softdock_report::{Cell, Column, Table};
+use std::path::PathBuf;
+
+/// Check a campaign file and write the plan that every run of it follows.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock campaign plan examples/campaign/spring-rod.toml -o campaign"
+)]
+pub(super) struct Plan {
+    /// Campaign file (TOML)
+    campaign: PathBuf,
+    /// Folder of the campaign
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Planned<'a> {
+    rows: u64,
+    hash: &'a str,
+    binary: &'a str,
+    combinations: u64,
+    factors: Vec<Factor<'a>>,
+}
+
+#[derive(Serialize)]
+struct Factor<'a> {
+    name: &'a str,
+    settings: &'a [String],
+    unit: &'a str,
+    distribution: String,
+}
+
+impl Plan {
+    pub(super) fn execute(self) -> Result<()> {
+        let plan = plan::Plan::new(&self.campaign)?;
+        // Parts of another plan would be refused later anyhow: say it now.
+        refuse_overwrite(&self.output, false)?;
+        plan.write(&self.output)?;
+        let factor = |factor: &'_ plan::PlannedFactor| factor.distribution.text();
+        let factors = plan.factors.iter().map(|planned| Factor {
+            name: &planned.name,
+            settings: &planned.settings,
+            unit: setting::unit(&planned.settings[0]),
+            distribution: factor(planned),
+        });
+        let planned = Planned {
+            rows: plan.rows(),
+            hash: &plan.hash,
+            binary: &plan.binary,
+            combinations: plan.combinations(),
+            factors: factors.collect(),
+        };
+        if self.json {
+            return print_json(&planned);
+        }
+        let mut table = Table::new(
+            ["factor", "unit", "values", "setting"]
+                .map(Column::text)
+                .into(),
+        );
+        for factor in &planned.factors {
+            let cells = [
+                factor.name,
+                factor.unit,
+                &factor.distribution,
+                &factor.settings.join(", "),
+            ];
+            table.push(cells.map(Cell::text).into());
+        }
+        let folder = self.output.display();
+        print(&format!(
+            "{table}\n{} rows, plan {}\nNext: softdock campaign run {folder}\n",
+            planned.rows, planned.hash
+        ))
+    }
+}

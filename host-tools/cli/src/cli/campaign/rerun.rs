@@ -1,0 +1,114 @@
+//! `softdock campaign rerun`.
+
+use crate::campaign::outcome::Observer;
+use crate::campaign::plan::Plan;
+use crate::campaign::{row, table};
+use crate::cli::{print, print_json};
+use crate::experiment::record_file::record_file;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use serde::Serialize;
+use softdock_analysis::input::refuse_overwrite;
+use std::path::PathBuf;
+
+/// Run one row of a campaign again, and record every cycle.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock campaign rerun campaign --index 4711 -o case.mcap")]
+pub(super) struct Rerun {
+    /// Folder of the campaign
+    folder: PathBuf,
+    /// Index of the row
+    #[arg(long, value_name = "K")]
+    index: u64,
+    /// Recording to write (MCAP)
+    #[arg(short, long, value_name = "RUN.mcap")]
+    output: PathBuf,
+    /// Overwrite an existing recording
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Rerun {
+    pub(super) fn execute(self) -> Result<()> {
+        let plan = Plan::read_to_run(&self.folder)?;
+        let rows = plan.rows();
+        ensure!(
+            self.index < rows,
+            "there is no row {}; the last is {}",
+            self.index,
+            rows - 1
+        );
+        refuse_overwrite(&self.output, self.force)?;
+        let scenario = plan
+            .scenario(self.index)
+            .context("the row has no recording: its settings are refused")?;
+        let mut observer = Observer::new(&scenario);
+        record_file(&scenario, &self.output, &mut |record, truth| {
+            observer.push(record, truth)
+        })?;
+        let outcome = observer.finish();
+        ensure!(
+            outcome == row::execute(&plan, self.index),
+            "the recorded run differs from the row; this is a defect of softdock"
+        );
+        let recording = self.output.display().to_string();
+        let again = Again {
+            index: self.index,
+            recording: &recording,
+            success: table::is_success(&plan, &outcome),
+            conditions: plan
+                .factors
+                .iter()
+                .zip(plan.conditions(self.index).values)
+                .map(|(factor, value)| (factor.name.clone(), value))
+                .collect(),
+            outcome: &outcome,
+        };
+        if self.json {
+            return print_json(&again);
+        }
+        print(&again.text())
+    }
+}
+
+#[derive(Serialize)]
+struct Again<'a> {
+    index: u64,
+    recording: &'a str,
+    success: bool,
+    conditions: serde_json::Map<String, serde_json::Value>,
+    outcome: &'a crate::campaign::outcome::Outcome,
+}
+
+impl Again<'_> {
+    fn text(&self) -> String {
+        let conditions = self
+            .conditions
+            .iter()
+            .map(|(name, value)| format!("  {name} = {value}\n"));
+        let outcomes = crate::campaign::outcome::NUMBERS
+            .iter()
+            .filter_map(|number| {
+                Some(format!(
+                    "  {} = {:.6}\n",
+                    number.name,
+                    (number.value)(self.outcome)?
+                ))
+            });
+        format!(
+            "{}: row {}, {}\n{}outcome\n{}",
+            self.recording,
+            self.index,
+            if self.success {
+                "a success"
+            } else {
+                "no success"
+            },
+            conditions.collect::<String>(),
+            outcomes.collect::<String>(),
+        )
+    }
+}

@@ -1,0 +1,51 @@
+//! `softdock campaign status`.
+
+use crate::campaign::plan::Plan;
+use crate::campaign::status::{Progress, progress};
+use crate::cli::{print, print_json};
+use anyhow::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Say how far a campaign is, and which shards are missing.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock campaign status campaign --json")]
+pub(super) struct Status {
+    /// Folder of the campaign
+    folder: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Status {
+    pub(super) fn execute(self) -> Result<()> {
+        let plan = Plan::read(&self.folder)?;
+        let progress = progress(&plan, &self.folder)?;
+        if self.json {
+            return print_json(&progress);
+        }
+        let Progress {
+            rows,
+            done,
+            failed,
+            shards,
+            missing_shards,
+            ..
+        } = &progress;
+        let folder = self.folder.display();
+        let next = match missing_shards.as_slice() {
+            [] => format!("Next: softdock campaign merge {folder} -o results.parquet"),
+            [first, ..] => {
+                let missing: Vec<String> = missing_shards.iter().map(u64::to_string).collect();
+                format!(
+                    "Missing of {shards} shards: {}\nNext: softdock campaign run {folder} --shard {first}/{shards}",
+                    missing.join(", ")
+                )
+            }
+        };
+        print(&format!(
+            "{done} of {rows} rows done, {failed} of them failed\n{next}\n"
+        ))
+    }
+}

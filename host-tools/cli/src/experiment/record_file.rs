@@ -1,0 +1,65 @@
+//! Runs a scenario into a recording on disk.
+
+use super::run::{RunStatistics, header, run};
+use super::scenario::Scenario;
+use anyhow::{Result, anyhow};
+use softdock_analysis::recording::{RecordingWriter, TruthRecord};
+use softdock_app::record::CycleRecord;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
+const BATCH: usize = 16;
+const QUEUED_BATCHES: usize = 1024;
+
+/// Runs and records; `on_cycle` sees each cycle. A thread of its own writes the file; the time for which
+/// the simulation waits for it is not the simulation's.
+///
+/// # Errors
+/// The scenario cannot be run, or the file cannot be written.
+pub fn record_file(
+    scenario: &Scenario,
+    path: &Path,
+    on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord),
+) -> Result<RunStatistics> {
+    let mut writer = RecordingWriter::create(path, &header(scenario)?)?;
+    let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
+    thread::scope(|scope| {
+        let disk = scope.spawn(move || -> Result<()> {
+            for (record, truth) in batches.into_iter().flatten() {
+                writer.push(&record, Some(&truth))?;
+            }
+            writer.finish().map(drop)
+        });
+        let mut batch = Vec::with_capacity(BATCH);
+        let mut waited = Duration::ZERO;
+        let statistics = run(scenario, &mut |record, truth| {
+            on_cycle(record, truth);
+            batch.push((*record, *truth));
+            if batch.len() < BATCH {
+                return ControlFlow::Continue(());
+            }
+            let full = std::mem::replace(&mut batch, Vec::with_capacity(BATCH));
+            let before = Instant::now();
+            let sent = queue.send(full);
+            waited += before.elapsed();
+            // The queue is closed when the disk failed; the thread says why.
+            match sent {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        });
+        let _ = queue.send(batch);
+        drop(queue);
+        let written = disk
+            .join()
+            .map_err(|_| anyhow!("the writing thread ended unexpectedly"))?;
+        written.and(statistics.map(|statistics| RunStatistics {
+            elapsed: statistics.elapsed.saturating_sub(waited),
+            ..statistics
+        }))
+    })
+}

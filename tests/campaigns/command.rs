@@ -1,0 +1,175 @@
+//! Rows against `softdock run`, rows that cannot be, and what is said before anything runs.
+
+use super::{CAMPAIGN, ROWS, done, json, plan, refused, scenario};
+use serde_json::Value;
+use softdock_analysis::data_table::{DataTable, Values};
+use softdock_analysis::recording::Recording;
+use softdock_tests::process::scratch;
+use std::fs;
+
+fn numbers(table: &DataTable, name: &str) -> Vec<Option<f64>> {
+    match table.values(name).unwrap() {
+        Values::Number(values) => values.clone(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+/// The row, its recording, and `softdock run` of the scenario in the recording: the same bits.
+#[test]
+fn a_row_is_a_run_bit_for_bit() {
+    let folder = scratch("campaign_row");
+    let planned = plan(&folder, "c");
+    assert_eq!(planned["rows"], ROWS);
+    assert_eq!(planned["hash"].as_str().unwrap().len(), 16);
+    done(&folder, &["campaign", "run", "c"]);
+    done(
+        &folder,
+        &["campaign", "merge", "c", "-o", "t.parquet", "--csv"],
+    );
+    let table = DataTable::read_parquet(&folder.join("t.parquet")).unwrap();
+    assert_eq!(table.rows() as u64, ROWS);
+    let again = json(
+        &folder,
+        &[
+            "campaign", "rerun", "c", "--index", "5", "-o", "r.mcap", "--json",
+        ],
+    );
+    let recording = Recording::open(&folder.join("r.mcap")).unwrap();
+    fs::write(
+        folder.join("row.toml"),
+        recording.header.scenario_toml.unwrap(),
+    )
+    .unwrap();
+    let run = json(&folder, &["run", "row.toml", "-o", "run.mcap", "--json"]);
+    let same = Recording::open(&folder.join("run.mcap")).unwrap();
+    assert!(same.cycles == recording.cycles && same.truth == recording.truth);
+    for (name, in_run, scale) in [
+        ("restitution", "restitution", 1.0),
+        ("energy_error", "energy_error", 1.0),
+        ("peak_force_error", "peak_force_error", 1.0),
+        ("contact_time_error", "contact_time_error", 1.0),
+        ("speed_in_m_s", "speed_in_mm_s", 1e-3),
+    ] {
+        let row = numbers(&table, name)[5].unwrap();
+        let read = |number: &Value| number.as_f64().unwrap();
+        let others = [
+            read(&again["outcome"][name]),
+            read(&run["impacts"][0][in_run]) * scale,
+        ];
+        // JSON's numbers are read to the last bit but one.
+        for other in others {
+            assert!(
+                (row - other).abs() <= 4.0 * f64::EPSILON * row.abs(),
+                "{name}: {row} {other}"
+            );
+        }
+    }
+    let text = fs::read_to_string(folder.join("t.csv")).unwrap();
+    assert_eq!(text.lines().count() as u64, ROWS + 1);
+    assert!(
+        text.starts_with("index,seed,speed_m_s,tip_m,law,status"),
+        "{text}"
+    );
+}
+
+#[test]
+fn conditions_that_cannot_be_are_rows_with_their_reason() {
+    let folder = scratch("campaign_refused");
+    fs::write(folder.join("scenario.toml"), scenario()).unwrap();
+    // Each alone is fine; without any noise the board would take the sensor for frozen.
+    let factor = |name: &str, value: f64| {
+        format!("[[factors]]\nsetting = \"rig.sensor.{name}\"\nlist = [0.0, {value}]\n")
+    };
+    let factors = factor("noise_force_n", 0.03) + &factor("noise_torque_nm", 0.001);
+    let campaign = format!("scenario = \"scenario.toml\"\n{factors}");
+    fs::write(folder.join("campaign.toml"), campaign).unwrap();
+    done(&folder, &["campaign", "plan", "campaign.toml", "-o", "c"]);
+    let run = json(&folder, &["campaign", "run", "c", "--json"]);
+    assert_eq!((&run["rows"], &run["failed"]), (&4.into(), &1.into()));
+    assert_eq!(
+        json(&folder, &["campaign", "status", "c", "--json"])["failed"],
+        1
+    );
+    let merged = json(
+        &folder,
+        &["campaign", "merge", "c", "-o", "t.parquet", "--json"],
+    );
+    let failures = merged["summary"]["failures"].as_object().unwrap();
+    let (reason, count) = failures.iter().next().unwrap();
+    assert!(
+        reason.starts_with("refused: the simulated sensor has no noise"),
+        "{reason}"
+    );
+    assert_eq!((failures.len(), count), (1, &1.into()));
+    let error = refused(
+        &folder,
+        &["campaign", "rerun", "c", "--index", "0", "-o", "r.mcap"],
+    );
+    assert!(error.contains("no noise"), "{error}");
+}
+
+#[test]
+fn mistakes_are_named_before_anything_runs() {
+    let folder = scratch("campaign_mistakes");
+    fs::write(folder.join("scenario.toml"), scenario()).unwrap();
+    for (from, to, expected) in [
+        (
+            "velocity_m_s[0]",
+            "velocity_ms[0]",
+            "did you mean `board.control.body_k.velocity_m_s[0]`",
+        ),
+        (
+            "uniform = [0.005, 0.02]",
+            "uniform = [0.02, 0.005]",
+            "expected low < high",
+        ),
+        (
+            "design = \"latin",
+            "desing = \"latin",
+            "did you mean `design`",
+        ),
+        (
+            "scenario = \"scenario.toml\"",
+            "scenario = \"scenari.toml\"",
+            "did you mean",
+        ),
+    ] {
+        fs::write(folder.join("campaign.toml"), CAMPAIGN.replace(from, to)).unwrap();
+        let error = refused(&folder, &["campaign", "plan", "campaign.toml", "-o", "c"]);
+        assert!(error.contains(expected), "{error}");
+        assert!(!folder.join("c").exists());
+    }
+    plan(&folder, "c");
+    let error = refused(&folder, &["campaign", "plan", "campaign.toml", "-o", "c"]);
+    assert!(error.contains("exists already"), "{error}");
+    let error = refused(
+        &folder,
+        &["campaign", "rerun", "c", "--index", "24", "-o", "r.mcap"],
+    );
+    assert!(error.contains("the last is 23"), "{error}");
+    let error = refused(&folder, &["campaign", "run", "nowhere"]);
+    assert!(error.contains("campaign plan"), "{error}");
+}
+
+#[test]
+fn lines_for_a_cluster_are_printed() {
+    let folder = scratch("campaign_lines");
+    plan(&folder, "c");
+    let line = done(
+        &folder,
+        &["campaign", "slurm", "c", "--shards", "40", "--threads", "4"],
+    );
+    assert!(
+        line.starts_with("sbatch ") && line.contains("--array 0-39"),
+        "{line}"
+    );
+    assert!(
+        line.contains("--shard $SLURM_ARRAY_TASK_ID/40 --threads 4"),
+        "{line}"
+    );
+    let line = done(&folder, &["campaign", "hq", "c", "--shards", "40"]);
+    assert!(
+        line.starts_with("hq submit ") && line.contains("--array 0-39"),
+        "{line}"
+    );
+}

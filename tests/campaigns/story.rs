@@ -1,0 +1,54 @@
+//! The campaign of the examples, from plan to report.
+
+use super::{done, json};
+use softdock_tests::process::scratch;
+use std::fs;
+use std::path::Path;
+
+#[test]
+fn the_example_leads_to_a_report() {
+    let folder = scratch("campaign_example");
+    let example =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaign/spring-rod.toml");
+    let example = example.to_str().unwrap();
+    done(&folder, &["campaign", "plan", example, "-o", "campaign"]);
+    let run = json(&folder, &["campaign", "run", "campaign", "--json"]);
+    assert_eq!((&run["rows"], &run["failed"]), (&300.into(), &0.into()));
+    let merged = json(
+        &folder,
+        &[
+            "campaign",
+            "merge",
+            "campaign",
+            "-o",
+            "results.parquet",
+            "--report",
+            "results.html",
+            "--json",
+        ],
+    );
+    let summary = &merged["summary"];
+    // Without a law nothing comes back right; with the predictor nearly everything does.
+    let groups = summary["groups"].as_array().unwrap();
+    let share = |law: &str| {
+        let group = groups.iter().find(|group| group["value"] == law).unwrap();
+        group["success"]["value"].as_f64().unwrap()
+    };
+    assert_eq!(share("none"), 0.0);
+    assert!(share("predictor") > 0.9, "{summary}");
+    assert_eq!(summary["worst"].as_array().unwrap().len(), 10);
+    let rerun = summary["worst"][0]["rerun"].as_str().unwrap();
+    assert!(
+        rerun.starts_with("softdock campaign rerun campaign --index "),
+        "{rerun}"
+    );
+    let page = fs::read_to_string(folder.join("results.html")).unwrap();
+    for part in [
+        "Which factor matters",
+        "Where it succeeds",
+        "Worst rows",
+        "rerun campaign",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
