@@ -37,6 +37,7 @@ mod replay;
 mod reproduce;
 mod robot_config;
 mod run;
+mod workbench;
 
 /// Hardware-in-the-loop docking tests: run them, record them, and find out where model and rig
 /// disagree.
@@ -82,6 +83,7 @@ enum Command {
     Replay(replay::Replay),
     Export(export::Export),
     Import(import::Import),
+    Workbench(workbench::Workbench),
 }
 
 impl Cli {
@@ -113,6 +115,7 @@ impl Cli {
             Command::Replay(command) => command.execute(),
             Command::Export(command) => command.execute(),
             Command::Import(command) => command.execute(),
+            Command::Workbench(command) => command.execute(),
         }
     }
 }
