@@ -6,14 +6,17 @@
 //!
 //! - `server` connects addresses with handlers, `guard` stands before all of them,
 //! - `folder` confines paths, `files` keeps what was read,
-//! - `recordings`, `models`, `effects` answer at once.
+//! - `recordings`, `models`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
+//! - `change` is the only one that writes.
 
 mod assets;
+mod change;
 mod connections;
 mod effects;
 mod files;
 mod folder;
 mod guard;
+mod jobs;
 mod models;
 mod problem;
 mod recordings;

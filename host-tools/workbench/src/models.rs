@@ -128,6 +128,8 @@ pub(super) async fn compare(
 pub(super) struct Drawn {
     recording: String,
     model: String,
+    /// The model with what this job has found, instead.
+    job: Option<u64>,
     channel: Channel,
     axis: Axis,
 }
@@ -139,10 +141,13 @@ pub(super) async fn prediction(
 ) -> Result<Response, Problem> {
     let Query(drawn) = drawn?;
     work(move || {
-        let (file, _) = open(&bench, &drawn.model)?;
+        let model = match drawn.job {
+            Some(job) => bench.jobs.after(job)?,
+            None => open(&bench, &drawn.model)?.0.model().clone(),
+        };
         let prediction = bench
             .files
-            .prediction(&bench.folder, file.model(), &drawn.recording)?;
+            .prediction(&bench.folder, &model, &drawn.recording)?;
         blob(&columns(&prediction, drawn.channel, drawn.axis))
     })
     .await

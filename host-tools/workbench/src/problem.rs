@@ -38,6 +38,11 @@ impl Problem {
     pub(super) fn not_found(sentence: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_FOUND, sentence)
     }
+
+    /// What the browser saw has changed since.
+    pub(super) fn changed(sentence: impl Into<String>) -> Self {
+        Self::new(StatusCode::CONFLICT, sentence)
+    }
 }
 
 impl IntoResponse for Problem {

@@ -3,8 +3,9 @@
 use super::connections::{Bounded, MOST};
 use super::files::Files;
 use super::folder::Folder;
+use super::jobs::Jobs;
 use super::problem::Problem;
-use super::{assets, effects, guard, models, recordings, session};
+use super::{assets, change, effects, guard, jobs, models, recordings, session};
 use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -25,6 +26,7 @@ const LARGEST_BODY: usize = 64 << 10;
 pub(super) struct Workbench {
     pub(super) folder: Folder,
     pub(super) files: Files,
+    pub(super) jobs: Jobs,
     /// Only the page knows it.
     pub(super) token: String,
     pub(super) port: u16,
@@ -54,6 +56,7 @@ impl Server {
         let bench = Arc::new(Workbench {
             folder,
             files: Files::default(),
+            jobs: Jobs::start(),
             token: token()?,
             port,
         });
@@ -125,10 +128,17 @@ fn router(bench: Shared) -> Router {
         .route("/models", get(models::list))
         .route("/models/{id}", get(models::one))
         .route("/models/{id}/history", get(models::history))
+        .route("/models/{id}/effects", post(change::add))
+        .route("/models/{id}/effects/{effect}/remove", post(change::remove))
         .route("/compare", post(models::compare))
         .route("/prediction", get(models::prediction))
+        .route("/check", post(jobs::check))
         .route("/effects", get(effects::list))
-        .route("/effects/{id}", get(effects::one));
+        .route("/effects/{id}", get(effects::one))
+        .route("/jobs", post(jobs::start))
+        .route("/jobs/{id}", axum::routing::delete(jobs::cancel))
+        .route("/jobs/{id}/events", get(jobs::events))
+        .route("/jobs/{id}/result", get(jobs::result));
     Router::new()
         .route("/", get(assets::index))
         .route("/assets/{name}", get(assets::file))

@@ -15,7 +15,7 @@ pub(super) struct Session {
     /// Token of everything that is not GET.
     csrf: String,
     /// What can be asked for.
-    capabilities: [&'static str; 1],
+    capabilities: [&'static str; 3],
 }
 
 pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
@@ -23,6 +23,6 @@ pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
         version: softdock_analysis::identity::text(),
         root: bench.folder.root().display().to_string(),
         csrf: bench.token.clone(),
-        capabilities: ["compare"],
+        capabilities: ["compare", "diagnose", "add"],
     })
 }
