@@ -7,6 +7,7 @@
 //! - `server` connects addresses with handlers, `guard` stands before all of them,
 //! - `folder` confines paths, `files` keeps what was read,
 //! - `recordings`, `models`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
+//! - `live` shows what a running board sends,
 //! - `change` is the only one that writes.
 
 mod assets;
@@ -17,6 +18,7 @@ mod files;
 mod folder;
 mod guard;
 mod jobs;
+mod live;
 mod models;
 mod problem;
 mod recordings;

@@ -4,8 +4,9 @@ use super::connections::{Bounded, MOST};
 use super::files::Files;
 use super::folder::Folder;
 use super::jobs::Jobs;
+use super::live::Live;
 use super::problem::Problem;
-use super::{assets, change, effects, guard, jobs, models, recordings, session};
+use super::{assets, change, effects, guard, jobs, live, models, recordings, session};
 use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
@@ -27,6 +28,7 @@ pub(super) struct Workbench {
     pub(super) folder: Folder,
     pub(super) files: Files,
     pub(super) jobs: Jobs,
+    pub(super) live: Live,
     /// Only the page knows it.
     pub(super) token: String,
     pub(super) port: u16,
@@ -57,6 +59,7 @@ impl Server {
             folder,
             files: Files::default(),
             jobs: Jobs::start(),
+            live: Live::default(),
             token: token()?,
             port,
         });
@@ -138,6 +141,9 @@ fn router(bench: Shared) -> Router {
         .route("/jobs", post(jobs::start))
         .route("/jobs/{id}", axum::routing::delete(jobs::cancel))
         .route("/jobs/{id}/events", get(jobs::events))
+        .route("/live", get(live::frames))
+        .route("/live/start", post(live::start))
+        .route("/live/stop", post(live::stop))
         .route("/jobs/{id}/result", get(jobs::result));
     Router::new()
         .route("/", get(assets::index))

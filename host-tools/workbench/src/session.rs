@@ -4,6 +4,7 @@ use super::server::Shared;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
+use std::net::SocketAddr;
 
 /// The answer of `GET /api/session`.
 #[derive(Serialize)]
@@ -15,7 +16,9 @@ pub(super) struct Session {
     /// Token of everything that is not GET.
     csrf: String,
     /// What can be asked for.
-    capabilities: [&'static str; 3],
+    capabilities: [&'static str; 4],
+    /// UDP address on which a board is listened to.
+    live: Option<SocketAddr>,
 }
 
 pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
@@ -23,6 +26,7 @@ pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
         version: softdock_analysis::identity::text(),
         root: bench.folder.root().display().to_string(),
         csrf: bench.token.clone(),
-        capabilities: ["compare", "diagnose", "add"],
+        live: bench.live.address(),
+        capabilities: ["compare", "diagnose", "add", "live"],
     })
 }
