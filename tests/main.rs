@@ -17,3 +17,4 @@ mod recordings;
 mod reports;
 mod scalars;
 mod telemetry;
+mod workbench;
