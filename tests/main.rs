@@ -18,3 +18,4 @@ mod recordings;
 mod reports;
 mod scalars;
 mod telemetry;
+mod workbench;

@@ -1,4 +1,4 @@
-//! Reports in a real browser: headless Chromium, driven through its DevTools protocol
+//! Reports and the workbench in a real browser: headless Chromium, driven through its DevTools protocol
 //! (<https://chromedevtools.github.io/devtools-protocol/>) over a pair of pipes, so that it needs
 //! neither a port nor a network.
 
@@ -7,13 +7,17 @@ mod inspection;
 
 pub use inspection::{Drawing, Inspection};
 
-use crate::process::scratch;
+use crate::process::{PATIENCE, scratch};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use devtools::DevTools;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
+/// How often a wait looks again.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Width of the window, pixels.
 const WIDTH_PX: u32 = 1280;
 /// Height of the window, pixels; screenshots are of the whole page.
@@ -35,11 +39,9 @@ impl Browser {
         for domain in ["Runtime", "Log", "Network", "Page"] {
             tools.call(&format!("{domain}.enable"), json!({}));
         }
-        let window = json!({
-            "width": WIDTH_PX, "height": HEIGHT_PX, "deviceScaleFactor": 1, "mobile": false
-        });
-        tools.call("Emulation.setDeviceMetricsOverride", window);
-        Self { tools }
+        let mut browser = Self { tools };
+        browser.resize(WIDTH_PX, HEIGHT_PX);
+        browser
     }
 
     /// Opens a file and looks at everything in it.
@@ -48,10 +50,7 @@ impl Browser {
     /// If the browser does not show it.
     pub fn inspect(&mut self, page: &Path) -> Inspection {
         let address = format!("file://{}", page.display());
-        self.tools.forget_events();
-        let shown = self.tools.call("Page.navigate", json!({"url": address}));
-        assert!(shown["errorText"].is_null(), "{address}: {shown}");
-        self.tools.wait_for_event("Page.loadEventFired");
+        self.visit(&address);
         let found = self.evaluate(inspection::SCRIPT);
         Inspection::new(&address, &found, self.tools.events())
     }
@@ -77,8 +76,82 @@ impl Browser {
         keep(&format!("{name}.pdf"), &printed);
     }
 
+    /// Opens an address and waits until it is loaded.
+    ///
+    /// # Panics
+    /// If the browser does not show it.
+    pub fn visit(&mut self, address: &str) {
+        self.tools.forget_events();
+        let shown = self.tools.call("Page.navigate", json!({"url": address}));
+        assert!(shown["errorText"].is_null(), "{address}: {shown}");
+        self.tools.wait_for_event("Page.loadEventFired");
+    }
+
+    /// Waits until an expression in the page is true.
+    ///
+    /// # Panics
+    /// If it never is; the message shows what the page says then.
+    pub fn until(&mut self, expression: &str) {
+        let give_up = Instant::now() + PATIENCE;
+        while self.evaluate(&format!("Boolean({expression})")) != json!(true) {
+            if Instant::now() > give_up {
+                let text = self.evaluate("document.body.innerText");
+                panic!("never true: {expression}\n{text}");
+            }
+            thread::sleep(POLL_INTERVAL);
+        }
+    }
+
+    /// Presses the mouse button in the middle of an element, as a hand does.
+    ///
+    /// # Panics
+    /// If there is no such element, or it cannot be pressed.
+    pub fn click(&mut self, selector: &str) {
+        self.until(&format!(
+            "document.querySelector({selector:?}) && !document.querySelector({selector:?}).disabled"
+        ));
+        let place = self.evaluate(&format!(
+            "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{block: 'center'}}); \
+             const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()"
+        ));
+        for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
+            let event = json!({
+                "type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1
+            });
+            self.tools.call("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// Types a text into an element in place of what it holds.
+    ///
+    /// # Panics
+    /// If there is no such element.
+    pub fn write(&mut self, selector: &str, text: &str) {
+        self.click(selector);
+        self.evaluate(&format!("document.querySelector({selector:?}).select?.()"));
+        self.tools.call("Input.insertText", json!({"text": text}));
+    }
+
+    /// Makes the window so large, in pixels.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        let window = json!({
+            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false
+        });
+        self.tools
+            .call("Emulation.setDeviceMetricsOverride", window);
+    }
+
+    /// Looks at everything in the page that is open.
+    pub fn look(&mut self) -> Inspection {
+        let found = self.evaluate(inspection::SCRIPT);
+        Inspection::new("the open page", &found, self.tools.events())
+    }
+
     /// Value of an expression in the page. The page's own policy against scripts does not bind it.
-    fn evaluate(&mut self, expression: &str) -> Value {
+    ///
+    /// # Panics
+    /// If it throws.
+    pub fn evaluate(&mut self, expression: &str) -> Value {
         let question = json!({"expression": expression, "returnByValue": true});
         let answer = self.tools.call("Runtime.evaluate", question);
         assert!(answer["exceptionDetails"].is_null(), "{answer}");

@@ -1,6 +1,6 @@
 //! The recorder's side of the telemetry: datagrams in, recordings out.
 
-mod board;
+pub(crate) mod board;
 mod files;
 mod losses;
 mod socket;

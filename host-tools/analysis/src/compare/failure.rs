@@ -46,6 +46,8 @@ pub struct Failure {
     pub regime: Option<Regime>,
     /// What describes most of the error there, if something simple does.
     pub explanation: Option<Explanation>,
+    /// All of this in words.
+    pub sentence: String,
 }
 
 /// All failures, worst first.
@@ -94,6 +96,7 @@ fn failure(source: &Source<'_>, error: &AxisError, regime: Option<Regime>, all: 
         regime,
         explanation: explain(source, error.channel, error.axis, &cycles),
         phases: named,
+        sentence: String::new(),
     }
 }
 

@@ -177,13 +177,16 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     let motion = Motion::new(&source);
     let regimes = regimes(&source, &motion, &contacts, &errors, &series);
     let tests = residual_tests::of_axes(&source, &motion, &series);
-    let failures = failure::find(&source, &errors, &regimes);
     let noise = noise::of_axes(&source);
+    let mut failures = failure::find(&source, &errors, &regimes);
+    for failure in &mut failures {
+        failure.sentence = sentence::of_failure(model, &errors, failure, &noise);
+    }
     let mut notes = notes::of_recording(recording, &signals, &contacts);
     notes.extend(prediction.notes.iter().cloned());
     notes.extend(noise::notes(&source, &noise));
     Ok(Comparison {
-        sentence: sentence::whole(model, &errors, &failures, &noise),
+        sentence: sentence::whole(&errors, &failures),
         at_noise: failures.is_empty(),
         channels: errors.iter().map(AxisError::summary).collect(),
         totals: totals(&prediction, &errors),

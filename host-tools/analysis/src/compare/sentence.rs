@@ -19,29 +19,11 @@ const EVERYWHERE: f64 = 0.6;
 const PLACE_SHARE: f64 = 0.5;
 
 /// The whole finding.
-pub(super) fn whole(
-    model: &Model,
-    errors: &[AxisError],
-    failures: &[Failure],
-    noise: &[NoiseLevel],
-) -> String {
+pub(super) fn whole(errors: &[AxisError], failures: &[Failure]) -> String {
     let Some(worst) = failures.first() else {
         return at_noise(errors);
     };
-    let (channel, axis) = (worst.channel, worst.axis);
-    let mut text = format!(
-        "The model fails in {channel} {axis}: {}.",
-        size(worst, errors)
-    );
-    let mut found: Vec<String> = Vec::new();
-    found.extend(worst.regime.as_ref().map(Regime::clause));
-    found.extend(place(worst));
-    let says_offset = worst.regime.as_ref().is_some_and(Regime::says_offset);
-    let explanation = worst.explanation.as_ref();
-    let new = explanation.filter(|e| !(says_offset && matches!(e, Explanation::Offset(_))));
-    found.extend(new.map(|explanation| description(model, worst, explanation)));
-    found.extend(coarse(worst, noise));
-    text += &format!(" {}.", capitalised(&found.join("; ")));
+    let mut text = worst.sentence.clone();
     let others: Vec<String> = failures
         .iter()
         .skip(1)
@@ -53,6 +35,29 @@ pub(super) fn whole(
         text += &format!(" It also fails in {}.", listed(&others));
     }
     text
+}
+
+/// One axis in which the model fails: how large the error is, what it follows, and when it shows.
+pub(super) fn of_failure(
+    model: &Model,
+    errors: &[AxisError],
+    failure: &Failure,
+    noise: &[NoiseLevel],
+) -> String {
+    let (channel, axis) = (failure.channel, failure.axis);
+    let mut found: Vec<String> = Vec::new();
+    found.extend(failure.regime.as_ref().map(Regime::clause));
+    found.extend(place(failure));
+    let says_offset = failure.regime.as_ref().is_some_and(Regime::says_offset);
+    let explanation = failure.explanation.as_ref();
+    let new = explanation.filter(|e| !(says_offset && matches!(e, Explanation::Offset(_))));
+    found.extend(new.map(|explanation| description(model, failure, explanation)));
+    found.extend(coarse(failure, noise));
+    format!(
+        "The model fails in {channel} {axis}: {}. {}.",
+        size(failure, errors),
+        capitalised(&found.join("; "))
+    )
 }
 
 /// How large the error is.

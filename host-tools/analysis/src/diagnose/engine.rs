@@ -5,7 +5,7 @@
 
 use super::actuator::Search;
 use super::body::{self, BodyRegression, BodySearch};
-use super::finding::NoiseFloor;
+use super::finding::{NoiseFloor, Trial};
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
 use super::structure::{self, Left};
@@ -193,6 +193,27 @@ pub(crate) struct Question<'a> {
     pub forced: bool,
     /// Only these are tried.
     pub among: Option<&'a [String]>,
+    /// Is told each hypothesis that was tried.
+    pub watch: Watch<'a>,
+}
+
+/// Somebody who follows a search. Searches run on several threads, and tell from each of them.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Watch<'a>(pub Option<&'a (dyn Fn(&Trial) + Sync)>);
+
+impl Watch<'_> {
+    /// Tells a hypothesis, if somebody listens.
+    pub(super) fn tell(self, trial: impl FnOnce() -> Trial) {
+        if let Some(told) = self.0 {
+            told(&trial());
+        }
+    }
+}
+
+impl std::fmt::Debug for Watch<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Watch({})", self.0.is_some())
+    }
 }
 
 impl Question<'_> {

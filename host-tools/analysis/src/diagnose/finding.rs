@@ -107,6 +107,17 @@ pub struct Step {
     pub test_error: Option<f64>,
 }
 
+/// A hypothesis at the moment when it is tried.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Its effects.
+    pub effects: Vec<String>,
+    /// Channel in which they act.
+    pub channel: Channel,
+    /// Fall of χ² over all logs.
+    pub gain: f64,
+}
+
 /// A hypothesis and its evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {

@@ -51,7 +51,7 @@ use crate::model::prediction::Prediction;
 use crate::recording::Recording;
 use anyhow::{bail, ensure};
 pub use engine::Logs;
-use engine::{Question, WrenchFinding};
+use engine::{Question, Watch, WrenchFinding};
 use softdock_app::record::CycleRecord;
 use std::time::Instant;
 
@@ -87,6 +87,26 @@ pub fn diagnose(
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Report> {
     ask(model, train, test, &Question::default(), progress)
+}
+
+/// [`diagnose`] for somebody who follows it: `tried` is told each hypothesis when it is tried. Either
+/// of the two may end the diagnosis by unwinding ([`std::panic::resume_unwind`]).
+///
+/// # Errors
+///
+/// Those of [`diagnose`].
+pub fn diagnose_watched(
+    model: &Model,
+    train: &[&Recording],
+    test: &[&Recording],
+    progress: &dyn Fn(f64, &str),
+    tried: &(dyn Fn(&Trial) + Sync),
+) -> anyhow::Result<Report> {
+    let question = Question {
+        watch: Watch(Some(tried)),
+        ..Question::default()
+    };
+    ask(model, train, test, &question, progress)
 }
 
 /// Fits one effect, beside those that the model has already. `forced`: also if the data hardly

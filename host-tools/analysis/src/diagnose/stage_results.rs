@@ -113,6 +113,7 @@ fn actuator_stage(
         forced: question.forced,
         alone: jitters,
         fitted: logs.fitted,
+        watch: question.watch,
     };
     let mut search = actuator::search(cost, &ask);
     if search.quieten(cost) {
@@ -271,7 +272,7 @@ fn wrench_stage(
     let mut prepared = Joint::new(prepared.collect(), logs.fitted);
     let excluded =
         |id: &str| !question.tries(model, id) || (is_shape(id) && question.only.is_none());
-    let found = wrench::search(&mut prepared, &excluded, question.forced);
+    let found = wrench::search(&mut prepared, &excluded, question.forced, question.watch);
     Some(WrenchFinding {
         found,
         prepared,

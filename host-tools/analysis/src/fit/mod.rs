@@ -6,18 +6,21 @@
 //! Gaussian priors. What the recording does not determine stays as it is and is said to be
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
-//! [`record`] writes the steps of a model's history, [`excitation`] says what a recording cannot
+//! [`Logs`] are the recordings of a fit, checked; [`addition`] puts what was found into the model, [`record`] writes the steps of a model's history, [`excitation`] says what a recording cannot
 //! teach at all.
 
+pub mod addition;
 pub mod excitation;
 pub mod record;
 
 mod determined;
 mod least_squares;
+mod logs;
 mod nominal;
 mod parameter;
 mod residual;
 
+pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};
 
 use crate::model::Model;

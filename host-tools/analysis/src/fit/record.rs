@@ -5,6 +5,7 @@ use crate::model::edit::rounded;
 use crate::model::prediction::predict;
 use crate::model::{HistoryStep, Model};
 use crate::recording::Recording;
+use serde::Serialize;
 
 /// Relative change of the error since the last step that shows an edit by hand.
 const EDITED: f64 = 0.01;
@@ -16,6 +17,54 @@ pub struct Names {
     pub train: String,
     /// The recording that the fit has not seen.
     pub test: Option<String>,
+}
+
+/// How the error fell: the steps of a history with all of their keys, known or not.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fall<'a> {
+    /// The steps, in their order.
+    pub steps: Vec<FallStep<'a>>,
+}
+
+/// One step of a history.
+#[derive(Clone, Debug, Serialize)]
+pub struct FallStep<'a> {
+    effect: &'a str,
+    train: &'a str,
+    train_error: f64,
+    test: Option<&'a str>,
+    test_error: Option<f64>,
+}
+
+impl<'a> Fall<'a> {
+    /// Of a history.
+    pub fn of(history: &'a [HistoryStep]) -> Self {
+        let steps = history.iter().map(|s| FallStep {
+            effect: &s.effect,
+            train: &s.train,
+            train_error: s.train_error,
+            test: s.test.as_deref(),
+            test_error: s.test_error,
+        });
+        Self {
+            steps: steps.collect(),
+        }
+    }
+}
+
+impl Names {
+    /// Of recordings to fit on and unseen ones; without any the end of the others is held back.
+    pub fn of(train: &[String], test: &[String]) -> Self {
+        let train = train.join(", ");
+        let test = match test {
+            [] => format!("{train}, its end"),
+            test => test.join(", "),
+        };
+        Self {
+            train,
+            test: Some(test),
+        }
+    }
 }
 
 /// Error of a model on recordings: the root of the sum of squares over the channels, each in

@@ -98,6 +98,8 @@ pub(super) trait Number: Copy {
     fn to_bytes(self) -> Self::Bytes;
     /// `None` if no number has these bytes.
     fn from_bytes(bytes: Self::Bytes) -> Option<Self>;
+    /// As a number to draw; beyond 2⁵³ rounded.
+    fn as_f64(self) -> f64;
     /// The shortest text that reads back to the same bits.
     fn text(self) -> String;
     fn parse(text: &str) -> Option<Self>;
@@ -114,6 +116,9 @@ macro_rules! number {
             }
             fn from_bytes(bytes: Self::Bytes) -> Option<Self> {
                 Some(Self::from_le_bytes(bytes))
+            }
+            fn as_f64(self) -> f64 {
+                self as f64
             }
             fn text(self) -> String {
                 format!($format, self)
@@ -149,6 +154,9 @@ impl Number for bool {
             [1] => Some(true),
             _ => None,
         }
+    }
+    fn as_f64(self) -> f64 {
+        f64::from(u8::from(self))
     }
     fn text(self) -> String {
         self.to_string()

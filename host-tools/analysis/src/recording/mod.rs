@@ -6,9 +6,11 @@
 //! - `writer` and `reader` put them into a file and get them back, also from half a file,
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
+//! - `columns` gives the recorded quantities as series, to draw them,
 //! - `difference` compares two records of a cycle.
 
 mod cdr;
+mod columns;
 mod csv_files;
 mod difference;
 mod field;
@@ -20,6 +22,7 @@ mod topics;
 mod words;
 mod writer;
 
+pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
 pub use writer::RecordingWriter;

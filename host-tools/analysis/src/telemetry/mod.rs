@@ -4,7 +4,8 @@
 //! - `window` puts those of a boot in order and counts those that are missing,
 //! - `assembly` makes messages of them,
 //! - `stream` writes the cycles of a boot into recordings, and `part` is one of them,
-//! - [`Recorder`] keeps the streams apart. It knows no socket and no clock.
+//! - [`Recorder`] keeps the streams apart. It knows no socket and no clock,
+//! - [`Viewer`] shows what comes and keeps nothing.
 //!
 //! Nothing that was received is thrown away: a board that boots again, a second board, and
 //! settings that change in mid-run each get a file of their own.
@@ -15,9 +16,11 @@ mod names;
 mod part;
 mod recorder;
 mod stream;
+mod viewer;
 mod window;
 
 pub use listener::{Listener, Received};
 pub use names::Names;
 pub use part::{METADATA, PartSummary};
 pub use recorder::{Progress, Recorder, Summary};
+pub use viewer::{Seen, Viewer};

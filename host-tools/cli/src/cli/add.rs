@@ -1,16 +1,16 @@
 //! `softdock add`: a missing effect into the model file, with the error before and after.
 
 use super::diagnose::tables;
-use super::logs::Logs;
+use super::logs;
 use super::progress::Progress;
 use super::{print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
-use serde::Serialize;
 use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose, fit_effect};
-use softdock_analysis::fit::record;
-use softdock_analysis::model::edit::{ModelFile, rounded};
-use softdock_analysis::model::{EffectModel, Model};
+use softdock_analysis::fit::Logs;
+use softdock_analysis::fit::addition::{Addition, model_after, useless};
+use softdock_analysis::model::Model;
+use softdock_analysis::model::edit::ModelFile;
 use std::path::PathBuf;
 
 /// Fit an effect and write it into the model file, with its intervals and the error before and
@@ -44,29 +44,19 @@ pub(super) struct Add {
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    #[serde(flatten)]
-    diagnosis: &'a Diagnosis,
-    /// The file was changed.
-    written: bool,
-    /// What was or would be changed, as a unified diff.
-    difference: &'a str,
-}
-
 impl Add {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
         if let Some(id) = &self.effect {
             file.model().effect(id)?;
         }
-        let logs = Logs::open(file.model(), &self.fit, &self.test)?;
+        let logs = logs::open(file.model(), &self.fit, &self.test)?;
         let report = self.fitted(file.model(), &logs)?;
         let diagnosis = &report.diagnosis;
         if diagnosis.effects.is_empty() {
             return self.nothing_to_add(diagnosis);
         }
-        let after = model_after(file.model(), &report, &logs);
+        let after = model_after(file.model(), &report, &logs.names);
         let edited = file.edited(&after)?;
         let difference = edited.difference();
         let useless = useless(&diagnosis.steps, logs.unseen());
@@ -109,7 +99,7 @@ impl Add {
             );
         }
         if self.json {
-            return print_json(&Document {
+            return print_json(&Addition {
                 diagnosis,
                 written: false,
                 difference: "",
@@ -129,7 +119,7 @@ impl Add {
         written: bool,
     ) -> Result<()> {
         if self.json {
-            return print_json(&Document {
+            return print_json(&Addition {
                 diagnosis,
                 written,
                 difference,
@@ -148,51 +138,6 @@ impl Add {
             tables::levels(&diagnosis.residual_rms_sigma),
         ))
     }
-}
-
-/// The model with what was named, in the digits of a model file, and the history.
-fn model_after(model: &Model, report: &Report, logs: &Logs) -> Model {
-    let mut after = model.clone();
-    for id in &report.diagnosis.effects {
-        let fitted = report.after.effects.iter().find(|effect| effect.id == *id);
-        after.effects.extend(fitted.map(|effect| EffectModel {
-            fitted_on: Some(logs.names.train.clone()),
-            ..in_digits(effect)
-        }));
-    }
-    record::append(&mut after.history, &logs.names, &report.diagnosis.steps);
-    after
-}
-
-fn in_digits(effect: &EffectModel) -> EffectModel {
-    let mut effect = effect.clone();
-    effect
-        .parameters
-        .values_mut()
-        .for_each(|v| *v = rounded(*v));
-    effect
-        .interval_95
-        .retain(|_, ends| ends.iter().all(|end| end.is_finite()));
-    effect
-        .interval_95
-        .values_mut()
-        .for_each(|ends| *ends = ends.map(rounded));
-    effect
-}
-
-/// Why a step is not worth writing: the error on unseen data does not fall.
-fn useless(steps: &[Step], unseen: &str) -> Option<String> {
-    steps.windows(2).find_map(|pair| {
-        let (before, after) = (pair[0].test_error?, pair[1].test_error?);
-        let falls = after < before; // not so for NaN
-        (!falls).then(|| {
-            format!(
-                "`{}` does not help: the error on {unseen}, which the fit has not seen, goes from \
-                 {before:.3} to {after:.3} (on the data of the fit from {:.3} to {:.3})",
-                pair[1].effect, pair[0].train_error, pair[1].train_error
-            )
-        })
-    })
 }
 
 /// How the error falls, in a sentence.

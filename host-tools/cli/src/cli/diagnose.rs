@@ -2,7 +2,7 @@
 
 pub(super) mod tables;
 
-use super::logs::Logs;
+use super::logs;
 use super::progress::Progress;
 use super::{print, print_json};
 use crate::experiment::rehearsal::separation;
@@ -10,6 +10,7 @@ use crate::pages::diagnosis::{Identity, page};
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
+use softdock_analysis::fit::Logs;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::model::Model;
 use std::path::PathBuf;
@@ -55,7 +56,7 @@ impl Diagnose {
         if let Some(path) = &self.report {
             refuse_overwrite(path, self.force)?;
         }
-        let logs = Logs::open(&model, &self.train, &self.test)?;
+        let logs = logs::open(&model, &self.train, &self.test)?;
         let progress = Progress::new();
         let mut report = diagnose(
             &model,

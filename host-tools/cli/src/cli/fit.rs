@@ -1,13 +1,13 @@
 //! `softdock fit`: all parameters of a model together, on a recording.
 
-use super::logs::Logs;
+use super::logs;
 use super::progress::Progress;
 use super::{print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::diagnose::{Step, held_back};
-use softdock_analysis::fit::{Refit, Refitted, Undetermined, record, refit};
+use softdock_analysis::fit::{Logs, Refit, Refitted, Undetermined, record, refit};
 use softdock_analysis::model::edit::{Edited, ModelFile};
 use softdock_analysis::model::{HistoryStep, Model};
 use softdock_analysis::recording::Recording;
@@ -60,7 +60,7 @@ impl Fit {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
         let model = file.model();
-        let logs = Logs::open(model, &self.train, &self.test)?;
+        let logs = logs::open(model, &self.train, &self.test)?;
         let halves: Vec<(Recording, Recording)>;
         let (train, test): (Vec<&Recording>, Vec<&Recording>) = if logs.test.is_empty() {
             halves = logs.train.iter().map(held_back).collect();

@@ -3,7 +3,7 @@
 use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
-use serde::Serialize;
+use softdock_analysis::fit::record::Fall;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
@@ -35,21 +35,6 @@ pub(super) struct History {
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    steps: Vec<Step<'a>>,
-}
-
-/// A step with all of its keys, known or not.
-#[derive(Serialize)]
-struct Step<'a> {
-    effect: &'a str,
-    train: &'a str,
-    train_error: f64,
-    test: Option<&'a str>,
-    test_error: Option<f64>,
-}
-
 impl History {
     pub(super) fn execute(self) -> Result<()> {
         let steps = Model::load(&self.model)?.history;
@@ -59,7 +44,7 @@ impl History {
             eprintln!("report: {}", path.display());
         }
         if self.json {
-            return print_json(&document(&steps));
+            return print_json(&Fall::of(&steps));
         }
         if steps.is_empty() {
             return print(&format!(
@@ -83,19 +68,6 @@ impl History {
         }
         page.identity(&softdock_analysis::identity::text());
         Ok(page)
-    }
-}
-
-fn document(steps: &[HistoryStep]) -> Document<'_> {
-    let steps = steps.iter().map(|s| Step {
-        effect: &s.effect,
-        train: &s.train,
-        train_error: s.train_error,
-        test: s.test.as_deref(),
-        test_error: s.test_error,
-    });
-    Document {
-        steps: steps.collect(),
     }
 }
 

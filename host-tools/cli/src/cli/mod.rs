@@ -38,6 +38,7 @@ mod replay;
 mod reproduce;
 mod robot_config;
 mod run;
+mod workbench;
 
 /// Hardware-in-the-loop docking tests: run them, record them, and find out where model and rig
 /// disagree.
@@ -84,6 +85,7 @@ enum Command {
     Replay(replay::Replay),
     Export(export::Export),
     Import(import::Import),
+    Workbench(workbench::Workbench),
 }
 
 impl Cli {
@@ -116,6 +118,7 @@ impl Cli {
             Command::Replay(command) => command.execute(),
             Command::Export(command) => command.execute(),
             Command::Import(command) => command.execute(),
+            Command::Workbench(command) => command.execute(),
         }
     }
 }

@@ -10,7 +10,10 @@ use super::pairs::best_pair;
 use super::refine::{improved, refined};
 use super::steps::best_step;
 use super::tried::specs;
+use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, PRIOR, threshold};
+use crate::diagnose::finding::Trial;
+use crate::model::Channel;
 use crate::model::actuator::Stage;
 use rayon::prelude::*;
 
@@ -49,6 +52,14 @@ impl Candidate {
     /// Number of parameters.
     pub(crate) fn parameters(&self) -> usize {
         self.terms.iter().map(|t| t.values.len()).sum()
+    }
+
+    fn trial(&self, nominal: &Self) -> Trial {
+        Trial {
+            effects: self.ids().into_iter().map(str::to_owned).collect(),
+            channel: Channel::ExecutedVelocity,
+            gain: nominal.chi2 - self.chi2,
+        }
     }
 
     /// Ids of its effects, each once.
@@ -123,6 +134,8 @@ pub(crate) struct Ask<'a> {
     pub alone: bool,
     /// Number of logs of the fit, the first ones.
     pub fitted: usize,
+    /// Who follows it.
+    pub watch: Watch<'a>,
 }
 
 /// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
@@ -141,6 +154,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         .par_iter()
         .filter(|stage| !(ask.excluded)(stage.id()))
         .filter_map(|stage| best_single(*stage, &scopes, cost, &[]))
+        .inspect(|found| ask.watch.tell(|| found.trial(&nominal)))
         .collect();
     let mut order: Vec<(f64, Candidate)> =
         singles.into_iter().map(|c| (c.priced(cost), c)).collect();
@@ -152,6 +166,7 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
     let significant = |c: &Candidate| nominal.priced(cost) - c.priced(cost) > threshold(0.0);
     if unfinished(&best) && !ask.alone && singles.iter().any(significant) {
         best = climbed(best, &singles, &scopes, cost);
+        ask.watch.tell(|| best.trial(&nominal));
     }
     let mut accepted = pruned(best, &nominal, cost);
     if ask.forced && accepted.is_none() {

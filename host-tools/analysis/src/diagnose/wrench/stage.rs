@@ -9,6 +9,7 @@ use super::prepared_log::Joint;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
+use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, PRIOR, threshold};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -51,28 +52,34 @@ struct Work<'a> {
     price: f64,
     /// Details of other effects may stand alone.
     any: bool,
+    watch: Watch<'a>,
     /// What was tested: ways to a hypothesis meet.
     known: Mutex<HashMap<Vec<Part>, Tested>>,
 }
 
 /// Searches; `forced`: the best hypothesis is taken although it is not significant. Tolerances that
 /// the answer strains are taken away, and the search begins anew.
-pub(crate) fn search(joint: &mut Joint, excluded: &dyn Fn(&str) -> bool, forced: bool) -> Found {
+pub(crate) fn search(
+    joint: &mut Joint,
+    excluded: &dyn Fn(&str) -> bool,
+    forced: bool,
+    watch: Watch<'_>,
+) -> Found {
     /// Tolerances that turn out to be strained when others were taken away.
     const ROUNDS: usize = 3;
     let mut library = Library::new(joint, excluded);
-    let mut found = searched(joint, &library, forced);
+    let mut found = searched(joint, &library, forced, watch);
     for _ in 0..ROUNDS {
         if !joint.freeze_strained(found.accepted.as_ref()) {
             break;
         }
         library = library.anew(joint);
-        found = searched(joint, &library, forced);
+        found = searched(joint, &library, forced, watch);
     }
     found
 }
 
-fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
+fn searched(joint: &Joint, library: &Library, forced: bool, watch: Watch<'_>) -> Found {
     let is_detail = |variant: &Variant| variant.effect.effect.detail;
     let work = Work {
         price: evidence::price(joint.problem.count),
@@ -80,6 +87,7 @@ fn searched(joint: &Joint, library: &Library, forced: bool) -> Found {
         any: forced || library.variants.iter().all(is_detail),
         library,
         joint,
+        watch,
         known: Mutex::default(),
     };
     let singles = work.tested(
@@ -125,6 +133,7 @@ impl Work<'_> {
         let found = known().get(&hypothesis.parts).cloned();
         found.unwrap_or_else(|| {
             let new = tested(self.library, hypothesis, self.joint);
+            self.watch.tell(|| new.trial());
             known().insert(hypothesis.parts.clone(), new.clone());
             new
         })

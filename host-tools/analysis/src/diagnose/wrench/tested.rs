@@ -4,7 +4,9 @@ use super::prepared_log::Joint;
 use super::problem::{Problem, Projected, Solution, solve, subtract};
 use super::search::{Hypothesis, Part};
 use super::variants::Library;
+use crate::diagnose::finding::Trial;
 use crate::diagnose::optimise::brent;
+use crate::model::Channel;
 use crate::model::load::effects::{LoadEffect, Shape, Sign};
 use crate::model::load::{Column, Scene};
 use nalgebra::{DMatrix, DVector};
@@ -55,6 +57,14 @@ pub(crate) struct Tested {
 }
 
 impl Tested {
+    pub(super) fn trial(&self) -> Trial {
+        Trial {
+            effects: self.ids(),
+            channel: Channel::Wrench,
+            gain: self.gain,
+        }
+    }
+
     /// Ids, in order.
     pub(crate) fn ids(&self) -> Vec<String> {
         self.effects.iter().map(|e| e.id.to_owned()).collect()

@@ -1,0 +1,101 @@
+//! The recordings that a fit works with, checked before anything is concluded from them.
+
+use super::excitation;
+use super::record::Names;
+use crate::import::checks::{Context, check};
+use crate::model::Model;
+use crate::recording::Recording;
+use anyhow::{Result, ensure};
+use std::path::PathBuf;
+
+/// Recordings to fit on, and recordings that the fit does not see, if there are any.
+#[derive(Clone, Debug)]
+pub struct Logs {
+    /// To fit on.
+    pub train: Vec<Recording>,
+    /// Unseen.
+    pub test: Vec<Recording>,
+    /// As the user gave them; without an unseen recording, `test` is the end of `train`.
+    pub names: Names,
+    /// What the user should know about them.
+    pub notes: Vec<String>,
+}
+
+impl Logs {
+    /// Reads and checks them.
+    ///
+    /// # Errors
+    ///
+    /// A file that is no recording, one from which nothing can be concluded, or the same file twice.
+    pub fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
+        refuse_twice(train.iter().chain(test))?;
+        let mut notes = Vec::new();
+        let mut read = |path: &PathBuf| -> Result<Recording> {
+            let name = path.display().to_string();
+            let recording = Recording::open(path)?;
+            if let Some(cut) = &recording.cut {
+                notes.push(format!("{name}: {cut}"));
+            }
+            let context = Context {
+                name: &name,
+                sample_time_s: None,
+                fewest_rows: None,
+                model: Some(model),
+            };
+            notes.extend(check(&recording, &context)?);
+            notes.extend(excitation::missing(model, &recording, &name)?);
+            Ok(recording)
+        };
+        let mut all =
+            |paths: &[PathBuf]| -> Result<Vec<Recording>> { paths.iter().map(&mut read).collect() };
+        let logs = (all(train)?, all(test)?);
+        let names = |paths: &[PathBuf]| -> Vec<String> {
+            paths
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect()
+        };
+        Ok(Self {
+            names: Names::of(&names(train), &names(test)),
+            train: logs.0,
+            test: logs.1,
+            notes,
+        })
+    }
+
+    /// Those to fit on.
+    pub fn fitted(&self) -> Vec<&Recording> {
+        self.train.iter().collect()
+    }
+
+    /// Those that are unseen, if there are any.
+    pub fn unseen_ones(&self) -> Vec<&Recording> {
+        self.test.iter().collect()
+    }
+
+    /// The recording whose settings a report shows.
+    pub fn judged(&self) -> &Recording {
+        self.test.first().unwrap_or(&self.train[0])
+    }
+
+    /// Its name in sentences.
+    pub fn unseen(&self) -> &str {
+        self.names.test.as_deref().unwrap_or_default()
+    }
+}
+
+/// A log that a fit has seen says nothing about what it has not.
+fn refuse_twice<'a>(paths: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut seen: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        let place = path.canonicalize().unwrap_or_else(|_| path.clone());
+        ensure!(
+            !seen.contains(&place),
+            "{} is given twice: a log that was fitted on is no unseen data; give another one, or \
+             leave --test out, and the end of the log is held back",
+            path.display()
+        );
+        seen.push(place);
+    }
+    Ok(())
+}

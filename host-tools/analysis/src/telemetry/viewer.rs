@@ -1,0 +1,91 @@
+//! Telemetry to look at: what a board sends, as it comes, and nothing kept.
+
+use super::assembly::Assembly;
+use super::window::Window;
+use softdock_app::record::CycleRecord;
+use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
+use softdock_link::service::Machine;
+
+/// Something that a board tells.
+#[derive(Clone, Debug)]
+pub enum Seen {
+    /// The firmware's identity.
+    Firmware(String),
+    /// A cycle.
+    Cycle(Box<CycleRecord>),
+    /// What the board measures of itself.
+    Machine(Box<Machine>),
+}
+
+/// Reads the datagrams of one board. One that boots again begins anew.
+#[derive(Debug, Default)]
+pub struct Viewer {
+    boot: Option<u32>,
+    window: Window<(Part<'static>, Vec<u8>)>,
+    assembly: Assembly,
+    /// Records that the board had no room for, by its own counter.
+    lost_on_board: u32,
+    /// Datagrams that are not of softdock, damaged, or of another version.
+    unreadable: u64,
+}
+
+impl Viewer {
+    /// Takes a datagram; `see` is told what it completes.
+    pub fn accept(&mut self, datagram: &[u8], see: &mut dyn FnMut(Seen)) {
+        let part = match Part::read(datagram) {
+            Ok(part) if part.schema == schema() => part,
+            _ => {
+                self.unreadable += 1;
+                return;
+            }
+        };
+        if self.boot != Some(part.boot) {
+            *self = Self {
+                boot: Some(part.boot),
+                unreadable: self.unreadable,
+                ..Self::default()
+            };
+        }
+        let head = Part {
+            payload: &[],
+            ..part
+        };
+        self.window
+            .push(part.sequence, (head, part.payload.to_vec()));
+        self.advance(false, see);
+    }
+
+    /// Nothing has come for a while: what is missing will not come any more.
+    pub fn rest(&mut self, see: &mut dyn FnMut(Seen)) {
+        self.advance(true, see);
+    }
+
+    /// Messages that the board had no room for, that the network lost, and datagrams that could not be read.
+    pub fn losses(&self) -> [u64; 3] {
+        let torn = self.window.lost() + self.assembly.torn();
+        [u64::from(self.lost_on_board), torn, self.unreadable]
+    }
+
+    fn advance(&mut self, give_up: bool, see: &mut dyn FnMut(Seen)) {
+        while let Some((head, payload)) = self.window.take(give_up) {
+            self.lost_on_board = head.lost;
+            let part = Part {
+                payload: &payload,
+                ..head
+            };
+            let seen = match self.assembly.push(&part) {
+                Some((Kind::Announcement, message)) => Announcement::read(&message)
+                    .ok()
+                    .map(|announced| Seen::Firmware(announced.identity.to_owned())),
+                Some((Kind::Record, message)) => {
+                    read_record(&message).ok().map(|r| Seen::Cycle(Box::new(r)))
+                }
+                Some((Kind::Machine, message)) => read_machine(&message)
+                    .ok()
+                    .map(|m| Seen::Machine(Box::new(m))),
+                None => None,
+            };
+            seen.into_iter().for_each(&mut *see);
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What changes a model file: an addition that a job has prepared, and its undoing.
+//!
+//! A file is replaced in one step, and only if it still says what the page saw.
+
+use super::files::fingerprint;
+use super::models::open;
+use super::problem::Problem;
+use super::server::{Shared, Workbench, work};
+use axum::Json;
+use axum::extract::rejection::JsonRejection;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use softdock_analysis::model::edit::ModelFile;
+
+/// What a change says.
+#[derive(Serialize)]
+pub(super) struct Changed {
+    written: bool,
+    /// What was or would be changed, as a unified diff.
+    difference: String,
+    /// Of the file as it is now.
+    if_match: String,
+}
+
+/// Which addition is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Addition {
+    /// The job that prepared it.
+    job: u64,
+    /// Of the file that the page saw.
+    if_match: String,
+    /// Write also what does not help on unseen data.
+    #[serde(default)]
+    force: bool,
+}
+
+pub(super) async fn add(
+    State(bench): State<Shared>,
+    Path(id): Path<String>,
+    addition: Result<Json<Addition>, JsonRejection>,
+) -> Result<Json<Changed>, Problem> {
+    let Json(addition) = addition?;
+    work(move || {
+        let prepared = bench.jobs.prepared(addition.job)?;
+        if prepared.model_id != id {
+            let why = format!("job {} is about `{}`", addition.job, prepared.model_id);
+            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why));
+        }
+        if let Some(doubt) = prepared.doubt.filter(|_| !addition.force) {
+            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, doubt));
+        }
+        let file = unchanged(&bench, &id, &[&addition.if_match, &prepared.if_match])?;
+        let edited = file.edited(&prepared.after)?;
+        edited.save()?;
+        Ok(Json(Changed {
+            written: true,
+            difference: edited.difference().replace(&bench.folder.prefix(), ""),
+            if_match: fingerprint(edited.text()),
+        }))
+    })
+    .await
+}
+
+/// Whether the file is changed, or what would be changed is only shown.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Removal {
+    /// Of the file that the page saw.
+    if_match: String,
+    write: bool,
+}
+
+pub(super) async fn remove(
+    State(bench): State<Shared>,
+    Path((id, effect)): Path<(String, String)>,
+    removal: Result<Json<Removal>, JsonRejection>,
+) -> Result<Json<Changed>, Problem> {
+    let Json(removal) = removal?;
+    work(move || {
+        let file = unchanged(&bench, &id, &[&removal.if_match])?;
+        let edited = file.without(&effect)?;
+        let mut if_match = removal.if_match;
+        if removal.write {
+            edited.save()?;
+            if_match = fingerprint(edited.text());
+        }
+        Ok(Json(Changed {
+            written: removal.write,
+            difference: edited.difference().replace(&bench.folder.prefix(), ""),
+            if_match,
+        }))
+    })
+    .await
+}
+
+/// A model file, if it says what was seen.
+fn unchanged(bench: &Workbench, id: &str, seen: &[&str]) -> Result<ModelFile, Problem> {
+    let (file, text) = open(bench, id)?;
+    let now = fingerprint(&text);
+    if seen.iter().any(|seen| *seen != now) {
+        return Err(Problem::changed(format!(
+            "`{id}` was changed by another program in the meantime and is left as it is; look at it again, \
+             and diagnose again"
+        )));
+    }
+    Ok(file)
+}

@@ -1,0 +1,129 @@
+//! What was read and computed is kept for a while: a page asks for many channels of one recording.
+
+use super::folder::{Folder, Found};
+use super::problem::Problem;
+use super::recordings::About;
+use anyhow::Result;
+use softdock_analysis::model::Model;
+use softdock_analysis::model::prediction::{Prediction, predict};
+use softdock_analysis::recording::Recording;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Cycles that are kept in memory beside those of the file that was read last; each takes about 2 kB.
+const KEPT_CYCLES: usize = 250_000;
+
+/// Recordings and predictions that were used last.
+#[derive(Default)]
+pub(super) struct Files {
+    abouts: Recent<(String, u64, u64), About>,
+    recordings: Recent<(String, u64, u64), Recording>,
+    predictions: Recent<(String, u64, u64, String), Prediction>,
+}
+
+impl Files {
+    /// A recording, as its file is now.
+    ///
+    /// # Errors
+    ///
+    /// An id of no file, or a file that is no recording.
+    pub(super) fn recording(&self, folder: &Folder, id: &str) -> Result<Arc<Recording>, Problem> {
+        let path = folder.file(id, "mcap")?;
+        let (bytes, changed) = stamp(&path)?;
+        let key = (id.to_owned(), bytes, changed);
+        let read = || Recording::open(&path);
+        self.recordings.get(key, read, |r| r.cycles.len())
+    }
+
+    /// What is to be known of a listed recording; it is read once, and again when it changes.
+    pub(super) fn about(
+        &self,
+        folder: &Folder,
+        found: &Found,
+        of: fn(&Recording) -> About,
+    ) -> Result<About, Problem> {
+        let key = (found.id.clone(), found.bytes, found.changed_s);
+        let read = || {
+            let recording = self.recording(folder, &found.id);
+            recording
+                .map(|r| of(&r))
+                .map_err(|problem| anyhow::anyhow!("{}", problem.sentence()))
+        };
+        Ok((*self.abouts.get(key, read, |_| 1)?).clone())
+    }
+
+    /// What a model predicts of a recording.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::recording`], and a recording that cannot be predicted.
+    pub(super) fn prediction(
+        &self,
+        folder: &Folder,
+        model: &Model,
+        id: &str,
+    ) -> Result<Arc<Prediction>, Problem> {
+        let recording = self.recording(folder, id)?;
+        let (bytes, changed) = stamp(&folder.file(id, "mcap")?)?;
+        let key = (id.to_owned(), bytes, changed, model.to_toml());
+        let of = || predict(model, &recording);
+        self.predictions.get(key, of, |p| p.time_s.len())
+    }
+}
+
+/// Size and time of a file, by which a change shows.
+fn stamp(path: &Path) -> Result<(u64, u64), Problem> {
+    let about = std::fs::metadata(path).map_err(anyhow::Error::from)?;
+    let mut hasher = DefaultHasher::new();
+    about
+        .modified()
+        .map_err(anyhow::Error::from)?
+        .hash(&mut hasher);
+    Ok((about.len(), hasher.finish()))
+}
+
+/// A short fingerprint of a text, by which a change shows.
+pub(super) fn fingerprint(text: &str) -> String {
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    format!("{:016x}", hasher.finish())
+}
+
+/// Values that were used last, the newest at the end.
+struct Recent<K, V>(Mutex<Vec<(K, Arc<V>, usize)>>);
+
+impl<K, V> Default for Recent<K, V> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<K: PartialEq, V> Recent<K, V> {
+    /// The value of a key, made if it is not there; `cycles` says how much memory it takes.
+    fn get(
+        &self,
+        key: K,
+        make: impl FnOnce() -> Result<V>,
+        cycles: impl FnOnce(&V) -> usize,
+    ) -> Result<Arc<V>, Problem> {
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        {
+            let mut kept = lock();
+            if let Some(place) = kept.iter().position(|one| one.0 == key) {
+                let found = kept.remove(place);
+                let value = found.1.clone();
+                kept.push(found);
+                return Ok(value);
+            }
+        }
+        let value = Arc::new(make()?);
+        let size = cycles(&value);
+        let mut kept = lock();
+        while kept.iter().map(|one| one.2).sum::<usize>() > KEPT_CYCLES {
+            kept.remove(0);
+        }
+        kept.push((key, value.clone(), size));
+        Ok(value)
+    }
+}

@@ -1,0 +1,168 @@
+//! Who may ask: the page of this workbench, and programs of this computer. A web page from elsewhere,
+//! open in the same browser, may not, neither directly nor under a name that it lets point here.
+//!
+//! The questions and their order: is the name one of this computer's (DNS rebinding; 421), does the
+//! browser say that another site asks (`Sec-Fetch-Site`, `Origin`; 403), and for what changes anything, is it
+//! JSON, which a form cannot send (415), with the token that only the page knows (403).
+
+use super::problem::Problem;
+use super::server::Shared;
+use axum::extract::{Request, State};
+use axum::http::header::{CONTENT_TYPE, HOST, HeaderMap, HeaderName, HeaderValue, ORIGIN};
+use axum::http::{Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+/// Header with the token of [`super::session`].
+pub(super) const TOKEN: &str = "x-softdock";
+
+/// Nothing from elsewhere, in no frame, no guessing of types, nothing for other pages.
+const HEADERS: [(&str, &str); 5] = [
+    (
+        "content-security-policy",
+        "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'",
+    ),
+    ("x-content-type-options", "nosniff"),
+    ("referrer-policy", "no-referrer"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("cache-control", "no-cache"),
+];
+
+/// Lets a request through, or answers it.
+pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: Next) -> Response {
+    let mut response = match allowed(
+        request.method(),
+        request.headers(),
+        bench.port,
+        &bench.token,
+    ) {
+        Ok(()) => next.run(request).await,
+        Err(problem) => problem.into_response(),
+    };
+    for (name, value) in HEADERS {
+        let name = HeaderName::from_static(name);
+        response
+            .headers_mut()
+            .entry(name)
+            .or_insert(HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn allowed(method: &Method, headers: &HeaderMap, port: u16, token: &str) -> Result<(), Problem> {
+    let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
+    let hosts = ["127.0.0.1", "localhost", "[::1]"].map(|host| format!("{host}:{port}"));
+    let host = text(HOST.as_str()).unwrap_or_default();
+    if !hosts.iter().any(|own| own == host) {
+        return Err(Problem::new(
+            StatusCode::MISDIRECTED_REQUEST,
+            format!("this is not `{host}`; open http://{}", hosts[0]),
+        ));
+    }
+    let foreign = || Problem::new(StatusCode::FORBIDDEN, "another site may not ask this one");
+    let site = headers.get("sec-fetch-site");
+    if site.is_some_and(|site| site != "same-origin" && site != "none") {
+        return Err(foreign());
+    }
+    let origin = headers.get(ORIGIN);
+    if origin.is_some_and(|origin| *origin != *format!("http://{host}")) {
+        return Err(foreign());
+    }
+    if matches!(*method, Method::GET | Method::HEAD) {
+        return Ok(());
+    }
+    let kind = text(CONTENT_TYPE.as_str()).unwrap_or_default();
+    let kind = kind.split(';').next().unwrap_or_default().trim();
+    if !kind.eq_ignore_ascii_case("application/json") {
+        return Err(Problem::new(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            "expected `content-type: application/json`",
+        ));
+    }
+    if text(TOKEN) != Some(token) {
+        return Err(Problem::new(
+            StatusCode::FORBIDDEN,
+            format!("expected the header `{TOKEN}` with the `csrf` of GET /api/session"),
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Status of a request to port 80 with the token `t`.
+    fn status(method: Method, headers: &[(&'static str, &str)]) -> u16 {
+        let pairs = headers.iter().map(|(name, value)| {
+            (
+                HeaderName::from_static(name),
+                value.parse::<HeaderValue>().unwrap(),
+            )
+        });
+        let headers: HeaderMap = pairs.collect();
+        allowed(&method, &headers, 80, "t")
+            .map_or_else(|p| p.into_response().status().as_u16(), |()| 200)
+    }
+
+    const JSON: (&str, &str) = ("content-type", "application/json");
+
+    #[test]
+    fn only_own_names_are_answered() {
+        for host in ["127.0.0.1:80", "localhost:80", "[::1]:80"] {
+            assert_eq!(status(Method::GET, &[("host", host)]), 200, "{host}");
+        }
+        for host in [
+            "evil.example",
+            "127.0.0.1",
+            "127.0.0.1:81",
+            "localhost.evil:80",
+            "",
+        ] {
+            assert_eq!(status(Method::GET, &[("host", host)]), 421, "{host}");
+        }
+        assert_eq!(status(Method::GET, &[]), 421);
+    }
+
+    #[test]
+    fn other_sites_are_refused() {
+        let host = ("host", "localhost:80");
+        for (site, expected) in [
+            ("same-origin", 200),
+            ("none", 200),
+            ("same-site", 403),
+            ("cross-site", 403),
+        ] {
+            let asked = status(Method::GET, &[host, ("sec-fetch-site", site)]);
+            assert_eq!(asked, expected, "{site}");
+        }
+        for (origin, expected) in [
+            ("http://localhost:80", 200),
+            ("https://localhost:80", 403),
+            ("http://127.0.0.1:80", 403),
+            ("http://evil.example", 403),
+            ("null", 403),
+        ] {
+            let asked = status(Method::GET, &[host, ("origin", origin)]);
+            assert_eq!(asked, expected, "{origin}");
+        }
+    }
+
+    #[test]
+    fn a_change_is_json_with_the_token() {
+        let host = ("host", "localhost:80");
+        let token = (TOKEN, "t");
+        for method in [Method::POST, Method::DELETE, Method::PUT, Method::OPTIONS] {
+            assert_eq!(status(method.clone(), &[host, JSON, token]), 200);
+            assert_eq!(status(method.clone(), &[host, JSON]), 403);
+            assert_eq!(status(method.clone(), &[host, JSON, (TOKEN, "u")]), 403);
+            assert_eq!(status(method.clone(), &[host, token]), 415);
+            let form = ("content-type", "application/x-www-form-urlencoded");
+            assert_eq!(status(method.clone(), &[host, form, token]), 415);
+            let text = ("content-type", "text/plain; application/json");
+            assert_eq!(status(method, &[host, text, token]), 415);
+        }
+        let utf8 = ("content-type", "application/json; charset=utf-8");
+        assert_eq!(status(Method::POST, &[host, utf8, token]), 200);
+    }
+}

@@ -1,0 +1,149 @@
+//! One job: what it has told, and how it ends.
+
+use super::task::{Prepared, Task};
+use crate::problem::Problem;
+use axum::http::StatusCode;
+use serde_json::{Value, json};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
+
+/// Something that a job tells.
+#[derive(Clone, Debug)]
+pub(super) struct Told {
+    /// `stage`, `candidate`, and last of all `result` or `error`.
+    pub(super) kind: &'static str,
+    pub(super) value: Value,
+}
+
+/// A job that waits, runs or has ended.
+pub(super) struct Job {
+    state: Mutex<State>,
+    /// Number of things told.
+    count: watch::Sender<usize>,
+    cancelled: AtomicBool,
+}
+
+#[derive(Default)]
+struct State {
+    told: Vec<Told>,
+    prepared: Option<Prepared>,
+}
+
+impl Default for Job {
+    fn default() -> Self {
+        Self {
+            state: Mutex::default(),
+            count: watch::Sender::new(0),
+            cancelled: AtomicBool::new(false),
+        }
+    }
+}
+
+/// What unwinds a job that was cancelled.
+struct Cancelled;
+
+impl Job {
+    /// Does the work; whatever happens in it, the job ends with a result or an error.
+    pub(super) fn run(&self, task: Task) {
+        let work = AssertUnwindSafe(|| task.run(self));
+        let ended = catch_unwind(work).unwrap_or_else(|why| {
+            Err(if why.is::<Cancelled>() {
+                anyhow::anyhow!("ended on request")
+            } else {
+                anyhow::anyhow!("the work broke off: this is an error of softdock")
+            })
+        });
+        match ended {
+            Ok((result, prepared)) => {
+                self.state().prepared = prepared;
+                self.tell("result", result);
+            }
+            Err(error) => self.tell("error", json!({ "error": format!("{error:#}") })),
+        }
+    }
+
+    /// Tells something to whoever listens. If nobody wants the result any more, the work ends here: it is unwound, as
+    /// it has no other way out of the middle of a search.
+    pub(super) fn tell(&self, kind: &'static str, value: Value) {
+        let ends = matches!(kind, "result" | "error");
+        if self.cancelled.load(Ordering::Relaxed) && !ends {
+            resume_unwind(Box::new(Cancelled));
+        }
+        let mut state = self.state();
+        state.told.push(Told { kind, value });
+        self.count.send_replace(state.told.len());
+    }
+
+    /// Ends the job when it next tells something.
+    pub(super) fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// What was told from number `from` on.
+    pub(super) fn told(&self, from: usize) -> Vec<Told> {
+        self.state().told.iter().skip(from).cloned().collect()
+    }
+
+    /// Changes with every thing told.
+    pub(super) fn watched(&self) -> watch::Receiver<usize> {
+        self.count.subscribe()
+    }
+
+    pub(super) fn prepared(&self) -> Option<Prepared> {
+        self.state().prepared.clone()
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        let state = self.state();
+        state.told.last().is_some_and(Told::is_last)
+    }
+
+    /// The result, once it is there.
+    pub(super) fn result(&self) -> Result<Value, Problem> {
+        let last = self.state().told.last().cloned();
+        match last {
+            Some(Told {
+                kind: "result",
+                value,
+            }) => Ok(value),
+            Some(Told {
+                kind: "error",
+                value,
+            }) => {
+                let why = value["error"].as_str().unwrap_or_default();
+                Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why))
+            }
+            _ => Err(Problem::not_found("the job has not ended yet")),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Told {
+    /// Nothing comes after it.
+    pub(super) fn is_last(&self) -> bool {
+        matches!(self.kind, "result" | "error")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cancelled_job_ends_where_it_next_tells_something() {
+        let job = Job::default();
+        job.tell("stage", json!(1));
+        job.cancel();
+        let ended = catch_unwind(AssertUnwindSafe(|| job.tell("stage", json!(2))));
+        assert!(ended.unwrap_err().is::<Cancelled>());
+        job.tell("error", json!({"error": "ended on request"}));
+        assert!(job.has_ended());
+        assert_eq!(job.told(0).len(), 2);
+    }
+}

@@ -1,0 +1,28 @@
+//! The workbench: one page in the browser on the recordings and models of a folder.
+//!
+//! The server asks the same library functions as the commands and answers with the same JSON. It
+//! listens on this computer alone, and `guard` refuses what other pages in the browser might send.
+//! It starts, arms and moves nothing.
+//!
+//! - `server` connects addresses with handlers, `guard` stands before all of them,
+//! - `folder` confines paths, `files` keeps what was read,
+//! - `recordings`, `models`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
+//! - `live` shows what a running board sends,
+//! - `change` is the only one that writes.
+
+mod assets;
+mod change;
+mod connections;
+mod effects;
+mod files;
+mod folder;
+mod guard;
+mod jobs;
+mod live;
+mod models;
+mod problem;
+mod recordings;
+mod server;
+mod session;
+
+pub use server::Server;

@@ -1,0 +1,230 @@
+//! A running board, to look at: its telemetry as `softdock record` gets it. Nothing goes to the board; arming,
+//! starting and jogging stay with the terminal and the serial line.
+//!
+//! A thread takes the datagrams and makes frames of them, some 25 per second. A page that is too slow for that
+//! misses frames, and is told how many; the board never waits.
+
+use crate::problem::Problem;
+use crate::server::{Shared, work};
+use axum::Json;
+use axum::extract::State;
+use axum::extract::rejection::JsonRejection;
+use axum::http::StatusCode;
+use axum::response::sse::{Event, KeepAlive, Sse};
+use futures_util::Stream;
+use futures_util::stream::unfold;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use softdock_analysis::telemetry::{Listener, Seen, Viewer};
+use softdock_app::record::CycleRecord;
+use softdock_link::service::Machine;
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+use tokio::sync::broadcast::{self, Receiver, Sender, error::RecvError};
+
+/// Time from one frame to the next: smooth to the eye.
+const FRAME: Duration = Duration::from_millis(40);
+/// Frames that a slow page may be behind: two seconds.
+const BEHIND: usize = 50;
+/// Most cycles of a frame: what came at once after a pause is not drawn cycle by cycle.
+const MOST_CYCLES: usize = 500;
+
+/// Who listens to the board, if anybody does.
+pub(super) struct Live {
+    frames: Sender<Arc<Value>>,
+    watch: Mutex<Option<Watch>>,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Self {
+            frames: broadcast::Sender::new(BEHIND),
+            watch: Mutex::default(),
+        }
+    }
+}
+
+/// A thread that listens; it ends when this is dropped.
+struct Watch {
+    address: SocketAddr,
+    stop: Arc<AtomicBool>,
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Live {
+    fn watch(&self) -> MutexGuard<'_, Option<Watch>> {
+        self.watch.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The address that is listened on.
+    pub(super) fn address(&self) -> Option<SocketAddr> {
+        self.watch().as_ref().map(|watch| watch.address)
+    }
+}
+
+/// Where the board sends to.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Address {
+    listen: SocketAddr,
+}
+
+pub(super) async fn start(
+    State(bench): State<Shared>,
+    address: Result<Json<Address>, JsonRejection>,
+) -> Result<Json<Value>, Problem> {
+    let Json(Address { listen }) = address?;
+    work(move || {
+        let mut watch = bench.live.watch();
+        // Its port is free again for the same address.
+        *watch = None;
+        let listener = Listener::bind(listen)?;
+        let address = listener.address();
+        let stop = Arc::new(AtomicBool::new(false));
+        let (frames, raised) = (bench.live.frames.clone(), stop.clone());
+        thread::spawn(move || listen_to(&listener, &frames, &raised));
+        *watch = Some(Watch { address, stop });
+        Ok(Json(json!({ "listen": address })))
+    })
+    .await
+}
+
+pub(super) async fn stop(State(bench): State<Shared>) -> StatusCode {
+    *bench.live.watch() = None;
+    StatusCode::NO_CONTENT
+}
+
+/// What is drawn of the cycles since the last frame, and what stands beside it.
+#[derive(Default, Serialize)]
+struct Frame {
+    time_s: Vec<f64>,
+    /// Compensated contact force at M, N.
+    force_n: Vec<[f64; 3]>,
+    /// Executed velocity of M, m/s.
+    velocity_m_s: Vec<[f64; 3]>,
+    cycle: u64,
+    mode: Option<String>,
+    fault: Option<String>,
+    refusal: Option<String>,
+    sensor_age: u32,
+    late_answers: u32,
+    firmware: Option<String>,
+    /// Answers by how many sixteenths of a cycle they took, µs of the last and the longest.
+    answers: Option<Answers>,
+    /// Lost on the board, lost by the network, not readable.
+    losses: [u64; 3],
+    /// Time since the last cycle came, s.
+    silent_s: f64,
+}
+
+#[derive(Clone, Serialize)]
+struct Answers {
+    histogram: Vec<u32>,
+    last_us: u32,
+    longest_us: u32,
+}
+
+impl Frame {
+    fn see(&mut self, seen: Seen) {
+        match seen {
+            Seen::Firmware(identity) => self.firmware = Some(identity),
+            Seen::Cycle(cycle) => self.cycle(&cycle),
+            Seen::Machine(machine) => self.answers = Some(Answers::of(&machine)),
+        }
+    }
+
+    fn cycle(&mut self, record: &CycleRecord) {
+        let trace = &record.trace;
+        if self.time_s.len() < MOST_CYCLES {
+            let three = |six: &[f64; 6]| [six[0], six[1], six[2]];
+            self.time_s.push(trace.time_s);
+            self.force_n.push(three(&trace.wrench_at_m));
+            self.velocity_m_s.push(three(&trace.executed_velocity));
+        }
+        self.cycle = trace.cycle;
+        self.mode = Some(format!("{:?}", trace.mode));
+        self.fault = trace.fault.map(|fault| {
+            let (limit, received) = (fault.expected, fault.received);
+            format!("{:?} (limit {limit}, received {received})", fault.code)
+        });
+        if let Some(refusal) = &trace.refusal {
+            self.refusal = Some(format!("{refusal:?}"));
+        }
+        self.sensor_age = trace.sensor_age;
+        self.late_answers = record.inputs.robot.late_answers;
+    }
+
+    /// Without the cycles that were told.
+    fn next(self) -> Self {
+        Self {
+            time_s: Vec::new(),
+            force_n: Vec::new(),
+            velocity_m_s: Vec::new(),
+            ..self
+        }
+    }
+}
+
+impl Answers {
+    fn of(machine: &Machine) -> Self {
+        Self {
+            histogram: machine.answers.histogram.to_vec(),
+            last_us: machine.answers.last_us,
+            longest_us: machine.answers.longest_us,
+        }
+    }
+}
+
+fn listen_to(listener: &Listener, frames: &Sender<Arc<Value>>, stop: &AtomicBool) {
+    let mut viewer = Viewer::default();
+    let mut frame = Frame::default();
+    let mut heard = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        let until = Instant::now() + FRAME;
+        while let Some(left) = until.checked_duration_since(Instant::now()) {
+            match listener.receive(left) {
+                Some((datagram, _)) => viewer.accept(&datagram, &mut |seen| frame.see(seen)),
+                None => viewer.rest(&mut |seen| frame.see(seen)),
+            }
+        }
+        if !frame.time_s.is_empty() {
+            heard = Instant::now();
+        }
+        frame.losses = viewer.losses();
+        frame.silent_s = heard.elapsed().as_secs_f64();
+        // Nobody may be looking.
+        let _ = frames.send(Arc::new(json!(frame)));
+        frame = frame.next();
+    }
+}
+
+pub(super) async fn frames(
+    State(bench): State<Shared>,
+) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let stream = unfold(bench.live.frames.subscribe(), |frames| async {
+        let (event, frames) = next(frames).await?;
+        Some((Ok(event), frames))
+    });
+    Sse::new(stream).keep_alive(KeepAlive::default())
+}
+
+/// A frame, or how many were dropped.
+async fn next(mut frames: Receiver<Arc<Value>>) -> Option<(Event, Receiver<Arc<Value>>)> {
+    let event = match frames.recv().await {
+        Ok(frame) => Event::default().event("frame").data(frame.to_string()),
+        Err(RecvError::Lagged(dropped)) => {
+            Event::default().event("dropped").data(dropped.to_string())
+        }
+        Err(RecvError::Closed) => return None,
+    };
+    Some((event, frames))
+}

@@ -1,0 +1,177 @@
+//! Recordings of the folder, and what was recorded as series of numbers.
+
+use super::files::fingerprint;
+use super::folder::Found;
+use super::problem::Problem;
+use super::server::{Shared, work};
+use axum::Json;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use softdock_analysis::recording::{Column, Recording};
+
+/// A recording as it is listed.
+#[derive(Serialize)]
+pub(super) struct Listed {
+    id: String,
+    bytes: u64,
+    /// When the file was changed last, seconds since 1970.
+    when: u64,
+    #[serde(flatten)]
+    about: About,
+}
+
+/// What a recording says, or why it cannot be read.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(super) enum About {
+    Read {
+        cycles: usize,
+        duration_s: f64,
+        cycle_s: f64,
+        /// The same for recordings with the same settings of the board.
+        settings_hash: String,
+        firmware: String,
+        /// Why the file ended early.
+        truncated: Option<String>,
+    },
+    Broken {
+        error: String,
+    },
+}
+
+impl About {
+    fn of(recording: &Recording) -> Self {
+        let mut times = recording.cycles.iter().map(|c| c.trace.time_s);
+        let ends = times.clone().next().zip(times.next_back());
+        let duration_s = ends.map_or(0.0, |(first, last)| last - first);
+        let cycles = recording.cycles.len();
+        Self::Read {
+            cycles,
+            duration_s,
+            cycle_s: duration_s / cycles.saturating_sub(1).max(1) as f64,
+            settings_hash: fingerprint(&recording.header.settings_toml),
+            firmware: recording.header.identity.clone(),
+            truncated: recording.cut.clone(),
+        }
+    }
+}
+
+pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>>, Problem> {
+    let of = move || {
+        let found = bench.folder.list("mcap").into_iter();
+        Ok(Json(found.map(|found| listed(&bench, found)).collect()))
+    };
+    work(of).await
+}
+
+fn listed(bench: &Shared, found: Found) -> Listed {
+    let about = match bench.files.about(&bench.folder, &found, About::of) {
+        Ok(about) => about,
+        Err(problem) => About::Broken {
+            error: problem
+                .without(&bench.folder.prefix())
+                .sentence()
+                .to_owned(),
+        },
+    };
+    Listed {
+        id: found.id,
+        bytes: found.bytes,
+        when: found.changed_s,
+        about,
+    }
+}
+
+pub(super) async fn channels(
+    State(bench): State<Shared>,
+    Path(id): Path<String>,
+) -> Result<Json<Vec<Column>>, Problem> {
+    work(move || Ok(Json(bench.files.recording(&bench.folder, &id)?.columns()))).await
+}
+
+/// What to send of a recording.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wanted {
+    /// Names of columns, with commas.
+    c: String,
+    /// First time, s.
+    from: Option<f64>,
+    /// Last time, s.
+    to: Option<f64>,
+}
+
+/// Time and the wanted columns, see [`blob`].
+pub(super) async fn series(
+    State(bench): State<Shared>,
+    Path(id): Path<String>,
+    wanted: Result<Query<Wanted>, QueryRejection>,
+) -> Result<Response, Problem> {
+    let Query(wanted) = wanted?;
+    work(move || {
+        let recording = bench.files.recording(&bench.folder, &id)?;
+        let names: Vec<&str> = wanted.c.split(',').collect();
+        let found = recording.series(&names);
+        let mut columns = vec![recording.cycles.iter().map(|c| c.trace.time_s).collect()];
+        for (name, series) in names.iter().zip(found) {
+            let missing = || Problem::not_found(format!("`{id}` has no column `{name}`"));
+            columns.push(series.ok_or_else(missing)?);
+        }
+        blob(&between(columns, wanted.from, wanted.to))
+    })
+    .await
+}
+
+/// The part of columns in which the first one, the time, is in a range.
+fn between(mut columns: Vec<Vec<f64>>, from: Option<f64>, to: Option<f64>) -> Vec<Vec<f64>> {
+    let time = columns.first().map_or(&[][..], Vec::as_slice);
+    let first = time.partition_point(|t| *t < from.unwrap_or(f64::NEG_INFINITY));
+    let end = time.partition_point(|t| *t <= to.unwrap_or(f64::INFINITY));
+    for column in &mut columns {
+        column.truncate(end);
+        column.drain(..first.min(column.len()));
+    }
+    columns
+}
+
+/// Columns of equal length as a page reads them without parsing: the number of rows and of columns (u32), then
+/// column after column (f64), all little-endian. NaN is a gap.
+pub(super) fn blob(columns: &[Vec<f64>]) -> Result<Response, Problem> {
+    let rows = columns.first().map_or(0, Vec::len);
+    let short = |n: usize| {
+        u32::try_from(n)
+            .map_err(|_| Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too many numbers"))
+    };
+    let mut bytes = Vec::with_capacity(8 + 8 * rows * columns.len());
+    bytes.extend(short(rows)?.to_le_bytes());
+    bytes.extend(short(columns.len())?.to_le_bytes());
+    bytes.extend(
+        columns
+            .iter()
+            .flatten()
+            .flat_map(|value| value.to_le_bytes()),
+    );
+    Ok(([(CONTENT_TYPE, "application/octet-stream")], bytes).into_response())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_of_time_is_cut_out() {
+        let columns = || vec![vec![0.0, 1.0, 2.0, 3.0], vec![5.0, 6.0, 7.0, 8.0]];
+        assert_eq!(
+            between(columns(), Some(0.5), Some(2.0)),
+            [[1.0, 2.0], [6.0, 7.0]]
+        );
+        assert_eq!(between(columns(), None, None), columns());
+        let nothing = vec![Vec::<f64>::new(); 2];
+        assert_eq!(between(columns(), Some(9.0), None), nothing);
+        assert_eq!(between(columns(), Some(2.0), Some(1.0)), nothing);
+    }
+}

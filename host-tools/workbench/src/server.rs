@@ -1,0 +1,169 @@
+//! The server: addresses, and what runs behind them.
+
+use super::connections::{Bounded, MOST};
+use super::files::Files;
+use super::folder::Folder;
+use super::jobs::Jobs;
+use super::live::Live;
+use super::problem::Problem;
+use super::{assets, change, effects, guard, jobs, live, models, recordings, session};
+use anyhow::{Context, Result, anyhow};
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::StatusCode;
+use axum::middleware::from_fn_with_state;
+use axum::routing::{get, post};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::Path;
+use std::sync::Arc;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use tokio::sync::Semaphore;
+
+/// Largest body of a request, bytes.
+const LARGEST_BODY: usize = 64 << 10;
+
+/// What all handlers share.
+pub(super) struct Workbench {
+    pub(super) folder: Folder,
+    pub(super) files: Files,
+    pub(super) jobs: Jobs,
+    pub(super) live: Live,
+    /// Only the page knows it.
+    pub(super) token: String,
+    pub(super) port: u16,
+}
+
+pub(super) type Shared = Arc<Workbench>;
+
+/// A workbench that is reachable, and not served yet.
+pub struct Server {
+    runtime: Runtime,
+    listeners: Vec<TcpListener>,
+    bench: Shared,
+}
+
+impl Server {
+    /// Opens a folder, and a port of this computer alone; port 0 is a free one.
+    ///
+    /// # Errors
+    ///
+    /// The folder cannot be opened, or the port is taken.
+    pub fn new(folder: &Path, port: u16) -> Result<Self> {
+        let folder = Folder::new(folder)?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
+        let (listeners, port) = runtime.block_on(listen(port))?;
+        let bench = Arc::new(Workbench {
+            folder,
+            files: Files::default(),
+            jobs: Jobs::start(),
+            live: Live::default(),
+            token: token()?,
+            port,
+        });
+        Ok(Self {
+            runtime,
+            listeners,
+            bench,
+        })
+    }
+
+    /// Where a browser finds it.
+    pub fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/", self.bench.port)
+    }
+
+    /// Answers until the program ends.
+    ///
+    /// # Errors
+    ///
+    /// The system takes the port away.
+    pub fn serve(self) -> Result<()> {
+        let places = Arc::new(Semaphore::new(MOST));
+        let app = router(self.bench);
+        self.runtime.block_on(async {
+            let mut serving = tokio::task::JoinSet::new();
+            for listener in self.listeners {
+                let bounded = Bounded {
+                    listener,
+                    places: places.clone(),
+                };
+                let serve = axum::serve(bounded, app.clone());
+                serving.spawn(async { serve.await });
+            }
+            match serving.join_next().await {
+                Some(ended) => Ok(ended??),
+                None => Ok(()),
+            }
+        })
+    }
+}
+
+/// Both loopback addresses, or the older one where there is no other.
+async fn listen(port: u16) -> Result<(Vec<TcpListener>, u16)> {
+    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+    let first = TcpListener::bind(address).await.with_context(|| {
+        format!(
+            "cannot listen on {address}; is another workbench running? --port 0 takes a free port"
+        )
+    })?;
+    let port = first.local_addr()?.port();
+    let second = TcpListener::bind((Ipv6Addr::LOCALHOST, port)).await.ok();
+    Ok((std::iter::once(first).chain(second).collect(), port))
+}
+
+/// 128 random bits.
+fn token() -> Result<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| anyhow!("the system gives no random numbers: {error}"))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+fn router(bench: Shared) -> Router {
+    let api = Router::new()
+        .route("/session", get(session::session))
+        .route("/recordings", get(recordings::list))
+        .route("/recordings/{id}/channels", get(recordings::channels))
+        .route("/recordings/{id}/series", get(recordings::series))
+        .route("/models", get(models::list))
+        .route("/models/{id}", get(models::one))
+        .route("/models/{id}/history", get(models::history))
+        .route("/models/{id}/effects", post(change::add))
+        .route("/models/{id}/effects/{effect}/remove", post(change::remove))
+        .route("/compare", post(models::compare))
+        .route("/prediction", get(models::prediction))
+        .route("/check", post(jobs::check))
+        .route("/effects", get(effects::list))
+        .route("/effects/{id}", get(effects::one))
+        .route("/jobs", post(jobs::start))
+        .route("/jobs/{id}", axum::routing::delete(jobs::cancel))
+        .route("/jobs/{id}/events", get(jobs::events))
+        .route("/live", get(live::frames))
+        .route("/live/start", post(live::start))
+        .route("/live/stop", post(live::stop))
+        .route("/jobs/{id}/result", get(jobs::result));
+    Router::new()
+        .route("/", get(assets::index))
+        .route("/assets/{name}", get(assets::file))
+        .nest("/api", api)
+        .fallback(async || Problem::not_found("there is nothing at this address"))
+        .layer(DefaultBodyLimit::max(LARGEST_BODY))
+        .layer(from_fn_with_state(bench.clone(), guard::guard))
+        .with_state(bench)
+}
+
+/// Does work that keeps a core busy, beside the requests of others.
+pub(super) async fn work<T: Send + 'static>(
+    does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let ended = tokio::task::spawn_blocking(does).await;
+    ended.unwrap_or_else(|_| {
+        Err(Problem::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the question could not be answered: this is an error of softdock",
+        ))
+    })
+}

@@ -1,0 +1,7 @@
+//! The workbench: what it answers to programs, whom it refuses, and the whole story by clicks in a browser.
+
+mod http;
+mod live;
+mod refusals;
+mod server;
+mod story;

@@ -1,0 +1,82 @@
+//! The whole story by clicks: from an imported log to "the error fell", and back. Pictures are kept under
+//! `target/report-screenshots/`.
+
+use super::server::{Bench, imported};
+use softdock_tests::browser::Browser;
+
+/// Widths from a telephone to a wide screen, pixels.
+const WIDTHS: [u32; 5] = [400, 800, 1280, 1600, 2560];
+
+#[test]
+fn the_error_falls_by_clicks_and_comes_back() {
+    let folder = imported("workbench_story", "guide_coulomb");
+    let bench = Bench::start(&folder);
+    let mut browser = Browser::start("workbench_story_chromium");
+    browser.resize(1600, 1000);
+    browser.visit(&format!("http://{}/", bench.host()));
+
+    // The verdict and the plots are there without a click.
+    browser.until("document.querySelector('#verdict .sentence .mark')");
+    browser.until("document.querySelectorAll('#plots canvas').length == 2");
+    browser.until("document.querySelector('#check')?.dataset.ready == 'true'");
+    browser.keep_pictures("workbench-compare");
+
+    // A window says what its error follows.
+    browser.evaluate("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'n'}))");
+    browser.until("document.querySelector('#window .follows')");
+
+    browser.click("#diagnose");
+    browser.until("document.querySelector('.hypotheses li')");
+    browser.until("document.querySelector('#answer')?.dataset.verdict == 'named'");
+    browser.click("[data-try='guide_coulomb']");
+    browser.until("document.querySelector('#addition .difference')");
+    browser.until("document.querySelector('#plots').dataset.drawn.match(/ [0-9]+ $/)");
+    browser.keep_pictures("workbench-trial");
+
+    let error = |browser: &mut Browser, place: usize| -> f64 {
+        let text = format!("document.querySelectorAll('.fall strong')[{place}].textContent");
+        browser.evaluate(&text).as_str().unwrap().parse().unwrap()
+    };
+    let (before, after) = (error(&mut browser, 0), error(&mut browser, 1));
+    assert!(after < 0.8 * before, "{before} {after}");
+
+    browser.click("#write");
+    browser.until("document.querySelector('#added')");
+    browser.until("document.querySelectorAll('.waterfalls li').length == 2");
+    browser.until("document.querySelector('#verdict .sentence .mark')");
+    let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(model.contains("guide_coulomb"));
+    browser.keep_pictures("workbench-added");
+
+    for width in WIDTHS {
+        browser.resize(width, 900);
+        browser.until("document.querySelectorAll('#plots canvas').length == 2");
+        let found = browser.look();
+        assert_eq!(found.sticking_out, Vec::<String>::new(), "{width} px");
+        assert_eq!(found.console, Vec::<String>::new(), "{width} px");
+        if width == WIDTHS[0] {
+            browser.keep_pictures("workbench-narrow");
+        }
+    }
+    browser.click("#undo");
+    browser.until("document.querySelector('#addition').hidden");
+    let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(!model.contains("id = \"guide_coulomb\""));
+}
+
+#[test]
+fn two_runs_are_laid_over_each_other_and_aligned() {
+    let folder = imported("workbench_overlay", "guide_coulomb");
+    let bench = Bench::start(&folder);
+    let mut browser = Browser::start("workbench_overlay_chromium");
+    browser.visit(&format!("http://{}/", bench.host()));
+    browser.until("document.querySelectorAll('#plots canvas').length == 2");
+    browser.click("[data-recording='train.mcap'] [data-role='overlay']");
+    browser.until("document.querySelector('#shift')");
+    browser.evaluate("document.dispatchEvent(new KeyboardEvent('keydown', {key: ']'}))");
+    browser.until("Number(document.querySelector('#shift').value) > 0");
+    browser.click(".overlay button:nth-of-type(3)");
+    browser.until("Number(document.querySelector('#shift').value) != 0.004");
+    browser.keep_pictures("workbench-overlay");
+    assert_eq!(browser.look().console, Vec::<String>::new());
+}
