@@ -23,6 +23,9 @@ fn a_recording_from_qemu_replays_bit_for_bit() {
         "-o",
         "run.mcap",
         "--json",
+        // The image may still have to be built.
+        "--timeout",
+        "600",
     ];
     let mut recorder = Running::start("recorder", command.current_dir(&folder).args(arguments));
     let line = recorder.wait_for("listening on UDP ");
