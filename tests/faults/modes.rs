@@ -259,7 +259,25 @@ fn zero_takes_the_mean_reading<S: Scalar>(tolerance: f64) {
     assert!(left.iter().all(|v| v.abs() < tolerance), "{left:?}");
 }
 
+/// An overload is no rest: what it leaves in the mean is not taken for the sensor's zero.
+fn zero_waits_for_rest_after_an_overload<S: Scalar>() {
+    let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+    driver.command(Command::Hold);
+    for _ in 0..100 {
+        driver.step();
+    }
+    driver.step_with(|inputs| inputs.sensor.wrench[2] = 3500.0);
+    let refused = |driver: &mut Driver<S>| driver.command(Command::Zero).trace.refusal;
+    assert_eq!(refused(&mut driver), Some(Refusal::TooFewSamples));
+    for _ in 0..64 {
+        driver.step();
+    }
+    assert_eq!(refused(&mut driver), None);
+    assert_eq!(driver.step().trace.wrench_at_m, [0.0; 6]);
+}
+
 in_three_scalars! {
+    overload_and_zero: zero_waits_for_rest_after_an_overload,
     commands: every_command_in_every_mode,
     refusals: a_refused_command_changes_nothing,
     before_the_first_sample: no_sensor_no_arming,

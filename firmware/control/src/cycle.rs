@@ -207,7 +207,10 @@ impl<S: Scalar> Cycle<S> {
         let wrench = self
             .compensation
             .compensate(&Wrench::of(&raw), &pose.rotation, &motion);
-        if self.health.good_sample(inputs) {
+        if self.plan.overload(&wrench.at_m).is_some() {
+            // One such sample would shift the mean by a 64th of it.
+            self.rest_mean = RestMean::new();
+        } else if self.health.good_sample(inputs) {
             self.rest_mean.push(&wrench.contact_in_s);
         }
 

@@ -4,8 +4,9 @@
 //! latches a fault; status bits, saturation and non-finite numbers latch at once.
 //!
 //! **A reading that repeats is old.** Six gauges of a working sensor flicker, so that six equal words in
-//! a new sample are no measurement. After `stale_after_cycles` of them the model is not integrated any
-//! more, after `frozen_after_cycles` a fault latches, and sooner where the largest load that the limits
+//! a new sample are no measurement. `stale_after_cycles` after the reading last changed, whether old samples or
+//! repeated ones fill the time, the model is not integrated any more; after `frozen_after_cycles` of repeated
+//! ones a fault latches, and sooner where the largest load that the limits
 //! allow could meanwhile bend the motion by more than they allow in a cycle:
 //!
 //! ```text
@@ -47,7 +48,8 @@ pub struct Health {
     lost_fault: u32,
     late_fault: u32,
     age: u32,
-    identical: u32,
+    /// Cycles from the sample with which the reading last changed to the newest one, which repeats it.
+    repeated: u32,
     last: SensorSample,
     late_at_start: u32,
 }
@@ -64,7 +66,7 @@ impl Health {
             lost_fault: robot.lost_telegrams_fault,
             late_fault: robot.late_answers_fault,
             age: 0,
-            identical: 0,
+            repeated: 0,
             last: SensorSample::default(),
             late_at_start: 0,
         }
@@ -98,8 +100,12 @@ impl Health {
 
     /// Whether the sample is too old to integrate, or tells nothing new.
     pub fn stale(&self) -> bool {
-        let repeats = self.frozen_after > 0 && self.identical > self.stale_after;
-        self.age > self.stale_after || repeats
+        let repeated = if self.frozen_after > 0 {
+            self.repeated
+        } else {
+            0
+        };
+        self.age.saturating_add(repeated) > self.stale_after
     }
 
     /// Whether sensor and robot allow arming (the force is judged elsewhere).
@@ -124,8 +130,8 @@ impl Health {
             return;
         }
         let identical = sample.counts == self.last.counts && sample.wrench == self.last.wrench;
-        self.identical = if identical {
-            self.identical.saturating_add(1)
+        self.repeated = if identical {
+            self.repeated.saturating_add(self.age).saturating_add(1)
         } else {
             0
         };
@@ -164,7 +170,7 @@ impl Health {
 
     fn sensor(&self, sample: &SensorSample) -> Option<Fault> {
         let status = sample.status & !self.ignored_status;
-        let frozen = self.frozen_after > 0 && self.identical > self.frozen_after;
+        let frozen = self.frozen_after > 0 && self.repeated > self.frozen_after;
         let fault = |code, expected: u32, received: u32| {
             Some(Fault::new(code, f64::from(expected), f64::from(received)))
         };
@@ -175,7 +181,7 @@ impl Health {
         } else if self.age > self.fault_after {
             fault(FaultCode::SensorStale, self.fault_after, self.age)
         } else if frozen {
-            fault(FaultCode::SensorFrozen, self.frozen_after, self.identical)
+            fault(FaultCode::SensorFrozen, self.frozen_after, self.repeated)
         } else {
             None
         }
@@ -207,6 +213,23 @@ fn unseen_cycles(settings: &Settings) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A frozen sensor of which every third cycle brings a sample: its reading is not believed for longer.
+    #[test]
+    fn a_slow_sensor_may_not_repeat_for_longer_than_a_fast_one() {
+        let mut health = Health::new(&Settings::default());
+        let mut inputs = Inputs::default();
+        inputs.sensor.counts = [7; 6];
+        let (mut believed, mut fault) = (0, None);
+        for cycle in 0..7 {
+            assert_eq!(fault, None);
+            inputs.sensor.counter = 1 + cycle / 3;
+            fault = health.check(&inputs, Mode::Armed, true);
+            believed += u32::from(!health.stale());
+        }
+        assert_eq!(believed, 3);
+        assert_eq!(fault, Some(Fault::new(FaultCode::SensorFrozen, 4.0, 6.0)));
+    }
 
     /// 3000 N between 500 kg and 500 kg: 12 m/s², 2 mm in 18 ms.
     #[test]

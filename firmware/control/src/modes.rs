@@ -130,7 +130,7 @@ pub enum Refusal {
 pub enum FaultCode {
     /// No new sensor sample for too long (expected: most cycles; received: cycles).
     SensorStale,
-    /// Six identical raw words for too long (most cycles; cycles).
+    /// Samples with the same six words for too long (most cycles; cycles).
     SensorFrozen,
     /// A status bit of the sensor (0; status word).
     SensorStatus,

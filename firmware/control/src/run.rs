@@ -64,6 +64,8 @@ pub(crate) struct Run<S: Scalar> {
     pub(crate) orientation: UnitQuaternion<S>,
     law: Guarded<S>,
     sent: SentHistory<S>,
+    /// What the law asked for in the last cycle in which the model was integrated.
+    held: Twist<S>,
     /// Velocity of K seen from Q at the end of the last cycle, in the laboratory.
     last_relative: Twist<S>,
     /// Orientation of Q in the laboratory; Q stands still there.
@@ -126,6 +128,7 @@ impl<S: Scalar> Run<S> {
             orientation: start.rotation,
             law: Guarded::new(&settings.delay, settings.robot.cycle_s),
             sent: SentHistory::new(),
+            held: Twist::zero(),
             last_relative: Twist::zero(),
             c_from_q: start.rotation * state.q_from_k().rotation.inverse(),
             start: *start,
@@ -153,6 +156,7 @@ impl<S: Scalar> Run<S> {
         self.orientation = start.rotation;
         self.law.restart(&settings.delay, settings.robot.cycle_s);
         self.sent.clear();
+        self.held = Twist::zero();
         self.c_from_q = start.rotation * self.state.q_from_k().rotation.inverse();
         self.start = *start;
         self.box_center = *box_center;
@@ -218,8 +222,11 @@ impl<S: Scalar> Run<S> {
         if let Some(fault) = law.fault {
             return Err(fault);
         }
-        let command = law.command * (share * authority);
-        self.send(plan, command, flags, trace)
+        // A model that stands still bends its velocity, and a law that extrapolates makes a leap of that bend.
+        if !frozen {
+            self.held = law.command;
+        }
+        self.send(plan, self.held * (share * authority), flags, trace)
     }
 
     /// After the loop was opened: the last velocity fades out without a jerk. False at rest.

@@ -124,7 +124,7 @@ pub struct SensorSettings {
     pub stale_after_cycles: u32,
     /// Cycles without a new sample that latch a fault (20 ms by default).
     pub fault_after_cycles: u32,
-    /// New samples in a row with six bit-identical raw words that latch a fault, fewer where the
+    /// Cycles over which new samples with six bit-identical raw words latch a fault, fewer where the
     /// largest load could do harm meanwhile; beyond `stale_after_cycles` of them the motion is held.
     /// Real gauges flicker by a count. 0 says that this sensor has no noise, as in some simulations.
     pub frozen_after_cycles: u32,

@@ -12,6 +12,10 @@
 //! Abort        give up the draft, or end the trial at once
 //! ```
 //!
+//! A host begins with a hello, which gives up the draft of the host before, and counts its frames from there. The
+//! board takes a request only if its number is one of the next, so that an old frame that comes again
+//! (repeated by a line, or by whoever recorded it) changes nothing.
+//!
 //! Messages know nothing of the settings: a name is a path like `control.sensor.tool_mass_kg`, a
 //! value is one of a few forms. So a host program can read and change the settings of a firmware
 //! that is older or newer than itself.
@@ -346,6 +350,8 @@ pub enum Refusal {
     Unconfigured,
     /// It is not said who the robot is: whoever sends first would move.
     AnyRobot,
+    /// The request is none of the next of this conversation: an old frame that came again.
+    OldRequest,
 }
 
 impl core::fmt::Display for Refusal {
@@ -384,6 +390,9 @@ impl core::fmt::Display for Refusal {
                 }
                 Self::AnyRobot => {
                     "`rsi.robot_ip` is empty, so whoever sends first would be the robot: set its address, or \"any\" if that is meant"
+                }
+                Self::OldRequest => {
+                    "the request has the number of an earlier one: another program talks to the board, or the line repeats itself; begin anew"
                 }
                 Self::Settings(_) | Self::Flash(_) => "",
             }),

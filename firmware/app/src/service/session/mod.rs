@@ -12,13 +12,18 @@ use crate::shared::Status;
 use crate::store::{Block, Boot, Origin, Trial};
 use heapless::{String, Vec};
 use softdock_control::modes::Command;
-use softdock_link::service::{ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL};
+use softdock_link::service::{
+    ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL, Refusal,
+};
 
 /// Longest identity.
 pub const IDENTITY_BYTES: usize = 120;
 /// Silence of the robot after which it does not move any more, µs: RSI stops by itself after its
 /// own time-out, some 100 ms.
 const SILENT_US: u64 = 2_000_000;
+/// Most numbers that a host may have skipped: requests that it gave up, and the board never heard. Small beside
+/// all 65,536, for another conversation begins anywhere among them.
+pub(super) const AHEAD: u16 = 64;
 /// Longest part of an image in an answer: room is left for the message around it.
 const PART_BYTES: usize = PAYLOAD_MAX_BYTES - 32;
 
@@ -84,6 +89,8 @@ pub struct Session {
     damaged: u32,
     /// The request that was answered last: its number and checksum.
     answered: Option<(u16, u32)>,
+    /// The newest number of this conversation; none before the first one.
+    newest: Option<u16>,
     /// Number of the request that is being answered.
     sequence: u16,
     line: Vec<u8, ENCODED_MAX_BYTES>,
@@ -112,6 +119,7 @@ impl Session {
             frames: 0,
             damaged: 0,
             answered: None,
+            newest: None,
             sequence: 0,
             line: Vec::new(),
         };
@@ -218,6 +226,21 @@ impl Session {
         self.seen = now.status;
     }
 
+    /// A host says hello: its numbers begin anew, and what the one before has begun is given up.
+    fn begin_conversation(&mut self) {
+        self.answered = None;
+        self.newest = Some(self.sequence);
+        self.draft = None;
+        self.staged = None;
+    }
+
+    /// Whether a request's number is one of the next. A line may repeat old frames, and so may whoever has
+    /// recorded them; an old `Begin` would give up the draft.
+    fn follows(&self, sequence: u16) -> bool {
+        self.newest
+            .is_none_or(|newest| (1..=AHEAD).contains(&sequence.wrapping_sub(newest)))
+    }
+
     /// Takes a frame. `block` is room for a whole image; between the parts of one that comes or goes
     /// nobody else may use it, but what is put together of wrong parts is refused.
     pub fn take(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
@@ -225,7 +248,7 @@ impl Session {
         self.sequence = frame.sequence;
         match frame.kind {
             Kind::Hello => {
-                self.answered = None;
+                self.begin_conversation();
                 self.say_hello()
             }
             // Who speaks another version is told which one is spoken here.
@@ -235,7 +258,11 @@ impl Session {
                 if self.answered == Some(request) {
                     return Outcome::Answer;
                 }
+                if !self.follows(frame.sequence) {
+                    return self.refuse(Refusal::OldRequest);
+                }
                 self.answered = Some(request);
+                self.newest = Some(frame.sequence);
                 self.request(frame, now, block)
             }
             Kind::HelloAnswer | Kind::Answer => Outcome::Ignore,

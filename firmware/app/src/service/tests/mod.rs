@@ -1,6 +1,7 @@
 mod health;
 mod task;
 
+use super::session::AHEAD;
 use super::*;
 use crate::image::{IMAGE_MAX_BYTES, Image, ImageError};
 use crate::processor::Processor;
@@ -88,7 +89,7 @@ impl Desk {
     }
 
     fn ask(&mut self, request: &Request<'_>) -> Outcome {
-        self.sequence += 1;
+        self.sequence = self.sequence.wrapping_add(1);
         let schema = crate::image::schema();
         self.frame(Kind::Request, PROTOCOL, schema, &payload(request))
     }
@@ -165,6 +166,7 @@ fn a_host_that_thinks_of_other_settings_is_refused() {
         assert_eq!(answer, Ok(Answer::Refused(Refusal::Schema)));
     });
     let schema = crate::image::schema();
+    desk.sequence += 1;
     desk.frame(Kind::Request, PROTOCOL, schema, &[0xff; 9]);
     desk.said(|_, payload| {
         let answer = postcard::from_bytes(payload);
@@ -358,6 +360,39 @@ fn what_comes_twice_is_done_once() {
         job,
         "with another number it is another request"
     );
+}
+
+/// Begin, Set, the same Begin again, Commit: the change is still in the draft, or nothing is committed.
+#[test]
+fn an_old_frame_that_comes_again_changes_nothing() {
+    let mass = |desk: &Desk| {
+        desk.session
+            .draft()
+            .map(|draft| draft.control.body_k.mass_kg)
+    };
+    let mut desk = Desk::new(kept());
+    desk.sequence = 0xfffe;
+    desk.is_done(&Request::Begin);
+    let begin = desk.sequence;
+    desk.set("control.body_k.mass_kg", Value::Real(22.0));
+    let next = desk.sequence;
+    for old in [begin, begin.wrapping_sub(1), next + AHEAD + 1] {
+        desk.sequence = old - 1;
+        desk.is_refused(&Request::Begin, &Refusal::OldRequest);
+        assert_eq!(mass(&desk), Some(22.0));
+    }
+    // A request that was given up may be missing.
+    desk.sequence = next + AHEAD - 1;
+    desk.set("control.body_k.mass_kg", Value::Real(33.0));
+
+    // A whole conversation of before, from its hello on: what was begun since is given up, not committed.
+    let live = desk.sequence;
+    desk.sequence = 0x4000;
+    desk.frame(Kind::Hello, PROTOCOL, 0, &[]);
+    assert_eq!(mass(&desk), None);
+    desk.is_done(&Request::Begin);
+    desk.sequence = live;
+    desk.is_refused(&COMMIT, &Refusal::OldRequest);
 }
 
 #[test]

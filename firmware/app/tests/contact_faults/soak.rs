@@ -1,0 +1,246 @@
+//! Days of bouncing between two walls, with random faults and an operator who does what operators do: nothing leaks,
+//! nothing drifts, and what holds in every cycle holds in all of them.
+
+use crate::faults::{FAULTS, Moment};
+use crate::judge::Judge;
+use crate::line::{Answered, Cycle, Line};
+use crate::{CYCLE_S, velocity};
+use softdock_app::settings::BoardSettings;
+use softdock_control::delay::LawName;
+use softdock_control::jog::Jog;
+use softdock_control::modes::{Command, Mode};
+use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings, Sample, Wall};
+use std::thread;
+
+/// Longest time between two walks of the operator to the robot, cycles: a minute.
+const EPISODE: u64 = 15_000;
+/// One event in so many cycles, of the operator and of the faults.
+const RARELY: u64 = 1_500;
+/// Cycles that the operator watches a fault before doing something.
+const WATCHES: u64 = 100;
+/// mm with 4 decimals.
+const DIGIT_M: f64 = 1e-7;
+
+/// Numbers that look random.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % sides
+    }
+}
+
+struct Soak {
+    settings: BoardSettings,
+    line: Line,
+    judge: Judge,
+    plant: Plant,
+    sample: Sample,
+    dice: Dice,
+    mode: Mode,
+    /// Cycles since the last command or change of mode.
+    quiet: u64,
+    fault: Option<(usize, u64, u64)>,
+    /// Where displacements count from, and what was sent since, in counts.
+    drift: Option<([f64; 3], [i64; 3])>,
+    /// How often the loop was closed, and how many faults there were.
+    starts: u64,
+    faults: u64,
+}
+
+fn settings(law: LawName) -> BoardSettings {
+    let mut settings = BoardSettings::default();
+    settings.rsi.robot_ip = "192.168.1.10".try_into().unwrap();
+    settings.control.body_k.velocity_m_s = [0.005, 0.001, 0.0];
+    settings.control.body_q.fixed = true;
+    settings.control.delay.law = law;
+    settings
+}
+
+fn plant(seed: u64) -> Plant {
+    let wall = |x: f64| Wall::elastic([x, 0.0, 0.0], [-x.signum(), 0.0, 0.0], 100_000.0);
+    let actuator = Actuator {
+        delay_s: 0.032,
+        ..Actuator::ideal()
+    };
+    Plant::new(&PlantSettings {
+        actuator,
+        contact: Contact {
+            probes: vec![[0.0; 3]],
+            surfaces: vec![wall(3e-3).into(), wall(-3e-3).into()],
+        },
+        measurement: Measurement {
+            force_noise_n: 0.05,
+            position_noise_m: 1e-6,
+            ..Measurement::default()
+        },
+        seed,
+        ..PlantSettings::default()
+    })
+}
+
+impl Soak {
+    fn new(law: LawName) -> Self {
+        let settings = settings(law);
+        let mut plant = plant(1);
+        Self {
+            line: Line::new(&settings),
+            // Energy is judged contact by contact.
+            judge: Judge::new(&settings, 0.0),
+            sample: plant.first_sample(),
+            plant,
+            dice: Dice(law as u64),
+            mode: Mode::Idle,
+            quiet: 0,
+            fault: None,
+            drift: None,
+            starts: 0,
+            faults: 0,
+            settings,
+        }
+    }
+
+    /// So many cycles of the robot.
+    fn run(&mut self, cycles: u64) {
+        for n in 0..cycles {
+            if n % EPISODE == EPISODE - 1 {
+                self.walk_to_the_robot();
+            }
+            self.cycle();
+        }
+    }
+
+    /// The robot is moved back by hand, and RSI is started anew.
+    fn walk_to_the_robot(&mut self) {
+        self.plant = plant(self.dice.roll(1 << 30));
+        self.sample = self.plant.first_sample();
+        self.line.jump(-1000);
+        self.drift = None;
+    }
+
+    fn cycle(&mut self) {
+        let mut cycle = Cycle::new(self.sample.wrench, self.sample.position);
+        cycle.command = self.operator();
+        let reading = cycle.sample.unwrap_or_default();
+        if self.fault.is_none() && self.dice.roll(RARELY) == 0 {
+            let kind = self.dice.roll(FAULTS.len() as u64) as usize;
+            self.fault = Some((kind, 0, 1 + self.dice.roll(60)));
+            self.faults += 1;
+        }
+        self.line.remember(reading, self.fault.is_none());
+        if let Some((kind, since, lasts)) = self.fault {
+            let moment = Moment {
+                since: since as usize,
+                any: self.dice.roll(1 << 30),
+            };
+            FAULTS[kind].1(&mut cycle, &mut self.line, moment);
+            self.fault = (since + 1 < lasts).then_some((kind, since + 1, lasts));
+        }
+        let answered = self.line.run(&cycle);
+        self.judge.look(&cycle, &answered);
+        self.look(&answered);
+        let decimals = self.settings.control.robot.correction_decimals;
+        self.sample = self.plant.step(velocity(&answered, decimals));
+    }
+
+    /// What a person does: start, watch, start again after a fault, stop now and then, jog.
+    fn operator(&mut self) -> Option<Command> {
+        self.quiet += 1;
+        let whim = self.dice.roll(RARELY) == 0;
+        match self.mode {
+            Mode::Idle => Some(Command::Hold),
+            Mode::Hold if self.quiet > WATCHES => match self.dice.roll(10) {
+                0 => Some(Command::Zero),
+                1 => Some(Command::Jog(Jog::Y)),
+                _ => Some(Command::Arm),
+            },
+            Mode::Armed if self.quiet > 3 => Some(Command::Start),
+            Mode::Running | Mode::Jogging if whim => Some(Command::Stop),
+            Mode::Fault if self.quiet > WATCHES => {
+                self.quiet = 0;
+                // What presses on the sensor is taken away by hand.
+                if self.sample.wrench[0].abs() > 10.0 {
+                    self.walk_to_the_robot();
+                }
+                Some(Command::Reset)
+            }
+            _ => None,
+        }
+    }
+
+    /// The sum of what was sent is what was meant, to a digit.
+    fn look(&mut self, answered: &Answered) {
+        let Some(record) = &answered.record else {
+            return;
+        };
+        let trace = &record.trace;
+        let begins = matches!(trace.mode, Mode::Armed | Mode::Jogging) && trace.mode != self.mode;
+        if begins {
+            let [x, y, z, ..] = trace.pose;
+            self.drift = Some(([x, y, z], [0; 3]));
+        }
+        if trace.mode != self.mode {
+            self.starts += u64::from(trace.mode == Mode::Running);
+            (self.mode, self.quiet) = (trace.mode, 0);
+        }
+        let Some((origin, sent)) = &mut self.drift else {
+            return;
+        };
+        for i in 0..3 {
+            sent[i] += record.output.correction[i];
+            let meant = trace.command_pose[i] - origin[i];
+            let drift = sent[i] as f64 * DIGIT_M - meant;
+            let judged = trace.mode.moves();
+            assert!(!judged || drift.abs() <= DIGIT_M, "{drift} m on axis {i}");
+        }
+    }
+}
+
+/// Memory of this process, bytes.
+fn resident() -> u64 {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = pages
+        .split(' ')
+        .nth(1)
+        .and_then(|pages| pages.parse::<u64>().ok());
+    pages.unwrap_or_default() * 4096
+}
+
+/// All laws, so many hours in all.
+fn soak(hours: f64) {
+    let cycles = (hours * 3600.0 / CYCLE_S / LawName::ALL.len() as f64) as u64;
+    thread::scope(|scope| {
+        let halves = LawName::ALL.chunks(LawName::ALL.len() / 2);
+        for laws in halves {
+            scope.spawn(move || laws.iter().for_each(|law| soak_law(*law, cycles)));
+        }
+    });
+}
+
+fn soak_law(law: LawName, cycles: u64) {
+    let mut soak = Soak::new(law);
+    soak.run(cycles / 4);
+    let early = resident();
+    soak.run(cycles - cycles / 4);
+    let grown = resident().saturating_sub(early);
+    let Soak { starts, faults, .. } = soak;
+    println!("{law:?}: {cycles} cycles, {starts} starts, {faults} faults, {grown} bytes more");
+    assert!(starts > cycles / 50_000, "{law:?} ran {starts} times only");
+    // A minute of the plant's log comes and goes.
+    assert!(grown < 16 << 20, "{law:?}: {grown} bytes more");
+}
+
+#[test]
+fn eight_minutes_of_faults_and_operators() {
+    soak(8.0 / 60.0);
+}
+
+#[test]
+#[ignore = "long: a day of faults and operators in virtual time"]
+fn a_day_of_faults_and_operators() {
+    soak(24.0);
+}
