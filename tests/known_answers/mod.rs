@@ -3,6 +3,7 @@
 mod bench_delay;
 mod bounce;
 mod delay_energy;
+mod docking;
 mod free_flight;
 mod motion_rules;
 mod observation;

@@ -1,9 +1,10 @@
 //! The energy book of a mechanism.
 
 use crate::{Mechanism, Reaction, Relative};
+use serde::Serialize;
 
 /// What went into a mechanism and where it is: `work = stored + dissipated`, to within the step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct EnergyBook {
     /// Work of the two sides on the mechanism, J.
     pub work_j: f64,

@@ -82,6 +82,13 @@ impl Surface {
         }
     }
 
+    /// Whether friction holds a point at rest that is deflected by so much.
+    pub(crate) fn sticks(&self, touch: &Touch, deflection: &Vector3<f64>) -> bool {
+        let normal_n = self.normal_n(touch, &Vector3::zeros());
+        let across = deflection - touch.normal * touch.normal.dot(deflection);
+        self.stiffness_n_per_m * across.norm() < self.friction_coefficient * normal_n
+    }
+
     /// Force on a point with a velocity (axes of P, m/s) whose friction is deflected by so much (m).
     pub(crate) fn push(
         &self,

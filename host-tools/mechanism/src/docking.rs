@@ -2,16 +2,29 @@
 //! describe it.
 
 use crate::{
-    Booked, EddyCurrent, EnergyBook, HuntCrossley, Mechanism, ProbeCone, Reaction, Relative,
-    TwoStage,
+    Booked, EddyCurrent, EnergyBook, HuntCrossley, Loads, Mechanism, ProbeCone, Reaction, Relative,
+    SoftCapture, TwoStage,
 };
 use serde::{Deserialize, Serialize};
 use softdock_control::frames::{Pose, Twist, Wrench, orientation_from_abc, vector};
 use softdock_control::range::{SettingsError, in_range};
 
+/// A spring with a damper between the two sides, along x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// N/m.
+    pub stiffness_n_per_m: f64,
+    /// N·s/m.
+    pub damping_n_s_per_m: f64,
+}
+
 /// Which mechanism, with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there are a handful; a box would allocate"
+)]
 pub enum Kind {
     /// Two rounded bodies.
     HuntCrossley(HuntCrossley),
@@ -21,6 +34,8 @@ pub enum Kind {
     EddyCurrent(EddyCurrent),
     /// Probe and drogue.
     ProbeCone(ProbeCone),
+    /// A ring on six legs before three petals.
+    SoftCapture(SoftCapture),
 }
 
 impl Kind {
@@ -30,6 +45,32 @@ impl Kind {
             Self::TwoStage(m) => m.validate(),
             Self::EddyCurrent(m) => m.validate(),
             Self::ProbeCone(m) => m.validate(),
+            Self::SoftCapture(m) => m.validate(),
+        }
+    }
+
+    /// What the approaching side meets first, along x; none: no linear spring describes it.
+    pub fn first_contact(&self) -> Option<Joint> {
+        match self {
+            Self::TwoStage(m) => Some(Joint {
+                stiffness_n_per_m: m.stiffness_n_per_m,
+                damping_n_s_per_m: 0.0,
+            }),
+            Self::ProbeCone(m) => Some(m.first_contact()),
+            Self::SoftCapture(m) => Some(m.first_contact()),
+            Self::HuntCrossley(_) | Self::EddyCurrent(_) => None,
+        }
+    }
+
+    /// What holds the two sides together along x after capture.
+    pub fn latched(&self) -> Option<Joint> {
+        match self {
+            Self::ProbeCone(m) => m.socket.map(|socket| Joint {
+                stiffness_n_per_m: socket.stiffness_n_per_m(),
+                damping_n_s_per_m: socket.damping_n_s_per_m(),
+            }),
+            Self::SoftCapture(m) => Some(m.legs.axial()),
+            Self::HuntCrossley(_) | Self::EddyCurrent(_) | Self::TwoStage(_) => None,
         }
     }
 
@@ -39,6 +80,7 @@ impl Kind {
             Self::TwoStage(m) => m,
             Self::EddyCurrent(m) => m,
             Self::ProbeCone(m) => m,
+            Self::SoftCapture(m) => m,
         }
     }
 
@@ -48,6 +90,7 @@ impl Kind {
             Self::TwoStage(m) => m,
             Self::EddyCurrent(m) => m,
             Self::ProbeCone(m) => m,
+            Self::SoftCapture(m) => m,
         }
     }
 }
@@ -79,6 +122,9 @@ pub struct DockingSettings {
     /// Orientation of J in M: A, B, C, rad.
     #[serde(default)]
     pub tip_abc_rad: [f64; 3],
+    /// Limits of the loads on the docking plane; what a run reports beside its largest loads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Loads>,
     /// Which mechanism.
     pub kind: Kind,
 }
@@ -108,6 +154,7 @@ pub struct Docking {
     p_from_c: Pose<f64>,
     m_from_j: Pose<f64>,
     booked: Booked<Kind>,
+    loads: Loads,
 }
 
 impl Docking {
@@ -124,6 +171,7 @@ impl Docking {
             p_from_c: pose(&settings.position_m, &settings.orientation_abc_rad).inverse(),
             m_from_j: pose(&settings.tip_m, &settings.tip_abc_rad),
             booked: Booked::new(settings.kind),
+            loads: Loads::default(),
         })
     }
 
@@ -151,7 +199,15 @@ impl Docking {
 
     /// Moves what the mechanism remembers over a step that ends here, with the step's mean velocity.
     pub fn advance(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
-        self.booked.advance(&self.relative(c_from_m, twist), step_s);
+        let at = self.relative(c_from_m, twist);
+        let on_j = self.booked.advance(&at, step_s).wrench;
+        let in_p = on_j.map(|v| at.p_from_j.rotation * v);
+        self.loads = self.loads.largest(&Loads::of(&in_p));
+    }
+
+    /// The largest loads so far, at the ends of steps.
+    pub fn loads(&self) -> Loads {
+        self.loads
     }
 
     /// Whether latches hold the two sides together.
@@ -176,6 +232,7 @@ mod tests {
             orientation_abc_rad: [std::f64::consts::FRAC_PI_2, 0.0, 0.0],
             tip_m: [0.0, 0.5, 0.0],
             tip_abc_rad: [0.0; 3],
+            limits: None,
             kind: Kind::HuntCrossley(HuntCrossley {
                 stiffness_n_per_m15: 1e6,
                 loss_s_per_m: 0.0,

@@ -1,7 +1,7 @@
 //! Probe and drogue: a round head that slides along a cone into a socket.
 
 use crate::contact::{Surface, Touch};
-use crate::{Mechanism, Reaction, Relative, Socket};
+use crate::{Joint, Mechanism, Reaction, Relative, Socket};
 use nalgebra::{ComplexField, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::range::{SettingsError, in_range};
@@ -47,6 +47,15 @@ impl ProbeCone {
         )?;
         self.surface.validate()?;
         self.socket.iter().try_for_each(Socket::validate)
+    }
+
+    /// Of the head on one wall, along x.
+    pub(crate) fn first_contact(&self) -> Joint {
+        let sin = ComplexField::sin(self.half_angle_rad);
+        Joint {
+            stiffness_n_per_m: self.surface.stiffness_n_per_m * sin * sin,
+            damping_n_s_per_m: self.surface.damping_n_s_per_m * sin * sin,
+        }
     }
 
     /// Where the head touches: on the side to which it is off the axis and, once it is so deep that

@@ -122,7 +122,7 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    fn relative(&self) -> Relative {
+    pub(crate) fn relative(&self) -> Relative {
         let world_from_p = self.q.pose * Translation3::from(self.q_from_p);
         let world_from_j = self.k.pose * Translation3::from(self.k_from_j);
         let tip = world_from_j.translation.vector;
@@ -153,7 +153,7 @@ impl Pair {
     }
 
     /// One step under a wrench on K at J, and its reaction on Q at the same point.
-    fn step(&mut self, wrench: &Wrench<f64>, step_s: f64) {
+    pub(crate) fn step(&mut self, wrench: &Wrench<f64>, step_s: f64) {
         let point = self.k.pose * Point3::from(self.k_from_j);
         let [force, torque] = [wrench.force, wrench.torque].map(|v| self.k.pose.rotation * v);
         self.k.step(&point.coords, [force, torque], step_s);

@@ -13,6 +13,7 @@ use softdock_control::dynamics::{BodyState, TwoBodyState, relative_velocity};
 use softdock_control::frames::orientation_from_abc;
 use softdock_control::range::in_range;
 use softdock_control::settings::Settings;
+use softdock_mechanism::{DockingSettings, Joint};
 use softdock_rig::rig::settings::{ActuatorSettings, RigSettings, RobotSettings, WallSettings};
 use std::path::Path;
 
@@ -99,28 +100,63 @@ impl Rig {
     /// A value of the rig is out of its range, or no wall is approached.
     pub fn of_scenario(scenario: &Scenario) -> Result<Self> {
         scenario.rig.validate().context("[rig]")?;
-        let walls = scenario.rig.mechanism.walls.iter();
+        let mechanism = &scenario.rig.mechanism;
+        let dockings = mechanism.docking.iter();
+        let met = dockings
+            .clone()
+            .filter_map(|d| Some(as_wall(d, d.kind.first_contact()?)));
+        let walls = mechanism.walls.iter().cloned().chain(met);
         let approached = walls.filter_map(|wall| {
-            let (distance_m, speed_m_s) = approach(scenario, wall);
+            let (distance_m, speed_m_s) = approach(scenario, &wall);
             (speed_m_s > 0.0).then(|| (distance_m.max(0.0) / speed_m_s, speed_m_s, wall))
         });
         let first = approached.min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, speed_m_s, wall)) = first else {
             bail!(
-                "no wall of `rig.mechanism.walls` is approached; give the spacecraft a velocity towards one \
+                "neither a wall of `rig.mechanism.walls` nor a linear docking mechanism is approached; give the spacecraft a velocity towards one \
                  (`control.body_k.velocity_m_s` of the settings)"
             );
         };
-        Ok(Self {
+        let rig = Self {
             actuator: scenario.rig.robot.actuator.clone(),
             feedback_latency_cycles: scenario.rig.robot.feedback_latency_cycles,
             contact: Contact {
-                mass_kg: AnalyticBounce::new(scenario, wall).mass_kg,
+                mass_kg: AnalyticBounce::new(scenario, &wall).mass_kg,
                 stiffness_n_per_m: wall.stiffness_n_per_m,
                 damping_n_s_per_m: wall.damping_n_s_per_m,
             },
             approach_speed_m_s: speed_m_s,
-        })
+        };
+        if mechanism.runs_on_after_capture {
+            for (docking, joint) in dockings.filter_map(|d| Some((d, d.kind.latched()?))) {
+                let mass_kg = AnalyticBounce::new(scenario, &as_wall(docking, joint)).mass_kg;
+                rig.bears(&joint, mass_kg)?;
+            }
+        }
+        Ok(rig)
+    }
+
+    /// Refuses a loop that stays closed on a joint that does not let go, if the delay makes it swing
+    /// up: unlike a contact it never ends.
+    fn bears(&self, joint: &Joint, mass_kg: f64) -> Result<()> {
+        let latched = Contact {
+            mass_kg,
+            stiffness_n_per_m: joint.stiffness_n_per_m,
+            damping_n_s_per_m: joint.damping_n_s_per_m,
+        };
+        let (bears_s, delay_s) = (latched.critical_delay_s(), self.mean_delay_s());
+        if delay_s <= bears_s {
+            return Ok(());
+        }
+        bail!(
+            "a closed loop on the latched joint swings up: {:.0} N/m and {:.0} N·s/m on {mass_kg:.0} kg bear a \
+             delay of {:.1} ms, and the robot is {:.1} ms late. Leave `runs_on_after_capture` out, so that the \
+             board stops at capture, or soften and damp the latches",
+            joint.stiffness_n_per_m,
+            joint.damping_n_s_per_m,
+            bears_s * 1e3,
+            delay_s * 1e3
+        )
     }
 
     fn of_file(file: &RigFile, board: &BoardSettings) -> Result<Self> {
@@ -219,6 +255,22 @@ fn reduced_mass_kg(settings: &Settings) -> Result<f64> {
         bail!("both spacecraft of the settings are fixed; give `effective_mass_kg`");
     }
     Ok(1.0 / inverse)
+}
+
+/// A joint of a docking mechanism as a wall across its closing direction.
+fn as_wall(docking: &DockingSettings, joint: Joint) -> WallSettings {
+    let closing = orientation_from_abc::<f64>(&docking.orientation_abc_rad) * Vector3::x();
+    WallSettings {
+        point_m: docking.position_m,
+        normal: (-closing).into(),
+        tip_m: docking.tip_m,
+        stiffness_n_per_m: joint.stiffness_n_per_m,
+        damping_n_s_per_m: joint.damping_n_s_per_m,
+        damping_onset_m: 0.0,
+        gap_m: 0.0,
+        friction_coefficient: 0.0,
+        smoothing_speed_m_s: 1e-3,
+    }
 }
 
 /// Distance of a wall from its tip at the start (m), and the speed towards it (m/s).

@@ -14,6 +14,7 @@ use softdock_analysis::input::{self, refuse_overwrite};
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
+use softdock_mechanism::{EnergyBook, Loads};
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
 use std::path::PathBuf;
@@ -82,7 +83,30 @@ struct Summary<'a> {
     real_time_factor: f64,
     final_mode: String,
     fault: Option<String>,
+    captured: bool,
+    captured_s: Option<f64>,
+    energy: EnergyBook,
+    loads: Vec<DockingLoads>,
     impacts: &'a [Impact],
+}
+
+/// Loads of one docking mechanism.
+#[derive(Serialize)]
+struct DockingLoads {
+    largest: Loads,
+    limits: Loads,
+}
+
+impl DockingLoads {
+    /// Of each mechanism of a scenario.
+    fn all(scenario: &Scenario, largest: &[Loads]) -> Vec<Self> {
+        let dockings = scenario.rig.mechanism.docking.iter();
+        let pairs = dockings.zip(largest).map(|(docking, largest)| Self {
+            largest: *largest,
+            limits: docking.limits.unwrap_or_default(),
+        });
+        pairs.collect()
+    }
 }
 
 impl Run {
@@ -104,6 +128,10 @@ impl Run {
                     f.code, f.expected, f.received
                 )
             }),
+            captured: statistics.captured_s.is_some(),
+            captured_s: statistics.captured_s,
+            energy: statistics.energy,
+            loads: DockingLoads::all(&scenario, &statistics.loads),
             impacts: &impacts,
         };
         for warning in warnings(&scenario, &summary) {
@@ -165,7 +193,8 @@ fn warnings(scenario: &Scenario, summary: &Summary<'_>) -> Vec<String> {
     if let Some(fault) = &summary.fault {
         warnings.push(format!("the run ended in a fault: {fault}"));
     }
-    if summary.impacts.is_empty() && !scenario.hold {
+    let docks = !scenario.rig.mechanism.docking.is_empty();
+    if summary.impacts.is_empty() && !scenario.hold && !docks {
         warnings.push("no whole impact took place".to_owned());
     }
     let board = scenario.board.control.robot.correction_mode;
@@ -200,12 +229,51 @@ fn text(summary: &Summary<'_>) -> String {
         .as_ref()
         .map(|f| format!("FAULT {f}\n"))
         .unwrap_or_default();
+    let docked = docked(summary);
     format!(
-        "{table}\n{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
+        "{table}\n{docked}{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
         summary.cycles,
         summary.simulated_s,
         summary.recording,
         summary.real_time_factor,
         summary.final_mode,
+    )
+}
+
+/// What became of the docking mechanisms; nothing without any.
+fn docked(summary: &Summary<'_>) -> String {
+    if summary.loads.is_empty() {
+        return String::new();
+    }
+    let columns = [
+        Column::text("largest load"),
+        Column::number("value", ""),
+        Column::number("limit", ""),
+    ];
+    let mut table = Table::new(columns.into());
+    for docking in &summary.loads {
+        for ((name, value), (_, limit)) in docking
+            .largest
+            .named()
+            .into_iter()
+            .zip(docking.limits.named())
+        {
+            let cell = |load: Option<f64>| {
+                load.map_or_else(|| Cell::text("-"), |load| Cell::number(load, 4))
+            };
+            table.push(vec![Cell::text(name), cell(value), cell(limit)]);
+        }
+    }
+    let captured = match summary.captured_s {
+        Some(captured_s) => format!("captured at {captured_s:.3} s"),
+        None => "not captured".to_owned(),
+    };
+    let EnergyBook {
+        work_j,
+        stored_j,
+        dissipated_j,
+    } = summary.energy;
+    format!(
+        "{table}\n{captured}; the mechanism took {work_j:.3} J, stores {stored_j:.3} J, turned {dissipated_j:.3} J into heat\n"
     )
 }

@@ -7,13 +7,14 @@ use softdock_analysis::recording::{Header, Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
+use softdock_mechanism::{EnergyBook, Loads};
 use softdock_rig::board::virtual_time::{Simulation, simulate};
 use softdock_rig::rig::Rig;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 /// What a run says when it is over.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct RunStatistics {
     /// Cycles that were run.
     pub cycles: u64,
@@ -21,6 +22,12 @@ pub struct RunStatistics {
     pub simulated_s: f64,
     /// Time that it took.
     pub elapsed: Duration,
+    /// When the mechanism's latches caught the spacecraft, s.
+    pub captured_s: Option<f64>,
+    /// What the robot worked on the mechanism, and where the energy is.
+    pub energy: EnergyBook,
+    /// The largest loads of each docking mechanism.
+    pub loads: Vec<Loads>,
 }
 
 impl RunStatistics {
@@ -67,7 +74,7 @@ pub fn run(
     };
     let start = Instant::now();
     let mut cycles = 0;
-    simulate(simulation, &mut |record, truth| {
+    let rig = simulate(simulation, &mut |record, truth| {
         cycles += 1;
         on_cycle(record, truth)
     })?;
@@ -76,6 +83,9 @@ pub fn run(
         cycles,
         simulated_s,
         elapsed: start.elapsed(),
+        captured_s: rig.captured_s(),
+        energy: rig.energy(),
+        loads: rig.loads().collect(),
     })
 }
 

@@ -58,8 +58,8 @@ pub struct Simulation<'a> {
     pub commands: Vec<(u64, Command)>,
 }
 
-/// Runs a simulation to its end, calling `on_cycle` after each cycle.
-pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<()> {
+/// Runs a simulation to its end, calling `on_cycle` after each cycle; the rig as it then is.
+pub fn simulate(simulation: Simulation<'_>, on_cycle: &mut OnCycle<'_>) -> Result<Rig> {
     simulate_disturbed(simulation, &mut |_, _, _| {}, on_cycle)
 }
 
@@ -68,7 +68,7 @@ pub fn simulate_disturbed(
     simulation: Simulation<'_>,
     on_telegram: &mut OnTelegram<'_>,
     on_cycle: &mut OnCycle<'_>,
-) -> Result<()> {
+) -> Result<Rig> {
     let settings = simulation.board;
     let link = RobotLink::<f64>::new(Prepared::new(settings)?);
     let handle = Handle::default();
@@ -95,7 +95,7 @@ pub fn simulate_disturbed(
         }
         conductor.turn(on_telegram, on_cycle)?;
     }
-    Ok(())
+    Ok(conductor.rig)
 }
 
 /// Whether a task was woken since all were polled.
@@ -126,6 +126,7 @@ struct Conductor<'a> {
     telegrams: u64,
     ended: bool,
     truth: TruthRecord,
+    stop_asked: bool,
     seen_activity: u64,
 }
 
@@ -153,6 +154,7 @@ impl<'a> Conductor<'a> {
             telegrams: 0,
             ended: false,
             truth: TruthRecord::default(),
+            stop_asked: false,
             seen_activity: 0,
             handle,
             shared,
@@ -262,6 +264,10 @@ impl<'a> Conductor<'a> {
                 // A full queue would mean eight commands in one cycle.
                 let _ = self.shared.commands.try_send(command);
             }
+        }
+        if self.rig.asks_to_stop() && !self.stop_asked {
+            self.stop_asked = true;
+            let _ = self.shared.commands.try_send(Command::Stop);
         }
         let telegram = heapless::Vec::from_slice(&bytes[..length]).unwrap_or_default();
         self.handle.0.borrow_mut().telegrams.push(telegram);

@@ -11,7 +11,7 @@ use super::spring_rod::{MAX_WALLS, SpringRod};
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
 use softdock_control::frames::{Pose, Twist, Wrench};
-use softdock_mechanism::{Booked, Docking, EnergyBook, Relative};
+use softdock_mechanism::{Booked, Docking, EnergyBook, Loads, Relative};
 
 /// Mechanisms beside the spring rod that a rig can have.
 const MAX_DOCKINGS: usize = 4;
@@ -88,6 +88,11 @@ impl Mechanism {
     /// Whether latches hold the spacecraft.
     pub(super) fn captured(&self) -> bool {
         self.dockings.iter().any(Docking::captured)
+    }
+
+    /// The largest loads of each docking mechanism.
+    pub(super) fn loads(&self) -> impl Iterator<Item = Loads> {
+        self.dockings.iter().map(Docking::loads)
     }
 
     /// Where the energy is.

@@ -50,7 +50,7 @@ use mechanism::{Contact, Mechanism};
 use sensor::Sensor;
 use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
-use softdock_mechanism::EnergyBook;
+use softdock_mechanism::{EnergyBook, Loads};
 
 /// Longest history of twists: integration steps per cycle.
 const MAX_SUBSTEPS: usize = 64;
@@ -97,6 +97,8 @@ pub struct Rig {
     controller: Controller,
     drive: Drive,
     mechanism: Mechanism,
+    captured_s: Option<f64>,
+    stops_at_capture: bool,
     sensor: Sensor,
     feedback: Feedback,
     jitter: Jitter,
@@ -130,6 +132,8 @@ impl Rig {
                 &start_pose,
                 vector(&settings.sensor.position_m),
             )?,
+            captured_s: None,
+            stops_at_capture: !settings.mechanism.runs_on_after_capture,
             sensor: Sensor::new(
                 settings,
                 RandomStream::new(seed, 0),
@@ -219,9 +223,19 @@ impl Rig {
         }
     }
 
-    /// Whether the mechanism's latches hold the spacecraft.
-    pub fn captured(&self) -> bool {
-        self.mechanism.captured()
+    /// When the mechanism's latches caught the spacecraft, s.
+    pub fn captured_s(&self) -> Option<f64> {
+        self.captured_s
+    }
+
+    /// Whether the capture switch asks the board to stop.
+    pub fn asks_to_stop(&self) -> bool {
+        self.stops_at_capture && self.captured_s.is_some()
+    }
+
+    /// The largest loads of the docking mechanisms so far, in their order.
+    pub fn loads(&self) -> impl Iterator<Item = Loads> {
+        self.mechanism.loads()
     }
 
     /// What the robot worked on the mechanism, and where the energy is.
@@ -260,6 +274,9 @@ impl Rig {
         let (c_from_m, twist) = (pose(&self.drive.position(0.0)), self.drive.twist());
         self.mechanism
             .advance(&c_from_m, &twist, self.substep_us as f64 * 1e-6);
+        if self.captured_s.is_none() && self.mechanism.captured() {
+            self.captured_s = Some(self.time_us as f64 * 1e-6);
+        }
         if self.sensor.feels_inertia() {
             let slot = self.twist_slot(0);
             self.twists[slot] = self.drive.twist();

@@ -247,6 +247,10 @@ pub struct MechanismSettings {
     /// Up to four mechanisms of `softdock_mechanism`; their forces add.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub docking: Vec<DockingSettings>,
+    /// The loop stays closed when latches have caught the spacecraft. Otherwise the capture switch
+    /// stops the board, as the operator's `stop` does.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub runs_on_after_capture: bool,
 }
 
 /// An elastic plane, fixed in C, and the point of M that it stops.
