@@ -1,4 +1,5 @@
-//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, a reader of tables.
+//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, a reader of tables,
+//! MuJoCo.
 
 use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Names the Python interpreter that has RSIPI, python-can and pyarrow.
+/// Names the Python interpreter that has RSIPI, python-can, pyarrow and MuJoCo.
 const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 
 /// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.
@@ -93,6 +94,40 @@ pub fn on_cable(script: &str) -> Option<(Running, SocketAddr)> {
         .split_once("cable ")
         .and_then(|(_, at)| at.parse().ok());
     Some((running, cable.unwrap_or_else(|| panic!("no cable: {line}"))))
+}
+
+/// What became of a docking in MuJoCo.
+#[derive(Debug, Deserialize)]
+pub struct Docked {
+    /// Time of the first touch, s.
+    pub touched: f64,
+    /// Time at which the mechanism let go, s.
+    pub parted: f64,
+    /// Velocity of the moving spacecraft at the end, if both flew freely: linear and angular.
+    #[serde(default)]
+    pub k: Vec<f64>,
+}
+
+/// Docks in MuJoCo: as the robot and sensor of a board, or both spacecraft by themselves.
+///
+/// # Panics
+/// If it fails.
+pub fn mujoco(
+    folder: &Path,
+    scene: &serde_json::Value,
+    board: Option<(SocketAddr, SocketAddr)>,
+) -> Docked {
+    let mut command = peer("mujoco_plant.py", folder);
+    if let Some((robot, can)) = board {
+        command.args(["--robot", &robot.to_string()]);
+        command.args(["--can", &format!("socket://{can}")]);
+    }
+    let mut running = Running::start("MuJoCo", &mut command);
+    running.say(&scene.to_string());
+    let line = running.wait_for("{\"touched\"");
+    let (status, log) = running.finish();
+    assert!(status.success(), "MuJoCo ended with {status}\n{log}");
+    serde_json::from_str(&line).expect("MuJoCo's document")
 }
 
 /// RSIPI's robot controller.
