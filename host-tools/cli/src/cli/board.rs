@@ -1,5 +1,6 @@
 //! `softdock board`: the firmware as a process with real sockets.
 
+use super::address::address;
 use super::live::raised_by_ctrl_c;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -30,7 +31,7 @@ pub(super) struct Board {
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// UDP address to listen on for the robot
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client; or an SLCAN adapter to open at 1 Mbit/s: its serial device (/dev/ttyACM0, /dev/ttyUSB0@3000000) or tcp:HOST:PORT
     #[arg(
@@ -40,13 +41,13 @@ pub(super) struct Board {
     )]
     can: Option<CanAddress>,
     /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram; the settings choose the link
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     ethercat: Option<SocketAddr>,
     /// TCP address to listen on for `softdock params`, or `pty` for a pseudo-terminal
     #[arg(long, value_name = "TCP_ADDR|pty")]
     service: Option<ServiceAddress>,
     /// UDP address of `softdock record`, which gets each cycle; without it, that of the settings
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     telemetry: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy
     #[arg(long)]

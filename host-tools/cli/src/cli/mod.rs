@@ -8,6 +8,7 @@ use softdock_control::delay::LawName;
 use std::io::Write;
 
 mod add;
+mod address;
 mod agree;
 mod bench;
 mod board;
@@ -36,6 +37,7 @@ mod record;
 mod remove;
 mod replay;
 mod reproduce;
+mod rig;
 mod robot_config;
 mod run;
 mod workbench;
@@ -62,6 +64,7 @@ enum Command {
     Demo(demo::Demo),
     Run(run::Run),
     Board(board::Board),
+    Rig(rig::RigCommand),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Record(record::Record),
@@ -105,6 +108,7 @@ impl Cli {
             Command::Effects(command) => command.execute(),
             Command::Run(command) => command.execute(),
             Command::Board(command) => command.execute(),
+            Command::Rig(command) => command.execute(),
             Command::Firmware(command) => command.execute(),
             Command::Flash(command) => command.execute(),
             Command::Record(command) => command.execute(),

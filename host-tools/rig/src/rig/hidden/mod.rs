@@ -21,7 +21,7 @@ mod suggest;
 #[cfg(test)]
 mod tests;
 
-pub use suggest::suggest;
+pub use suggest::{any, suggest};
 
 use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
