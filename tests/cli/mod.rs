@@ -6,6 +6,7 @@ mod effects;
 mod files;
 mod firmware;
 mod help;
+mod init;
 mod input_errors;
 mod model_edit;
 mod robot_config;

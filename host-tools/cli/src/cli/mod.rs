@@ -28,6 +28,7 @@ mod flash;
 mod history;
 mod identify;
 mod import;
+mod init;
 mod live;
 mod logs;
 mod params;
@@ -62,6 +63,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Demo),
+    Init(init::Init),
     Run(run::Run),
     Board(board::Board),
     Rig(rig::RigCommand),
@@ -96,6 +98,7 @@ impl Cli {
     pub fn execute(self) -> Result<()> {
         match self.command {
             Command::Demo(command) => command.execute(),
+            Command::Init(command) => command.execute(),
             Command::Check(command) => command.execute(),
             Command::Compare(command) => command.execute(),
             Command::Diagnose(command) => command.execute(),
