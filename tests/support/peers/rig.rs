@@ -11,9 +11,10 @@ use softdock_app::settings::BoardSettings;
 use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
 use softdock_link::ethercat::Product;
+use softdock_link::slcan::{AdapterLines, OPENING};
 use softdock_rig::ethercat::wire::{exchanges, plug};
 use softdock_rig::ethercat::{Description, Segment, SubDevice};
-use softdock_rig::peer::slcan::{Lines, OPEN, send};
+use softdock_rig::peer::slcan::{frames, send};
 use softdock_rig::peer::telegrams::{Answer, Telegrams};
 use softdock_rig::rig::Rig;
 use std::io::{ErrorKind, Read, Write};
@@ -272,8 +273,8 @@ fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &Shar
 fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
     let ready = stream.set_nodelay(true).is_ok()
         && stream.set_read_timeout(Some(POLL_INTERVAL)).is_ok()
-        && stream.write_all(OPEN).is_ok();
-    let mut lines = Lines::default();
+        && stream.write_all(&OPENING.concat()).is_ok();
+    let mut lines = AdapterLines::default();
     let mut buffer = [0; 512];
     while ready && !shared.lock().ended {
         let length = match stream.read(&mut buffer) {
@@ -284,7 +285,7 @@ fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
             }
             Err(_) => break,
         };
-        for request in buffer[..length].iter().filter_map(|byte| lines.push(*byte)) {
+        for request in frames(&mut lines, &buffer[..length]) {
             if answer(&request, &mut stream, &mut device, shared).is_err() {
                 break;
             }

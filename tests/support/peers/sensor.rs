@@ -2,7 +2,8 @@
 
 use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
-use softdock_rig::peer::slcan::{Lines, send};
+use softdock_link::slcan::AdapterLines;
+use softdock_rig::peer::slcan::{frames, send};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
@@ -87,7 +88,6 @@ impl Drop for Sensor {
 struct Device {
     stream: TcpStream,
     device: AtiDevice,
-    lines: Lines,
 }
 
 impl Device {
@@ -111,12 +111,12 @@ impl Device {
         Self {
             stream,
             device: device.expect("a valid sensor"),
-            lines: Lines::default(),
         }
     }
 
     /// Answers until the test or the board ends.
     fn serve(mut self, state: &State) {
+        let mut lines = AdapterLines::default();
         let mut buffer = [0; 512];
         while !state.ended.load(Ordering::Relaxed) {
             let length = match self.stream.read(&mut buffer) {
@@ -129,10 +129,7 @@ impl Device {
                 }
                 Err(_) => return,
             };
-            for byte in &buffer[..length] {
-                let Some(request) = self.lines.push(*byte) else {
-                    continue;
-                };
+            for request in frames(&mut lines, &buffer[..length]) {
                 if !state.silent.load(Ordering::Relaxed) && self.answer(&request, state).is_err() {
                     return;
                 }

@@ -1,13 +1,14 @@
 //! The sensor in real time: on CAN behind the board's SLCAN port, or on EtherCAT.
 
 use super::plant::Plant;
-use super::slcan::{self, Lines, OPEN};
+use super::slcan::{self, frames};
 use super::{Peer, STOP_PERIOD, SensorLink, Watcher};
 use crate::board::{ReadingSampler, SimulatedSensor};
 use crate::ethercat::wire::plug;
 use crate::ethercat::{Description, Segment, SubDevice};
 use anyhow::{Context, Result};
 use softdock_link::ethercat::Product;
+use softdock_link::slcan::{AdapterLines, OPENING};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -130,7 +131,7 @@ impl<'a> Line<'a> {
     /// Takes the board's frames.
     fn listen(&self, mut stream: TcpStream, board: SocketAddr, watcher: &dyn Watcher) {
         let mut quiet = true;
-        let mut lines = Lines::default();
+        let mut lines = AdapterLines::default();
         let mut buffer = [0; 512];
         while self.is_open() {
             let length = match stream.read(&mut buffer) {
@@ -150,7 +151,7 @@ impl<'a> Line<'a> {
                 }
                 Err(_) => return,
             };
-            for frame in buffer[..length].iter().filter_map(|byte| lines.push(*byte)) {
+            for frame in frames(&mut lines, &buffer[..length]) {
                 quiet = false;
                 let now_us = micros_since(self.start);
                 self.lock()
@@ -162,7 +163,7 @@ impl<'a> Line<'a> {
 
     /// Puts the sensor's frames on the line when they are due.
     fn speak(&self, stream: &mut impl Write) -> std::io::Result<()> {
-        stream.write_all(OPEN)?;
+        stream.write_all(&OPENING.concat())?;
         while self.is_open() {
             let mut device = self.lock();
             let now_us = micros_since(self.start);
