@@ -15,7 +15,7 @@ pub fn exchanges(frame: &[u8]) -> bool {
 }
 
 /// Longest frame.
-pub(crate) const FRAME_BYTES: usize = 1600;
+const FRAME_BYTES: usize = 1600;
 /// How long the board may be silent before it is told again where the segment is; also how often it is looked whether
 /// to stop.
 const SILENCE: Duration = Duration::from_millis(50);

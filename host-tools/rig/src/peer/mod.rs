@@ -74,7 +74,7 @@ pub trait Watcher: Sync {
 
 impl Peer {
     /// Plays the rig until `stop` is raised or so many seconds have passed. `poses` takes the robot to another
-    /// orientation (A, B, C in rad), as a program of its own would.
+    /// orientation (A, B, C in rad), as a program of its own would that turns slowly.
     ///
     /// # Errors
     /// Settings that are not valid, or no free port.

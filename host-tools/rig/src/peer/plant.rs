@@ -5,8 +5,12 @@ use super::tally::Tally;
 use super::telegrams::Telegrams;
 use crate::rig::{Rig, RigSettings, SensorSampleSim};
 use anyhow::{Context, Result};
+use std::f64::consts::{PI, TAU};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+/// How fast the robot's own program turns each of A, B, C, rad/s.
+const TURN_RAD_S: f64 = 0.8;
 
 /// The rig with its clock and its telegrams.
 pub(super) struct Plant {
@@ -28,6 +32,8 @@ struct State {
     sent: Instant,
     answered: bool,
     touches: bool,
+    /// Orientation to which the robot's own program goes, rad.
+    goal: Option<[f64; 3]>,
     tally: Tally,
 }
 
@@ -57,6 +63,7 @@ impl Plant {
                 sent: now,
                 answered: false,
                 touches: false,
+                goal: None,
                 tally: Tally::default(),
             }),
             answered: Condvar::new(),
@@ -111,8 +118,8 @@ impl Plant {
         state.zero + state.cycle * state.number
     }
 
-    /// The telegram of the next cycle, with the robot in another orientation if there is one.
-    pub(super) fn next(&self, orientation: Option<[f64; 3]>) -> Result<Next> {
+    /// The telegram of the next cycle. From now on the robot goes to `goal`, if there is one.
+    pub(super) fn next(&self, goal: Option<[f64; 3]>) -> Result<Next> {
         let mut state = self.lock();
         let behind = (state.zero + state.cycle * state.number).elapsed();
         if behind >= state.cycle {
@@ -122,9 +129,8 @@ impl Plant {
         if !state.answered {
             state.tally.unanswered += 1;
         }
-        if let Some(abc) = orientation {
-            state.stand_at(abc)?;
-        }
+        state.goal = goal.or(state.goal);
+        state.turn()?;
         state.telegrams.advance();
         state.number += 1;
         match state.begin_cycle() {
@@ -173,9 +179,21 @@ impl State {
         Ok(self.telegrams.write(&report)?)
     }
 
-    /// The robot stands in another orientation from this cycle on; RSI goes on.
-    fn stand_at(&mut self, abc: [f64; 3]) -> Result<()> {
-        self.start_pose[3..].copy_from_slice(&abc);
+    /// A step of the robot's own program towards its goal; RSI goes on.
+    fn turn(&mut self) -> Result<()> {
+        let Some(goal) = self.goal else {
+            return Ok(());
+        };
+        let most = TURN_RAD_S * self.cycle.as_secs_f64();
+        let mut arrived = true;
+        for (angle, goal) in self.start_pose[3..].iter_mut().zip(goal) {
+            let left = (goal - *angle + PI).rem_euclid(TAU) - PI;
+            *angle += left.clamp(-most, most);
+            arrived &= left.abs() <= most;
+        }
+        if arrived {
+            self.goal = None;
+        }
         // The same noise again would make different poses alike.
         self.seed = self.seed.wrapping_add(1);
         self.rig = Rig::new(&self.settings, self.start_pose, self.seed)?;

@@ -2,7 +2,6 @@
 
 use super::plant::{Next, Plant};
 use super::{STOP_PERIOD, Watcher};
-use crate::ethercat::wire::FRAME_BYTES;
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,6 +9,8 @@ use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::{Duration, Instant};
 
+/// Room for what a board or somebody else sends.
+const DATAGRAM_BYTES: usize = 2048;
 /// How often the first telegram is repeated.
 const REPEAT: Duration = Duration::from_millis(100);
 /// Silence after which it is said that nobody answers.
@@ -19,7 +20,7 @@ const RESTART: Duration = Duration::from_secs(1);
 
 /// Takes what the board sends.
 pub(super) fn receive(plant: &Plant, socket: &UdpSocket, over: &AtomicBool) {
-    let mut datagram = [0; FRAME_BYTES];
+    let mut datagram = [0; DATAGRAM_BYTES];
     while !over.load(Ordering::Relaxed) {
         match socket.recv(&mut datagram) {
             Ok(length) => plant.take(&datagram[..length]),
