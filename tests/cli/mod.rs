@@ -10,3 +10,4 @@ mod init;
 mod input_errors;
 mod model_edit;
 mod robot_config;
+mod series;

@@ -7,6 +7,7 @@
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
+//! - `numbers` writes tables that stand beside a recording,
 //! - `difference` compares two records of a cycle.
 
 mod cdr;
@@ -14,6 +15,7 @@ mod columns;
 mod csv_files;
 mod difference;
 mod field;
+mod numbers;
 mod reader;
 mod schema;
 mod table;
@@ -25,6 +27,7 @@ mod writer;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
+pub(crate) use numbers::mcap_of_numbers;
 pub use writer::RecordingWriter;
 
 use crate::input;

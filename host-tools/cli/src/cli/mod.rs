@@ -31,6 +31,7 @@ mod import;
 mod init;
 mod live;
 mod logs;
+mod outputs;
 mod params;
 mod progress;
 mod qemu;
