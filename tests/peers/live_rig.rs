@@ -3,12 +3,14 @@
 
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::recording::Recording;
+use softdock_analysis::recording::{Recording, WALL_CLOCK};
 use softdock_tests::peers::{Served, patient, serve};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
+use std::collections::BTreeMap;
 use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
 use toml_edit::ser::to_string_pretty;
 
 const ANY: &str = "127.0.0.1:0";
@@ -92,6 +94,25 @@ fn it_docks_over_can() {
     let speeds: Vec<f64> = speeds.collect();
     assert!(speeds.contains(&5.0), "it flew towards the stop");
     assert!(speeds.iter().any(|speed| *speed <= -5.0), "it came back");
+
+    // The recording knows what time it was.
+    let clock = wall_clock(&recording);
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+    let unix_s: f64 = clock["unix_s"].parse().unwrap();
+    assert!(unix_s > 1.7e9 && unix_s < now.as_secs_f64(), "{clock:?}");
+    let at_time_s: f64 = clock["at_time_s"].parse().unwrap();
+    assert_eq!(at_time_s, cycles[0].trace.time_s);
+}
+
+/// What a recording says about the instant of its first cycle.
+fn wall_clock(recording: &Path) -> BTreeMap<String, String> {
+    let bytes = std::fs::read(recording).unwrap();
+    let records = mcap::read::LinearReader::new(&bytes).unwrap();
+    let mut clocks = records.filter_map(|record| match record.unwrap() {
+        mcap::records::Record::Metadata(found) if found.name == WALL_CLOCK => Some(found.metadata),
+        _ => None,
+    });
+    clocks.next().expect("a record of the wall clock")
 }
 
 #[test]

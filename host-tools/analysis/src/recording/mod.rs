@@ -8,6 +8,7 @@
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
 //! - `numbers` writes tables that stand beside a recording,
+//! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
 mod cdr;
@@ -21,6 +22,7 @@ mod schema;
 mod table;
 mod text;
 mod topics;
+mod wall_clock;
 mod words;
 mod writer;
 
@@ -28,6 +30,7 @@ pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
 pub(crate) use numbers::mcap_of_numbers;
+pub use wall_clock::WALL_CLOCK;
 pub use writer::RecordingWriter;
 
 use crate::input;

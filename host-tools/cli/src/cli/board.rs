@@ -12,6 +12,7 @@ use softdock_app::settings::BoardSettings;
 use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
@@ -125,7 +126,11 @@ fn recording(names: Option<&mut Names>, settings: &BoardSettings) -> Result<Reco
     };
     let mut writer = RecordingWriter::create(&names.next_path(), &header)?;
     Ok(Box::new(move |records| {
+        let mut first = true;
         for record in records {
+            if std::mem::take(&mut first) {
+                writer.note_wall_clock(record.trace.time_s, SystemTime::now())?;
+            }
             writer.push(&record, None)?;
         }
         writer.finish().map(drop)
