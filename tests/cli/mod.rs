@@ -11,3 +11,4 @@ mod input_errors;
 mod model_edit;
 mod robot_config;
 mod series;
+mod shells;

@@ -16,6 +16,7 @@ mod calibrate;
 mod campaign;
 mod check;
 mod compare;
+mod completions;
 mod demo;
 mod diagnose;
 mod doctor;
@@ -92,6 +93,8 @@ enum Command {
     Export(export::Export),
     Import(import::Import),
     Workbench(workbench::Workbench),
+    Completions(completions::Completions),
+    Man(completions::Man),
 }
 
 impl Cli {
@@ -127,6 +130,8 @@ impl Cli {
             Command::Export(command) => command.execute(),
             Command::Import(command) => command.execute(),
             Command::Workbench(command) => command.execute(),
+            Command::Completions(command) => command.execute(),
+            Command::Man(command) => command.execute(),
         }
     }
 }
