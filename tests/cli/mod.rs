@@ -10,5 +10,6 @@ mod init;
 mod input_errors;
 mod model_edit;
 mod robot_config;
+mod rough_places;
 mod series;
 mod shells;

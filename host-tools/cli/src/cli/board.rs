@@ -2,10 +2,11 @@
 
 use super::address::address;
 use super::live::raised_by_ctrl_c;
+use super::outputs::mcap_file;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_analysis::identity;
-use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_analysis::recording::{Header, RecordingWriter};
 use softdock_analysis::telemetry::Names;
 use softdock_app::settings::BoardSettings;
@@ -54,7 +55,7 @@ pub(super) struct Board {
     #[arg(long)]
     start: bool,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: Option<PathBuf>,
     /// Overwrite an existing recording
     #[arg(long)]
@@ -72,7 +73,12 @@ impl Board {
             );
         }
         if let Some(path) = &self.output {
-            refuse_overwrite(path, self.force)?;
+            let inputs: Vec<&Path> = [&self.settings, &self.flash]
+                .into_iter()
+                .flatten()
+                .map(PathBuf::as_path)
+                .collect();
+            refuse_overwrite_of(&inputs, path, self.force)?;
         }
         eprintln!("board: {}", identity::text());
         let stop = raised_by_ctrl_c()?;

@@ -5,7 +5,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 use softdock_control::delay::LawName;
+use softdock_report::Table;
 use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 mod add;
 mod address;
@@ -152,9 +154,30 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+/// A table for standard output: as wide as the terminal, or as it likes where nobody looks at it.
+fn for_terminal(table: &Table) -> String {
+    match console::Term::stdout().size_checked() {
+        Some((_, columns)) => table.fitted(columns),
+        None => table.to_string(),
+    }
+}
+
+/// Whether standard output has its one JSON document.
+static DOCUMENT: AtomicBool = AtomicBool::new(false);
+
 /// Writes one JSON document to standard output.
 fn print_json(value: &impl Serialize) -> Result<()> {
+    DOCUMENT.store(true, Ordering::Relaxed);
     print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+/// Writes an error as the one JSON document, unless a result stands there already: then the exit code and standard
+/// error say the rest.
+pub fn print_json_error(error: &str) {
+    if !DOCUMENT.load(Ordering::Relaxed) {
+        // A standard output that cannot be written to has nobody who would read the error.
+        drop(print_json(&serde_json::json!({ "error": error })));
+    }
 }
 
 /// Three numbers of the command line, `0,0,-9.81`.

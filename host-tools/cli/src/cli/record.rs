@@ -2,6 +2,7 @@
 
 use super::address::address;
 use super::live::raised_by_ctrl_c;
+use super::outputs::mcap_file;
 use super::progress::spinner;
 use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
@@ -27,7 +28,7 @@ pub(super) struct Record {
     #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     listen: SocketAddr,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
     /// Give up if no board is heard for so long, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
