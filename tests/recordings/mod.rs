@@ -5,6 +5,7 @@ mod damage;
 mod data_table;
 mod file;
 mod golden;
+mod pandas;
 mod replay;
 mod sample;
 mod table;

@@ -7,7 +7,9 @@
 //! The unit is part of the name: convert the value too.
 //! ```
 
-use anyhow::{Context, Result, anyhow, bail};
+mod kind;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde::de::DeserializeOwned;
 use std::fmt::Write;
 use std::io::ErrorKind;
@@ -65,10 +67,8 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => bail!("{}", missing_file(path)),
         Err(error) if error.kind() == ErrorKind::InvalidData => {
-            bail!(
-                "{}: not a text file (expected TOML in UTF-8)",
-                path.display()
-            )
+            let bytes = std::fs::read(path).unwrap_or_default();
+            bail!("{}: {}", path.display(), kind::of_bytes(&bytes))
         }
         Err(error) => {
             return Err(error).with_context(|| format!("cannot read {}", path.display()));
@@ -94,7 +94,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
                 section: "at the top level".into(),
                 key: None,
             });
-        let (what, hint) = explain(error.message(), &location);
+        let (what, hint) = explain(error.message(), &location, document.as_table());
         report(text, name, error.span(), &what, hint)
     })
 }
@@ -119,6 +119,25 @@ pub fn refuse_overwrite(path: &Path, force: bool) -> Result<()> {
         "{} exists already and is not overwritten: choose another name, or say --force",
         path.display()
     )
+}
+
+/// Likewise, and never an input of the same command, whatever `force` says: it would be gone before it is read to its
+/// end, or its only copy would be replaced.
+///
+/// # Errors
+/// As [`refuse_overwrite`]; or `path` is one of `inputs`.
+pub fn refuse_overwrite_of(inputs: &[&Path], path: &Path, force: bool) -> Result<()> {
+    let place = |path: &Path| path.canonicalize().ok();
+    if let Some(output) = place(path) {
+        ensure!(
+            inputs
+                .iter()
+                .all(|input| place(input).as_ref() != Some(&output)),
+            "{} is read by this command and is not overwritten, not even with --force: choose another name",
+            path.display()
+        );
+    }
+    refuse_overwrite(path, force)
 }
 
 /// The member of `known` that `wrong` was probably meant to be: the same name with another unit
@@ -191,11 +210,15 @@ struct Location {
 impl Location {
     /// "in [a.b]" or "at the top level".
     fn within(&self) -> String {
-        if self.section.starts_with('[') {
-            format!("in {}", self.section)
-        } else {
+        if self.is_top_level() {
             self.section.clone()
+        } else {
+            format!("in {}", self.section)
         }
+    }
+
+    fn is_top_level(&self) -> bool {
+        !self.section.starts_with('[')
     }
 
     /// "`key` in [a.b]" or "[a.b]".
@@ -272,7 +295,7 @@ fn tables_of<'a>(item: &'a Item, path: &str) -> Vec<Part<'a>> {
 }
 
 /// What is wrong, in the words of the person who wrote the file, and what else to know.
-fn explain(message: &str, location: &Location) -> (String, &'static str) {
+fn explain(message: &str, location: &Location, table: &dyn TableLike) -> (String, &'static str) {
     let (first, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     if let Some(wrong) = quoted(first, "unknown field ") {
         let known: Vec<&str> = names_in(expected);
@@ -280,6 +303,8 @@ fn explain(message: &str, location: &Location) -> (String, &'static str) {
         let unit = near.is_some_and(|name| differs_in_unit(wrong, name));
         let hint = if unit {
             "The unit is part of the name: convert the value too."
+        } else if location.is_top_level() {
+            kind::other_kind(table, &known).unwrap_or_default()
         } else {
             ""
         };

@@ -1,13 +1,28 @@
 //! The `softdock` command.
 
 use clap::Parser;
+use softdock::cli::{Cli, print_json_error};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match softdock::cli::Cli::parse().execute() {
+    let json = std::env::args_os().any(|argument| argument == "--json");
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            if json && error.use_stderr() {
+                print_json_error(error.to_string().trim_end());
+            }
+            error.exit()
+        }
+    };
+    match cli.execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            let error = format!("{error:#}");
+            if json {
+                print_json_error(&error);
+            }
+            eprintln!("error: {error}");
             ExitCode::FAILURE
         }
     }

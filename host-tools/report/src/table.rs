@@ -2,7 +2,7 @@
 
 use super::number::{self, Format};
 use super::text;
-use comfy_table::{CellAlignment, LineStyle, TableStyle};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, TableStyle};
 use std::fmt::{self, Display, Formatter};
 
 /// Words of up to this many characters are not broken on a page.
@@ -183,6 +183,14 @@ impl Table {
         format!("<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
     }
 
+    /// The table as [`Display`] writes it, with words that wrap where it would be wider than `columns` characters.
+    pub fn fitted(&self, columns: u16) -> String {
+        let mut terminal = self.terminal();
+        terminal.set_content_arrangement(ContentArrangement::Dynamic);
+        terminal.set_width(columns);
+        format!("{}\n", terminal.trim_fmt())
+    }
+
     /// Number of columns that are drawn.
     fn width(&self) -> usize {
         let longest_row = self.rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -221,6 +229,12 @@ impl Table {
 impl Display for Table {
     /// Writes the table as lines of plain text, without colours, each ended by a line break.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.terminal().trim_fmt())
+    }
+}
+
+impl Table {
+    fn terminal(&self) -> comfy_table::Table {
         let rule = LineStyle::none().fill('─').junction('─');
         let mut terminal = comfy_table::Table::new();
         terminal.load_style(TableStyle::new().header_separator(rule));
@@ -241,6 +255,6 @@ impl Display for Table {
             };
             terminal.add_row((0..self.width()).map(cell).collect::<Vec<_>>());
         }
-        writeln!(f, "{}", terminal.trim_fmt())
+        terminal
     }
 }

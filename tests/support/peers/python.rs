@@ -5,6 +5,7 @@ use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
 use softdock_analysis::data_table::DataTable;
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,14 +17,32 @@ const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 /// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.
 static RSIPI_PORT: Mutex<()> = Mutex::new(());
 
+fn python() -> OsString {
+    std::env::var_os(PYTHON).unwrap_or_else(|| {
+        panic!("{PYTHON} is not set; `tests/run` installs the Python peers and sets it")
+    })
+}
+
+/// Runs Python text in `folder`: what it says.
+///
+/// # Panics
+/// If it fails.
+pub fn run(folder: &Path, text: &str) -> String {
+    let script = folder.join("script.py");
+    std::fs::write(&script, text).expect("a script can be written");
+    let mut command = Command::new(python());
+    let process = Running::start("python", command.current_dir(folder).arg(&script));
+    let (status, log) = process.finish();
+    assert!(status.success(), "{log}");
+    log
+}
+
 /// A Python peer, in `folder`.
 ///
 /// # Panics
 /// If nobody says where Python is.
 pub fn peer(script: &str, folder: &Path) -> Command {
-    let python = std::env::var_os(PYTHON).unwrap_or_else(|| {
-        panic!("{PYTHON} is not set; `tests/run` installs the Python peers and sets it")
-    });
+    let python = python();
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("peers")
         .join(script);

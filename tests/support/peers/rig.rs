@@ -8,13 +8,15 @@
 use crate::process::PATIENCE;
 use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
+use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
 use softdock_link::ethercat::Product;
-use softdock_link::rsi::{RobTelegram, SenTelegram, Tags, parse_sen, write_rob};
-use softdock_link::slcan::{MAX_LINE_BYTES, encode_frame_line, parse_frame_line};
+use softdock_link::slcan::{AdapterLines, OPENING};
 use softdock_rig::ethercat::wire::{exchanges, plug};
-use softdock_rig::ethercat::{Description, Measurement, Segment, SubDevice};
-use softdock_rig::rig::{Rig, RobotReport};
+use softdock_rig::ethercat::{Description, Segment, SubDevice};
+use softdock_rig::peer::slcan::{frames, send};
+use softdock_rig::peer::telegrams::{Answer, Telegrams};
+use softdock_rig::rig::Rig;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,10 +24,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// The first time stamp, ms.
-const FIRST_IPOC: u64 = 1_000_000;
-/// Decimals of the telegrams.
-const DECIMALS: u8 = 6;
 /// Time after which a telegram counts as missed by a board that starts over.
 const MISSED: Duration = Duration::from_secs(1);
 /// How often waits look again.
@@ -33,8 +31,6 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Requests of the sensor's data after which a reading has certainly been taken: the first is
 /// answered with it, the second comes after it.
 const REQUESTS: u32 = 2;
-/// Open sequence of SLCAN.
-const OPEN: &[u8] = b"C\rS8\rO\r";
 
 /// What the board sent, per cycle: X Y Z (units of the last decimal of mm), A B C (of degrees).
 pub type Motion = Vec<[i64; 6]>;
@@ -65,12 +61,10 @@ impl SharedShown {
 /// The rig, connected to a board.
 pub struct LockStepRig {
     rig: Rig,
-    tags: Tags,
-    cycle_ms: u64,
+    telegrams: Telegrams,
     socket: UdpSocket,
     shown: Arc<SharedShown>,
     sensor: Option<JoinHandle<()>>,
-    ipoc: u64,
 }
 
 impl LockStepRig {
@@ -86,7 +80,8 @@ impl LockStepRig {
         can: SocketAddr,
     ) -> Self {
         let (force, torque) = (ForceUnit::Newton, TorqueUnit::NewtonMetre);
-        let device = AtiDevice::new(settings.can.base_id, &calibration(scenario), force, torque);
+        let calibration = scenario.rig.sensor.calibration();
+        let device = AtiDevice::new(settings.can.base_id, &calibration, force, torque);
         let device = device.expect("a valid sensor");
         let stream = TcpStream::connect(can).expect("the board listens for its sensor");
         Self::with_sensor(scenario, settings, robot, |shown| {
@@ -104,7 +99,7 @@ impl LockStepRig {
         robot: SocketAddr,
         ethercat: SocketAddr,
     ) -> Self {
-        let calibration = calibration(scenario);
+        let calibration = scenario.rig.sensor.calibration();
         Self::with_sensor(scenario, settings, robot, |shown| {
             thread::spawn(move || serve_ethercat(ethercat, &calibration, &shown))
         })
@@ -128,12 +123,13 @@ impl LockStepRig {
         (shown.lock().counts, shown.lock().status) = (sample.counts, sample.status);
         Self {
             rig,
-            tags: settings.rsi.tags().expect("valid names"),
-            cycle_ms: (settings.control.robot.cycle_s * 1e3).round() as u64,
+            telegrams: Telegrams::new(
+                settings.rsi.tags().expect("valid names"),
+                scenario.rig.cycle_us.into(),
+            ),
             socket,
             sensor: Some(sensor(shown.clone())),
             shown,
-            ipoc: FIRST_IPOC,
         }
     }
 
@@ -196,53 +192,33 @@ impl LockStepRig {
         let report = self.rig.begin_cycle().expect("the robot goes on");
         let sample = self.rig.gauges();
         self.show(sample.counts, sample.status).then_some(())?;
-        let mut bytes = [0; 1024];
-        let telegram = self.telegram(&report);
-        let length = write_rob(&telegram, DECIMALS, &self.tags, &mut bytes);
-        let length = length.expect("room for a telegram");
-        let answer = self.exchange(&bytes[..length]);
-        let [x, y, z, a, b, c] = answer.correction.map(|decimal| decimal.to_f64());
-        let [a, b, c] = [a, b, c].map(f64::to_radians);
-        let correction = [x * 1e-3, y * 1e-3, z * 1e-3, a, b, c];
-        self.rig.answer(correction, answer.stop);
-        self.ipoc += self.cycle_ms;
-        Some(answer.correction.map(|decimal| decimal.counts))
+        let telegram = self.telegrams.write(&report).expect("a telegram");
+        let answer = self.exchange(&telegram);
+        self.rig.answer(answer.correction, answer.stop);
+        self.telegrams.advance();
+        Some(answer.counts)
     }
 
     /// The answer to a telegram.
-    fn exchange(&self, telegram: &[u8]) -> SenTelegram {
+    fn exchange(&self, telegram: &[u8]) -> Answer {
         let give_up = Instant::now() + PATIENCE;
         let mut bytes = [0; 1024];
-        let mut sent = 0;
+        let (ipoc, mut sent) = (self.telegrams.ipoc(), 0);
         loop {
             self.socket.send(telegram).expect("a datagram can be sent");
             sent += 1;
             while let Ok(length) = self.socket.recv(&mut bytes) {
-                let answer = parse_sen(&bytes[..length], &self.tags).expect("an answer");
-                if answer.ipoc == self.ipoc {
+                let answer = self.telegrams.read(&bytes[..length]).expect("an answer");
+                if answer.ipoc == ipoc {
                     return answer;
                 }
                 // Answers to what was sent twice come twice.
                 assert!(
-                    sent > 1 || answer.ipoc < self.ipoc,
+                    sent > 1 || answer.ipoc < ipoc,
                     "the time stamp must come back as it was"
                 );
             }
-            assert!(Instant::now() < give_up, "{} was never answered", self.ipoc);
-        }
-    }
-
-    fn telegram(&self, report: &RobotReport) -> RobTelegram {
-        let wire = |[x, y, z, a, b, c]: [f64; 6]| {
-            let [a, b, c] = [a, b, c].map(f64::to_degrees);
-            [x * 1e3, y * 1e3, z * 1e3, a, b, c]
-        };
-        RobTelegram {
-            ipoc: self.ipoc,
-            actual_pose: Some(wire(report.actual_pose)),
-            setpoint_pose: Some(wire(report.setpoint_pose)),
-            late_answers: Some(report.late_answers),
-            poscorr_stat: Some(report.poscorr_stat),
+            assert!(Instant::now() < give_up, "{ipoc} was never answered");
         }
     }
 
@@ -276,14 +252,6 @@ impl Drop for LockStepRig {
     }
 }
 
-fn calibration(scenario: &Scenario) -> AtiCalibration {
-    AtiCalibration {
-        matrix: scenario.rig.sensor.calibration,
-        counts_per_force: scenario.rig.sensor.counts_per_newton,
-        counts_per_torque: scenario.rig.sensor.counts_per_newton_metre,
-    }
-}
-
 /// Is an EtherCAT segment until the test ends.
 fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &SharedShown) {
     let axia = SubDevice::new(Description::of(Product::Axia80));
@@ -294,11 +262,7 @@ fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &Shar
         }
         let mut shown = shared.lock();
         shown.requests += 1;
-        let wrench = calibration.wrench(&shown.counts);
-        for device in &mut segment.devices {
-            let per_unit = device.counts_per_unit();
-            device.measure(Measurement::of(wrench, per_unit, shown.status.into()));
-        }
+        segment.measure(calibration.wrench(&shown.counts), shown.status);
         drop(shown);
         shared.changed.notify_all();
     });
@@ -309,8 +273,8 @@ fn serve_ethercat(board: SocketAddr, calibration: &AtiCalibration, shared: &Shar
 fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
     let ready = stream.set_nodelay(true).is_ok()
         && stream.set_read_timeout(Some(POLL_INTERVAL)).is_ok()
-        && stream.write_all(OPEN).is_ok();
-    let mut line = Vec::new();
+        && stream.write_all(&OPENING.concat()).is_ok();
+    let mut lines = AdapterLines::default();
     let mut buffer = [0; 512];
     while ready && !shared.lock().ended {
         let length = match stream.read(&mut buffer) {
@@ -321,12 +285,7 @@ fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
             }
             Err(_) => break,
         };
-        for byte in &buffer[..length] {
-            if !matches!(*byte, b'\r' | 0x07) {
-                line.push(*byte);
-                continue;
-            }
-            let request = std::mem::take(&mut line);
+        for request in frames(&mut lines, &buffer[..length]) {
             if answer(&request, &mut stream, &mut device, shared).is_err() {
                 break;
             }
@@ -337,23 +296,15 @@ fn serve(mut stream: TcpStream, mut device: AtiDevice, shared: &SharedShown) {
 }
 
 fn answer(
-    line: &[u8],
+    request: &Frame,
     stream: &mut TcpStream,
     device: &mut AtiDevice,
     shared: &SharedShown,
 ) -> std::io::Result<()> {
-    let Ok(request) = parse_frame_line(line) else {
-        return Ok(());
-    };
     let mut shown = shared.lock();
     shown.requests += 1;
     let (counts, status) = (shown.counts, shown.status);
     drop(shown);
     shared.changed.notify_all();
-    for frame in device.answer(&request, counts, status) {
-        let mut text = heapless::Vec::<u8, MAX_LINE_BYTES>::new();
-        encode_frame_line(&frame, &mut text);
-        stream.write_all(&text)?;
-    }
-    Ok(())
+    send(stream, device.answer(request, counts, status))
 }

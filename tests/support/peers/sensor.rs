@@ -1,7 +1,9 @@
 //! A force sensor behind SLCAN that answers at once, falls silent, or makes noise on the line.
 
+use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
-use softdock_link::slcan::{MAX_LINE_BYTES, encode_frame_line, parse_frame_line};
+use softdock_link::slcan::AdapterLines;
+use softdock_rig::peer::slcan::{frames, send};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
@@ -86,7 +88,6 @@ impl Drop for Sensor {
 struct Device {
     stream: TcpStream,
     device: AtiDevice,
-    line: Vec<u8>,
 }
 
 impl Device {
@@ -110,12 +111,12 @@ impl Device {
         Self {
             stream,
             device: device.expect("a valid sensor"),
-            line: Vec::new(),
         }
     }
 
     /// Answers until the test or the board ends.
     fn serve(mut self, state: &State) {
+        let mut lines = AdapterLines::default();
         let mut buffer = [0; 512];
         while !state.ended.load(Ordering::Relaxed) {
             let length = match self.stream.read(&mut buffer) {
@@ -128,30 +129,21 @@ impl Device {
                 }
                 Err(_) => return,
             };
-            for byte in &buffer[..length] {
-                // BEL answers a line that the board could not read.
-                if !matches!(*byte, b'\r' | 0x07) {
-                    self.line.push(*byte);
-                    continue;
-                }
-                let line = std::mem::take(&mut self.line);
-                if !state.silent.load(Ordering::Relaxed) && self.answer(&line, state).is_err() {
+            for request in frames(&mut lines, &buffer[..length]) {
+                if !state.silent.load(Ordering::Relaxed) && self.answer(&request, state).is_err() {
                     return;
                 }
             }
         }
     }
 
-    fn answer(&mut self, line: &[u8], state: &State) -> std::io::Result<()> {
-        let Ok(request) = parse_frame_line(line) else {
-            return Ok(());
-        };
+    fn answer(&mut self, request: &Frame, state: &State) -> std::io::Result<()> {
         // One count of gauge 0 flickers, as in every real converter.
         let reading = state.readings.fetch_add(1, Ordering::Relaxed);
         let gauges = [i16::from(reading.is_multiple_of(2)), 0, 0, 0, 0, 0];
         let noisy = state.noisy.load(Ordering::Relaxed);
         let mut out = Vec::new();
-        for frame in self.device.answer(&request, gauges, 0) {
+        for frame in self.device.answer(request, gauges, 0) {
             if noisy {
                 out.extend_from_slice(NOISE);
                 // The end of this line is the end of the next frame, which is lost by that.
@@ -161,9 +153,7 @@ impl Device {
                     b""
                 });
             }
-            let mut text = heapless::Vec::<u8, MAX_LINE_BYTES>::new();
-            encode_frame_line(&frame, &mut text);
-            out.extend_from_slice(&text);
+            send(&mut out, [frame])?;
         }
         self.stream.write_all(&out)
     }

@@ -18,12 +18,13 @@ mod regime;
 mod residual_tests;
 mod sentence;
 mod series;
+mod series_table;
 mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use crate::model::prediction::Prediction;
 use crate::model::prediction::signals::Signals;
+pub use crate::model::prediction::{ChannelPrediction, Prediction};
 use crate::model::{Axis, Channel, Model, prediction};
 use crate::recording::Recording;
 use contact::Contacts;
@@ -38,6 +39,7 @@ pub use regime::{Bin, Dependence, Interval, Quantity, Regime, Spectrum};
 pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
 use serde::Serialize;
 pub use series::Series;
+pub use series_table::SeriesFile;
 
 /// Error of one axis of a channel over the whole recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]

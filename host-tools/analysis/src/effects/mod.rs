@@ -13,6 +13,7 @@
 pub mod actuator;
 pub mod body;
 mod entry;
+mod find;
 pub mod formula;
 pub mod law;
 pub mod mechanism;
@@ -20,6 +21,7 @@ pub mod sensor;
 mod units;
 
 pub use entry::{Draw, Effect, Group, Kind, Naming, Parameter, Role, Tried};
+pub use find::named;
 pub use law::{
     Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal, Slide, Values, sign,
 };

@@ -1,7 +1,7 @@
 //! The recordings that a fit works with, checked before anything is concluded from them.
 
-use super::excitation;
 use super::record::Names;
+use super::{excitation, same_rig};
 use crate::import::checks::{Context, check};
 use crate::model::Model;
 use crate::recording::Recording;
@@ -55,6 +55,14 @@ impl Logs {
                 .map(|path| path.display().to_string())
                 .collect()
         };
+        let all_names = [names(train), names(test)].concat();
+        let recordings = logs.0.iter().chain(&logs.1);
+        let named: Vec<(&str, &Recording)> = all_names
+            .iter()
+            .map(String::as_str)
+            .zip(recordings)
+            .collect();
+        notes.extend(same_rig::differences(&named));
         Ok(Self {
             names: Names::of(&names(train), &names(test)),
             train: logs.0,

@@ -19,6 +19,7 @@ mod logs;
 mod nominal;
 mod parameter;
 mod residual;
+mod same_rig;
 
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};

@@ -90,7 +90,7 @@ pub enum TableError {
     /// A row of another length.
     #[error(
         "{file}, line {line}: expected {expected} cells as in the first row, received {received}; \
-         was the file cut off, or is it written with another delimiter?"
+         {hint}"
     )]
     Ragged {
         /// File.
@@ -101,6 +101,8 @@ pub enum TableError {
         expected: usize,
         /// Cells of this one.
         received: usize,
+        /// What to do.
+        hint: &'static str,
     },
     /// A cell that is no finite number.
     #[error("{file}, line {line}, column {column}: expected a number, received {received}; {hint}")]
@@ -237,6 +239,7 @@ impl Table {
                 line: line(row),
                 expected,
                 received: row.len(),
+                hint: ragged(&self.names),
             }),
             None => Ok(()),
         }
@@ -368,6 +371,20 @@ impl Table {
     /// Line of a row in the file, from 1.
     pub fn line(&self, row: usize) -> u64 {
         self.rows.get(row).map_or(0, line)
+    }
+}
+
+/// What to do about rows of different lengths. A decimal comma splits cells only where there are numbers.
+fn ragged(names: &[String]) -> &'static str {
+    match names {
+        [only] if only.contains(';') => {
+            "cells stand between semicolons here: say `delimiter = \";\"` in [table], and `decimal_comma = true` if \
+             1,5 is one and a half"
+        }
+        [only] if only.contains('\t') => {
+            "cells stand between tabs here: say `delimiter = \"tab\"` in [table]"
+        }
+        _ => "was the file cut off, or is it written with another delimiter?",
     }
 }
 

@@ -7,6 +7,8 @@
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
+//! - `numbers` writes tables that stand beside a recording,
+//! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
 mod cdr;
@@ -14,17 +16,21 @@ mod columns;
 mod csv_files;
 mod difference;
 mod field;
+mod numbers;
 mod reader;
 mod schema;
 mod table;
 mod text;
 mod topics;
+mod wall_clock;
 mod words;
 mod writer;
 
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
+pub(crate) use numbers::mcap_of_numbers;
+pub use wall_clock::WALL_CLOCK;
 pub use writer::RecordingWriter;
 
 use crate::input;

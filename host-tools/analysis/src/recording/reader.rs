@@ -40,9 +40,17 @@ impl Recording {
         let mut start = Vec::new();
         let magic_length = MAGIC.len() as u64;
         source.by_ref().take(magic_length).read_to_end(&mut start)?;
+        let is_text = start
+            .iter()
+            .all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace());
+        let hint = if is_text {
+            "; it is a text: were two files swapped? (`softdock import` makes a recording of a table)"
+        } else {
+            ""
+        };
         ensure!(
             MAGIC.starts_with(&start),
-            "not an MCAP file: expected the first bytes {MAGIC:02x?}, received {start:02x?}"
+            "not an MCAP file: expected the first bytes {MAGIC:02x?}, received {start:02x?}{hint}"
         );
 
         let mut loader = Loader::default();

@@ -15,7 +15,7 @@ use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB before compression.
 pub(super) const CHUNK_CYCLES: u32 = 64;
@@ -49,6 +49,8 @@ pub struct RecordingWriter<W: Write = BufWriter<File>> {
     truth: bool,
     cycles_in_chunk: u32,
     encoder: Encoder,
+    /// The file, for errors.
+    path: Option<PathBuf>,
 }
 
 impl RecordingWriter {
@@ -57,7 +59,21 @@ impl RecordingWriter {
         File::create(path)
             .map_err(anyhow::Error::from)
             .and_then(|file| Self::new(BufWriter::new(file), header))
+            .map(|writer| Self {
+                path: Some(path.to_owned()),
+                ..writer
+            })
             .with_context(|| format!("cannot write the recording `{}`", path.display()))
+    }
+}
+
+/// Says which file it was that could not be written.
+fn named<T>(path: Option<&Path>, written: anyhow::Result<T>) -> anyhow::Result<T> {
+    match path {
+        Some(path) => {
+            written.with_context(|| format!("cannot write the recording `{}`", path.display()))
+        }
+        None => written,
     }
 }
 
@@ -87,11 +103,17 @@ impl<W: Write> RecordingWriter<W> {
             truth: false,
             cycles_in_chunk: 0,
             encoder: Encoder::default(),
+            path: None,
         })
     }
 
     /// Appends a cycle. `truth` is given for every cycle (a simulated rig) or for none.
     pub fn push(&mut self, cycle: &CycleRecord, truth: Option<&TruthRecord>) -> anyhow::Result<()> {
+        let pushed = self.append(cycle, truth);
+        named(self.path.as_deref(), pushed)
+    }
+
+    fn append(&mut self, cycle: &CycleRecord, truth: Option<&TruthRecord>) -> anyhow::Result<()> {
         if self.channels.is_empty() {
             self.begin(truth.is_some())?;
         }
@@ -138,9 +160,10 @@ impl<W: Write> RecordingWriter<W> {
 
     /// Ends the recording and gives the sink back.
     pub fn finish(mut self) -> anyhow::Result<W> {
-        self.mcap.finish()?;
+        let finished = self.mcap.finish().map_err(anyhow::Error::from);
         let mut sink = self.mcap.into_inner().into_inner();
-        sink.flush()?;
+        let flushed = finished.and_then(|_| Ok(sink.flush()?));
+        named(self.path.as_deref(), flushed)?;
         Ok(sink)
     }
 

@@ -7,6 +7,7 @@ use softdock_app::record::CycleRecord;
 use softdock_link::service::Machine;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Name of the metadata record that says what was lost.
 pub const METADATA: &str = "softdock.telemetry";
@@ -92,6 +93,10 @@ impl OpenPart {
 
     pub(super) fn push(&mut self, record: &CycleRecord) -> Result<()> {
         let cycle = record.trace.cycle;
+        if self.last_cycle.is_none() {
+            let now = SystemTime::now();
+            self.writer.note_wall_clock(record.trace.time_s, now)?;
+        }
         self.writer.push(record, None)?;
         let missing = self
             .last_cycle

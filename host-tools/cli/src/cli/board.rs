@@ -1,16 +1,19 @@
 //! `softdock board`: the firmware as a process with real sockets.
 
+use super::address::address;
 use super::live::raised_by_ctrl_c;
+use super::outputs::mcap_file;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_analysis::identity;
-use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_analysis::recording::{Header, RecordingWriter};
 use softdock_analysis::telemetry::Names;
 use softdock_app::settings::BoardSettings;
 use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
@@ -30,7 +33,7 @@ pub(super) struct Board {
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// UDP address to listen on for the robot
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client; or an SLCAN adapter to open at 1 Mbit/s: its serial device (/dev/ttyACM0, /dev/ttyUSB0@3000000) or tcp:HOST:PORT
     #[arg(
@@ -40,19 +43,19 @@ pub(super) struct Board {
     )]
     can: Option<CanAddress>,
     /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram; the settings choose the link
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     ethercat: Option<SocketAddr>,
     /// TCP address to listen on for `softdock params`, or `pty` for a pseudo-terminal
     #[arg(long, value_name = "TCP_ADDR|pty")]
     service: Option<ServiceAddress>,
     /// UDP address of `softdock record`, which gets each cycle; without it, that of the settings
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     telemetry: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy
     #[arg(long)]
     start: bool,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: Option<PathBuf>,
     /// Overwrite an existing recording
     #[arg(long)]
@@ -70,7 +73,12 @@ impl Board {
             );
         }
         if let Some(path) = &self.output {
-            refuse_overwrite(path, self.force)?;
+            let inputs: Vec<&Path> = [&self.settings, &self.flash]
+                .into_iter()
+                .flatten()
+                .map(PathBuf::as_path)
+                .collect();
+            refuse_overwrite_of(&inputs, path, self.force)?;
         }
         eprintln!("board: {}", identity::text());
         let stop = raised_by_ctrl_c()?;
@@ -124,7 +132,11 @@ fn recording(names: Option<&mut Names>, settings: &BoardSettings) -> Result<Reco
     };
     let mut writer = RecordingWriter::create(&names.next_path(), &header)?;
     Ok(Box::new(move |records| {
+        let mut first = true;
         for record in records {
+            if std::mem::take(&mut first) {
+                writer.note_wall_clock(record.trace.time_s, SystemTime::now())?;
+            }
             writer.push(&record, None)?;
         }
         writer.finish().map(drop)

@@ -17,7 +17,7 @@ use softdock_app::settings::BoardSettings;
 use softdock_control::frames::orientation_from_abc;
 use softdock_control::settings::SensorSettings;
 use softdock_report::{Cell, Column, Table, number};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Find out what the sensor carries and reads at rest.
 #[derive(Debug, Args)]
@@ -65,7 +65,7 @@ softdock calibrate sensor --recording jog.mcap --inertia -o sensor.toml
 struct Sensor {
     /// Recording (MCAP), or a table or folder that `softdock import` reads; several, of a pose each,
     /// count as one
-    #[arg(long, value_name = "PATH", num_args = 1.., required_unless_present_any = ["plan", "port"])]
+    #[arg(long, value_name = "PATH", num_args = 1..)]
     recording: Vec<PathBuf>,
     /// What the columns of a table are (TOML)
     #[arg(long, value_name = "FILE.toml", requires = "recording")]
@@ -121,7 +121,13 @@ impl Sensor {
         if self.plan {
             return self.print_plan();
         }
-        self.to.check()?;
+        let inputs: Vec<&Path> = self.recording.iter().map(PathBuf::as_path).collect();
+        self.to.check(&inputs)?;
+        ensure!(
+            !self.recording.is_empty() || self.live.port.is_some(),
+            "what shall be calibrated? A sensor that is there: --port /dev/ttyACM0 or --port tcp:127.0.0.1:29537; \
+             recorded poses: --recording POSES.mcap; poses to move to: --plan"
+        );
         if let Some(port) = &self.live.port {
             return self.calibrate_live(port);
         }

@@ -2,13 +2,14 @@
 
 use super::{print, print_json};
 use crate::check::{Rig, check, load_board};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use std::path::PathBuf;
 
 /// Say before the contact whether it will be stable, which rebound each delay law will give, what
 /// is beyond physics, and what to change.
 ///
+/// Ends with an error if the law that the settings choose is not stable.
 /// The contact is taken as one mass on one wall. Linear theory gives the critical delay, stiffness,
 /// mass and damping without compensation; each law is computed with the board's own cycle.
 #[derive(Debug, Args)]
@@ -34,9 +35,16 @@ impl CheckCommand {
         let rig = Rig::load(&self.rig, &board)?;
         let answer = check(&board, &rig)?;
         if self.json {
-            print_json(&answer)
+            print_json(&answer)?;
         } else {
-            print(&answer.to_string())
+            print(&answer.to_string())?;
         }
+        let stable = answer.chosen().is_some_and(|law| law.stable);
+        ensure!(
+            stable,
+            "law `{}` is not stable on this contact: do not close the loop with it",
+            answer.chosen_law
+        );
+        Ok(())
     }
 }

@@ -1,26 +1,35 @@
 //! `softdock compare`: model against recording.
 
+use super::outputs::html_file;
 use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
-use softdock_analysis::compare::compare;
-use softdock_analysis::input::refuse_overwrite;
+use serde::Serialize;
+use softdock_analysis::compare::{Comparison, SeriesFile, compare};
+use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::Recording;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Compare a model with a recording: how large is the error, in which channel, and where.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: softdock compare model.toml run.mcap --report compare.html")]
+#[command(after_help = "\
+Example: softdock compare model.toml run.mcap --report compare.html
+
+softdock compare model.toml run.mcap --series series.parquet
+(time, measured, predicted, residual and sigma of each channel and axis as numbers)")]
 pub(super) struct Compare {
     /// Model file (TOML)
     model: PathBuf,
     /// Recording (MCAP)
     recording: PathBuf,
     /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
-    /// Overwrite an existing report
+    /// Measured, predicted, residual and sigma of each channel and axis to write: CSV, Parquet or MCAP by the ending
+    #[arg(long, value_name = "FILE.csv|.parquet|.mcap")]
+    series: Option<PathBuf>,
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
     /// Print one JSON document
@@ -28,7 +37,20 @@ pub(super) struct Compare {
     json: bool,
 }
 
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    series: Option<SeriesFile>,
+}
+
 impl Compare {
+    fn refuse_overwrite(&self, output: &Path) -> Result<()> {
+        refuse_overwrite_of(&[&self.model, &self.recording], output, self.force)
+    }
+
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
         let recording = Recording::open(&self.recording)?;
@@ -37,12 +59,23 @@ impl Compare {
         }
         let comparison = compare(&model, &recording)?;
         if let Some(path) = &self.report {
-            refuse_overwrite(path, self.force)?;
+            self.refuse_overwrite(path)?;
             crate::pages::comparison::page(&comparison)?.write(path)?;
             eprintln!("report: {}", path.display());
         }
+        let series = self.series.as_deref().map(|path| {
+            self.refuse_overwrite(path)?;
+            comparison.write_series(path)
+        });
+        let series = series.transpose()?;
+        if let Some(series) = &series {
+            eprintln!("series: {}", series.file);
+        }
         if self.json {
-            return print_json(&comparison);
+            return print_json(&Output {
+                comparison: &comparison,
+                series,
+            });
         }
         let tables: Vec<String> = comparison
             .tables()

@@ -3,6 +3,7 @@
 pub(super) mod tables;
 
 use super::logs;
+use super::outputs::html_file;
 use super::progress::Progress;
 use super::{print, print_json};
 use crate::experiment::rehearsal::separation;
@@ -11,9 +12,9 @@ use anyhow::Result;
 use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
 use softdock_analysis::fit::Logs;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::model::Model;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Find the physical effect that a model lacks: its name and size, "nothing is missing", or where
 /// an error without a name shows.
@@ -40,7 +41,7 @@ pub(super) struct Diagnose {
     #[arg(long)]
     rehearse: bool,
     /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
     /// Overwrite an existing report
     #[arg(long)]
@@ -54,7 +55,9 @@ impl Diagnose {
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
         if let Some(path) = &self.report {
-            refuse_overwrite(path, self.force)?;
+            let logs = self.train.iter().chain(&self.test).chain([&self.model]);
+            let inputs: Vec<&Path> = logs.map(PathBuf::as_path).collect();
+            refuse_overwrite_of(&inputs, path, self.force)?;
         }
         let logs = logs::open(&model, &self.train, &self.test)?;
         let progress = Progress::new();

@@ -1,8 +1,8 @@
 //! `softdock doctor`: is everything ready for a test?
 
 use super::progress::Progress;
-use super::{print, print_json};
-use anyhow::{Result, bail};
+use super::{for_terminal, print, print_json};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::commission::doctor::{
@@ -36,7 +36,6 @@ softdock doctor --port /dev/ttyACM0 --self-test
 (the first power-on of a board, docs/board.md)")]
 pub(super) struct Doctor {
     /// Recording (MCAP)
-    #[arg(required_unless_present_any = ["settings", "port"])]
     recording: Option<PathBuf>,
     /// Settings of the board
     #[arg(long, value_name = "BOARD.toml")]
@@ -63,6 +62,11 @@ struct Summary {
 
 impl Doctor {
     pub(super) fn execute(self) -> Result<()> {
+        ensure!(
+            self.recording.is_some() || self.settings.is_some() || self.port.is_some(),
+            "what shall be checked? A board that is there: --port /dev/ttyACM0 or --port tcp:127.0.0.1:29537; a \
+             recording: RUN.mcap; a settings file: --settings BOARD.toml"
+        );
         let mut checks = Vec::new();
         let recording = self.recording.as_deref().map(Recording::open).transpose()?;
         let board: Option<BoardSettings> = self.settings.as_deref().map(input::load).transpose()?;
@@ -94,7 +98,7 @@ impl Doctor {
         if self.json {
             print_json(&Summary { checks })?;
         } else {
-            print(&format!("{}\n", table(&checks)))?;
+            print(&format!("{}\n", for_terminal(&table(&checks))))?;
         }
         match state {
             State::Bad => {

@@ -2,11 +2,11 @@
 
 use super::{print, print_json};
 use crate::catalogue::{lesson, overview, page, picture};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, by_id};
-use softdock_analysis::input::{nearest, refuse_overwrite};
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, named};
+use softdock_analysis::input::refuse_overwrite;
 use std::path::{Path, PathBuf};
 
 /// List the physical effects that a model can contain, or teach one of them.
@@ -69,7 +69,7 @@ impl Effects {
 
 impl Show {
     fn execute(self) -> Result<()> {
-        let effect = by_id(&self.id).ok_or_else(|| unknown(&self.id))?;
+        let effect = named(&self.id)?;
         if let Some(path) = &self.picture {
             write(effect, path, self.force)?;
             eprintln!("picture: {}", path.display());
@@ -78,13 +78,6 @@ impl Show {
             return print_json(effect);
         }
         print(&lesson(effect, &picture(effect)?))
-    }
-}
-
-fn unknown(id: &str) -> anyhow::Error {
-    match nearest(id, CATALOGUE.iter().map(|effect| effect.id)) {
-        Some(near) => anyhow!("there is no effect `{id}`; did you mean `{near}`?"),
-        None => anyhow!("there is no effect `{id}`; `softdock effects` lists them"),
     }
 }
 

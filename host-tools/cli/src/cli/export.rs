@@ -4,7 +4,7 @@ use super::print_json;
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::recording::{Recording, export_csv};
 use std::path::{Path, PathBuf};
 
@@ -48,8 +48,8 @@ impl Export {
             sidecar.display(),
             self.output.with_extension("csv").display()
         );
-        refuse_overwrite(&self.output, self.force)?;
-        refuse_overwrite(&sidecar, self.force)?;
+        refuse_overwrite_of(&[&self.recording], &self.output, self.force)?;
+        refuse_overwrite_of(&[&self.recording], &sidecar, self.force)?;
         export_csv(&recording, &self.output)?;
         let written = Written {
             files: [&self.output, &sidecar],

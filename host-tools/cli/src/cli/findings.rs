@@ -1,13 +1,14 @@
 //! Where what was measured goes: a settings file, a report, the terminal.
 
+use super::outputs::html_file;
 use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::commission::fragment::Fragment;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::input::refuse_overwrite_of;
 use softdock_report::Page;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The options of every command that measures something for the settings.
 #[derive(Debug, Args)]
@@ -19,7 +20,7 @@ pub(super) struct Destination {
     #[arg(long, value_name = "BOARD.toml")]
     pub(super) into: Option<PathBuf>,
     /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
@@ -30,13 +31,13 @@ pub(super) struct Destination {
 }
 
 impl Destination {
-    /// Refuses at once what would be overwritten at the end.
-    pub(super) fn check(&self) -> Result<()> {
+    /// Refuses at once what would be overwritten at the end; `inputs` are never.
+    pub(super) fn check(&self, inputs: &[&Path]) -> Result<()> {
         let files = [&self.output, &self.report];
         files
             .into_iter()
             .flatten()
-            .try_for_each(|file| refuse_overwrite(file, self.force))
+            .try_for_each(|file| refuse_overwrite_of(inputs, file, self.force))
     }
 
     /// Writes and prints what was found; `text` is for the terminal.

@@ -1,10 +1,11 @@
 //! `softdock history`: how the error of a model fell, step by step.
 
+use super::outputs::html_file;
 use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
 use std::path::PathBuf;
@@ -25,7 +26,7 @@ pub(super) struct History {
     /// Model file (TOML)
     model: PathBuf,
     /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
     /// Overwrite an existing report
     #[arg(long)]
@@ -39,7 +40,7 @@ impl History {
     pub(super) fn execute(self) -> Result<()> {
         let steps = Model::load(&self.model)?.history;
         if let Some(path) = &self.report {
-            refuse_overwrite(path, self.force)?;
+            refuse_overwrite_of(&[&self.model], path, self.force)?;
             self.page(&steps)?.write(path)?;
             eprintln!("report: {}", path.display());
         }

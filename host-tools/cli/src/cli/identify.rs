@@ -52,7 +52,7 @@ softdock identify actuator --rehearse host-tools/scenarios/spring-rod.toml
 (the jog on the simulated rig of a scenario, in free space)")]
 struct Actuator {
     /// Recording (MCAP), or a table or folder that `softdock import` reads
-    #[arg(long, value_name = "PATH", required_unless_present_any = ["rehearse", "port"])]
+    #[arg(long, value_name = "PATH")]
     recording: Option<PathBuf>,
     /// What the columns of a table are (TOML)
     #[arg(long, value_name = "FILE.toml", requires = "recording")]
@@ -82,7 +82,8 @@ struct Actuator {
 
 impl Actuator {
     fn execute(self) -> Result<()> {
-        self.to.check()?;
+        let inputs: Vec<&Path> = self.recording.iter().map(PathBuf::as_path).collect();
+        self.to.check(&inputs)?;
         if let Some(file) = &self.keep {
             refuse_overwrite(file, self.to.force)?;
         }
@@ -105,7 +106,10 @@ impl Actuator {
                 Ok((read.recording, path.display().to_string()))
             }
             (None, Some(path)) => self.rehearsed(path),
-            (None, None) => anyhow::bail!("say --port, --recording or --rehearse"),
+            (None, None) => anyhow::bail!(
+                "what shall be identified? A robot that is there: --port /dev/ttyACM0 or --port tcp:127.0.0.1:29537; \
+                 a recorded jog: --recording JOG.mcap; that of a simulated rig: --rehearse SCENARIO.toml"
+            ),
         }
     }
 

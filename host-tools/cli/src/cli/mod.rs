@@ -5,9 +5,12 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 use softdock_control::delay::LawName;
+use softdock_report::Table;
 use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 mod add;
+mod address;
 mod agree;
 mod bench;
 mod board;
@@ -15,6 +18,7 @@ mod calibrate;
 mod campaign;
 mod check;
 mod compare;
+mod completions;
 mod demo;
 mod diagnose;
 mod doctor;
@@ -27,8 +31,10 @@ mod flash;
 mod history;
 mod identify;
 mod import;
+mod init;
 mod live;
 mod logs;
+mod outputs;
 mod params;
 mod progress;
 mod qemu;
@@ -36,6 +42,7 @@ mod record;
 mod remove;
 mod replay;
 mod reproduce;
+mod rig;
 mod robot_config;
 mod run;
 mod workbench;
@@ -60,8 +67,10 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Demo),
+    Init(init::Init),
     Run(run::Run),
     Board(board::Board),
+    Rig(rig::RigCommand),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
     Record(record::Record),
@@ -86,6 +95,8 @@ enum Command {
     Export(export::Export),
     Import(import::Import),
     Workbench(workbench::Workbench),
+    Completions(completions::Completions),
+    Man(completions::Man),
 }
 
 impl Cli {
@@ -93,6 +104,7 @@ impl Cli {
     pub fn execute(self) -> Result<()> {
         match self.command {
             Command::Demo(command) => command.execute(),
+            Command::Init(command) => command.execute(),
             Command::Check(command) => command.execute(),
             Command::Compare(command) => command.execute(),
             Command::Diagnose(command) => command.execute(),
@@ -105,6 +117,7 @@ impl Cli {
             Command::Effects(command) => command.execute(),
             Command::Run(command) => command.execute(),
             Command::Board(command) => command.execute(),
+            Command::Rig(command) => command.execute(),
             Command::Firmware(command) => command.execute(),
             Command::Flash(command) => command.execute(),
             Command::Record(command) => command.execute(),
@@ -119,6 +132,8 @@ impl Cli {
             Command::Export(command) => command.execute(),
             Command::Import(command) => command.execute(),
             Command::Workbench(command) => command.execute(),
+            Command::Completions(command) => command.execute(),
+            Command::Man(command) => command.execute(),
         }
     }
 }
@@ -139,9 +154,30 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+/// A table for standard output: as wide as the terminal, or as it likes where nobody looks at it.
+fn for_terminal(table: &Table) -> String {
+    match console::Term::stdout().size_checked() {
+        Some((_, columns)) => table.fitted(columns),
+        None => table.to_string(),
+    }
+}
+
+/// Whether standard output has its one JSON document.
+static DOCUMENT: AtomicBool = AtomicBool::new(false);
+
 /// Writes one JSON document to standard output.
 fn print_json(value: &impl Serialize) -> Result<()> {
+    DOCUMENT.store(true, Ordering::Relaxed);
     print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+/// Writes an error as the one JSON document, unless a result stands there already: then the exit code and standard
+/// error say the rest.
+pub fn print_json_error(error: &str) {
+    if !DOCUMENT.load(Ordering::Relaxed) {
+        // A standard output that cannot be written to has nobody who would read the error.
+        drop(print_json(&serde_json::json!({ "error": error })));
+    }
 }
 
 /// Three numbers of the command line, `0,0,-9.81`.

@@ -5,6 +5,16 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// Resolution of the bar.
 const STEPS: f64 = 1000.0;
 
+/// A line that changes, for what has no known end.
+pub(super) fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    // The template is constant; should it be refused, the plain one does as well.
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
 /// A bar that goes away when it is dropped.
 pub(super) struct Progress(ProgressBar);
 

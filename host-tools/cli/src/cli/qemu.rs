@@ -1,5 +1,6 @@
 //! `softdock qemu`: the microcontroller's firmware in QEMU.
 
+use super::address::address;
 use super::live::raised_by_ctrl_c;
 use anyhow::{Context, Result};
 use clap::Args;
@@ -32,17 +33,22 @@ pub(super) struct QemuCommand {
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// UDP address to listen on for the robot
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     robot: SocketAddr,
     /// TCP address to listen on for the sensor's SLCAN client
-    #[arg(long, value_name = "TCP_ADDR", required_unless_present = "ethercat")]
+    #[arg(
+        long,
+        value_name = "TCP_ADDR",
+        value_parser = address,
+        required_unless_present = "ethercat"
+    )]
     can: Option<SocketAddr>,
     /// UDP address to listen on for the sensor's EtherCAT segment, a frame in a datagram: the firmware has EtherCAT in
     /// place of CAN
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     ethercat: Option<SocketAddr>,
     /// TCP address to listen on for `softdock params`
-    #[arg(long, value_name = "TCP_ADDR")]
+    #[arg(long, value_name = "TCP_ADDR", value_parser = address)]
     service: Option<SocketAddr>,
     /// Arm and start as soon as robot and sensor are healthy
     #[arg(long)]

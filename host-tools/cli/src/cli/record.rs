@@ -1,10 +1,13 @@
 //! `softdock record`: telemetry of a board into recordings.
 
+use super::address::address;
 use super::live::raised_by_ctrl_c;
+use super::outputs::mcap_file;
+use super::progress::spinner;
 use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::telemetry::{Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;
@@ -22,10 +25,10 @@ use std::time::{Duration, Instant};
 #[command(after_help = "Example: softdock record --listen 0.0.0.0:49200 -o run.mcap")]
 pub(super) struct Record {
     /// UDP address to listen on for the board
-    #[arg(long, value_name = "UDP_ADDR")]
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     listen: SocketAddr,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
     /// Give up if no board is heard for so long, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
@@ -185,14 +188,9 @@ struct Display {
 
 impl Display {
     fn new() -> Self {
-        let bar = ProgressBar::new_spinner();
-        // The template is constant; should it be refused, the plain one does as well.
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
-            bar.set_style(style);
-        }
         let now = Instant::now();
         Self {
-            bar,
+            bar: spinner(),
             shown: now,
             rate: (now, 0, 0.0),
         }

@@ -5,10 +5,10 @@ use crate::robot_config::{ethernet_xml, notes};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_app::settings::BoardSettings;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Write the robot's RSI Ethernet configuration that matches the board's settings.
 ///
@@ -57,7 +57,8 @@ impl RobotConfig {
         let xml = ethernet_xml(&settings, self.board)?;
         match &self.output {
             Some(path) => {
-                refuse_overwrite(path, self.force)?;
+                let inputs: Vec<&Path> = self.settings.iter().map(PathBuf::as_path).collect();
+                refuse_overwrite_of(&inputs, path, self.force)?;
                 std::fs::write(path, &xml)
                     .with_context(|| format!("cannot write {}", path.display()))?;
             }

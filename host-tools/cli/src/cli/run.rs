@@ -1,5 +1,6 @@
 //! `softdock run`: a scenario on the simulated rig.
 
+use super::outputs::mcap_file;
 use super::{law_names, print, print_json, three_numbers};
 use crate::experiment::impact_table;
 use crate::experiment::impacts::{Impact, ImpactFinder};
@@ -10,14 +11,14 @@ use anyhow::Result;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use softdock_analysis::input::{self, refuse_overwrite};
+use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
 use softdock_mechanism::{EnergyBook, Loads};
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Run a scenario on the simulated rig and record every cycle.
 ///
@@ -36,7 +37,7 @@ pub(super) struct Run {
     /// Scenario file (TOML)
     scenario: PathBuf,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
     /// Settings of the board, instead of the scenario's
     #[arg(long, value_name = "BOARD.toml")]
@@ -112,7 +113,12 @@ impl DockingLoads {
 impl Run {
     pub(super) fn execute(self) -> Result<()> {
         let scenario = self.scenario()?;
-        refuse_overwrite(&self.output, self.force)?;
+        let settings = self.settings.as_deref();
+        let inputs: Vec<&Path> = settings
+            .into_iter()
+            .chain([self.scenario.as_path()])
+            .collect();
+        refuse_overwrite_of(&inputs, &self.output, self.force)?;
         let mut finder = ImpactFinder::new(&scenario);
         let (statistics, last) = self.record(&scenario, &mut finder)?;
         let impacts = finder.finish();
@@ -229,9 +235,14 @@ fn text(summary: &Summary<'_>) -> String {
         .as_ref()
         .map(|f| format!("FAULT {f}\n"))
         .unwrap_or_default();
+    // Without an impact there is nothing to head.
+    let table = match summary.impacts {
+        [] => String::new(),
+        _ => format!("{table}\n"),
+    };
     let docked = docked(summary);
     format!(
-        "{table}\n{docked}{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
+        "{table}{docked}{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
         summary.cycles,
         summary.simulated_s,
         summary.recording,

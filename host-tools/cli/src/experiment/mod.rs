@@ -13,3 +13,4 @@ pub mod reproduce_page;
 pub mod run;
 pub mod scenario;
 pub mod spring_rod;
+pub mod starter;

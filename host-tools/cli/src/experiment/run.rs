@@ -6,7 +6,6 @@ use softdock_analysis::identity;
 use softdock_analysis::recording::{Header, Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
-use softdock_link::can::ati::AtiCalibration;
 use softdock_mechanism::{EnergyBook, Loads};
 use softdock_rig::board::virtual_time::{Simulation, simulate};
 use softdock_rig::rig::Rig;
@@ -55,15 +54,10 @@ pub fn run(
     scenario.validate()?;
     let rig = Rig::new(&scenario.rig, scenario.start_pose(), scenario.seed).context("[rig]")?;
     let board = scenario.actual_board()?;
-    let sensor = &scenario.rig.sensor;
     let simulation = Simulation {
         board: &board,
         rig,
-        calibration: AtiCalibration {
-            matrix: sensor.calibration,
-            counts_per_force: sensor.counts_per_newton,
-            counts_per_torque: sensor.counts_per_newton_metre,
-        },
+        calibration: scenario.rig.sensor.calibration(),
         duration_s: scenario.duration_s,
         commands: if scenario.hold {
             // The first telegram is a new run, which drops commands that wait.

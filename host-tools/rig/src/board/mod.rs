@@ -15,3 +15,6 @@ mod tasks;
 mod time_driver;
 pub mod virtual_time;
 mod world;
+
+pub(crate) use simulated_segment::ReadingSampler;
+pub(crate) use simulated_sensor::SimulatedSensor;

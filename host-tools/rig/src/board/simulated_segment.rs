@@ -1,7 +1,7 @@
 //! The sensor at the far end of the simulated EtherCAT cable.
 
-use crate::ethercat::{Description, Measurement, Segment, SubDevice};
-use crate::rig::Rig;
+use crate::ethercat::{Description, Segment, SubDevice};
+use crate::rig::SensorSampleSim;
 use softdock_link::can::ati::AtiCalibration;
 use softdock_link::ethercat::Product;
 use std::collections::BTreeMap;
@@ -11,15 +11,46 @@ const ROUND_TRIP_US: u64 = 40;
 /// Time between two samples of the sensor, µs: an Axia80 at 7.8 kHz.
 const SAMPLE_US: u64 = 128;
 
+/// Shows the sensors of a segment what the rig's gauges read, once per sample.
+pub(crate) struct ReadingSampler {
+    calibration: AtiCalibration,
+    /// Number of the newest sample.
+    sample: u64,
+}
+
+impl ReadingSampler {
+    /// The calibration is that of the rig's gauges.
+    pub(crate) fn new(calibration: AtiCalibration) -> Self {
+        Self {
+            calibration,
+            sample: 0,
+        }
+    }
+
+    /// Takes a reading if the next sample is due.
+    pub(crate) fn measure(
+        &mut self,
+        segment: &mut Segment,
+        now_us: u64,
+        sense: &mut dyn FnMut() -> SensorSampleSim,
+    ) {
+        let sample = now_us / SAMPLE_US;
+        if sample <= self.sample {
+            return;
+        }
+        self.sample = sample;
+        let gauges = sense();
+        segment.measure(self.calibration.wrench(&gauges.counts), gauges.status);
+    }
+}
+
 /// A segment, and frames on its cable.
 pub(super) struct SimulatedSegment {
     pub(super) segment: Segment,
-    calibration: AtiCalibration,
+    sampler: ReadingSampler,
     /// By the time at which they arrive, and in order.
     on_cable: BTreeMap<(u64, u64), Vec<u8>>,
     frames: u64,
-    /// Number of the newest sample.
-    sample: u64,
 }
 
 impl SimulatedSegment {
@@ -28,34 +59,24 @@ impl SimulatedSegment {
         let axia = SubDevice::new(Description::of(Product::Axia80));
         Self {
             segment: Segment::new(vec![axia]),
-            calibration,
+            sampler: ReadingSampler::new(calibration),
             on_cable: BTreeMap::new(),
             frames: 0,
-            sample: 0,
         }
     }
 
-    /// Takes a frame of the board.
-    pub(super) fn receive(&mut self, frame: &[u8], rig: &mut Rig, now_us: u64) {
-        let sample = now_us / SAMPLE_US;
-        if sample > self.sample {
-            self.sample = sample;
-            rig.advance_to(now_us);
-            self.measure(rig);
-        }
+    /// Takes a frame of the board; `sense` is a reading at this instant.
+    pub(super) fn receive(
+        &mut self,
+        frame: &[u8],
+        now_us: u64,
+        sense: &mut dyn FnMut() -> SensorSampleSim,
+    ) {
+        self.sampler.measure(&mut self.segment, now_us, sense);
         for (late_us, back) in self.segment.pass(frame) {
             let at_us = now_us + ROUND_TRIP_US + late_us;
             self.on_cable.insert((at_us, self.frames), back);
             self.frames += 1;
-        }
-    }
-
-    fn measure(&mut self, rig: &mut Rig) {
-        let gauges = rig.gauges();
-        let wrench = self.calibration.wrench(&gauges.counts);
-        for device in &mut self.segment.devices {
-            let per_unit = device.counts_per_unit();
-            device.measure(Measurement::of(wrench, per_unit, gauges.status.into()));
         }
     }
 

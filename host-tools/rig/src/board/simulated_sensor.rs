@@ -1,6 +1,6 @@
 //! The sensor at the far end of the simulated CAN bus.
 
-use crate::rig::Rig;
+use crate::rig::SensorSampleSim;
 use anyhow::{Context, Result};
 use softdock_app::settings::{CanSettings, SensorKind};
 use softdock_link::can::Frame;
@@ -22,7 +22,7 @@ enum Protocol {
 }
 
 /// A sensor and its frames on the bus.
-pub(super) struct SimulatedSensor {
+pub(crate) struct SimulatedSensor {
     protocol: Protocol,
     calibration: AtiCalibration,
     /// Frames on the bus, by the time at which they arrive.
@@ -31,7 +31,7 @@ pub(super) struct SimulatedSensor {
 
 impl SimulatedSensor {
     /// The sensor that the board is set up for. The calibration is that of the rig's gauges.
-    pub(super) fn new(can: &CanSettings, calibration: AtiCalibration) -> Result<Self> {
+    pub(crate) fn new(can: &CanSettings, calibration: AtiCalibration) -> Result<Self> {
         let (force, torque) = (ForceUnit::Newton, TorqueUnit::NewtonMetre);
         let protocol = match can.sensor {
             SensorKind::Ati => Protocol::Ati(
@@ -47,12 +47,16 @@ impl SimulatedSensor {
         })
     }
 
-    /// Takes a frame of the board.
-    pub(super) fn receive(&mut self, frame: &Frame, rig: &mut Rig, now_us: u64) {
+    /// Takes a frame of the board; `sense` is a reading at this instant.
+    pub(crate) fn receive(
+        &mut self,
+        frame: &Frame,
+        now_us: u64,
+        sense: &mut dyn FnMut() -> SensorSampleSim,
+    ) {
         match &mut self.protocol {
             Protocol::Ati(device) => {
-                rig.advance_to(now_us);
-                let sample = rig.gauges();
+                let sample = sense();
                 for answer in device.answer(frame, sample.counts, sample.status) {
                     self.on_bus.push_back((now_us + EXCHANGE_US, answer));
                 }
@@ -63,7 +67,7 @@ impl SimulatedSensor {
     }
 
     /// When something happens next.
-    pub(super) fn next_us(&self) -> u64 {
+    pub(crate) fn next_us(&self) -> u64 {
         let frame = self.on_bus.front().map_or(u64::MAX, |(at, _)| *at);
         match self.protocol {
             Protocol::Sri(Some(sample)) => frame.min(sample),
@@ -72,13 +76,16 @@ impl SimulatedSensor {
     }
 
     /// The next frame that has arrived by now.
-    pub(super) fn poll(&mut self, rig: &mut Rig, now_us: u64) -> Option<Frame> {
+    pub(crate) fn poll(
+        &mut self,
+        now_us: u64,
+        sense: &mut dyn FnMut() -> SensorSampleSim,
+    ) -> Option<Frame> {
         if let Protocol::Sri(Some(next)) = &mut self.protocol
             && *next <= now_us
         {
             *next += STREAM_PERIOD_US;
-            rig.advance_to(now_us);
-            let wrench = self.calibration.wrench(&rig.gauges().counts);
+            let wrench = self.calibration.wrench(&sense().counts);
             for frame in stream_frames(wrench.map(|value| value as f32))
                 .into_iter()
                 .flatten()

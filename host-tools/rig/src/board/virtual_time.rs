@@ -10,7 +10,8 @@ use super::tasks;
 use super::time_driver::VirtualTime;
 use super::world::Handle;
 use crate::ethercat::Segment;
-use crate::rig::{Rig, Truth};
+use crate::peer::telegrams::Telegrams;
+use crate::rig::{Rig, SensorSampleSim, Truth};
 use anyhow::{Context as _, Result, bail, ensure};
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -22,7 +23,6 @@ use softdock_app::shared::Status;
 use softdock_control::frames::pose_components;
 use softdock_control::modes::Command;
 use softdock_link::can::ati::AtiCalibration;
-use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
 use std::collections::VecDeque;
 use std::future::Future;
 use std::ops::ControlFlow;
@@ -32,11 +32,6 @@ use std::task::{Context, Wake, Waker};
 
 /// The tasks of a simulated board share one thread.
 type Shared = softdock_app::shared::Shared<NoopRawMutex>;
-
-/// Decimals of the robot's telegrams; `softdock robot-config` asks for the same.
-const TELEGRAM_DECIMALS: u8 = 6;
-/// The first time stamp of the simulated robot, ms.
-const FIRST_IPOC: u64 = 1_000_000;
 
 /// What the simulation calls after each cycle; `Break` ends it.
 pub type OnCycle<'a> = dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()> + 'a;
@@ -118,7 +113,7 @@ struct Conductor<'a> {
     rig: Rig,
     sensor: SimulatedSensor,
     segment: SimulatedSegment,
-    tags: Tags,
+    robot: Telegrams,
     commands: VecDeque<(u64, Command)>,
     cycle_us: u64,
     cycles_left: u64,
@@ -146,7 +141,7 @@ impl<'a> Conductor<'a> {
         Ok(Self {
             sensor: SimulatedSensor::new(&board.can, calibration)?,
             segment: SimulatedSegment::new(calibration),
-            tags: board.rsi.tags()?,
+            robot: Telegrams::new(board.rsi.tags()?, (cycle_s * 1e6).round() as u64),
             commands: commands.into(),
             cycle_us: (cycle_s * 1e6).round() as u64,
             cycles_left: (duration_s / cycle_s).ceil() as u64,
@@ -178,15 +173,18 @@ impl<'a> Conductor<'a> {
     fn take_outputs(&mut self, on_cycle: &mut OnCycle<'_>) -> Result<()> {
         let now_us = self.handle.0.borrow().now_us;
         while let Some(request) = self.pop(|world| world.frames_from_board.pop_front()) {
-            self.sensor.receive(&request, &mut self.rig, now_us);
+            let rig = &mut self.rig;
+            self.sensor
+                .receive(&request, now_us, &mut || sense(rig, now_us));
         }
         while let Some(frame) = self.pop(|world| world.ethernet_from_board.pop_front()) {
-            self.segment.receive(&frame, &mut self.rig, now_us);
+            let rig = &mut self.rig;
+            self.segment
+                .receive(&frame, now_us, &mut || sense(rig, now_us));
         }
         while let Some(answer) = self.pop(|world| world.answers.pop_front()) {
-            let answer = parse_sen(&answer, &self.tags).context("the board's answer")?;
-            self.rig
-                .answer(si_correction(&answer.correction), answer.stop);
+            let answer = self.robot.read(&answer).context("the board's answer")?;
+            self.rig.answer(answer.correction, answer.stop);
         }
         while let Some(record) = self.pop(|world| world.records.pop_front()) {
             self.ended |= on_cycle(&record, &self.truth).is_break();
@@ -218,7 +216,8 @@ impl<'a> Conductor<'a> {
             }
             !due
         });
-        while let Some(frame) = self.sensor.poll(&mut self.rig, now_us) {
+        let rig = &mut self.rig;
+        while let Some(frame) = self.sensor.poll(now_us, &mut || sense(rig, now_us)) {
             world.frames_to_board.push(frame);
         }
         while let Some(frame) = self.segment.poll(now_us) {
@@ -246,15 +245,8 @@ impl<'a> Conductor<'a> {
             return Ok(());
         };
         self.truth = truth_record(&self.rig.truth());
-        let telegram = RobTelegram {
-            ipoc: FIRST_IPOC + self.telegrams * self.cycle_us / 1000,
-            actual_pose: Some(wire_pose(&report.actual_pose)),
-            setpoint_pose: Some(wire_pose(&report.setpoint_pose)),
-            late_answers: Some(report.late_answers),
-            poscorr_stat: Some(report.poscorr_stat),
-        };
-        let mut bytes = [0; 1024];
-        let length = write_rob(&telegram, TELEGRAM_DECIMALS, &self.tags, &mut bytes)?;
+        let telegram = self.robot.write(&report)?;
+        self.robot.advance();
         while self
             .commands
             .front()
@@ -269,7 +261,7 @@ impl<'a> Conductor<'a> {
             self.stop_asked = true;
             let _ = self.shared.commands.try_send(Command::Stop);
         }
-        let telegram = heapless::Vec::from_slice(&bytes[..length]).unwrap_or_default();
+        let telegram = heapless::Vec::from_slice(&telegram).unwrap_or_default();
         self.handle.0.borrow_mut().telegrams.push(telegram);
         self.telegrams += 1;
         self.next_telegram_us += self.cycle_us;
@@ -287,28 +279,8 @@ fn truth_record(truth: &Truth) -> TruthRecord {
     }
 }
 
-/// m and rad as the telegram's mm and degrees.
-fn wire_pose(pose: &[f64; 6]) -> [f64; 6] {
-    let [x, y, z, a, b, c] = *pose;
-    [
-        x * 1e3,
-        y * 1e3,
-        z * 1e3,
-        a.to_degrees(),
-        b.to_degrees(),
-        c.to_degrees(),
-    ]
-}
-
-/// mm and degrees of an answer in m and rad.
-fn si_correction(correction: &[softdock_link::decimal::Decimal; 6]) -> [f64; 6] {
-    let [x, y, z, a, b, c] = correction.map(|decimal| decimal.to_f64());
-    [
-        x * 1e-3,
-        y * 1e-3,
-        z * 1e-3,
-        a.to_radians(),
-        b.to_radians(),
-        c.to_radians(),
-    ]
+/// A reading at this instant.
+fn sense(rig: &mut Rig, now_us: u64) -> SensorSampleSim {
+    rig.advance_to(now_us);
+    rig.gauges()
 }

@@ -1,6 +1,7 @@
 //! SubDevices on a cable, and what happens to frames.
 
 use super::datagram;
+use super::sensor::Measurement;
 use super::subdevice::SubDevice;
 
 /// Shortest Ethernet frame without its checksum.
@@ -52,6 +53,14 @@ impl Segment {
             devices,
             cable: Cable::Good,
             noise: 1,
+        }
+    }
+
+    /// Every sensor measures this wrench (N, N·m) with this status.
+    pub fn measure(&mut self, wrench: [f64; 6], status: u16) {
+        for device in &mut self.devices {
+            let per_unit = device.counts_per_unit();
+            device.measure(Measurement::of(wrench, per_unit, status.into()));
         }
     }
 

@@ -8,6 +8,7 @@
 use super::hidden::Hidden;
 use serde::{Deserialize, Serialize};
 use softdock_analysis::model::GuideModel;
+use softdock_link::can::ati::AtiCalibration;
 use softdock_mechanism::DockingSettings;
 
 /// A simulated rig: robot, mechanism and sensor.
@@ -338,6 +339,17 @@ const CALIBRATION: [[f64; 6]; 6] = [
     [-0.048, 1.083, 0.026, -0.524, 0.017, -0.561],
     [-0.662, 0.019, -0.641, 0.033, -0.687, -0.028],
 ];
+
+impl SensorSettings {
+    /// The calibration that the sensor reports about itself.
+    pub fn calibration(&self) -> AtiCalibration {
+        AtiCalibration {
+            matrix: self.calibration,
+            counts_per_force: self.counts_per_newton,
+            counts_per_torque: self.counts_per_newton_metre,
+        }
+    }
+}
 
 impl Default for SensorSettings {
     fn default() -> Self {

@@ -24,6 +24,9 @@ pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<
     if !cycles.iter().any(|c| measured(&c)) {
         return vec![Check::bad("sensor", "no reading of a sensor is recorded")];
     }
+    // Before the first sample there is nothing, and the tool's weight was taken from it.
+    let first = cycles.iter().position(|c| c.inputs.sensor.counter > 0);
+    let cycles = cycles.get(first.unwrap_or(0)..).unwrap_or_default();
     let defaults = Settings::default();
     let settings = settings.unwrap_or(&defaults);
     vec![

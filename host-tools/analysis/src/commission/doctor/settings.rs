@@ -70,7 +70,8 @@ pub(super) fn recorder(recorder: &str) -> Check {
     if recorder.is_empty() {
         return Check::warning(
             name,
-            "nobody gets the cycles of a board; set `network.recorder`",
+            "the settings name nobody who gets each cycle: set `network.recorder` (a board that was started with \
+             --telemetry sends there all the same)",
         );
     }
     Check::good(name, recorder)

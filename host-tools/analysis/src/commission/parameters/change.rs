@@ -63,12 +63,8 @@ impl Client {
         tell("checking");
         self.still()?;
         self.begin()?;
-        for Difference { name, wanted, .. } in differences {
-            let value = wanted.for_board();
-            self.done(&Request::Set { path: name, value })
-                .with_context(|| format!("`{name}` = {wanted}"))
-                .context(UNCHANGED)?;
-        }
+        let staged = self.stage(differences);
+        self.or_give_up(staged)?;
         self.try_draft(confirm_within_s, tell)?;
         tell("reading back");
         for Difference { name, wanted, .. } in differences {
@@ -131,9 +127,30 @@ impl Client {
         self.done(&Request::Begin).context(UNCHANGED)
     }
 
+    /// Changes the draft.
+    fn stage(&mut self, differences: &[Difference]) -> Result<()> {
+        for Difference { name, wanted, .. } in differences {
+            let value = wanted.for_board();
+            self.done(&Request::Set { path: name, value })
+                .with_context(|| format!("`{name}` = {wanted}"))
+                .context(UNCHANGED)?;
+        }
+        Ok(())
+    }
+
+    /// A draft that was refused is given up: nobody shall take it for a change that somebody is at.
+    fn or_give_up(&mut self, staged: Result<()>) -> Result<()> {
+        if staged.is_err() {
+            // What the line says now adds nothing to what was refused.
+            drop(self.done(&Request::Abort));
+        }
+        staged
+    }
+
     /// Validates, commits, waits and confirms.
     fn try_draft(&mut self, confirm_within_s: u16, tell: &mut impl FnMut(&str)) -> Result<()> {
-        self.done(&Request::Validate).context(UNCHANGED)?;
+        let valid = self.done(&Request::Validate).context(UNCHANGED);
+        self.or_give_up(valid.map(drop))?;
         let boot = self.identity().boot;
         tell("writing");
         let request = Request::Commit { confirm_within_s };

@@ -42,12 +42,12 @@ pub struct Port {
 }
 
 impl Port {
-    /// Opens `tcp:HOST:PORT`, or the serial device or pseudo-terminal of that path.
+    /// Opens `tcp:HOST:PORT` (or `HOST:PORT`), or the serial device or pseudo-terminal of that path.
     ///
     /// # Errors
     /// It is not there, or another program has it.
     pub fn open(name: &str, baud_rate: u32) -> Result<Self> {
-        match name.strip_prefix("tcp:") {
+        match tcp_address(name) {
             Some(address) => Self::open_tcp(address),
             None => Self::open_serial(name, baud_rate),
         }
@@ -96,6 +96,15 @@ impl Port {
             lock: None,
         })
     }
+}
+
+/// `tcp:HOST:PORT`, and `HOST:PORT`, which no device is called.
+fn tcp_address(name: &str) -> Option<&str> {
+    let is_port = |(host, port): (&str, &str)| {
+        !host.is_empty() && !host.contains(['/', '\\']) && port.parse::<u16>().is_ok()
+    };
+    let bare = || name.rsplit_once(':').is_some_and(is_port);
+    name.strip_prefix("tcp:").or_else(|| bare().then_some(name))
 }
 
 fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
@@ -202,5 +211,25 @@ pub fn only_board() -> Result<String> {
         _ => bail!(
             "several boards are plugged in; choose one: --port (`softdock params ports` lists them)"
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tcp_address;
+
+    #[test]
+    fn what_is_an_address_and_what_a_device() {
+        for (name, address) in [
+            ("tcp:127.0.0.1:29537", Some("127.0.0.1:29537")),
+            ("127.0.0.1:29537", Some("127.0.0.1:29537")),
+            ("localhost:29537", Some("localhost:29537")),
+            ("[::1]:29537", Some("[::1]:29537")),
+            ("/dev/ttyACM0", None),
+            ("/dev/serial/by-path/pci-0000:00:14.0", None),
+            ("COM3", None),
+        ] {
+            assert_eq!(tcp_address(name), address, "{name}");
+        }
     }
 }

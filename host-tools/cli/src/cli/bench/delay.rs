@@ -1,5 +1,6 @@
 //! `softdock bench delay`: every delay law on the same plants.
 
+use super::super::outputs::html_file;
 use super::super::{law_names, print, print_json};
 use crate::bench::delay::row::Row;
 use crate::bench::delay::run::{rows, run};
@@ -36,7 +37,7 @@ pub(super) struct Delay {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Write a page with tables and plots
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
     /// Overwrite an existing report
     #[arg(long)]

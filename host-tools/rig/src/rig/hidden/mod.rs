@@ -21,13 +21,13 @@ mod suggest;
 #[cfg(test)]
 mod tests;
 
-pub use suggest::suggest;
+pub use suggest::{any, suggest};
 
 use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use softdock_analysis::effects::sensor::tool::ToolState;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, Parameter, by_id};
+use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, Parameter, named};
 use softdock_analysis::input::nearest;
 use softdock_control::frames::Wrench;
 use std::collections::BTreeMap;
@@ -95,12 +95,7 @@ impl Hidden {
 /// # Errors
 /// There is none; the error offers the nearest id.
 pub fn effect(id: &str) -> Result<&'static Effect> {
-    if let Some(effect) = by_id(id) {
-        return Ok(effect);
-    }
-    let offer = nearest(id, CATALOGUE.iter().map(|effect| effect.id))
-        .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    bail!("there is no effect `{id}`{offer} (`softdock effects` lists them all)")
+    named(id)
 }
 
 fn unknown_parameter(effect: &Effect, name: &str) -> String {

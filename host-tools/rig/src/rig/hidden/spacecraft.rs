@@ -8,6 +8,14 @@ use softdock_analysis::effects::body::sc_mass_error::MassError;
 use softdock_control::manipulator::ManipulatorResistance;
 use softdock_control::settings::Settings;
 
+/// Whether an effect is one of the spacecraft, which the board computes and no rig can hide.
+pub fn concerns(hidden: &Hidden) -> bool {
+    let nominal = Settings::default();
+    let mut changed = nominal.clone();
+    let applied = apply(std::slice::from_ref(hidden), &mut changed);
+    applied.is_err() || changed != nominal
+}
+
 /// Changes the settings of spacecraft K, the one that the robot moves, as hidden effects say.
 ///
 /// # Errors

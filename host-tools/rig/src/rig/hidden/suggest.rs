@@ -1,12 +1,15 @@
 //! Plausible sizes: what a rig could really hide, and a diagnosis could find.
 
-use super::{Hidden, effect};
-use anyhow::Result;
+use super::{Hidden, effect, spacecraft};
+use crate::rig::RigSettings;
+use anyhow::{Context, Result};
 use softdock_analysis::effects::{CATALOGUE, Draw};
 use softdock_analysis::statistics::RandomStream;
 
 /// The stream of random numbers that sizes are drawn from; the rig's own begin at 0.
 const STREAM: u64 = 100;
+/// The stream that the choice of an effect is drawn from.
+const CHOICE: u64 = 99;
 
 /// An effect of a plausible size; the same seed draws the same.
 ///
@@ -24,6 +27,24 @@ pub fn suggest(id: &str, seed: u64) -> Result<Hidden> {
         id: id.to_owned(),
         parameters: parameters.collect(),
     })
+}
+
+/// One of all effects that a rig with these settings can hide by itself, of a plausible size; the same seed draws the
+/// same.
+///
+/// # Errors
+/// There is none.
+pub fn any(settings: &RigSettings, seed: u64) -> Result<Hidden> {
+    let possible = |hidden: &Hidden| {
+        let mut with = settings.clone();
+        with.hidden.push(hidden.clone());
+        !hidden.parameters.is_empty() && !spacecraft::concerns(hidden) && with.validate().is_ok()
+    };
+    let all = CATALOGUE.iter().filter_map(|e| suggest(e.id, seed).ok());
+    let mut all: Vec<Hidden> = all.filter(possible).collect();
+    let place = (RandomStream::new(seed, CHOICE).uniform() * all.len() as f64).ceil() as usize;
+    let place = place.checked_sub(1).context("this rig can hide nothing")?;
+    Ok(all.swap_remove(place))
 }
 
 fn drawn(draw: &Draw, noise: &mut RandomStream) -> f64 {

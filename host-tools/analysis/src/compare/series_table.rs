@@ -1,0 +1,100 @@
+//! The curves of a comparison as numbers: what was measured, what was predicted, their difference and its noise.
+
+use super::{ChannelPrediction, Comparison};
+use crate::data_table::{DataColumn, DataTable, Values};
+use crate::model::{Axis, Channel};
+use crate::output::write_whole;
+use crate::recording::mcap_of_numbers;
+use anyhow::{Result, bail};
+use serde::Serialize;
+use std::path::Path;
+
+/// What stands in a file of series.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SeriesFile {
+    /// Its path.
+    pub file: String,
+    /// Rows: cycles of the recording.
+    pub rows: usize,
+    /// Names of its columns.
+    pub columns: Vec<String>,
+}
+
+impl Comparison {
+    /// Time, then measured, predicted, residual and sigma of each axis of each channel, a row for each cycle. Sigma is
+    /// the noise to expect of the residual. What could not be predicted is empty.
+    pub fn series_table(&self) -> DataTable {
+        let prediction = &self.detail.prediction;
+        let time = prediction.time_s.clone();
+        let time = DataColumn::new(
+            "time_s",
+            "s",
+            "time of the cycle, as in the recording",
+            time,
+        );
+        let mut columns = vec![time];
+        for channel in Channel::ALL {
+            for axis in Axis::ALL {
+                columns.extend(of_axis(prediction.channel(channel), axis));
+            }
+        }
+        let metadata = vec![
+            ("made_by".to_owned(), crate::identity::text()),
+            ("recorded_by".to_owned(), self.detail.identity.clone()),
+            ("where".to_owned(), self.sentence.clone()),
+        ];
+        DataTable { columns, metadata }
+    }
+
+    /// Writes that table: CSV, Parquet or MCAP, by the ending of `path`.
+    ///
+    /// # Errors
+    /// Another ending, or a file that cannot be written.
+    pub fn write_series(&self, path: &Path) -> Result<SeriesFile> {
+        let table = self.series_table();
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv" | "parquet") => table.write(path)?,
+            Some("mcap") => write_whole(
+                path,
+                &mcap_of_numbers(&table, "/compare", "softdock/msg/Compare")?,
+            )?,
+            _ => bail!(
+                "{}: series are written as .csv, .parquet or .mcap; choose one of these endings",
+                path.display()
+            ),
+        }
+        Ok(SeriesFile {
+            file: path.display().to_string(),
+            rows: table.rows(),
+            columns: table.columns.into_iter().map(|c| c.name).collect(),
+        })
+    }
+}
+
+fn of_axis(values: &ChannelPrediction, axis: Axis) -> [DataColumn; 4] {
+    let (channel, unit) = (values.channel, values.channel.unit(axis));
+    let suffix = unit.replace(['/', '·'], "_").to_lowercase();
+    let column = |what: &str, meaning: &str, value: &dyn Fn(usize) -> Option<f64>| {
+        let numbers = (0..values.measured.len()).map(|n| value(n).filter(|v| v.is_finite()));
+        let numbers: Vec<Option<f64>> = numbers.collect();
+        let name = format!("{channel}_{axis}_{what}_{suffix}");
+        DataColumn::new(name, unit, meaning, Values::from(numbers))
+    };
+    let i = axis.index();
+    [
+        column("measured", "what was recorded", &|n| {
+            Some(values.measured[n][i])
+        }),
+        column("predicted", "what the model says", &|n| {
+            values.predicted.get(n).copied().flatten().map(|six| six[i])
+        }),
+        column("residual", "measured minus predicted", &|n| {
+            values.residual(n, axis)
+        }),
+        column(
+            "sigma",
+            "noise to expect of the residual, one sigma",
+            &|n| Some(values.expected_sigma(n, axis)),
+        ),
+    ]
+}

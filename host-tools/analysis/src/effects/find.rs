@@ -1,0 +1,54 @@
+//! Finding an effect by what a person remembers of it.
+
+use super::{CATALOGUE, Effect, by_id};
+use crate::input::nearest;
+use anyhow::{Result, bail};
+
+/// Most effects that are offered for a word.
+const OFFERED: usize = 5;
+
+/// The effect with this id.
+///
+/// # Errors
+/// There is none; the error offers the nearest id, or those that have the word in title or summary.
+pub fn named(id: &str) -> Result<&'static Effect> {
+    if let Some(effect) = by_id(id) {
+        return Ok(effect);
+    }
+    let word = id.to_lowercase().replace('_', " ");
+    let has = |effect: &&&Effect| {
+        [effect.title, effect.summary]
+            .iter()
+            .any(|text| !word.is_empty() && text.to_lowercase().contains(&word))
+    };
+    let offered = CATALOGUE.iter().filter(has).take(OFFERED);
+    let offered: Vec<String> = offered
+        .map(|e| format!("`{}` ({})", e.id, e.title))
+        .collect();
+    let offer = match nearest(id, CATALOGUE.iter().map(|effect| effect.id)) {
+        Some(near) => format!("; did you mean `{near}`?"),
+        None if offered.is_empty() => String::new(),
+        None => format!("; the word is in {}", offered.join(", ")),
+    };
+    bail!("there is no effect `{id}`{offer} (`softdock effects` lists them all)")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::named;
+
+    #[test]
+    fn a_word_of_the_title_is_enough_to_be_told_the_id() {
+        assert_eq!(named("ft_bias").unwrap().id, "ft_bias");
+        for (word, offered) in [
+            ("guide_colomb", "did you mean `guide_coulomb`?"),
+            ("friction", "`guide_coulomb`"),
+            ("Zero offset", "`ft_bias` (Zero offset of the sensor)"),
+            ("xyzzy", "`softdock effects` lists them all"),
+            ("", "`softdock effects` lists them all"),
+        ] {
+            let error = named(word).unwrap_err().to_string();
+            assert!(error.contains(offered), "{error}");
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What a file is that was given for another one.
+
+use toml_edit::TableLike;
+
+/// First bytes of an MCAP file.
+const MCAP: &[u8] = b"\x89MCAP";
+
+/// Keys that only one kind of file has at its top level, and the hint for where another was asked for.
+const KINDS: [(&[&str], &str); 4] = [
+    (
+        &["board", "start_position_m", "duration_s"],
+        "This looks like a scenario, as `softdock run` and `softdock rig` take it: was another file meant, or were two swapped?",
+    ),
+    (
+        &["control", "can", "rsi", "network", "ethercat"],
+        "This looks like the settings of a board: was another file meant, or were two swapped?",
+    ),
+    (
+        &["noise", "tool", "bodies", "effect", "hypothesis", "history"],
+        "This looks like a model, as `softdock compare` takes it: was another file meant, or were two swapped?",
+    ),
+    (
+        &["sent_velocity", "executed_velocity", "table", "files"],
+        "This looks like a mapping for `softdock import`: was another file meant, or were two swapped?",
+    ),
+];
+
+/// What a table looks like, unless it is what has these keys.
+pub(super) fn other_kind(table: &dyn TableLike, known: &[&str]) -> Option<&'static str> {
+    let has = |keys: &&[&str]| keys.iter().any(|key| table.contains_key(key));
+    let (keys, hint) = KINDS.iter().find(|(keys, _)| has(keys))?;
+    let expected = keys.iter().any(|key| known.contains(key));
+    (!expected).then_some(*hint)
+}
+
+/// What bytes are that are no text.
+pub(super) fn of_bytes(bytes: &[u8]) -> &'static str {
+    if bytes.starts_with(MCAP) {
+        "this is a recording (MCAP), expected is a TOML file: were two files swapped?"
+    } else {
+        "not a text file (expected TOML in UTF-8)"
+    }
+}

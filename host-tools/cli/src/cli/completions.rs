@@ -1,0 +1,58 @@
+//! `softdock completions` and `softdock man`: what a shell and `man` want to know of the commands.
+
+use super::{Cli, print};
+use anyhow::{Context, Result};
+use clap::{Args, Command, CommandFactory};
+use clap_complete::{Shell, generate};
+use std::path::{Path, PathBuf};
+
+/// Print completions for a shell.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example: softdock completions bash > ~/.local/share/bash-completion/completions/softdock"
+)]
+pub(super) struct Completions {
+    /// The shell
+    shell: Shell,
+}
+
+impl Completions {
+    pub(super) fn execute(self) -> Result<()> {
+        let mut script = Vec::new();
+        generate(self.shell, &mut Cli::command(), "softdock", &mut script);
+        print(&String::from_utf8(script)?)
+    }
+}
+
+/// Write the manual pages, one for each command.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock man -o ~/.local/share/man/man1")]
+pub(super) struct Man {
+    /// Folder for the pages; made if missing. Pages of another version are replaced
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+impl Man {
+    pub(super) fn execute(self) -> Result<()> {
+        std::fs::create_dir_all(&self.output)
+            .with_context(|| format!("cannot make the folder {}", self.output.display()))?;
+        let mut command = Cli::command();
+        command.build();
+        write(&command, "softdock", &self.output)
+    }
+}
+
+/// The page of a command, and those of the commands below it.
+fn write(command: &Command, name: &str, folder: &Path) -> Result<()> {
+    let path = folder.join(format!("{name}.1"));
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command.clone())
+        .title(name)
+        .render(&mut page)?;
+    std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
+    let below = command.get_subcommands().filter(|c| c.get_name() != "help");
+    below
+        .into_iter()
+        .try_for_each(|below| write(below, &format!("{name}-{}", below.get_name()), folder))
+}

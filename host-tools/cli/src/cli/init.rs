@@ -1,0 +1,53 @@
+//! `softdock init`: files to start from.
+
+use super::print;
+use crate::experiment::starter;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use softdock_analysis::input::refuse_overwrite;
+use std::path::PathBuf;
+
+/// Write a scenario, a board, a rig and a model to start from.
+///
+/// A probe between two springs, on which a diagnosis can tell one effect from another. The other
+/// commands take the files as they are; change them to what your laboratory has. Nothing is
+/// overwritten.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: softdock init laboratory")]
+pub(super) struct Init {
+    /// Folder for the files; made if missing
+    #[arg(value_name = "DIR", default_value = ".")]
+    folder: PathBuf,
+}
+
+impl Init {
+    pub(super) fn execute(self) -> Result<()> {
+        let files = starter::files()?;
+        for (name, _) in &files {
+            let path = self.folder.join(name);
+            // Without --force: these files are what a person works on.
+            ensure!(
+                refuse_overwrite(&path, false).is_ok(),
+                "{} exists already, nothing was written: choose another folder, as in `softdock init laboratory`",
+                path.display()
+            );
+        }
+        std::fs::create_dir_all(&self.folder)
+            .with_context(|| format!("cannot make the folder {}", self.folder.display()))?;
+        for (name, text) in &files {
+            let path = self.folder.join(name);
+            std::fs::write(&path, text)
+                .with_context(|| format!("cannot write {}", path.display()))?;
+            eprintln!("{} written", path.display());
+        }
+        let folder = self.folder.display().to_string();
+        let enter = match folder.as_str() {
+            "." => String::new(),
+            folder => format!("  cd {folder}\n"),
+        };
+        print(&format!(
+            "Next:\n{enter}  softdock check board.toml rig.toml\n  softdock run scenario.toml -o run.mcap\n  \
+             softdock compare model.toml run.mcap --report compare.html\n"
+        ))
+    }
+}

@@ -1,0 +1,55 @@
+//! Names of files to write: an ending that promises another format is a mistake.
+
+use std::path::{Path, PathBuf};
+
+/// Endings of formats that people know.
+const KNOWN: [&str; 9] = [
+    "csv", "html", "htm", "json", "mcap", "parquet", "pdf", "svg", "toml",
+];
+
+/// A report.
+pub(super) fn html_file(text: &str) -> Result<PathBuf, String> {
+    match ending(text) {
+        None | Some("html" | "htm") => Ok(text.into()),
+        Some(other) => Err(format!(
+            "a report is an HTML page, not .{other}: name it {} (a browser prints it as PDF)",
+            Path::new(text).with_extension("html").display()
+        )),
+    }
+}
+
+/// A recording.
+pub(super) fn mcap_file(text: &str) -> Result<PathBuf, String> {
+    match ending(text) {
+        None | Some("mcap") => Ok(text.into()),
+        Some(other) => Err(format!(
+            "a recording is MCAP, not .{other}: name it {} (`softdock export` makes a table of it)",
+            Path::new(text).with_extension("mcap").display()
+        )),
+    }
+}
+
+/// The ending, if it promises a format.
+fn ending(text: &str) -> Option<&'static str> {
+    let ending = Path::new(text).extension()?.to_str()?.to_lowercase();
+    KNOWN.into_iter().find(|known| *known == ending)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ending_that_promises_another_format_is_refused() {
+        for good in ["r.html", "r", "/dev/null", "report.HTM", "run.1"] {
+            assert_eq!(html_file(good), Ok(good.into()));
+        }
+        let error = html_file("out/r.pdf").unwrap_err();
+        assert!(error.contains("out/r.html"), "{error}");
+        let error = mcap_file("run.csv").unwrap_err();
+        assert!(
+            error.contains("run.mcap") && error.contains("softdock export"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,212 @@
+//! `softdock rig`: the simulated rig in real time, as a peer of a board.
+
+use super::address::address;
+use super::live::raised_by_ctrl_c;
+use super::progress::spinner;
+use super::{print, print_json, three_numbers};
+use crate::experiment::scenario::Scenario;
+use anyhow::{Result, bail, ensure};
+use clap::Args;
+use indicatif::ProgressBar;
+use softdock_analysis::input;
+use softdock_rig::peer::{Peer, SensorLink, Tally, Watcher};
+use softdock_rig::rig::Hidden;
+use softdock_rig::rig::hidden::{any, spacecraft, suggest};
+use std::io::BufRead;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+/// Play robot, mechanism and sensor of a scenario in real time against a board.
+///
+/// The board is `softdock board`, `softdock qemu` or a real one: the robot sends its RSI telegrams to --robot, the
+/// sensor connects to --can and speaks SLCAN, or is an EtherCAT segment at --ethercat. It waits for the board and comes
+/// back when the board starts over. Three numbers on standard input, A,B,C in degrees, take the robot to another
+/// orientation. Ctrl-C ends it and says how many answers were late or never came.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example: softdock rig scenario.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536
+(the board in another terminal: softdock board --settings board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --start)
+
+softdock rig scenario.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --hide any --seed 7
+(a rig with a secret: record it, compare, diagnose; --reveal says what it was)")]
+pub(super) struct RigCommand {
+    /// Scenario file (TOML)
+    scenario: PathBuf,
+    /// UDP address on which the board waits for the robot
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address, required_unless_present = "reveal")]
+    robot: Option<SocketAddr>,
+    /// TCP address of the board's SLCAN port
+    #[arg(
+        long,
+        value_name = "TCP_ADDR",
+        value_parser = address,
+        required_unless_present_any = ["ethercat", "reveal"],
+        conflicts_with = "ethercat"
+    )]
+    can: Option<SocketAddr>,
+    /// UDP address on which the board waits for its EtherCAT segment, in place of --can
+    #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
+    ethercat: Option<SocketAddr>,
+    /// Settings of the board, instead of the scenario's: its sensor, names of RSI
+    #[arg(long, value_name = "BOARD.toml")]
+    settings: Option<PathBuf>,
+    /// Effect of the catalogue for the rig to hide, in a size drawn from the seed, or `any`; may be repeated
+    #[arg(long, value_name = "ID|any")]
+    hide: Vec<String>,
+    /// Seed of all random numbers, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Say what --hide and --seed hide, and do no more
+    #[arg(long, requires = "hide")]
+    reveal: bool,
+    /// A, B, C of the flange at the start, degrees, instead of the scenario's
+    #[arg(long, value_name = "A,B,C", value_parser = three_numbers, allow_hyphen_values = true)]
+    abc_deg: Option<[f64; 3]>,
+    /// End after so long, s
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl RigCommand {
+    pub(super) fn execute(self) -> Result<()> {
+        if let Some(seconds) = self.seconds {
+            ensure!(
+                seconds > 0.0 && seconds <= 1e6,
+                "--seconds is {seconds}; expected is more than 0, at most 1000000"
+            );
+        }
+        let (scenario, hidden) = self.scenario()?;
+        if self.reveal {
+            return self.tell(&hidden);
+        }
+        let sensor = &scenario.rig.sensor;
+        if sensor.noise_force_n <= 0.0 && sensor.noise_torque_nm <= 0.0 {
+            eprintln!(
+                "warning: the simulated sensor has no noise; a board takes readings that repeat for a frozen sensor \
+                 unless its `control.sensor.frozen_after_cycles` is 0"
+            );
+        }
+        let link = match (self.can, self.ethercat) {
+            (Some(can), _) => SensorLink::Can(can),
+            (None, Some(ethercat)) => SensorLink::Ethercat(ethercat),
+            (None, None) => bail!("where is the sensor's port? --can or --ethercat says it"),
+        };
+        let Some(robot) = self.robot else {
+            bail!("where does the board wait for the robot? --robot says it");
+        };
+        let peer = Peer {
+            rig: scenario.rig.clone(),
+            start_pose: scenario.start_pose(),
+            seed: scenario.seed,
+            board: scenario.board,
+            robot,
+            sensor: link,
+        };
+        let stop = raised_by_ctrl_c()?;
+        let display = Display(spinner());
+        let tally = peer.run(&stop, self.seconds, poses(), &display)?;
+        drop(display);
+        let summary = tally.summary();
+        match self.json {
+            true => print_json(&summary)?,
+            false => print(&format!("{summary}\n"))?,
+        }
+        ensure!(
+            summary.runs > 0,
+            "no board answered on UDP {robot}: does it run, and is this its --robot address?"
+        );
+        Ok(())
+    }
+
+    /// The scenario with what it hides, and that alone.
+    fn scenario(&self) -> Result<(Scenario, Vec<Hidden>)> {
+        let mut scenario = Scenario::load(&self.scenario)?;
+        if let Some(path) = &self.settings {
+            scenario.board = input::load(path)?;
+        }
+        if let Some(abc_deg) = self.abc_deg {
+            scenario.start_abc_rad = abc_deg.map(f64::to_radians);
+        }
+        scenario.seed = self.seed.unwrap_or(scenario.seed);
+        let mut hidden = Vec::new();
+        for id in &self.hide {
+            let effect = match id.as_str() {
+                "any" => any(&scenario.rig, scenario.seed)?,
+                id => suggest(id, scenario.seed)?,
+            };
+            ensure!(
+                !spacecraft::concerns(&effect),
+                "`{}` is an error of the spacecraft that the board computes: the rig cannot hide it; change the \
+                 board's `control.body_k` instead",
+                effect.id
+            );
+            scenario.rig.hidden.push(effect.clone());
+            hidden.push(effect);
+        }
+        scenario.validate()?;
+        Ok((scenario, hidden))
+    }
+
+    fn tell(&self, hidden: &[Hidden]) -> Result<()> {
+        if self.json {
+            return print_json(&hidden);
+        }
+        for effect in hidden {
+            let values = effect.parameters.iter();
+            let values: Vec<String> = values.map(|(name, v)| format!("{name} = {v}")).collect();
+            print(&format!("{}: {}\n", effect.id, values.join(", ")))?;
+        }
+        Ok(())
+    }
+}
+
+/// Orientations that are typed on standard input, rad. The thread ends with standard input.
+fn poses() -> Receiver<[f64; 3]> {
+    let (typed, poses) = channel();
+    thread::spawn(move || {
+        for line in std::io::stdin().lock().split(b'\n').map_while(Result::ok) {
+            let line = String::from_utf8_lossy(&line);
+            let line = line.trim();
+            match three_numbers(line) {
+                Ok(abc_deg) => {
+                    if typed.send(abc_deg.map(f64::to_radians)).is_err() {
+                        return;
+                    }
+                    eprintln!("rig: the robot goes to A,B,C = {line} degrees");
+                }
+                Err(_) if line.is_empty() => {}
+                Err(error) => eprintln!("rig: `{line}`: {error}, A,B,C in degrees"),
+            }
+        }
+    });
+    poses
+}
+
+/// Tells on standard error what happens.
+struct Display(ProgressBar);
+
+impl Watcher for Display {
+    fn say(&self, what: &str) {
+        self.0.suspend(|| eprintln!("rig: {what}"));
+    }
+
+    fn show(&self, tally: &Tally) {
+        self.0.tick();
+        let late = tally.unanswered;
+        self.0.set_message(format!(
+            "{} cycles, {late} not answered in time, {} readings, {} contacts; Ctrl-C ends it",
+            tally.cycles, tally.readings, tally.contacts
+        ));
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
