@@ -38,7 +38,8 @@ fn the_error_falls_by_clicks_and_comes_back() {
         browser.evaluate(&text).as_str().unwrap().parse().unwrap()
     };
     let (before, after) = (error(&mut browser, 0), error(&mut browser, 1));
-    assert!(after < 0.8 * before, "{before} {after}");
+    // All channels together, the noise of those without an error included.
+    assert!(after < 0.9 * before, "{before} {after}");
 
     browser.click("#write");
     browser.until("document.querySelector('#added')");
@@ -50,7 +51,8 @@ fn the_error_falls_by_clicks_and_comes_back() {
 
     for width in WIDTHS {
         browser.resize(width, 900);
-        browser.until("document.querySelectorAll('#plots canvas').length == 2");
+        // The plots take their width a moment later than the page.
+        browser.until("[...document.querySelectorAll('.uplot')].every(plot => plot.clientWidth <= plot.parentElement.clientWidth)");
         let found = browser.look();
         assert_eq!(found.sticking_out, Vec::<String>::new(), "{width} px");
         assert_eq!(found.console, Vec::<String>::new(), "{width} px");

@@ -63,7 +63,9 @@ export class Linked {
       const from = Math.max(plot.valToPos(window.from_s, 'x', true), bbox.left);
       const to = Math.min(plot.valToPos(window.to_s, 'x', true), bbox.left + bbox.width);
       if (to < bbox.left || from > bbox.left + bbox.width) continue;
-      ctx.globalAlpha = (window.picked ? 0.34 : 0.15) * (css('shade') || 1);
+      // Free flight may be most of the time.
+      const faint = window.phase === 'free_flight' ? 0.5 : 1;
+      ctx.globalAlpha = (window.picked ? 0.34 : 0.15) * faint * (css('shade') || 1);
       ctx.fillStyle = css(`phase-${window.phase}`);
       ctx.fillRect(from, bbox.top, Math.max(to - from, 1.5), bbox.height);
     }

@@ -90,7 +90,7 @@ function checkLines() {
   if (!state.fit.size) return h('p', { class: 'muted' }, 'Say of at least one recording that a diagnosis may fit on it.');
   if (!check) return h('p', { class: 'muted' }, 'Checking the recordings …');
   const unseen = state.test.size ? [...state.test].join(', ') : 'the end of it';
-  return [h('p', { class: check.ready ? '' : 'bad', id: 'check', 'data-ready': check.ready }, check.ready
+  return [h('p', { class: check.ready ? '' : 'bad', id: 'check', 'data-ready': String(check.ready) }, check.ready
     ? [h('span', { class: 'good' }, '✓ '), 'Fit for a diagnosis: it fits on ', h('strong', {}, [...state.fit].join(', ')), ' and judges on ', h('strong', {}, unseen), '.']
     : ['✗ Not fit for a diagnosis. ', check.against]),
   check.lacking.length && h('details', { class: 'small', open: !check.ready }, h('summary', {}, `What is lacking (${check.lacking.length})`),

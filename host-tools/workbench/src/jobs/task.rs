@@ -76,21 +76,52 @@ impl Selection {
 
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", tag = "kind", content = "args")]
+#[serde(try_from = "Posted")]
 pub(crate) enum Request {
     /// What is missing?
     Diagnose(Selection),
     /// One effect of the catalogue or of the model file, or a hypothesis that no file has.
-    Add {
-        /// The model and the recordings.
-        selection: Selection,
-        /// Its id.
-        #[serde(default)]
-        effect: Option<String>,
-        /// A hypothesis instead.
-        #[serde(default)]
-        hypothesis: Option<Hypothesis>,
-    },
+    Add(Wanted),
+}
+
+/// The effect that is fitted.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wanted {
+    /// The model and the recordings.
+    selection: Selection,
+    /// Its id.
+    #[serde(default)]
+    effect: Option<String>,
+    /// A hypothesis instead.
+    #[serde(default)]
+    hypothesis: Option<Hypothesis>,
+}
+
+/// A request as it comes. Its arguments are read when their kind is known: what serde keeps of a number until then is
+/// none any more where a crate asks serde_json for all of its digits.
+#[derive(Deserialize)]
+struct Posted {
+    kind: Kind,
+    args: Value,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Diagnose,
+    Add,
+}
+
+impl TryFrom<Posted> for Request {
+    type Error = serde_json::Error;
+
+    fn try_from(Posted { kind, args }: Posted) -> Result<Self, serde_json::Error> {
+        Ok(match kind {
+            Kind::Diagnose => Self::Diagnose(serde_json::from_value(args)?),
+            Kind::Add => Self::Add(serde_json::from_value(args)?),
+        })
+    }
 }
 
 /// A request with its files.
@@ -139,11 +170,11 @@ impl Task {
     pub(super) fn new(bench: &Workbench, request: Request) -> Result<Self, Problem> {
         let (selection, effect, hypothesis) = match request {
             Request::Diagnose(selection) => (selection, None, None),
-            Request::Add {
+            Request::Add(Wanted {
                 selection,
                 effect,
                 hypothesis,
-            } => (selection, effect, hypothesis),
+            }) => (selection, effect, hypothesis),
         };
         let opened = selection.open(bench)?;
         let mut model = opened.file.model().clone();
