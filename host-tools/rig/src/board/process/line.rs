@@ -10,7 +10,7 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pieces that may wait for the service.
 const QUEUE: usize = 256;
@@ -20,6 +20,20 @@ const PIECE: usize = 512;
 const STOP_PERIOD: Duration = Duration::from_millis(20);
 /// Longest time for a host to take an answer.
 const WRITE_PATIENCE: Duration = Duration::from_secs(2);
+
+/// How long a host may be silent. Every request of ours is answered or repeated within seconds.
+#[derive(Clone, Copy)]
+struct Silence {
+    /// Then another host takes the line over.
+    takeover: Duration,
+    /// Then it is disconnected in any case.
+    idle: Duration,
+}
+
+const SILENCE: Silence = Silence {
+    takeover: Duration::from_secs(10),
+    idle: Duration::from_secs(300),
+};
 
 /// Where the service is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +87,7 @@ impl Line {
                     .context("the service's port")?;
                 let place = format!("TCP {}", listener.local_addr()?);
                 thread::spawn(move || {
-                    serve_tcp(&listener, &queue, &writer, &stop);
+                    serve_tcp(&listener, &queue, &writer, &stop, SILENCE);
                     queue.close();
                 });
                 place
@@ -102,23 +116,38 @@ impl Line {
     }
 }
 
-/// Accepts one host at a time; another one is turned away.
-fn serve_tcp(listener: &TcpListener, queue: &Mailbox<Vec<u8>>, host: &Host, stop: &AtomicBool) {
-    let mut reader: Option<TcpStream> = None;
+/// Accepts one host at a time; another one is turned away while the first one talks.
+fn serve_tcp(
+    listener: &TcpListener,
+    queue: &Mailbox<Vec<u8>>,
+    host: &Host,
+    stop: &AtomicBool,
+    silence: Silence,
+) {
+    let mut present: Option<(TcpStream, Instant)> = None;
     while !stop.load(Ordering::Relaxed) {
+        let silent = |(_, heard): &(TcpStream, Instant)| heard.elapsed() > silence.takeover;
         if let Ok((stream, _)) = listener.accept()
-            && reader.is_none()
+            && present.as_ref().is_none_or(silent)
             && let Ok((read, write)) = connect(stream)
         {
-            reader = Some(read);
+            present = Some((read, Instant::now()));
             *lock(host) = Some(Box::new(write));
         }
-        let Some(stream) = &mut reader else {
+        let Some((stream, heard)) = &mut present else {
             thread::sleep(STOP_PERIOD);
             continue;
         };
-        if !pass_on(stream, queue) {
-            reader = None;
+        let stays = match pass_on(stream, queue) {
+            Passed::Bytes => {
+                *heard = Instant::now();
+                true
+            }
+            Passed::Nothing => heard.elapsed() <= silence.idle,
+            Passed::Gone => false,
+        };
+        if !stays {
+            present = None;
             *lock(host) = None;
         }
     }
@@ -133,19 +162,29 @@ fn connect(stream: TcpStream) -> io::Result<(TcpStream, TcpStream)> {
     Ok((stream.try_clone()?, stream))
 }
 
-/// Passes on what has come. False: the host has gone.
-fn pass_on(stream: &mut impl io::Read, queue: &Mailbox<Vec<u8>>) -> bool {
+/// What came of a look for bytes.
+enum Passed {
+    Bytes,
+    Nothing,
+    /// The host has gone.
+    Gone,
+}
+
+/// Passes on what has come.
+fn pass_on(stream: &mut impl io::Read, queue: &Mailbox<Vec<u8>>) -> Passed {
     let mut piece = [0; PIECE];
     match stream.read(&mut piece) {
-        Ok(0) => false,
+        Ok(0) => Passed::Gone,
         Ok(length) => {
             queue.push(piece[..length].to_vec());
-            true
+            Passed::Bytes
         }
-        Err(error) => matches!(
-            error.kind(),
-            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted
-        ),
+        Err(error) => match error.kind() {
+            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted => {
+                Passed::Nothing
+            }
+            _ => Passed::Gone,
+        },
     }
 }
 
@@ -163,7 +202,7 @@ fn open_pty(queue: Mailbox<Vec<u8>>, host: Host, stop: Arc<AtomicBool>) -> Resul
         // While it is open here as well, hosts may come and go.
         let _far_end = far_end;
         while !stop.load(Ordering::Relaxed) {
-            if !pass_on(&mut board, &queue) {
+            if matches!(pass_on(&mut board, &queue), Passed::Gone) {
                 thread::sleep(STOP_PERIOD);
             }
         }
@@ -223,5 +262,82 @@ impl Write for LineWriter {
 
     async fn flush(&mut self) -> Result<(), ErrorKind> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    /// A line with a host, and what `then` does to it: it is given the address, the host, and a way to wait for
+    /// bytes.
+    fn with_host(
+        silence: Silence,
+        then: impl FnOnce(SocketAddr, TcpStream, &dyn Fn(&[u8]) -> bool),
+    ) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        listener.set_nonblocking(true).unwrap();
+        let address = listener.local_addr().unwrap();
+        let (queue, host, stop) = (Mailbox::new(QUEUE), Host::default(), AtomicBool::new(false));
+        thread::scope(|scope| {
+            scope.spawn(|| serve_tcp(&listener, &queue, &host, &stop, silence));
+            let first = TcpStream::connect(address).unwrap();
+            first.set_read_timeout(Some(WRITE_PATIENCE)).unwrap();
+            let heard = |bytes: &[u8]| {
+                let waits = Instant::now();
+                while waits.elapsed() < WRITE_PATIENCE {
+                    if queue.try_take().is_some_and(|piece| piece == bytes) {
+                        return true;
+                    }
+                    thread::sleep(Duration::from_millis(1));
+                }
+                false
+            };
+            then(address, first, &heard);
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+
+    const LONG: Duration = Duration::from_secs(3600);
+
+    #[test]
+    fn a_silent_host_is_disconnected() {
+        let silence = Silence {
+            takeover: LONG,
+            idle: Duration::ZERO,
+        };
+        with_host(silence, |_, mut first, _| {
+            assert_eq!(first.read(&mut [0; 8]).unwrap(), 0);
+        });
+    }
+
+    #[test]
+    fn another_host_takes_a_silent_line_over() {
+        let silence = Silence {
+            takeover: Duration::ZERO,
+            idle: LONG,
+        };
+        with_host(silence, |address, mut first, heard| {
+            let mut second = TcpStream::connect(address).unwrap();
+            assert_eq!(first.read(&mut [0; 8]).unwrap(), 0, "the first one is gone");
+            second.write_all(b"second").unwrap();
+            assert!(heard(b"second"));
+        });
+    }
+
+    #[test]
+    fn another_host_is_turned_away_while_the_first_one_talks() {
+        let silence = Silence {
+            takeover: LONG,
+            idle: LONG,
+        };
+        with_host(silence, |address, mut first, heard| {
+            let mut second = TcpStream::connect(address).unwrap();
+            second.set_read_timeout(Some(WRITE_PATIENCE)).unwrap();
+            assert_eq!(second.read(&mut [0; 8]).unwrap_or(0), 0);
+            first.write_all(b"still here").unwrap();
+            assert!(heard(b"still here"));
+        });
     }
 }
