@@ -57,15 +57,6 @@ fn every_cycle_is_recorded_and_replays_bit_for_bit() {
 }
 
 #[test]
-fn more_simulations_than_places_in_the_pool_run_one_after_the_other() {
-    let mut scenario = noisy();
-    scenario.duration_s = 0.02;
-    for _ in 0..100 {
-        assert_eq!(run(&scenario).cycles.len(), 5);
-    }
-}
-
-#[test]
 fn without_compensation_the_bounce_is_2_8_times_too_fast_at_every_speed() {
     for speed in [0.001, 0.005, 0.015] {
         let impact = first_impact(&one_stop(LawName::None, speed, TOUCH).unwrap());

@@ -180,6 +180,8 @@ impl Outcome {
 pub struct Observer<'a> {
     finder: ImpactFinder<'a>,
     cycle_s: f64,
+    /// The rig has a mechanism that may capture.
+    docks: bool,
     start: Option<UnitQuaternion<f64>>,
     cycles: u64,
     contact_cycles: u64,
@@ -195,6 +197,7 @@ impl<'a> Observer<'a> {
         Self {
             finder: ImpactFinder::new(scenario),
             cycle_s: scenario.board.control.robot.cycle_s,
+            docks: !scenario.rig.mechanism.docking.is_empty(),
             start: None,
             cycles: 0,
             contact_cycles: 0,
@@ -225,8 +228,8 @@ impl<'a> Observer<'a> {
             .max(2.0 * ComplexField::asin(vector));
     }
 
-    /// What it came to.
-    pub fn finish(self) -> Outcome {
+    /// What it came to; the rig says when its latches caught the spacecraft, s.
+    pub fn finish(self, captured_s: Option<f64>) -> Outcome {
         let impacts = self.finder.finish();
         let first = impacts.first();
         let of = |value: fn(&Impact) -> f64| first.map(value);
@@ -235,7 +238,7 @@ impl<'a> Observer<'a> {
             reason: None,
             cycles: self.cycles,
             impacts: impacts.len() as u64,
-            captured: None,
+            captured: self.docks.then_some(captured_s.is_some()),
             speed_in_m_s: of(|i| i.speed_in_mm_s * 1e-3),
             speed_out_m_s: of(|i| i.speed_out_mm_s * 1e-3),
             restitution: of(|i| i.restitution),

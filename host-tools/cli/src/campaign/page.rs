@@ -326,12 +326,12 @@ fn maps(results: &Results<'_>, summary: &Summary, splits: &[Split]) -> Result<Ve
     };
     let success = results.successes()?;
     let (xs, ys) = (results.numbers(x)?, results.numbers(y)?);
+    let title = |split: &Split| match split.name.as_str() {
+        "" => "Where it succeeds".to_owned(),
+        name => format!("Where it succeeds: {name}"),
+    };
     let map = |split: &Split| {
-        let mut plot = Plot::new(
-            format!("Where it succeeds {}", split.name),
-            label(x),
-            label(y),
-        );
+        let mut plot = Plot::new(title(split), label(x), label(y));
         for (name, kept, hue) in [
             ("success", true, Hue::Blue),
             ("no success", false, Hue::Vermilion),

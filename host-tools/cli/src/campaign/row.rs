@@ -22,7 +22,7 @@ fn outcome(scenario: &Scenario) -> Outcome {
         ControlFlow::Continue(())
     });
     match ran {
-        Ok(_) => observer.finish(),
+        Ok(statistics) => observer.finish(statistics.captured_s),
         Err(error) => Outcome::failure(Status::Failed, format!("{error:#}")),
     }
 }

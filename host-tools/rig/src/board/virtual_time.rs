@@ -12,8 +12,7 @@ use super::world::Handle;
 use crate::ethercat::Segment;
 use crate::peer::telegrams::Telegrams;
 use crate::rig::{Rig, SensorSampleSim, Truth};
-use anyhow::{Context as _, Result, bail, ensure};
-use embassy_futures::join::join;
+use anyhow::{Context as _, Result, bail};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
@@ -26,6 +25,7 @@ use softdock_link::can::ati::AtiCalibration;
 use std::collections::VecDeque;
 use std::future::Future;
 use std::ops::ControlFlow;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Wake, Waker};
@@ -77,23 +77,48 @@ pub fn simulate_disturbed(
     let sensor = tasks::sensor(&shared, settings.clone(), Some(bus), Some(port), clock);
     let (io, mut recorder) = ((handle.clone(), handle.clone()), handle);
     let robot = tasks::robot(&shared, link, start, wait, io, &mut recorder);
-    let mut tasks = Box::pin(join(sensor, robot));
-
-    // Polled in place: an executor that sleeps between two turns costs a system call for each wake.
-    let woken = Arc::new(Woken(AtomicBool::new(true)));
-    let waker = Waker::from(woken.clone());
-    let mut context = Context::from_waker(&waker);
+    // The telegram is the last of what an event brings, and who was woken last comes first.
+    let mut tasks = [Task::new(robot), Task::new(sensor)];
     while !conductor.ended {
-        if woken.0.swap(false, Ordering::Relaxed) {
-            let pending = tasks.as_mut().poll(&mut context).is_pending();
-            ensure!(pending, "the board's tasks ended before the run");
-        }
+        tasks.iter_mut().for_each(Task::poll_if_woken);
         conductor.turn(on_telegram, on_cycle)?;
     }
+    drop(tasks);
     Ok(conductor.rig)
 }
 
-/// Whether a task was woken since all were polled.
+/// A task that is polled in place: an executor that sleeps between two turns costs a system call for each wake.
+struct Task<'a> {
+    /// Until it has ended.
+    future: Option<Pin<Box<dyn Future<Output = ()> + 'a>>>,
+    woken: Arc<Woken>,
+    waker: Waker,
+}
+
+impl<'a> Task<'a> {
+    fn new(future: impl Future<Output = ()> + 'a) -> Self {
+        let woken = Arc::new(Woken(AtomicBool::new(true)));
+        Self {
+            future: Some(Box::pin(future)),
+            waker: Waker::from(woken.clone()),
+            woken,
+        }
+    }
+
+    fn poll_if_woken(&mut self) {
+        if !self.woken.0.swap(false, Ordering::Relaxed) {
+            return;
+        }
+        let mut context = Context::from_waker(&self.waker);
+        if let Some(future) = &mut self.future
+            && future.as_mut().poll(&mut context).is_ready()
+        {
+            self.future = None;
+        }
+    }
+}
+
+/// Whether a task was woken since it was polled.
 struct Woken(AtomicBool);
 
 impl Wake for Woken {

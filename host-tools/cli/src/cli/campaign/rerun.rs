@@ -46,10 +46,10 @@ impl Rerun {
             .scenario(self.index)
             .context("the row has no recording: its settings are refused")?;
         let mut observer = Observer::new(&scenario);
-        record_file(&scenario, &self.output, &mut |record, truth| {
+        let ran = record_file(&scenario, &self.output, &mut |record, truth| {
             observer.push(record, truth)
         })?;
-        let outcome = observer.finish();
+        let outcome = observer.finish(ran.captured_s);
         ensure!(
             outcome == row::execute(&plan, self.index),
             "the recorded run differs from the row; this is a defect of softdock"
