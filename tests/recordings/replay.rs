@@ -3,7 +3,7 @@
 use super::sample::{file_of, read};
 use proptest::prelude::*;
 use softdock_analysis::recording::{Header, Recording};
-use softdock_analysis::replay::replay;
+use softdock_analysis::replay::{Replay, replay};
 use softdock_app::record::{CycleRecord, Inputs, RobotReport};
 use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
@@ -204,4 +204,40 @@ fn what_cannot_be_replayed_says_why() {
     assert!(error.contains("cycle_ms"), "{error}");
     let error = why(|r| r.header.settings_toml = "[control.robot]\ncycle_s = 4".into());
     assert!(error.contains("robot.cycle_s"), "{error}");
+}
+
+/// The pieces of a run are replayed as one run, and only in their order.
+#[test]
+fn pieces_are_replayed_together() {
+    let piece = |cycles: &[CycleRecord]| Recording {
+        cycles: cycles.to_vec(),
+        ..BOUNCE.clone()
+    };
+    let (first, rest) = BOUNCE.cycles.split_at(200);
+    let mut whole = Replay::default();
+    assert_eq!(whole.take(&piece(first)).unwrap().cycles, 200);
+    let report = whole.take(&piece(rest)).unwrap();
+    assert!(report.identical && report.cycles == 500, "{report}");
+
+    let error = Replay::default()
+        .take(&piece(rest))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("begins with cycle 200"), "{error}");
+    let mut gap = Replay::default();
+    gap.take(&piece(first)).unwrap();
+    let error = gap.take(&piece(&rest[1..])).unwrap_err().to_string();
+    assert!(
+        error.contains("the one before ended with cycle 199"),
+        "{error}"
+    );
+    let mut other = piece(rest);
+    other.header.settings_toml = SETTINGS.replace("400.0", "500.0");
+    let mut whole = Replay::default();
+    whole.take(&piece(first)).unwrap();
+    let error = whole.take(&other).unwrap_err().to_string();
+    assert!(
+        error.contains("settings of this recording are others"),
+        "{error}"
+    );
 }

@@ -1,7 +1,7 @@
 //! A board's datagrams without a board, and the recordings that come of them.
 
 use softdock_analysis::recording::Recording;
-use softdock_analysis::telemetry::{Recorder, Summary};
+use softdock_analysis::telemetry::{Bounds, Recorder, Summary};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
@@ -82,8 +82,12 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new() -> Self {
+        Self::within(Bounds::default())
+    }
+
+    pub(crate) fn within(bounds: Bounds) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let recorder = Recorder::new(&folder.path().join("run.mcap"));
+        let recorder = Recorder::within(&folder.path().join("run.mcap"), bounds);
         Self { recorder, folder }
     }
 

@@ -1,7 +1,7 @@
 //! What gets into which file.
 
-use super::board::{Bench, Board, IDENTITY, cycles, record, settings};
-use softdock_analysis::telemetry::METADATA;
+use super::board::{Bench, Board, IDENTITY, address, cycles, record, settings};
+use softdock_analysis::telemetry::{Bounds, METADATA};
 use std::collections::BTreeMap;
 
 #[test]
@@ -135,6 +135,104 @@ fn other_settings_in_mid_run_begin_a_file() {
     assert_eq!(control, settings(200.0).control);
 }
 
+/// A run that is too long for one file: each piece is whole, has the settings, and begins where the one before ended.
+#[test]
+fn a_long_run_becomes_several_files() {
+    let bounds = Bounds {
+        piece_cycles: 100,
+        ..Bounds::default()
+    };
+    let (mut board, mut bench) = (Board::boot(7), Bench::within(bounds));
+    bench.hears(&board.announces(settings(100.0)));
+    bench.hears(&board.runs(0..300));
+    let (summary, recordings) = bench.finish();
+    let found: Vec<u64> = recordings.iter().flat_map(cycles).collect();
+    assert_eq!(found, (0..300).collect::<Vec<_>>());
+    assert_eq!(recordings.len(), 3);
+    assert!(recordings.iter().all(|piece| piece.cut.is_none()));
+    assert!(
+        recordings
+            .iter()
+            .all(|piece| piece.header.control_settings().is_ok())
+    );
+    let continues: Vec<bool> = summary
+        .recordings
+        .iter()
+        .map(|part| part.continues)
+        .collect();
+    assert_eq!(continues, [false, true, true]);
+    let said = summary.recordings[1].to_string();
+    assert!(
+        said.contains("goes on from the file before with cycle 100"),
+        "{said}"
+    );
+}
+
+/// By its size a file is ended at the next look, a quarter of a second later at most.
+#[test]
+fn a_file_that_is_large_enough_is_ended() {
+    let bounds = Bounds {
+        piece_bytes: 1,
+        ..Bounds::default()
+    };
+    let (mut board, mut bench) = (Board::boot(7), Bench::within(bounds));
+    bench.hears(&board.announces(settings(100.0)));
+    bench.hears(&board.runs(0..192));
+    let (_, recordings) = bench.finish();
+    let lengths: Vec<usize> = recordings.iter().map(|piece| piece.cycles.len()).collect();
+    assert_eq!(lengths, [64, 64, 64]);
+}
+
+/// Whoever can send to the recorder can make boots up; they get no more files than are allowed, and a board that
+/// was there before goes on with its own.
+#[test]
+fn boots_that_are_made_up_fill_no_disk() {
+    let bounds = Bounds {
+        boots: 20,
+        piece_cycles: 50,
+        ..Bounds::default()
+    };
+    let mut bench = Bench::within(bounds);
+    let mut board = Board::boot(1);
+    bench.hears(&board.announces(settings(100.0)));
+    bench.hears(&board.runs(0..50));
+    for boot in 2..200 {
+        bench.hears(&Board::boot(boot).runs(0..1));
+        bench.hears(&board.runs([u64::from(boot) + 48]));
+    }
+    let (summary, recordings) = bench.finish();
+    let of_the_board = recordings
+        .iter()
+        .filter(|piece| piece.header.control_settings().is_ok());
+    let kept: usize = of_the_board.clone().map(|piece| piece.cycles.len()).sum();
+    assert_eq!((kept, of_the_board.count()), (248, 5));
+    assert_eq!(recordings.len(), 5 + 19);
+    assert_eq!(summary.dropped_cycles, 198 - 19);
+}
+
+#[test]
+fn a_recording_ends_when_all_that_is_allowed_is_written() {
+    let bounds = Bounds {
+        total_bytes: 1,
+        ..Bounds::default()
+    };
+    let (mut board, mut bench) = (Board::boot(7), Bench::within(bounds));
+    bench.hears(&board.announces(settings(100.0)));
+    bench.hears(&board.runs(0..63));
+    let datagrams = board.runs(63..64);
+    let outcomes = datagrams
+        .iter()
+        .map(|datagram| bench.recorder.accept(datagram, address()));
+    let error = outcomes
+        .into_iter()
+        .find_map(Result::err)
+        .unwrap()
+        .to_string();
+    assert!(error.contains("--max-gb allows more"), "{error}");
+    let (_, recordings) = bench.finish();
+    assert_eq!(recordings[0].cycles.len(), 64, "what was recorded is whole");
+}
+
 /// What was lost stands in the file too.
 #[test]
 fn the_metadata_tell_what_was_lost() {
@@ -159,6 +257,7 @@ fn the_metadata_tell_what_was_lost() {
     );
     let expected = [
         ("boot", "000000ab"),
+        ("continues", "false"),
         ("cycles", "12"),
         ("first_cycle", "5"),
         ("lost_cycles", "3"),

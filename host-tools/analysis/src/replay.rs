@@ -2,9 +2,10 @@
 //! inputs must give the same correction, bit for bit, on the board and on the host.
 
 use crate::recording::{Comparison, Difference, Recording};
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use serde::Serialize;
 use softdock_app::robot_cycle::RobotCycle;
+use softdock_control::settings::Settings;
 
 /// What a replay found.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -56,49 +57,85 @@ impl core::fmt::Display for ReplayReport {
     }
 }
 
-/// Recomputes every cycle and compares the correction, the stop request and every number of the
-/// trace. Fails if the recording does not begin with the board's first cycle, because the state
-/// of the controller is not recorded, or if its settings cannot be read.
-pub fn replay(recording: &Recording) -> anyhow::Result<ReplayReport> {
-    match recording.cycles.first().map(|first| first.trace.cycle) {
-        Some(0) => {}
-        Some(first) => bail!(
-            "the recording begins with cycle {first}; only a recording that begins with cycle \
-             0, at the start of the board, can be replayed"
-        ),
-        None => bail!("the recording holds no whole cycle"),
-    }
-    let gap = recording
-        .cycles
-        .windows(2)
-        .find(|pair| pair[1].trace.cycle != pair[0].trace.cycle + 1);
-    if let Some([before, after]) = gap {
-        bail!(
-            "the recorder lost the cycles between {} and {}; what follows cannot be recomputed",
-            before.trace.cycle,
-            after.trace.cycle
-        );
-    }
-    let settings = recording.header.control_settings()?;
-    let mut controller =
-        RobotCycle::<f64>::new(&settings).context("the settings in the recording are not valid")?;
+/// A replay, file by file: a board's state goes on from one to the next.
+#[derive(Default)]
+pub struct Replay {
+    controller: Option<(RobotCycle<f64>, Settings)>,
+    /// Cycles that were found again.
+    cycles: u64,
+}
 
-    let mut comparison = Comparison::default();
-    for (recorded, cycles) in recording.cycles.iter().zip(1..) {
-        let recomputed = controller.step(&recorded.inputs);
-        if let Some(found) = comparison.first_difference([recorded, &recomputed]) {
-            return Ok(ReplayReport {
-                identical: false,
-                cycles,
-                first_difference: Some(first_difference(recorded.trace.cycle, found)),
-            });
+/// Recomputes every cycle of one recording; see [`Replay::take`].
+pub fn replay(recording: &Recording) -> anyhow::Result<ReplayReport> {
+    Replay::default().take(recording)
+}
+
+impl Replay {
+    /// Recomputes every cycle of the next recording and compares the correction, the stop request and every
+    /// number of the trace. The report is of all files so far. Fails if the first one does not begin with the
+    /// board's first cycle, because the state of the controller is not recorded, if the next one does not
+    /// begin where the one before ended, or if its settings cannot be read.
+    pub fn take(&mut self, recording: &Recording) -> anyhow::Result<ReplayReport> {
+        self.check_cycles(recording)?;
+        let settings = recording.header.control_settings()?;
+        let (controller, known) = match &mut self.controller {
+            Some(running) => running,
+            none => {
+                let controller = RobotCycle::new(&settings)
+                    .context("the settings in the recording are not valid")?;
+                none.insert((controller, settings.clone()))
+            }
+        };
+        ensure!(
+            *known == settings,
+            "the settings of this recording are others than those of the one before"
+        );
+        let mut comparison = Comparison::default();
+        for recorded in &recording.cycles {
+            self.cycles += 1;
+            let recomputed = controller.step(&recorded.inputs);
+            if let Some(found) = comparison.first_difference([recorded, &recomputed]) {
+                return Ok(ReplayReport {
+                    identical: false,
+                    cycles: self.cycles,
+                    first_difference: Some(first_difference(recorded.trace.cycle, found)),
+                });
+            }
         }
+        Ok(ReplayReport {
+            identical: true,
+            cycles: self.cycles,
+            first_difference: None,
+        })
     }
-    Ok(ReplayReport {
-        identical: true,
-        cycles: recording.cycles.len() as u64,
-        first_difference: None,
-    })
+
+    fn check_cycles(&self, recording: &Recording) -> anyhow::Result<()> {
+        match recording.cycles.first().map(|first| first.trace.cycle) {
+            Some(first) if first == self.cycles => {}
+            Some(first) if self.cycles > 0 => bail!(
+                "the recording begins with cycle {first}, the one before ended with cycle {}; expected \
+                 are the files of one run in their order, without a gap",
+                self.cycles - 1
+            ),
+            Some(first) => bail!(
+                "the recording begins with cycle {first}; only a recording that begins with cycle \
+                 0, at the start of the board, can be replayed, or one behind the files before it"
+            ),
+            None => bail!("the recording holds no whole cycle"),
+        }
+        let gap = recording
+            .cycles
+            .windows(2)
+            .find(|pair| pair[1].trace.cycle != pair[0].trace.cycle + 1);
+        if let Some([before, after]) = gap {
+            bail!(
+                "the recorder lost the cycles between {} and {}; what follows cannot be recomputed",
+                before.trace.cycle,
+                after.trace.cycle
+            );
+        }
+        Ok(())
+    }
 }
 
 fn first_difference(cycle: u64, difference: Difference) -> FirstDifference {

@@ -18,6 +18,8 @@ const EPISODE: u64 = 15_000;
 const RARELY: u64 = 1_500;
 /// Cycles that the operator watches a fault before doing something.
 const WATCHES: u64 = 100;
+/// Resets after which the board is started over.
+const MOST_RESETS: u64 = 20;
 /// mm with 4 decimals.
 const DIGIT_M: f64 = 1e-7;
 
@@ -44,12 +46,15 @@ struct Soak {
     mode: Mode,
     /// Cycles since the last command or change of mode.
     quiet: u64,
+    /// Resets that did not lead out of the present fault.
+    resets: u64,
     fault: Option<(usize, u64, u64)>,
     /// Where displacements count from, and what was sent since, in counts.
     drift: Option<([f64; 3], [i64; 3])>,
     /// How often the loop was closed, and how many faults there were.
     starts: u64,
     faults: u64,
+    restarts: u64,
 }
 
 fn settings(law: LawName) -> BoardSettings {
@@ -96,10 +101,12 @@ impl Soak {
             dice: Dice(law as u64),
             mode: Mode::Idle,
             quiet: 0,
+            resets: 0,
             fault: None,
             drift: None,
             starts: 0,
             faults: 0,
+            restarts: 0,
             settings,
         }
     }
@@ -120,6 +127,15 @@ impl Soak {
         self.sample = self.plant.first_sample();
         self.line.jump(-1000);
         self.drift = None;
+    }
+
+    /// The way out of a zero that was taken under load: no reset finds a small force any more.
+    fn restart_the_board(&mut self) {
+        self.line = Line::new(&self.settings);
+        self.judge = Judge::new(&self.settings, 0.0);
+        (self.mode, self.resets) = (Mode::Idle, 0);
+        self.restarts += 1;
+        self.walk_to_the_robot();
     }
 
     fn cycle(&mut self) {
@@ -162,6 +178,10 @@ impl Soak {
             Mode::Running | Mode::Jogging if whim => Some(Command::Stop),
             Mode::Fault if self.quiet > WATCHES => {
                 self.quiet = 0;
+                self.resets += 1;
+                if self.resets > MOST_RESETS {
+                    self.restart_the_board();
+                }
                 // What presses on the sensor is taken away by hand.
                 if self.sample.wrench[0].abs() > 10.0 {
                     self.walk_to_the_robot();
@@ -185,7 +205,7 @@ impl Soak {
         }
         if trace.mode != self.mode {
             self.starts += u64::from(trace.mode == Mode::Running);
-            (self.mode, self.quiet) = (trace.mode, 0);
+            (self.mode, self.quiet, self.resets) = (trace.mode, 0, 0);
         }
         let Some((origin, sent)) = &mut self.drift else {
             return;
@@ -227,8 +247,15 @@ fn soak_law(law: LawName, cycles: u64) {
     let early = resident();
     soak.run(cycles - cycles / 4);
     let grown = resident().saturating_sub(early);
-    let Soak { starts, faults, .. } = soak;
-    println!("{law:?}: {cycles} cycles, {starts} starts, {faults} faults, {grown} bytes more");
+    let Soak {
+        starts,
+        faults,
+        restarts,
+        ..
+    } = soak;
+    println!(
+        "{law:?}: {cycles} cycles, {starts} starts, {faults} faults, {restarts} boards started over, {grown} bytes more"
+    );
     assert!(starts > cycles / 50_000, "{law:?} ran {starts} times only");
     // A minute of the plant's log comes and goes.
     assert!(grown < 16 << 20, "{law:?}: {grown} bytes more");

@@ -1,5 +1,6 @@
 //! One file of a recording: the cycles of one boot with one set of settings.
 
+use super::budget::Budget;
 use crate::recording::{Header, RecordingWriter};
 use anyhow::Result;
 use serde::Serialize;
@@ -8,6 +9,9 @@ use softdock_link::service::Machine;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+
+/// Cycles between two looks at the size of a file: a quarter of a second, as its chunks.
+const LOOK_CYCLES: u64 = 64;
 
 /// Name of the metadata record that says what was lost.
 pub const METADATA: &str = "softdock.telemetry";
@@ -34,6 +38,8 @@ pub struct PartSummary {
     pub identity: String,
     /// The board's settings are in the file.
     pub settings: bool,
+    /// It goes on where the file before ended: a replay takes both, in their order.
+    pub continues: bool,
     /// Number of the first recorded cycle since boot; a replay needs 0.
     pub first_cycle: Option<u64>,
     /// Cycles that were recorded.
@@ -55,6 +61,8 @@ pub(super) struct OpenPart {
     writer: RecordingWriter,
     summary: PartSummary,
     last_cycle: Option<u64>,
+    /// Size when it was last looked at.
+    bytes: u64,
     /// What had been lost before this file.
     before: Losses,
 }
@@ -64,6 +72,7 @@ impl OpenPart {
         path: &Path,
         boot: u32,
         header: Option<&Header>,
+        continues: bool,
         before: Losses,
     ) -> Result<Self> {
         let known = header.cloned().unwrap_or_default();
@@ -74,6 +83,7 @@ impl OpenPart {
                 boot: format!("{boot:08x}"),
                 identity: known.identity,
                 settings: header.is_some(),
+                continues,
                 first_cycle: None,
                 cycles: 0,
                 lost_cycles: 0,
@@ -83,6 +93,7 @@ impl OpenPart {
                 machine: None,
             },
             last_cycle: None,
+            bytes: 0,
             before,
         })
     }
@@ -91,7 +102,13 @@ impl OpenPart {
         self.summary.machine = Some(machine);
     }
 
-    pub(super) fn push(&mut self, record: &CycleRecord) -> Result<()> {
+    /// Whether what follows needs another file.
+    pub(super) fn is_full(&self, budget: &Budget) -> bool {
+        budget.is_full(self.bytes, self.summary.cycles)
+    }
+
+    /// Writes a cycle.
+    pub(super) fn push(&mut self, record: &CycleRecord, budget: &mut Budget) -> Result<()> {
         let cycle = record.trace.cycle;
         if self.last_cycle.is_none() {
             let now = SystemTime::now();
@@ -105,7 +122,13 @@ impl OpenPart {
         self.summary.cycles += 1;
         self.summary.lost_cycles += missing;
         self.last_cycle = Some(cycle);
-        Ok(())
+        if !self.summary.cycles.is_multiple_of(LOOK_CYCLES) {
+            return Ok(());
+        }
+        let bytes = std::fs::metadata(&self.summary.path)?.len();
+        let written = bytes.saturating_sub(self.bytes);
+        self.bytes = bytes;
+        budget.count(written, &self.summary.path)
     }
 
     /// What became of the file so far; `now` is what the stream has lost.
@@ -143,6 +166,7 @@ impl PartSummary {
         let recorder = [
             ("recorder", crate::identity::text()),
             ("boot", self.boot.clone()),
+            ("continues", self.continues.to_string()),
             ("machine", machine.unwrap_or_default()),
         ];
         numbers
@@ -176,6 +200,10 @@ impl std::fmt::Display for PartSummary {
             write!(f, "; WITHOUT the board's settings, which never came")?;
         }
         match self.first_cycle {
+            Some(first) if self.continues => write!(
+                f,
+                "; goes on from the file before with cycle {first}: replay them together"
+            ),
             Some(first) if first > 0 => write!(
                 f,
                 "; begins with cycle {first}: to be replayed, a recording must begin before the \

@@ -1,6 +1,6 @@
 //! From datagrams to recordings, whoever sends them.
 
-use super::names::Names;
+use super::budget::{Bounds, Budget};
 use super::part::PartSummary;
 use super::stream::Stream;
 use crate::identity;
@@ -11,19 +11,22 @@ use softdock_app::telemetry::{DatagramError, Part};
 use std::net::SocketAddr;
 use std::path::Path;
 
-/// Boots that are kept apart at a time. With one more, the file of the oldest is ended; should that
-/// board still be there, it gets a new one.
+/// Boots that are kept apart at a time. With one more, the file of the one that was silent longest is ended; should
+/// that board still be there, it gets a new one.
 const STREAMS: usize = 16;
 
 /// Takes the datagrams of one or more boards and writes what they tell.
 pub struct Recorder {
-    names: Names,
-    /// Oldest first.
-    streams: Vec<Stream>,
+    budget: Budget,
+    /// Oldest first, each with the number of the datagram that was heard last.
+    streams: Vec<(u64, Stream)>,
+    datagrams: u64,
     /// Files of streams that have ended.
     finished: Vec<PartSummary>,
     /// Datagrams of streams that have ended, which came twice or too late.
     repeated: u64,
+    /// Their cycles for which no file was allowed.
+    dropped: u64,
     foreign: u64,
     damaged: u64,
     last_foreign: Option<SocketAddr>,
@@ -61,18 +64,27 @@ pub struct Summary {
     pub damaged_datagrams: u64,
     /// Datagrams that came twice or too late.
     pub repeated_datagrams: u64,
+    /// Cycles of boots that were too many to get a file.
+    pub dropped_cycles: u64,
     /// Boards that could not be recorded, and why.
     pub refused: Vec<String>,
 }
 
 impl Recorder {
-    /// Writes into `path`; further files get a number before the ending.
+    /// Writes into `path`, within the usual bounds; further files get a number before the ending.
     pub fn new(path: &Path) -> Self {
+        Self::within(path, Bounds::default())
+    }
+
+    /// Likewise, within other bounds.
+    pub fn within(path: &Path, bounds: Bounds) -> Self {
         Self {
-            names: Names::new(path),
+            budget: Budget::new(path, bounds),
             streams: Vec::new(),
+            datagrams: 0,
             finished: Vec::new(),
             repeated: 0,
+            dropped: 0,
             foreign: 0,
             damaged: 0,
             last_foreign: None,
@@ -103,10 +115,12 @@ impl Recorder {
             }
         };
         let index = self.stream(part.boot)?;
-        let Some(stream) = self.streams.get_mut(index) else {
+        let Some((heard, stream)) = self.streams.get_mut(index) else {
             return Ok(());
         };
-        stream.push(&part, &mut self.names)?;
+        self.datagrams += 1;
+        *heard = self.datagrams;
+        stream.push(&part, &mut self.budget)?;
         self.notes.append(&mut stream.notes);
         let Some(why) = stream.refusal() else {
             return Ok(());
@@ -121,8 +135,8 @@ impl Recorder {
     /// # Errors
     /// A file cannot be written.
     pub fn rest(&mut self) -> Result<()> {
-        for stream in &mut self.streams {
-            stream.advance(true, &mut self.names)?;
+        for (_, stream) in &mut self.streams {
+            stream.advance(true, &mut self.budget)?;
             self.notes.append(&mut stream.notes);
         }
         Ok(())
@@ -130,18 +144,20 @@ impl Recorder {
 
     /// What a person should know, since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
+        self.notes.append(&mut self.budget.warnings);
         std::mem::take(&mut self.notes)
     }
 
     /// What was heard so far.
     pub fn progress(&self) -> Progress {
         let (mut cycles, mut lost_cycles) = (0, 0);
-        let open = self.streams.iter().flat_map(Stream::parts);
+        let open = self.streams.iter().flat_map(|(_, stream)| stream.parts());
         for part in self.finished.iter().cloned().chain(open) {
             cycles += part.cycles;
             lost_cycles += part.lost_cycles;
         }
-        let newest = self.streams.iter().rev().find_map(Stream::identity);
+        let newest = self.streams.iter().rev();
+        let newest = newest.filter_map(|(_, stream)| stream.identity()).next();
         Progress {
             boots: self.streams.len(),
             identity: newest.map(str::to_owned),
@@ -154,13 +170,15 @@ impl Recorder {
     /// The cycle that came last.
     pub fn newest(&self) -> Option<&CycleRecord> {
         let streams = self.streams.iter().rev();
-        streams.filter_map(|stream| stream.newest.as_ref()).next()
+        streams
+            .filter_map(|(_, stream)| stream.newest.as_ref())
+            .next()
     }
 
     /// Ends all files: what became of them, and the first error.
     pub fn finish(mut self) -> (Summary, Result<()>) {
         let mut outcome = Ok(());
-        for stream in std::mem::take(&mut self.streams) {
+        for (_, stream) in std::mem::take(&mut self.streams) {
             outcome = outcome.and(self.end(stream));
         }
         let sum = |of: fn(&PartSummary) -> u64| self.finished.iter().map(of).sum();
@@ -170,6 +188,7 @@ impl Recorder {
             foreign_datagrams: self.foreign,
             damaged_datagrams: self.damaged,
             repeated_datagrams: self.repeated,
+            dropped_cycles: self.dropped,
             refused: self.refused,
             recordings: self.finished,
         };
@@ -178,21 +197,25 @@ impl Recorder {
 
     /// Place of a boot's stream.
     fn stream(&mut self, boot: u32) -> Result<usize> {
-        let place = self.streams.iter().position(|stream| stream.boot() == boot);
+        let mut streams = self.streams.iter();
+        let place = streams.position(|(_, stream)| stream.boot() == boot);
         if let Some(place) = place {
             return Ok(place);
         }
         if self.streams.len() >= STREAMS {
-            let oldest = self.streams.remove(0);
-            self.end(oldest)?;
+            let heard = self.streams.iter().map(|(heard, _)| *heard);
+            let silent = heard.enumerate().min_by_key(|(_, heard)| *heard);
+            let (_, silent) = self.streams.remove(silent.map_or(0, |(place, _)| place));
+            self.end(silent)?;
         }
-        self.streams.push(Stream::new(boot));
+        self.streams.push((self.datagrams, Stream::new(boot)));
         Ok(self.streams.len() - 1)
     }
 
     fn end(&mut self, stream: Stream) -> Result<()> {
         self.repeated += stream.repeated();
-        let (parts, outcome) = stream.finish(&mut self.names);
+        let (parts, dropped, outcome) = stream.finish(&mut self.budget);
+        self.dropped += dropped;
         self.finished.extend(parts);
         outcome
     }
@@ -208,7 +231,7 @@ impl Recorder {
             return Ok(());
         }
         self.refused.push(text.clone());
-        let others = |stream: &Stream| stream.refusal().is_none();
+        let others = |(_, stream): &(u64, Stream)| stream.refusal().is_none();
         if self.finished.is_empty() && !self.streams.iter().any(others) {
             return Err(anyhow!(text));
         }

@@ -1,7 +1,7 @@
 //! The telemetry of one boot, written into recordings.
 
 use super::assembly::Assembly;
-use super::names::Names;
+use super::budget::Budget;
 use super::part::{Losses, OpenPart, PartSummary};
 use super::window::Window;
 use crate::recording::Header;
@@ -9,6 +9,7 @@ use anyhow::Result;
 use softdock_app::image::Image;
 use softdock_app::record::CycleRecord;
 use softdock_app::telemetry::{Announcement, Kind, Part, read_machine, read_record, schema};
+use std::path::Path;
 
 /// Cycles that wait for the settings, which are announced every second: 20 s, about 7 MB. Then
 /// they are written without.
@@ -38,6 +39,8 @@ pub(super) struct Stream {
     lost_counter: Option<u32>,
     lost_on_board: u64,
     held: Vec<CycleRecord>,
+    /// Cycles for which no file was allowed.
+    dropped: u64,
     /// The cycle that came last.
     pub(super) newest: Option<CycleRecord>,
     part: Option<OpenPart>,
@@ -58,6 +61,7 @@ impl Stream {
             lost_counter: None,
             lost_on_board: 0,
             held: Vec::new(),
+            dropped: 0,
             newest: None,
             part: None,
             finished: Vec::new(),
@@ -100,18 +104,18 @@ impl Stream {
     }
 
     /// Takes a datagram.
-    pub(super) fn push(&mut self, part: &Part<'_>, names: &mut Names) -> Result<()> {
+    pub(super) fn push(&mut self, part: &Part<'_>, budget: &mut Budget) -> Result<()> {
         let payload = part.payload.to_vec();
         let head = Part {
             payload: &[],
             ..*part
         };
         self.window.push(part.sequence, (head, payload));
-        self.advance(false, names)
+        self.advance(false, budget)
     }
 
     /// Writes what is in order. `give_up` waits for nothing that is missing.
-    pub(super) fn advance(&mut self, give_up: bool, names: &mut Names) -> Result<()> {
+    pub(super) fn advance(&mut self, give_up: bool, budget: &mut Budget) -> Result<()> {
         while let Some((head, payload)) = self.window.take(give_up) {
             let counter = self.lost_counter.replace(head.lost).unwrap_or(head.lost);
             self.lost_on_board += u64::from(head.lost.wrapping_sub(counter));
@@ -121,9 +125,9 @@ impl Stream {
                 ..head
             };
             match self.assembly.push(&part) {
-                Some((Kind::Announcement, message)) => self.announce(message, names)?,
+                Some((Kind::Announcement, message)) => self.announce(message, budget)?,
                 Some((Kind::Record, message)) if self.other_schema.is_none() => {
-                    self.record(&message, names)?;
+                    self.record(&message, budget)?;
                 }
                 Some((Kind::Machine, message)) => {
                     if let (Ok(machine), Some(part)) = (read_machine(&message), &mut self.part) {
@@ -136,7 +140,7 @@ impl Stream {
         Ok(())
     }
 
-    fn announce(&mut self, message: Vec<u8>, names: &mut Names) -> Result<()> {
+    fn announce(&mut self, message: Vec<u8>, budget: &mut Budget) -> Result<()> {
         let known = self.announced.as_ref();
         if known.is_some_and(|known| known.message == message) {
             return Ok(());
@@ -163,56 +167,84 @@ impl Stream {
         }
         match self.held.is_empty() {
             true => Ok(()),
-            false => self.open(names).map(drop),
+            false => self.open(budget).map(drop),
         }
     }
 
-    fn record(&mut self, message: &[u8], names: &mut Names) -> Result<()> {
+    fn record(&mut self, message: &[u8], budget: &mut Budget) -> Result<()> {
         let Ok(record) = read_record(message) else {
             self.unreadable += 1;
             return Ok(());
         };
         self.newest = Some(record);
+        if self.part.as_ref().is_some_and(|part| part.is_full(budget)) {
+            self.go_on(budget)?;
+        }
         if let Some(part) = &mut self.part {
-            return part.push(&record);
+            return part.push(&record, budget);
         }
         self.held.push(record);
         match self.announced.is_some() || self.held.len() >= HELD {
-            true => self.open(names),
+            true => self.open(budget),
             false => Ok(()),
         }
     }
 
-    /// Begins a file and writes the cycles that wait.
-    fn open(&mut self, names: &mut Names) -> Result<()> {
-        let before = match self.finished.is_empty() {
+    /// Begins a file and writes the cycles that wait; drops them if the boot may not have one.
+    fn open(&mut self, budget: &mut Budget) -> Result<()> {
+        let first = self.finished.is_empty();
+        let path = match first {
+            true => budget.first_file(),
+            false => Some(budget.next_file()),
+        };
+        let Some(path) = path else {
+            self.dropped += self.held.len() as u64;
+            self.held.clear();
+            return Ok(());
+        };
+        let before = match first {
             // What was lost before the first file was lost among the cycles that wait for it.
             true => Losses::default(),
             false => self.losses(),
         };
+        let mut part = self.create(&path, false, before)?;
+        for record in self.held.drain(..) {
+            part.push(&record, budget)?;
+        }
+        self.part = Some(part);
+        Ok(())
+    }
+
+    /// Ends the file, which has its size, and begins the next one.
+    fn go_on(&mut self, budget: &mut Budget) -> Result<()> {
+        let losses = self.losses();
+        if let Some(part) = self.part.take() {
+            self.finished.push(part.finish(losses)?);
+        }
+        self.part = Some(self.create(&budget.next_file(), true, losses)?);
+        Ok(())
+    }
+
+    fn create(&mut self, path: &Path, continues: bool, before: Losses) -> Result<OpenPart> {
         let announced = self.announced.as_ref();
         let header = announced.and_then(|announced| announced.header.as_ref().ok());
-        let path = names.next_path();
-        let mut part = OpenPart::create(&path, self.boot, header, before)?;
+        let part = OpenPart::create(path, self.boot, header, continues, before)?;
         self.notes.push(format!(
             "boot {:08x} of {}: recording into {}",
             self.boot,
             self.identity().unwrap_or("a board without a name"),
             path.display()
         ));
-        for record in self.held.drain(..) {
-            part.push(&record)?;
-        }
-        self.part = Some(part);
-        Ok(())
+        Ok(part)
     }
 
-    /// Ends the stream: what came is written, whatever is missing. The files, and the first error.
-    pub(super) fn finish(mut self, names: &mut Names) -> (Vec<PartSummary>, Result<()>) {
-        let mut outcome = self.advance(true, names);
+    /// Ends the stream: what came is written, whatever is missing. The files, the cycles for which none was
+    /// allowed, and the first error.
+    pub(super) fn finish(mut self, budget: &mut Budget) -> (Vec<PartSummary>, u64, Result<()>) {
+        let mut outcome = self.advance(true, budget);
         self.assembly.tear();
         if !self.held.is_empty() {
-            outcome = outcome.and(self.open(names));
+            outcome = outcome.and(self.open(budget));
         }
         let losses = self.losses();
         if let Some(part) = self.part.take() {
@@ -221,7 +253,7 @@ impl Stream {
             self.finished.push(so_far);
             outcome = outcome.and(ended.map(drop));
         }
-        (self.finished, outcome)
+        (self.finished, self.dropped, outcome)
     }
 
     fn losses(&self) -> Losses {

@@ -9,7 +9,7 @@ use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
 use softdock_analysis::input::refuse_overwrite;
-use softdock_analysis::telemetry::{Listener, Progress, Recorder, Summary};
+use softdock_analysis::telemetry::{Bounds, Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,8 +19,9 @@ use std::time::{Duration, Instant};
 ///
 /// The board sends to the address in its settings (`network.recorder`), or to that of `softdock
 /// board --telemetry`. Start the recorder before the robot: a recording that begins with the
-/// board's first cycle can be replayed. If the board boots again in mid-run, or its settings
-/// change, the next cycles go into a file of their own: RUN-2.mcap, RUN-3.mcap ..
+/// board's first cycle can be replayed. If the board boots again in mid-run, its settings change, or
+/// a file has its size, the next cycles go into a file of their own: RUN-2.mcap, RUN-3.mcap ..
+/// Before the disk is full you are warned twice.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock record --listen 0.0.0.0:49200 -o run.mcap")]
 pub(super) struct Record {
@@ -30,6 +31,15 @@ pub(super) struct Record {
     /// Recording to write (MCAP)
     #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
+    /// End each file after so many MB and go on in the next; they are replayed together
+    #[arg(long, value_name = "MB", default_value_t = 1024)]
+    piece_mb: u64,
+    /// Likewise after so many cycles (15000 are a minute at 4 ms)
+    #[arg(long, value_name = "N")]
+    piece_cycles: Option<u64>,
+    /// End the recording after so many GB in all
+    #[arg(long, value_name = "GB", default_value_t = 100)]
+    max_gb: u64,
     /// Give up if no board is heard for so long, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     timeout: f64,
@@ -53,12 +63,13 @@ impl Record {
             "--timeout is {} s; expected is more than 0, at most 1000000",
             self.timeout
         );
+        let bounds = self.bounds()?;
         check_output(&self.output, self.force)?;
         let stop = raised_by_ctrl_c()?;
         let listener = Listener::bind(self.listen)?;
         eprintln!("record: listening on UDP {}", listener.address());
 
-        let mut recorder = Recorder::new(&self.output);
+        let mut recorder = Recorder::within(&self.output, bounds);
         let recorded = self.record(&listener, &mut recorder, &stop);
         let rest = recorded.and_then(|()| {
             listener
@@ -78,6 +89,26 @@ impl Record {
         }
         rest.and(finished)?;
         verdict(&summary, &progress)
+    }
+
+    fn bounds(&self) -> Result<Bounds> {
+        for (name, value) in [
+            ("--piece-mb", self.piece_mb),
+            ("--piece-cycles", self.piece_cycles.unwrap_or(1)),
+            ("--max-gb", self.max_gb),
+        ] {
+            ensure!(
+                (1..=1_000_000_000).contains(&value),
+                "{name} is {value}; expected is at least 1, at most 1000000000"
+            );
+        }
+        let usual = Bounds::default();
+        Ok(Bounds {
+            piece_bytes: self.piece_mb << 20,
+            piece_cycles: self.piece_cycles.unwrap_or(usual.piece_cycles),
+            total_bytes: self.max_gb << 30,
+            ..usual
+        })
     }
 
     /// Records until Ctrl-C.
@@ -146,8 +177,14 @@ fn text(summary: &Summary) -> String {
         foreign_datagrams: foreign,
         damaged_datagrams: damaged,
         repeated_datagrams: repeated,
+        dropped_cycles: dropped,
         ..
     } = summary;
+    if *dropped > 0 {
+        text += &format!(
+            "DROPPED: {dropped} cycles of further boots; too many were heard, and some may be made up.\n"
+        );
+    }
     if foreign + damaged + repeated > 0 {
         text += &format!(
             "Ignored datagrams: {foreign} not of softdock, {damaged} damaged, {repeated} twice or \

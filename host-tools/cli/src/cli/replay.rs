@@ -1,21 +1,22 @@
 //! `softdock replay`: recompute a recording.
 
 use super::{print, print_json};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use softdock_analysis::recording::Recording;
-use softdock_analysis::replay::replay;
+use softdock_analysis::replay::{Replay as Recomputation, ReplayReport};
 use std::path::PathBuf;
 
 /// Recompute every correction of a recording and compare it bit for bit.
 ///
 /// Ends with 0 if all cycles are identical; else it names the first cycle and quantity that
-/// differ.
+/// differ. A run that was recorded into several files is given whole, in their order.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: softdock replay run.mcap")]
+#[command(after_help = "Example: softdock replay run.mcap run-2.mcap")]
 pub(super) struct Replay {
-    /// Recording (MCAP)
-    recording: PathBuf,
+    /// Recordings (MCAP)
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -23,11 +24,7 @@ pub(super) struct Replay {
 
 impl Replay {
     pub(super) fn execute(self) -> Result<()> {
-        let recording = Recording::open(&self.recording)?;
-        if let Some(cut) = &recording.cut {
-            eprintln!("note: {cut}");
-        }
-        let report = replay(&recording)?;
+        let report = self.recompute()?;
         if self.json {
             print_json(&report)?;
         } else {
@@ -37,5 +34,25 @@ impl Replay {
             bail!("the replay differs from the recording");
         }
         Ok(())
+    }
+
+    /// One file after the other in memory, up to the first difference.
+    fn recompute(&self) -> Result<ReplayReport> {
+        let mut recomputation = Recomputation::default();
+        let mut report = None;
+        for path in &self.recordings {
+            let recording = Recording::open(path)?;
+            if let Some(cut) = &recording.cut {
+                eprintln!("note: {cut}");
+            }
+            let found = recomputation.take(&recording);
+            let found = found.with_context(|| path.display().to_string())?;
+            let identical = found.identical;
+            report = Some(found);
+            if !identical {
+                break;
+            }
+        }
+        report.context("expected at least one recording")
     }
 }

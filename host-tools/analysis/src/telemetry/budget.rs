@@ -1,0 +1,144 @@
+//! What a recorder may write: files of a bounded size, and no more than a bounded number of boots and bytes.
+
+use super::names::Names;
+use anyhow::{Result, ensure};
+use std::path::{Path, PathBuf};
+
+/// Free space below which a person is warned, bytes: some two hours of 4 ms cycles, and half an hour.
+const LOW_SPACE: [u64; 2] = [4 << 30, 1 << 30];
+
+/// Bounds of what is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// Boots that get a file; cycles of further ones are dropped. Whoever can send to the recorder can make
+    /// boots up.
+    pub boots: u32,
+    /// Size at which a file is ended and the next one begun, bytes.
+    pub piece_bytes: u64,
+    /// Number of cycles likewise.
+    pub piece_cycles: u64,
+    /// Bytes in all files; then the recording ends.
+    pub total_bytes: u64,
+}
+
+impl Default for Bounds {
+    /// Pieces of about half an hour at 4 ms, two days of them.
+    fn default() -> Self {
+        Self {
+            boots: 64,
+            piece_bytes: 1 << 30,
+            piece_cycles: u64::MAX,
+            total_bytes: 100 << 30,
+        }
+    }
+}
+
+/// What is left of the bounds.
+pub(super) struct Budget {
+    names: Names,
+    bounds: Bounds,
+    boots: u32,
+    /// Bytes that were written, of all files.
+    written: u64,
+    /// Place in [`LOW_SPACE`] of the next warning.
+    warned: usize,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Budget {
+    pub(super) fn new(path: &Path, bounds: Bounds) -> Self {
+        Self {
+            names: Names::new(path),
+            bounds,
+            boots: 0,
+            written: 0,
+            warned: 0,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The first file of a boot; none if there are too many boots.
+    pub(super) fn first_file(&mut self) -> Option<PathBuf> {
+        if self.boots >= self.bounds.boots {
+            return None;
+        }
+        self.boots += 1;
+        Some(self.names.next_path())
+    }
+
+    /// A further file of a boot that has one.
+    pub(super) fn next_file(&mut self) -> PathBuf {
+        self.names.next_path()
+    }
+
+    /// Whether a file of this size is to be ended.
+    pub(super) fn is_full(&self, bytes: u64, cycles: u64) -> bool {
+        bytes >= self.bounds.piece_bytes || cycles >= self.bounds.piece_cycles
+    }
+
+    /// Counts what was written into a file, and looks whether there is room for more.
+    ///
+    /// # Errors
+    /// All that may be written is written.
+    pub(super) fn count(&mut self, bytes: u64, path: &Path) -> Result<()> {
+        self.written += bytes;
+        let most = self.bounds.total_bytes;
+        ensure!(
+            self.written < most,
+            "{:.1} GB are recorded, which is all that was allowed; --max-gb allows more",
+            most as f64 * 1e-9
+        );
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        // Where the system does not tell, nobody is warned.
+        if let Ok(free) = fs4::available_space(folder) {
+            self.warn_of(free, folder);
+        }
+        Ok(())
+    }
+
+    fn warn_of(&mut self, free: u64, folder: &Path) {
+        let low = LOW_SPACE.get(self.warned);
+        if low.is_some_and(|low| free < *low) {
+            self.warned += 1;
+            self.warnings.push(format!(
+                "WARNING: only {:.1} GB are free in {}; an hour of 4 ms cycles takes about 2 GB",
+                free as f64 * 1e-9,
+                folder.display()
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_person_is_warned_twice_before_the_disk_is_full() {
+        let mut budget = Budget::new("run.mcap".as_ref(), Bounds::default());
+        for (free_gb, warnings) in [(100, 0), (3, 1), (3, 1), (2, 1), (0, 2), (0, 2), (50, 2)] {
+            budget.warn_of(free_gb << 30, ".".as_ref());
+            assert_eq!(budget.warnings.len(), warnings, "{free_gb} GB");
+        }
+        assert!(budget.warnings[0].contains("only 3.2 GB"));
+    }
+
+    #[test]
+    fn boots_and_bytes_are_bounded() {
+        let bounds = Bounds {
+            boots: 2,
+            total_bytes: 1000,
+            ..Bounds::default()
+        };
+        let path = Path::new("run.mcap");
+        let mut budget = Budget::new(path, bounds);
+        assert!(budget.first_file().is_some() && budget.first_file().is_some());
+        assert_eq!(budget.first_file(), None);
+        assert!(budget.count(999, path).is_ok());
+        let error = budget.count(1, path).unwrap_err().to_string();
+        assert!(error.contains("--max-gb"), "{error}");
+    }
+}
