@@ -1,6 +1,7 @@
 //! The campaign of the examples, from plan to report.
 
 use super::{done, json};
+use softdock_analysis::data_table::{DataTable, Values};
 use softdock_tests::process::scratch;
 use std::fs;
 use std::path::Path;
@@ -50,5 +51,36 @@ fn the_example_leads_to_a_report() {
         "rerun campaign",
     ] {
         assert!(page.contains(part), "{part}");
+    }
+}
+
+/// Three of the dockings in the standard's box: what was captured has a time, and every load was measured.
+#[test]
+fn a_soft_capture_knows_its_loads() {
+    let folder = scratch("campaign_soft_capture");
+    let example =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaign/soft-capture.toml");
+    let example = example.to_str().unwrap();
+    done(&folder, &["campaign", "plan", example, "-o", "campaign"]);
+    let arguments = ["campaign", "run", "campaign", "--shard", "0/40", "--json"];
+    let run = json(&folder, &arguments);
+    assert_eq!((&run["rows"], &run["failed"]), (&3.into(), &0.into()));
+    let part = DataTable::read_parquet(&folder.join("campaign/part-0-of-40.parquet")).unwrap();
+    let numbers = |name: &str| match part.values(name).unwrap() {
+        Values::Number(values) => values.clone(),
+        other => panic!("{name}: {other:?}"),
+    };
+    let Values::Flag(captured) = part.values("captured").unwrap() else {
+        panic!("`captured` is a flag");
+    };
+    for (captured, at) in captured.iter().zip(numbers("captured_s")) {
+        assert_eq!(*captured, Some(at.is_some()));
+    }
+    for name in ["compression_n", "shear_n", "torsion_n_m", "bending_n_m"] {
+        let loads = numbers(name);
+        assert!(
+            loads.iter().all(|load| load.is_some_and(|n| n > 0.0)),
+            "{name}: {loads:?}"
+        );
     }
 }

@@ -1,12 +1,14 @@
 //! What a run comes to, seen while it runs: nothing is recorded.
 
 use crate::experiment::impacts::{Impact, ImpactFinder};
+use crate::experiment::run::RunStatistics;
 use crate::experiment::scenario::Scenario;
 use nalgebra::{ComplexField, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
 use softdock_control::io::Trace;
+use softdock_mechanism::Loads;
 
 /// Whether a row has outcomes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,6 +50,19 @@ pub struct Outcome {
     pub impacts: u64,
     /// Whether the mechanism captured; none if it has nothing to capture with.
     pub captured: Option<bool>,
+    /// When it did, s from the start of the run.
+    pub captured_s: Option<f64>,
+    /// Largest force between the docking planes that pushed them apart, N; this and the following are none
+    /// without a docking mechanism.
+    pub compression_n: Option<f64>,
+    /// Largest force that pulled them together, N.
+    pub tension_n: Option<f64>,
+    /// Largest force across the docking axis, N.
+    pub shear_n: Option<f64>,
+    /// Largest torque about it, N·m.
+    pub torsion_n_m: Option<f64>,
+    /// Largest torque across it, N·m.
+    pub bending_n_m: Option<f64>,
     /// Closing speed before the first impact, m/s.
     pub speed_in_m_s: Option<f64>,
     /// Separating speed after it, m/s.
@@ -153,6 +168,36 @@ pub const NUMBERS: &[Number] = &[
         value: |o| o.max_misalignment_rad,
     },
     Number {
+        name: "captured_s",
+        meaning: "when the mechanism captured, from the start of the run",
+        value: |o| o.captured_s,
+    },
+    Number {
+        name: "compression_n",
+        meaning: "largest force between the docking planes that pushes them apart",
+        value: |o| o.compression_n,
+    },
+    Number {
+        name: "tension_n",
+        meaning: "largest force that pulls them together",
+        value: |o| o.tension_n,
+    },
+    Number {
+        name: "shear_n",
+        meaning: "largest force across the docking axis",
+        value: |o| o.shear_n,
+    },
+    Number {
+        name: "torsion_n_m",
+        meaning: "largest torque about the docking axis",
+        value: |o| o.torsion_n_m,
+    },
+    Number {
+        name: "bending_n_m",
+        meaning: "largest torque across the docking axis",
+        value: |o| o.bending_n_m,
+    },
+    Number {
         name: "law_misfit",
         meaning: "misfit that the delay law saw last, as a part of the signal",
         value: |o| o.law_misfit,
@@ -228,17 +273,25 @@ impl<'a> Observer<'a> {
             .max(2.0 * ComplexField::asin(vector));
     }
 
-    /// What it came to; the rig says when its latches caught the spacecraft, s.
-    pub fn finish(self, captured_s: Option<f64>) -> Outcome {
+    /// What it came to; the rig says what its mechanism did.
+    pub fn finish(self, statistics: &RunStatistics) -> Outcome {
         let impacts = self.finder.finish();
         let first = impacts.first();
         let of = |value: fn(&Impact) -> f64| first.map(value);
+        let each = statistics.loads.iter();
+        let loads = each.fold(Loads::default(), |all, one| all.largest(one));
         Outcome {
             status: Status::Completed,
             reason: None,
             cycles: self.cycles,
             impacts: impacts.len() as u64,
-            captured: self.docks.then_some(captured_s.is_some()),
+            captured: self.docks.then_some(statistics.captured_s.is_some()),
+            captured_s: statistics.captured_s,
+            compression_n: loads.compression_n,
+            tension_n: loads.tension_n,
+            shear_n: loads.shear_n,
+            torsion_n_m: loads.torsion_nm,
+            bending_n_m: loads.bending_nm,
             speed_in_m_s: of(|i| i.speed_in_mm_s * 1e-3),
             speed_out_m_s: of(|i| i.speed_out_mm_s * 1e-3),
             restitution: of(|i| i.restitution),

@@ -22,7 +22,7 @@ fn outcome(scenario: &Scenario) -> Outcome {
         ControlFlow::Continue(())
     });
     match ran {
-        Ok(statistics) => observer.finish(statistics.captured_s),
+        Ok(statistics) => observer.finish(&statistics),
         Err(error) => Outcome::failure(Status::Failed, format!("{error:#}")),
     }
 }

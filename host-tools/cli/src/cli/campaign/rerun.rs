@@ -49,7 +49,7 @@ impl Rerun {
         let ran = record_file(&scenario, &self.output, &mut |record, truth| {
             observer.push(record, truth)
         })?;
-        let outcome = observer.finish(ran.captured_s);
+        let outcome = observer.finish(&ran);
         ensure!(
             outcome == row::execute(&plan, self.index),
             "the recorded run differs from the row; this is a defect of softdock"
