@@ -92,7 +92,7 @@ fn the_friction_of_a_real_axis_is_named() {
     assert!(reason.contains("excess_n = -"), "{reason}");
     let rest = |note: &&String| note.starts_with("What is left on the log of the fit");
     let rest = found.notes.iter().find(rest).unwrap();
-    assert!(rest.contains("velocity along x is below"), "{rest}");
+    assert!(rest.contains("stands in turning point"), "{rest}");
 }
 
 /// What was added is not found again, nor anything in its place.

@@ -38,7 +38,7 @@ pub struct NoiseLevel {
     pub channel: Channel,
     /// Axis.
     pub axis: Axis,
-    /// One standard deviation from third differences of the measurement, in the channel's unit.
+    /// One standard deviation out of the measurement itself, in the channel's unit.
     pub measured: f64,
     /// One standard deviation by `[noise]` of the model.
     pub data_sheet: f64,

@@ -3,6 +3,7 @@
 use super::Source;
 use crate::model::load::LoadModel;
 use crate::model::prediction::Six;
+use crate::model::prediction::differences;
 use crate::model::prediction::signals::VelocityMeaning;
 use crate::model::{Axis, Channel, Model};
 
@@ -19,9 +20,9 @@ pub struct Series {
     pub axis: Axis,
     /// Values.
     pub relative: Vec<f64>,
-    /// Correlation of the expected noise at the lags 1 and 2: what is made from differences of
+    /// Correlation of the expected noise at the lags from 1: what is made from differences of
     /// noisy values is not white.
-    pub noise: [f64; 2],
+    pub noise: Vec<f64>,
 }
 
 impl Series {
@@ -78,17 +79,18 @@ pub(super) fn of_axes(source: &Source<'_>) -> Vec<Series> {
 }
 
 /// Correlation of the noise: a first difference has −1/2 at lag 1, the second difference of
-/// poses that makes an acceleration −2/3 and 1/6, the central one of velocities 0 and −1/2.
-fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> [f64; 2] {
+/// poses that makes an acceleration −2/3 and 1/6; where nothing was sent, that of its wider differences.
+fn noise(source: &Source<'_>, channel: Channel, inertial: f64) -> Vec<f64> {
     let of_poses = source.signals.velocity == VelocityMeaning::CycleMean;
     match (channel, of_poses) {
-        (Channel::ExecutedVelocity, false) => [0.0, 0.0],
-        (Channel::ExecutedVelocity | Channel::ModelVelocity | Channel::Pose, _) => [-0.5, 0.0],
-        (Channel::Wrench, false) if source.signals.is_differenced_centrally() => {
-            [0.0, -0.5 * inertial]
+        (Channel::ExecutedVelocity, false) => vec![0.0, 0.0],
+        (Channel::ExecutedVelocity | Channel::ModelVelocity | Channel::Pose, _) => vec![-0.5, 0.0],
+        (Channel::Wrench, _) if inertial > 0.0 && !source.signals.is_commanded() => {
+            let of_acceleration = differences::correlation(of_poses);
+            of_acceleration.map(|r| r * inertial).to_vec()
         }
-        (Channel::Wrench, false) => [-0.5 * inertial, 0.0],
-        (Channel::Wrench, true) => [-2.0 / 3.0 * inertial, inertial / 6.0],
+        (Channel::Wrench, false) => vec![-0.5 * inertial, 0.0],
+        (Channel::Wrench, true) => vec![-2.0 / 3.0 * inertial, inertial / 6.0],
     }
 }
 

@@ -82,9 +82,14 @@ fn floors(
     noise: Noise,
     filter: Option<LowPassed>,
 ) -> [Option<f64>; 2] {
+    /// Smaller parts of the largest value are round-off.
+    const ROUND_OFF: f64 = 1e-12;
     let floor = |i: usize| {
         let values: Vec<f64> = cycles.iter().map(|c| of(c)[i]).collect();
-        noise_floor(&values, noise, filter)
+        let largest = values
+            .iter()
+            .fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        noise_floor(&values, noise, filter).filter(|floor| *floor > ROUND_OFF * largest)
     };
     [0..3, 3..6].map(|axes| {
         let largest = axes.filter_map(floor).fold(0.0, f64::max);

@@ -11,6 +11,9 @@ use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::load::Scene;
 use crate::model::load::effects::add_known;
 use crate::model::log::Log;
+use crate::model::prediction::differences::{
+    acceleration_of_means, acceleration_of_samples, velocity_of_means,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::wrench::Motion;
@@ -53,31 +56,27 @@ fn still() -> Motion<f64> {
     }
 }
 
-/// Velocity at the instant of each pose and differences about it; of means over the cycles these
-/// are the differences that the prediction takes.
+/// The motion as the prediction takes it from the recorded velocities. The first mean velocity of a
+/// stretch is not one.
 fn measured(log: &Log) -> Vec<Motion<f64>> {
-    let last = log.len() - 1;
-    let executed = |n: usize| log.velocity(n, log.executed.each_ref().map(|series| series[n]));
-    let velocity = |n: usize| -> [f64; 6] {
-        match log.reading {
-            Reading::AtEnd => executed(n),
-            Reading::Mean => {
-                let (before, after) = (executed(n.max(1).min(last)), executed((n + 1).min(last)));
-                std::array::from_fn(|axis| 0.5 * (before[axis] + after[axis]))
-            }
-        }
+    let first = usize::from(log.reading == Reading::Mean);
+    let executed = |n: usize| {
+        let rates = log.executed.each_ref().map(|series| series[n]);
+        Twist::of(&log.velocity(n, rates))
     };
     (0..log.len())
         .map(|n| {
-            let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
-            let (a, b, cycles) = match log.reading {
-                Reading::AtEnd => (velocity(from), velocity(to), to - from),
-                Reading::Mean => (executed(n.max(1).min(last)), executed(to), 1),
+            let beside = |offset: isize| {
+                let at = n.checked_add_signed(offset)?;
+                (first..log.len()).contains(&at).then(|| executed(at))
             };
-            let span_s = cycles.max(1) as f64 * log.cycle_s;
+            let (velocity, change) = match log.reading {
+                Reading::AtEnd => (beside(0), acceleration_of_samples(beside)),
+                Reading::Mean => (velocity_of_means(beside), acceleration_of_means(beside)),
+            };
             Motion {
-                velocity: Twist::of(&velocity(n)),
-                acceleration: Twist::of(&std::array::from_fn(|i| (b[i] - a[i]) / span_s)),
+                velocity: velocity.unwrap_or(Twist::zero()),
+                acceleration: change.unwrap_or(Twist::zero()) * (1.0 / log.cycle_s),
             }
         })
         .collect()

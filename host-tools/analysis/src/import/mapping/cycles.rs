@@ -3,7 +3,7 @@
 //! - A pose that is not mapped is the integral of the executed velocity (trapezoidal rule), so
 //!   that the two agree.
 //! - A derived velocity is the difference of two poses, as the board records it: the mean over
-//!   the cycle that ended. Read back, two of them make the central difference at a pose. A log of a
+//!   the cycle that ended. Read back, they make central differences at a pose. A log of a
 //!   motion that has poses and no velocity has it derived.
 //! - Without wrench columns the wrench is NaN: there was no sensor. Velocities that are not mapped
 //!   are zero.

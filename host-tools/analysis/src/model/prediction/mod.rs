@@ -13,6 +13,7 @@
 //! the wrench.
 
 pub mod bodies;
+pub(crate) mod differences;
 pub mod executed;
 pub mod pose;
 pub(crate) mod retimed;
@@ -22,10 +23,12 @@ pub mod signals;
 mod tests;
 pub mod wrench;
 
+use super::load::LoadModel;
 use super::log::Log;
 use super::{Axis, Channel, Model, clock};
 use crate::recording::Recording;
 use signals::Signals;
+use softdock_report::number;
 
 /// Six numbers of a cycle, x y z rx ry rz.
 pub type Six = [f64; 6];
@@ -98,6 +101,34 @@ pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Predictio
     Ok(predict_signals(model, &Signals::new(recording)?))
 }
 
+/// Where the inertial load of a log without a filter is noise: a regression on it is biased.
+fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
+    let load = LoadModel::new(model);
+    if signals.is_commanded() || model.sensor.filter.is_some() || model.sensor.at_rest {
+        return None;
+    }
+    let (_, acceleration) = signals.motion_sigma(&model.noise);
+    let inertial = load.inertial_variance(&acceleration).map(f64::sqrt);
+    let sensor = six(model.noise.force_n, model.noise.torque_n_m);
+    let drowned = |axis: &&Axis| inertial[axis.index()] > sensor[axis.index()];
+    let axis = model.rig.active_axes.iter().find(drowned)?;
+    Some(format!(
+        "The noise of the motion, differentiated and times what is moved, is {} in wrench {axis}, more \
+         than the sensor's {}: what follows from acceleration is not told from noise there. A [filter] \
+         in the mapping of the import that keeps the motion and cuts the rest helps.",
+        quantity(inertial[axis.index()], *axis),
+        quantity(sensor[axis.index()], *axis),
+    ))
+}
+
+fn quantity(value: f64, axis: Axis) -> String {
+    format!(
+        "{} {}",
+        number::significant(value, 2),
+        Channel::Wrench.unit(axis)
+    )
+}
+
 /// Predicts all channels from signals that have been read already.
 pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     let mut notes = Vec::new();
@@ -117,6 +148,7 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
                 .to_owned(),
         );
     }
+    notes.extend(drowned(model, signals));
     let active = &model.rig.active_axes;
     Prediction {
         time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),

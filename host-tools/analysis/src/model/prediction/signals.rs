@@ -1,5 +1,6 @@
 //! A recording as signals: cycle time, continuity, and what its velocities mean.
 
+use super::differences;
 use super::robot_axes::{RobotAxes, Turned};
 use crate::model::NoiseModel;
 use crate::model::prediction::{Six, six};
@@ -119,6 +120,11 @@ impl<'a> Signals<'a> {
         self.cycles.len()
     }
 
+    /// Whether a velocity was sent in steps from cycle to cycle.
+    pub fn is_commanded(&self) -> bool {
+        self.commanded
+    }
+
     /// Never: a recording without cycles is refused.
     pub fn is_empty(&self) -> bool {
         self.cycles.is_empty()
@@ -172,6 +178,9 @@ impl<'a> Signals<'a> {
     pub fn velocity_at_pose(&self, n: usize) -> Option<Twist<f64>> {
         match self.velocity {
             VelocityMeaning::Sampled => self.executed(n),
+            VelocityMeaning::CycleMean if !self.commanded => {
+                differences::velocity_of_means(|j| self.within_stretch(n, j))
+            }
             VelocityMeaning::CycleMean => match (self.executed(n), self.executed(n + 1)) {
                 (Some(before), Some(after)) => Some((before + after) * 0.5),
                 (before, after) => before.or(after),
@@ -181,32 +190,27 @@ impl<'a> Signals<'a> {
 
     /// Acceleration at the instant of the pose; zero where only one velocity is known.
     ///
-    /// Of sampled velocities it is their central difference: the one over the last cycle is half a
-    /// cycle late, and a mass m that swings with ω would show the damping −m ω² Ts/2. Where a velocity
-    /// is sent it is the one over the last cycle nevertheless: a held command is a staircase, and
-    /// docking-rig-log/1 defines the inertial load by it.
+    /// Where a velocity is sent it is the mean one of the cycle: a held command is a staircase, and
+    /// docking-rig-log/1 defines the inertial load by it. Of any other log it is a central difference:
+    /// the one over the last cycle is half a cycle late, and a mass m that swings with ω would show the
+    /// damping −m ω² Ts/2.
     pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
-        let before = n.checked_sub(1).filter(|_| self.steps[n] == Step::Next);
-        let after = Some(n + 1).filter(|after| self.steps.get(*after) == Some(&Step::Next));
-        let (from, to) = match (self.velocity, self.is_differenced_centrally()) {
-            (VelocityMeaning::CycleMean, _) => (Some(n), Some(n + 1)),
-            (VelocityMeaning::Sampled, true) => (before.or(Some(n)), after.or(Some(n))),
-            (VelocityMeaning::Sampled, false) => (before, Some(n)),
+        let executed = |j| self.within_stretch(n, j);
+        let change = match (self.velocity, self.commanded) {
+            (VelocityMeaning::CycleMean, false) => differences::acceleration_of_means(executed),
+            (VelocityMeaning::Sampled, false) => differences::acceleration_of_samples(executed),
+            (VelocityMeaning::CycleMean, true) => change(executed(0), executed(1)),
+            (VelocityMeaning::Sampled, true) => change(executed(-1), executed(0)),
         };
-        match (from, to) {
-            (Some(from), Some(to)) if from < to => match (self.executed(from), self.executed(to)) {
-                (Some(first), Some(last)) => {
-                    (last - first) * (1.0 / ((to - from) as f64 * self.cycle_s))
-                }
-                _ => Twist::zero(),
-            },
-            _ => Twist::zero(),
-        }
+        change.unwrap_or(Twist::zero()) * (1.0 / self.cycle_s)
     }
 
-    /// Accelerations are central differences of sampled velocities.
-    pub(crate) fn is_differenced_centrally(&self) -> bool {
-        self.velocity == VelocityMeaning::Sampled && !self.commanded
+    /// Recorded velocity `offset` cycles later; None beyond a gap.
+    fn within_stretch(&self, n: usize, offset: isize) -> Option<Twist<f64>> {
+        let at = n.checked_add_signed(offset)?;
+        let next = |k: usize| self.steps.get(k) == Some(&Step::Next);
+        let whole = (n.min(at) + 1..=n.max(at)).all(next);
+        whole.then(|| self.executed(at)).flatten()
     }
 
     /// The cycle in which the wrench that cycle n holds was new; None if there was no sample yet.
@@ -232,24 +236,34 @@ impl<'a> Signals<'a> {
         }
     }
 
-    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`].
+    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps.
     ///
-    /// Sampled: σ and √2 σ / Ts, of central differences √2 σ / 2 Ts. Of poses: (p(n+1) − p(n−1)) / 2 Ts and their second difference
-    /// with √6 σ / Ts².
+    /// Where a velocity is sent: sampled σ and √2 σ / Ts; of poses (p(n+1) − p(n−1)) / 2 Ts and their
+    /// second difference with √6 σ / Ts².
     pub fn motion_sigma(&self, noise: &NoiseModel) -> (Six, Six) {
+        /// Noise of a mean velocity over its pose's, times Ts.
+        const OF_POSE: f64 = std::f64::consts::SQRT_2;
         let recorded = self.velocity_sigma(noise);
-        let (velocity, acceleration) = match self.velocity {
-            VelocityMeaning::Sampled if self.is_differenced_centrally() => {
-                (1.0, std::f64::consts::FRAC_1_SQRT_2)
-            }
-            VelocityMeaning::Sampled => (1.0, std::f64::consts::SQRT_2),
-            VelocityMeaning::CycleMean => (0.5, 3.0_f64.sqrt()),
+        let (first, second) = (
+            differences::noise_of_first(),
+            differences::noise_of_second(),
+        );
+        let (velocity, acceleration) = match (self.velocity, self.commanded) {
+            (VelocityMeaning::Sampled, false) => (1.0, first),
+            (VelocityMeaning::CycleMean, false) => (first / OF_POSE, second / OF_POSE),
+            (VelocityMeaning::Sampled, true) => (1.0, std::f64::consts::SQRT_2),
+            (VelocityMeaning::CycleMean, true) => (0.5, 3.0_f64.sqrt()),
         };
         (
             recorded.map(|s| s * velocity),
             recorded.map(|s| s * acceleration / self.cycle_s),
         )
     }
+}
+
+/// From one velocity to the next.
+fn change(from: Option<Twist<f64>>, to: Option<Twist<f64>>) -> Option<Twist<f64>> {
+    Some(to? - from?)
 }
 
 /// Median time between two records with consecutive numbers.
