@@ -7,6 +7,7 @@ mod import_checks;
 mod import_docking_rig_log;
 mod import_examples;
 mod import_mapping;
+mod joint;
 mod one_place;
 mod own_hypothesis;
 mod real_data;

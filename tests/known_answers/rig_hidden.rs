@@ -76,13 +76,18 @@ fn show<'a>(effects: impl Iterator<Item = &'a Effect> + Clone, seeds: &[u64]) {
     }
 }
 
+fn hideable() -> impl Iterator<Item = &'static Effect> + Clone {
+    let all = CATALOGUE.iter().copied();
+    all.filter(|effect| !effect.is_of_a_bearing())
+}
+
 #[test]
 fn a_sample_of_the_effects_shows() {
-    show(CATALOGUE.iter().copied().step_by(9), &[1]);
+    show(hideable().step_by(9), &[1]);
 }
 
 #[test]
 #[ignore = "long: every effect with three seeds"]
 fn each_effect_shows_in_its_channel() {
-    show(CATALOGUE.iter().copied(), &[1, 2, 3]);
+    show(hideable(), &[1, 2, 3]);
 }

@@ -88,22 +88,34 @@ pub fn percent(fraction: f64, decimals: usize) -> String {
     }
 }
 
-/// Writes an interval with as many decimals as show its width with `digits` significant digits: `[28.1, 35.2]`.
+/// Writes an interval with as many decimals as show its width with `digits` significant digits: `[28.1, 35.2]`,
+/// `[225.4e-6, 226.2e-6]`.
 ///
 /// The bounds of a narrow interval around a large value therefore still differ in print.
 pub fn interval(low: f64, high: f64, digits: usize) -> String {
     let width = (high - low).abs();
     let largest = low.abs().max(high.abs());
-    if !width.is_finite() || width == 0.0 || !(1e-3..1e6).contains(&largest) {
+    if !width.is_finite() || width == 0.0 {
         return format!(
             "[{}, {}]",
             significant(low, digits),
             significant(high, digits)
         );
     }
+    // Where [`significant`] writes an exponent, both bounds have that of the larger one.
+    let exponent = match largest {
+        1e-3..1e6 => 0,
+        _ => largest.log10().floor() as i32,
+    };
+    let exponent = exponent - exponent.rem_euclid(3);
+    let scale = 10f64.powi(-exponent);
     let digits = digits.clamp(1, MAX_DIGITS) as f64;
-    let decimals = (digits - 1.0 - width.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("[{}, {}]", fixed(low, decimals), fixed(high, decimals))
+    let decimals = (digits - 1.0 - (width * scale).log10().floor()).clamp(0.0, 12.0) as usize;
+    let bound = |value: f64| match exponent {
+        0 => fixed(value, decimals),
+        _ => format!("{}e{exponent}", fixed(value * scale, decimals)),
+    };
+    format!("[{}, {}]", bound(low), bound(high))
 }
 
 fn not_finite(value: f64) -> Option<String> {

@@ -6,7 +6,7 @@
 //! unit, in which it is linear.
 
 use super::engine::Logs;
-use super::evidence::{self, PRIOR, threshold};
+use super::evidence::{self, threshold};
 use super::wrench::{Problem, Segment, Solution, white};
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
@@ -288,7 +288,7 @@ impl<'a> Joint<'a> {
             return Some(0.0);
         }
         let parameters: usize = chosen.iter().map(|k| self.white[*k].len()).sum();
-        let price = self.price * parameters as f64 + PRIOR * chosen.len() as f64;
+        let price = self.price * parameters as f64 + evidence::prior() * chosen.len() as f64;
         Some(self.solve(chosen)?.gain - price)
     }
 

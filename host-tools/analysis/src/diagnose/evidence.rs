@@ -6,15 +6,14 @@
 //!
 //! | constant | value | reason |
 //! |---|---|---|
-//! | [`PRIOR`] | 7.6 | 2 ln 45: the catalogue has 45 effects, none of which is likelier than others |
+//! | [`prior`] | 2 ln M | M effects are in the catalogue, none of which is likelier than others |
 //! | [`NAMED`] | 20 | `softdock bench diagnose --nothing-hidden 450`: of the 300 logs whose velocities have white noise none shows more than 3.7, and by the law of their tail one in 1,000 reaches 12. The 8 above it are odds of 50 for noise that the generator does not have. Where the noise of the velocity is coloured, no limit helps: one of those 150 logs shows 19,000 |
 //! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained may be the error of a law's form, not a further effect |
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
 
+use crate::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-/// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
-pub(crate) const PRIOR: f64 = 7.6;
 /// Evidence for an effect beside the others from which it is named.
 pub const NAMED: f64 = 20.0;
 /// Share of χ² that laws explain which errors of their form may leave.
@@ -22,6 +21,11 @@ pub(crate) const LAW: f64 = 0.001;
 /// Probability of what nominal parameters have to take, in tolerances, below which it is a finding of
 /// its own.
 const STRAINED: f64 = 6e-5;
+
+/// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
+pub(crate) fn prior() -> f64 {
+    2.0 * (CATALOGUE.len() as f64).ln()
+}
 
 /// Price of a parameter among so many values.
 pub(crate) fn price(count: usize) -> f64 {

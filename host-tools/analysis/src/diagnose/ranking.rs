@@ -94,7 +94,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     // little better with more effects.
     let price = evidence::price(stages.logs.all.iter().map(|log| log.len()).sum());
     let worth = |r: &Ranked| {
-        let paid = price * r.parameters as f64 + evidence::PRIOR * r.effects.len() as f64;
+        let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;
         both(r) - paid
     };
     let order = |r: &Ranked| (r.refused.is_some(), -worth(r));

@@ -72,6 +72,11 @@ impl Effect {
         self.parameters.iter().map(of).collect()
     }
 
+    /// Whether only a bearing has it.
+    pub fn is_of_a_bearing(&self) -> bool {
+        matches!(self.law, Law::Bearing(_))
+    }
+
     /// Place of a parameter.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)
@@ -250,6 +255,7 @@ impl Parameter {
         let (ending, turned, unit) = match self.unit {
             "N" => ("_n", "_n_m", "N·m"),
             "N/m" => ("_n_per_m", "_n_m_per_rad", "N·m/rad"),
+            "N/m^3" => ("_n_per_m3", "_n_m_per_rad3", "N·m/rad^3"),
             "N·s/m" => ("_n_s_per_m", "_n_m_s_per_rad", "N·m·s/rad"),
             "m/s" => ("_m_s", "_rad_s", "rad/s"),
             "m" => ("_m", "_rad", "rad"),

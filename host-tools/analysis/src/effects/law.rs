@@ -16,8 +16,10 @@ pub type Values<'a> = &'a [f64];
 /// How an effect acts.
 #[derive(Clone, Copy, Debug)]
 pub enum Law {
-    /// A force on the moving side along the guide.
+    /// A force on the moving side along the guide; of a bearing a torque about it.
     Guide(Guide),
+    /// The same of what only a bearing has.
+    Bearing(Guide),
     /// A force (N) on the moving side in all directions, of its displacement (m) from where it rests.
     Spring(fn(Values<'_>, &Vector3<f64>) -> Vector3<f64>),
     /// Push (N) of a wall beside the nominal one, where the tip is in the wall. A wall cannot pull:

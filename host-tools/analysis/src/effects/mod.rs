@@ -56,6 +56,8 @@ pub const CATALOGUE: &[&Effect] = &[
     &mechanism::contact_coulomb::EFFECT,
     &mechanism::cable_stiffness::EFFECT,
     &mechanism::manipulator_resistance::EFFECT,
+    &mechanism::bearing_gravity::EFFECT,
+    &mechanism::bearing_inertia::EFFECT,
     &sensor::base_tilt::EFFECT,
     &sensor::tool_mass_error::EFFECT,
     &sensor::tool_com_error::EFFECT,

@@ -13,6 +13,8 @@ use softdock_analysis::effects::{
 };
 use softdock_control::manipulator::ManipulatorResistance;
 
+/// What turns is pictured turning by 1.5 rad to each side, rad per m of the sliding motion.
+const TURN_PER_M: f64 = 500.0;
 /// Mass of the spacecraft that the manipulator holds, kg.
 const SPACECRAFT_KG: f64 = 100.0;
 
@@ -37,6 +39,17 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
                 true => sliding(size, ["position [m]", force], |m| m.position, along),
                 false => sliding(size, ["velocity [m/s]", force], |m| m.velocity, along),
             }
+        }
+        Law::Bearing(law) => {
+            let turn = |m: &Motion| Slide {
+                position: TURN_PER_M * m.position,
+                velocity: TURN_PER_M * m.velocity,
+                acceleration: TURN_PER_M * m.acceleration,
+                ..Slide::at_velocity(m.velocity)
+            };
+            let labels = ["angle [rad]", "torque on the moving side [N·m]"];
+            let torque = |m: &Motion| (law.force)(&p, &turn(m));
+            sliding(size, labels, |m| TURN_PER_M * m.position, torque)
         }
         Law::Spring(law) => {
             let labels = ["position [m]", force];

@@ -11,7 +11,7 @@ use super::refine::{improved, refined};
 use super::steps::best_step;
 use super::tried::specs;
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, PRIOR, threshold};
+use crate::diagnose::evidence::{self, threshold};
 use crate::diagnose::finding::Trial;
 use crate::model::Channel;
 use crate::model::actuator::Stage;
@@ -73,7 +73,7 @@ impl Candidate {
     /// χ² with the price of the parameters and the prior odds of the effects.
     pub(super) fn priced(&self, cost: &Cost<'_>) -> f64 {
         let price = evidence::price(cost.count());
-        self.chi2 + price * self.parameters() as f64 + PRIOR * self.ids().len() as f64
+        self.chi2 + price * self.parameters() as f64 + evidence::prior() * self.ids().len() as f64
     }
 }
 

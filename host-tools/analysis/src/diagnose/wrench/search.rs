@@ -2,7 +2,7 @@
 
 use super::problem::{Solution, best_gain, solve};
 use super::variants::{Library, Variant};
-use crate::diagnose::evidence::PRIOR;
+use crate::diagnose::evidence;
 use crate::effects::Effect;
 use crate::model::load::effects::Sign;
 use rayon::prelude::*;
@@ -74,7 +74,7 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
             selection += 2.0 * part.used.len() as f64 * (variant.columns.len() as f64).ln();
         }
     }
-    let prior = PRIOR * parts.len() as f64;
+    let prior = evidence::prior() * parts.len() as f64;
     let evidence = solution.gain - price * parameters as f64 - selection - prior;
     Some(Hypothesis {
         parts,

@@ -10,7 +10,7 @@ use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, PRIOR, threshold};
+use crate::diagnose::evidence::{self, threshold};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -148,7 +148,8 @@ impl Work<'_> {
 
     /// Physics and the rounding of the readings allow it.
     fn is_possible(&self, tested: &Tested) -> bool {
-        let price = self.price * tested.parameters as f64 + PRIOR * tested.effects.len() as f64;
+        let price =
+            self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
         tested.wrong.is_empty() && tested.beyond_rounding > threshold(self.joint.known) + price
     }
 

@@ -1,4 +1,4 @@
-//! Pull of a cable bundle on the moving side.
+//! A spring that pulls the moving side back, as a cable bundle does.
 
 use super::ACTS_AT;
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
@@ -7,18 +7,19 @@ use nalgebra::Vector3;
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "cable_stiffness",
-    title: "Pull of the cables",
-    summary: "a cable bundle pulls the moving side back in proportion to its displacement",
+    title: "Restoring spring, as of cables",
+    summary: "a spring or cable bundle pulls the moving side back to where it rests",
     group: Group::Mechanism,
     naming: Naming::Cause,
-    equation: "F = -stiffness_n_per_m (p - p0), p0: position at the start",
-    source: "Hooke's law; hose packages of robots",
-    signature: "a force proportional to position, everywhere, not only in contact",
+    equation: "F = -(stiffness_n_per_m + hardening_n_per_m3 |d|^2) d, d = p - p0; p0: position at the start or 0",
+    source: "Hooke's law; Duffing 1918 for the cube; hose packages of robots",
+    signature: "a force that follows position, everywhere, not only in contact; bent where the spring hardens",
     typical: "10 to 200 N/m for sensor and hose bundles",
     parameters: &[
         Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5)
             .hidden(40.0, 100.0)
             .pictured(150.0),
+        Parameter::new("hardening_n_per_m3", "N/m^3", -1e12, 1e12),
         Parameter::new("about_start", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
         ACTS_AT,
     ],
@@ -31,12 +32,13 @@ pub const EFFECT: Effect = Effect {
     tell_apart: "slow jogs to several positions with a stop at each: the force follows position and not time; \
                  unplug or re-route the bundle and it changes",
     law: Law::Spring(force),
+    separable: true,
     ..Effect::PLAIN
 };
 
 /// It pulls back in all directions.
 fn force(p: &[f64], displacement: &Vector3<f64>) -> Vector3<f64> {
-    displacement * -p[0]
+    displacement * -(p[0] + p[1] * displacement.norm_squared())
 }
 
 #[cfg(test)]
@@ -45,7 +47,10 @@ mod tests {
 
     #[test]
     fn it_pulls_back() {
-        let pulled = force(&[40.0, 0.0, 0.0], &Vector3::new(-0.5, 0.0, 0.25));
+        let displacement = Vector3::new(-0.5, 0.0, 0.25);
+        let pulled = force(&[40.0, 0.0, 0.0, 0.0], &displacement);
         assert_eq!(pulled, Vector3::new(20.0, 0.0, -10.0));
+        let harder = force(&[0.0, 32.0, 0.0, 0.0], &displacement);
+        assert_eq!(harder, Vector3::new(5.0, 0.0, -2.5));
     }
 }

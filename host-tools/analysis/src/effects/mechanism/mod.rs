@@ -14,6 +14,8 @@ const PRESLIDING: Parameter = Parameter::new("presliding_m", "m", 0.0, 5e-4)
 /// Where the force acts: 0 at M, 1 at the tip, 2 at the sensor's origin (no torque).
 const ACTS_AT: Parameter = Parameter::new("acts_at", "-", 0.0, 2.0).form(&[0.0, 1.0, 2.0], 0.0);
 
+pub mod bearing_gravity;
+pub mod bearing_inertia;
 pub mod cable_stiffness;
 pub mod contact_coulomb;
 pub mod contact_cubic;

@@ -42,6 +42,9 @@ impl EffectModel {
     pub fn validate(&self, model: &Model) -> Result<(), EffectError> {
         let effect = model.effect(&self.id)?;
         let id = || self.id.clone();
+        if effect.is_of_a_bearing() && model.bearing().is_none() {
+            return Err(EffectError::NoBearing { id: id() });
+        }
         let predicted = Stage::ALL.iter().any(|stage| stage.id() == self.id)
             || LoadEffect::find(model, &self.id).is_some()
             || OTHERS.contains(&self.id.as_str());

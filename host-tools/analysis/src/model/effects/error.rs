@@ -23,6 +23,15 @@ pub enum EffectError {
         /// Its id.
         id: String,
     },
+    /// An effect of a bearing where there is none.
+    #[error(
+        "[[effect]] `{id}` acts about a bearing, and the model has none: that is an axis of which \
+         `[rig] active_axes` names one rotation and nothing else, such as [\"rx\"]"
+    )]
+    NoBearing {
+        /// Its id.
+        id: String,
+    },
     /// `axes` where they have no meaning.
     #[error(
         "[[effect]] `{id}` has no axes of its own, only actuator effects have; take out `axes`"

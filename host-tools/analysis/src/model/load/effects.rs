@@ -8,7 +8,7 @@ use super::{Column, Scene, laws};
 use crate::effects::formula::ActsOn;
 use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
 use crate::import::filter::LowPass;
-use crate::model::{EffectModel, Model};
+use crate::model::{EffectModel, FilterModel, Model};
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
@@ -107,7 +107,8 @@ impl LoadEffect {
         if matches!(
             effect.law,
             Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock
-        ) {
+        ) || (effect.is_of_a_bearing() && !bearing)
+        {
             return None;
         }
         let parameters: Vec<Parameter> = match bearing {
@@ -210,7 +211,7 @@ impl LoadEffect {
     }
 
     /// Values of a model file in the order of the parameters; what is left out has its default.
-    fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
+    pub(crate) fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
         let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
         self.parameters.iter().map(value).collect()
     }
@@ -248,20 +249,22 @@ impl LoadEffect {
 
     /// What the effect does to the reading; None for forms that exclude each other.
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
-        Some(self.filtered(scene, laws::part(scene, self.effect, p)?))
+        let part = laws::part(scene, self.effect, p)?;
+        let filtered_already = self.acts_on_reading() || laws::is_proportional(self.effect, p);
+        Some(match scene.model.sensor.filter {
+            Some(filter) if !filtered_already => through(filter, scene.cycle_s, part),
+            _ => part,
+        })
     }
+}
 
-    /// Through the filter of the import; the reading itself has been through it already.
-    fn filtered(&self, scene: &Scene, mut part: Column) -> Column {
-        let filter = scene.model.sensor.filter;
-        if let Some(filter) = filter.filter(|_| !self.acts_on_reading()) {
-            let filter = LowPass::new(filter.order, filter.cutoff_hz * scene.cycle_s);
-            for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
-                *series = filter.zero_phase(series);
-            }
-        }
-        part
+/// Through the filter of the import.
+fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
+    let filter = LowPass::new(filter.order, filter.cutoff_hz * cycle_s);
+    for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
+        *series = filter.zero_phase(series);
     }
+    part
 }
 
 /// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a

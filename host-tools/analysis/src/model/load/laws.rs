@@ -16,7 +16,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     let sensor = &scene.model.sensor;
     let live = |meaning| sensor.wrench == meaning && !sensor.at_rest;
     match effect.law {
-        Law::Guide(_) | Law::Spring(_) => {
+        Law::Guide(_) | Law::Bearing(_) | Law::Spring(_) => {
             !sensor.at_rest && (0..scene.len()).any(|n| scene.along(n, 0.0) != 0.0)
         }
         Law::Push(_) | Law::Depth(_) | Law::Friction(_) => scene
@@ -35,11 +35,49 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     }
 }
 
+/// Whether the effect follows the motion in proportion. It is then filtered as the motion is, while the
+/// force of any other law has frequencies of its own.
+pub(super) fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
+    /// Position, velocity and acceleration of any three instants.
+    const INSTANTS: [[f64; 3]; 3] = [[0.7, 0.4, -3.0], [-0.3, 1.1, 2.0], [1.3, -0.6, 0.5]];
+    /// By what a motion is multiplied: reversed, it tells what has a sign of its own.
+    const FACTOR: f64 = -0.5;
+    let proportional = |force: &dyn Fn(&Slide) -> f64| {
+        INSTANTS.iter().all(|[position, velocity, acceleration]| {
+            let at = |factor: f64| {
+                force(&Slide {
+                    position: factor * position,
+                    acceleration: factor * acceleration,
+                    ..Slide::at_velocity(factor * velocity)
+                })
+            };
+            let (whole, part) = (at(1.0), at(FACTOR));
+            (part - FACTOR * whole).abs() <= 1e-9 * whole.abs()
+        })
+    };
+    match effect.law {
+        Law::Guide(law) | Law::Bearing(law) => proportional(&|slide| (law.force)(p, slide)),
+        Law::Spring(law) => proportional(&|slide| law(p, &Vector3::x().scale(slide.position)).x),
+        Law::Formula(law) if law.acts_on == ActsOn::Guide => proportional(&|slide| {
+            let moving = Signals {
+                position: slide.position,
+                velocity: slide.velocity,
+                acceleration: slide.acceleration,
+                direction: slide.direction,
+                ..Signals::default()
+            };
+            law.value(p, &moving)
+        }),
+        Law::Tool(_) => true,
+        _ => false,
+    }
+}
+
 /// What the effect does to the reading; None for forms that exclude each other.
 pub(super) fn part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Column> {
     let form = |name| effect.place(name).map_or(0.0, |k| p[k]);
     Some(match effect.law {
-        Law::Guide(law) => guide(scene, &law, p, form("acts_at"))?,
+        Law::Guide(law) | Law::Bearing(law) => guide(scene, &law, p, form("acts_at"))?,
         Law::Spring(law) => {
             let rests_at_start = form("about_start") > 0.5;
             spring(scene, rests_at_start, form("acts_at"), |d| law(p, d))

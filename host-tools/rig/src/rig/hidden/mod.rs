@@ -153,6 +153,10 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         "`{id}` acts in contact, and the rig has no wall; add a [[rig.mechanism.walls]]"
     );
     ensure!(
+        !hidden.effect()?.is_of_a_bearing(),
+        "`{id}` acts about a bearing, and the guide of the simulated rig is straight"
+    );
+    ensure!(
         moves_the_reading(hidden, settings)?,
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );

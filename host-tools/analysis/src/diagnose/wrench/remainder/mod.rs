@@ -13,7 +13,7 @@ mod functions;
 use super::prepared_log::Joint;
 use super::problem::subtract;
 use super::tested::{Fitted, Tested};
-use crate::diagnose::evidence::{self, PRIOR};
+use crate::diagnose::evidence;
 use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;
 use crate::model::Axis;
@@ -68,7 +68,7 @@ pub(crate) fn standings(
     regression.count_less(regression.left_over(joint, earlier.len(), axes, &every_value));
     let with = regression.fit(&all);
     let amounts = regression.amounts(&with);
-    let price = evidence::price(joint.problem.count) + PRIOR;
+    let price = evidence::price(joint.problem.count) + evidence::prior();
     let standing = |&k: &usize| {
         let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
         let without = regression.fit(&others);

@@ -1,0 +1,127 @@
+//! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
+
+use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_analysis::model::Model;
+use softdock_analysis::recording::{Header, Recording};
+use softdock_analysis::statistics::RandomStream;
+use softdock_app::record::CycleRecord;
+
+const TS: f64 = 0.002;
+/// Moment of inertia, kg·m², of which the model knows 0.35.
+const INERTIA: f64 = 0.4;
+/// Gravity torque, N·m, and where the link hangs, rad.
+const GRAVITY: (f64, f64) = (6.0, 0.3);
+/// Dry and viscous friction, N·m and N·m·s/rad.
+const FRICTION: (f64, f64) = (1.2, 0.8);
+
+/// Angle, its rate and its acceleration: three swings that do not repeat.
+fn motion(t: f64, phase: f64) -> [f64; 3] {
+    let swings = [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)];
+    swings.iter().fold([0.0; 3], |[q, v, a], (size, rate)| {
+        let (sin, cos) = (rate * t + phase * rate).sin_cos();
+        [
+            q + size * sin,
+            v + size * rate * cos,
+            a - size * rate * rate * sin,
+        ]
+    })
+}
+
+fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
+    let mut random = RandomStream::new(seed, 0);
+    let mut last = None;
+    let record = |n: usize| {
+        let t = n as f64 * TS;
+        let [q, v, a] = motion(t, phase);
+        let gravity = GRAVITY.0 * (q - GRAVITY.1).sin();
+        let torque = INERTIA * a + gravity + FRICTION.0 * v.signum() + FRICTION.1 * v;
+        let angle = q + 1e-7 * random.normal();
+        let mut cycle = CycleRecord::default();
+        cycle.trace.cycle = n as u64;
+        cycle.trace.time_s = t;
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        cycle.trace.pose = [0.0, 0.0, 0.0, cos, sin, 0.0, 0.0];
+        let before = last.replace(angle).unwrap_or(angle - v * TS);
+        cycle.trace.executed_velocity[3] = (angle - before) / TS;
+        cycle.inputs.sensor.wrench = [0.0; 6];
+        cycle.inputs.sensor.wrench[3] = -torque + 0.05 * random.normal();
+        cycle
+    };
+    Recording {
+        header: Header {
+            identity: "imported from a test".to_owned(),
+            settings_toml: String::new(),
+            scenario_toml: None,
+        },
+        cycles: (0..(seconds / TS) as usize).map(record).collect(),
+        truth: Vec::new(),
+        cut: None,
+    }
+}
+
+const MODEL: &str = r#"
+[rig]
+active_axes = ["rx"]
+[tool]
+dynamic_compensation = true
+inertia_kg_m2 = [[0.35, 0, 0], [0, 0, 0], [0, 0, 0]]
+[sensor]
+wrench = "commanded"
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[noise]
+torque_n_m = 0.05
+angle_rad = 1e-7
+"#;
+
+#[test]
+fn gravity_inertia_and_friction_of_a_joint_are_named() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 1), log(8.0, 2.0, 2));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    let mut named = found.effects.clone();
+    named.sort();
+    let expected = [
+        "bearing_gravity",
+        "bearing_inertia",
+        "guide_coulomb",
+        "guide_viscous",
+    ];
+    assert_eq!(named, expected, "{}", found.sentence);
+    for (effect, parameter, truth) in [
+        ("bearing_gravity", "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
+        (
+            "bearing_gravity",
+            "cosine_n_m",
+            -GRAVITY.0 * GRAVITY.1.sin(),
+        ),
+        ("bearing_inertia", "inertia_error_kg_m2", INERTIA - 0.35),
+        ("guide_coulomb", "torque_n_m", FRICTION.0),
+        ("guide_viscous", "damping_n_m_s_per_rad", FRICTION.1),
+    ] {
+        let said = &found.parameters[effect][parameter];
+        assert!(
+            (said.value - truth).abs() < 0.02 * truth.abs(),
+            "{parameter}: {said:?}"
+        );
+    }
+    assert!(
+        found.residual_rms_sigma.after.wrench < 1.1,
+        "{}",
+        found.sentence
+    );
+}
+
+/// On a straight guide nothing turns.
+#[test]
+fn what_a_bearing_has_is_refused_on_a_straight_guide() {
+    let text = MODEL.replace("[\"rx\"]", "[\"x\"]")
+        + "[[effect]]\nid = \"bearing_gravity\"\nparameters = { sine_n_m = 1.0 }\n";
+    let error = Model::from_toml(&text, "model.toml").unwrap_err();
+    let said = format!("{error:#}");
+    assert!(
+        said.contains("acts about a bearing") && said.contains("[\"rx\"]"),
+        "{said}"
+    );
+}
