@@ -10,6 +10,7 @@ mod crossing;
 mod errors;
 mod explain;
 mod failure;
+mod free_simulation;
 mod motion;
 mod noise;
 mod notes;
@@ -31,6 +32,7 @@ use contact::Contacts;
 use errors::AxisError;
 pub use explain::{Estimate, Explanation};
 pub use failure::{Failure, PhaseShare};
+pub use free_simulation::FreeSimulation;
 use motion::Motion;
 pub use noise::{NoiseLevel, NoiseVerdict};
 pub use phases::Phase;
@@ -119,6 +121,9 @@ pub struct Comparison {
     pub tests: Vec<ResidualTests>,
     /// Noise that the recording shows, against the data sheet.
     pub noise: Vec<NoiseLevel>,
+    /// The motion out of the force alone, where a force drives a single axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free_simulation: Option<FreeSimulation>,
     /// What the reader should know about the recording.
     pub notes: Vec<String>,
     /// Number of contacts.
@@ -187,6 +192,8 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
     let mut notes = notes::of_recording(recording, &signals, &contacts);
     notes.extend(prediction.notes.iter().cloned());
     notes.extend(noise::notes(&source, &noise));
+    let simulated = free_simulation::simulate(model, &signals).transpose();
+    notes.extend(simulated.as_ref().err().cloned());
     Ok(Comparison {
         sentence: sentence::whole(&errors, &failures),
         at_noise: failures.is_empty(),
@@ -197,6 +204,7 @@ pub fn compare(model: &Model, recording: &Recording) -> anyhow::Result<Compariso
         regimes,
         tests,
         noise,
+        free_simulation: simulated.ok().flatten(),
         notes,
         contacts: contacts.list.len(),
         cycles: signals.len(),

@@ -82,9 +82,11 @@ impl Compare {
             .iter()
             .map(ToString::to_string)
             .collect();
+        let forward = comparison.free_simulation.map(|free| free.words() + "\n\n");
         print(&format!(
-            "{}\n\n{}\n",
+            "{}\n\n{}{}\n",
             comparison.sentence,
+            forward.unwrap_or_default(),
             tables.join("\n\n")
         ))
     }

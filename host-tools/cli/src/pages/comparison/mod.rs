@@ -34,7 +34,8 @@ impl Source<'_> {
     fn page(&self) -> anyhow::Result<Page> {
         let mut page = Page::new("Model against recording");
         page.headline(&self.comparison.sentence);
-        for note in &self.comparison.notes {
+        let forward = self.comparison.free_simulation.map(|free| free.words());
+        for note in forward.iter().chain(&self.comparison.notes) {
             page.paragraph(note);
         }
         page.section("Where the error stands");

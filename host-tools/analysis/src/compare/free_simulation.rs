@@ -1,0 +1,487 @@
+//! The motion of one axis, simulated forward from the recorded force alone.
+//!
+//! A comparison predicts the force from the measured motion, one instant at a time. Published models are
+//! judged by the reverse: from where the log begins, the force is the only input, and errors add up.
+//!
+//! The step is the midpoint rule with the friction of its end (Moreau 1988), which holds an axis that
+//! sticks: the velocity at the end of a step is the one at which force, load and inertia balance.
+
+use crate::effects::{Direction, Guide, Late, Lateness, Law, Slide};
+use crate::model::load::LoadModel;
+use crate::model::load::effects::LoadEffect;
+use crate::model::log::Log;
+use crate::model::prediction::signals::Signals;
+use crate::model::{Axis, Model, WrenchMeaning};
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+use softdock_control::frames::{Pose, Twist, Wrench};
+use softdock_control::wrench::Motion;
+
+/// Steps of the simulation in a cycle of the log.
+const STEPS: usize = 8;
+/// Cycles from which the first velocity is taken.
+const FIRST: usize = 4;
+/// Motions of the log that a simulation may be away from it before it has run off.
+const RUN_OFF: f64 = 1e3;
+
+/// How far a motion that is simulated from the force alone is off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FreeSimulation {
+    /// The axis.
+    pub axis: Axis,
+    /// Root mean square of measured minus simulated position, m or rad.
+    pub rms: f64,
+    /// That over the root mean square of the motion about its mean.
+    pub relative: f64,
+    /// How long it was simulated, s.
+    pub seconds: f64,
+}
+
+impl FreeSimulation {
+    /// As a sentence.
+    pub fn words(&self) -> String {
+        use super::regime::quantity;
+        let unit = if self.axis.is_rotation() { "rad" } else { "m" };
+        format!(
+            "Simulated forward from the recorded force alone over {:.1} s, {} is off by {} rms, \
+             {:.3} % of its motion.",
+            self.seconds,
+            self.axis,
+            quantity(self.rms, unit),
+            100.0 * self.relative
+        )
+    }
+}
+
+/// Simulates the longest stretch of a log. None where no force drives a single axis of known inertia
+/// freely; an error says what hinders it.
+pub(super) fn simulate(
+    model: &Model,
+    signals: &Signals<'_>,
+) -> Option<Result<FreeSimulation, String>> {
+    let [axis] = model.rig.active_axes[..] else {
+        return None;
+    };
+    let driven = model.sensor.wrench == WrenchMeaning::Commanded && !model.sensor.at_rest;
+    if !driven || signals.is_commanded() {
+        return None;
+    }
+    let log = Log::of(signals, &model.noise).ok()?;
+    if log.len() < 2 * FIRST {
+        return None;
+    }
+    let body = Body::new(model, &log, axis);
+    if body.inertia(&Slide::default()) <= 0.0 {
+        return None;
+    }
+    let acting = match Acting::of_model(model) {
+        Ok(acting) => acting,
+        Err(id) => {
+            return Some(Err(format!(
+                "The motion is not simulated forward: `{id}` does not act on it alone."
+            )));
+        }
+    };
+    let velocity = signals.velocity_at_pose(log.first + FIRST)?.get()[axis.index()];
+    Some(run(&body, &log, acting, velocity))
+}
+
+fn run(
+    body: &Body,
+    log: &Log,
+    mut acting: Acting,
+    velocity: f64,
+) -> Result<FreeSimulation, String> {
+    let step_s = log.cycle_s / STEPS as f64;
+    let input = acting.input(body, log);
+    let measured = body.positions(log);
+    let mut slide = Slide {
+        position: measured[FIRST],
+        velocity,
+        ..Slide::default()
+    };
+    let rest = measured[0];
+    let mean = measured[FIRST..].iter().sum::<f64>() / (log.len() - FIRST) as f64;
+    let [mut error, mut motion] = [0.0; 2];
+    for n in FIRST..log.len() {
+        error += (measured[n] - slide.position).powi(2);
+        motion += (measured[n] - mean).powi(2);
+        if n + 1 < log.len() {
+            for k in 0..STEPS {
+                let share = (k as f64 + 0.5) / STEPS as f64;
+                let force = input[n] + share * (input[n + 1] - input[n]);
+                acting.step(body, &mut slide, force, step_s, rest);
+            }
+        }
+    }
+    if !(error < RUN_OFF * RUN_OFF * motion) {
+        return Err(
+            "Simulated forward from the recorded force alone, the motion runs away.".into(),
+        );
+    }
+    let count = (log.len() - FIRST) as f64;
+    Ok(FreeSimulation {
+        axis: body.axis,
+        rms: (error / count).sqrt(),
+        relative: (error / motion).sqrt(),
+        seconds: (count - 1.0) * log.cycle_s,
+    })
+}
+
+/// The nominal load, along or about one axis.
+struct Body {
+    load: LoadModel,
+    axis: Axis,
+    direction: Vector3<f64>,
+    first: Pose<f64>,
+    start: f64,
+}
+
+impl Body {
+    fn new(model: &Model, log: &Log, axis: Axis) -> Self {
+        let mut body = Self {
+            load: LoadModel::new(model),
+            axis,
+            direction: Vector3::ith(axis.index() % 3, 1.0),
+            first: log.pose[0],
+            start: 0.0,
+        };
+        body.start = body.positions(log)[0];
+        body
+    }
+
+    /// Position along the axis, or the angle about it with its whole turns.
+    fn positions(&self, log: &Log) -> Vec<f64> {
+        use std::f64::consts::TAU;
+        let mut turned = 0.0;
+        let at = |pose: &Pose<f64>| match self.axis.is_rotation() {
+            false => self.direction.dot(&pose.translation.vector),
+            true => {
+                let angle = self.direction.dot(&pose.rotation.scaled_axis());
+                turned = angle + TAU * ((turned - angle) / TAU).round();
+                turned
+            }
+        };
+        log.pose.iter().map(at).collect()
+    }
+
+    /// What a reading means along or about the axis.
+    fn along(&self, reading: &Wrench<f64>, pose: &Pose<f64>) -> f64 {
+        let at_m = reading.transferred(&self.load.m_from_s);
+        let part = if self.axis.is_rotation() {
+            at_m.torque
+        } else {
+            at_m.force
+        };
+        (pose.rotation * part).dot(&self.direction)
+    }
+
+    fn pose(&self, position: f64) -> Pose<f64> {
+        let moved = self.direction * (position - self.start);
+        let mut pose = self.first;
+        match self.axis.is_rotation() {
+            false => pose.translation.vector += moved,
+            true => pose.rotation *= UnitQuaternion::from_scaled_axis(moved),
+        }
+        pose
+    }
+
+    /// The nominal reading with an acceleration.
+    fn reading(&self, slide: &Slide, acceleration: f64) -> f64 {
+        let pose = self.pose(slide.position);
+        let twist = |value: f64| {
+            let mut six = [0.0; 6];
+            six[self.axis.index()] = value;
+            Twist::of(&six)
+        };
+        let motion = Motion {
+            velocity: twist(slide.velocity),
+            acceleration: twist(acceleration),
+        };
+        self.along(&self.load.wrench(&pose, &motion), &pose)
+    }
+
+    /// What the reading loses with each m/s² or rad/s²; kg or kg·m².
+    fn inertia(&self, slide: &Slide) -> f64 {
+        self.reading(slide, 0.0) - self.reading(slide, 1.0)
+    }
+}
+
+/// A law of the model's effects, with its values.
+enum Part {
+    /// Along or about the axis.
+    Along(Guide, Direction, Vec<f64>),
+    /// Of the displacement from where it rests; 1: from where the log begins.
+    Spring(fn(&[f64], &Vector3<f64>) -> Vector3<f64>, f64, Vec<f64>),
+    /// On the reading, constant.
+    Offset(Wrench<f64>),
+}
+
+/// Everything that the model's effects do to the motion.
+struct Acting {
+    parts: Vec<Part>,
+    late: Lateness,
+}
+
+impl Acting {
+    /// From the effects of a model file; the id of one that acts on more than the motion.
+    fn of_model(model: &Model) -> Result<Self, String> {
+        let mut acting = Self {
+            parts: Vec::new(),
+            late: Lateness::default(),
+        };
+        for known in &model.effects {
+            let id = || known.id.clone();
+            let effect = LoadEffect::find(model, &known.id).ok_or_else(id)?;
+            let values = effect.given(&known.parameters);
+            let form = |name| effect.effect.place(name).map_or(0.0, |k| values[k]);
+            match effect.effect.law {
+                Law::Guide(law) | Law::Bearing(law) => {
+                    let reversal = (law.reversal)(&values).ok_or_else(id)?;
+                    let part = Part::Along(law, Direction::new(reversal), values);
+                    acting.parts.push(part);
+                }
+                Law::Spring(law) => {
+                    let about_start = form("about_start");
+                    acting.parts.push(Part::Spring(law, about_start, values));
+                }
+                Law::Zero(law) if law(&values, 0.0) == law(&values, 1.0) => {
+                    acting.parts.push(Part::Offset(law(&values, 0.0)));
+                }
+                Law::Actuator(Some(law)) => {
+                    let late = law(&values);
+                    acting.late.delay_s += late.delay_s;
+                    acting.late.lag_s += late.lag_s;
+                }
+                _ => return Err(id()),
+            }
+        }
+        Ok(acting)
+    }
+
+    /// The recorded force along the axis, as late as it arrives.
+    fn input(&self, body: &Body, log: &Log) -> Vec<f64> {
+        let offset = self.parts.iter().filter_map(|part| match part {
+            Part::Offset(wrench) => Some(*wrench),
+            _ => None,
+        });
+        let offset = offset.fold(Wrench::zero(), |sum, wrench| sum + wrench);
+        let along = |n: usize| {
+            let reading = Wrench::of(&log.wrench.each_ref().map(|series| series[n]));
+            body.along(&(reading - offset), &log.pose[n])
+        };
+        let mut late: Option<Late> = None;
+        let arrived = |n: usize| {
+            let mut six = [0.0; 6];
+            six[0] = along(n);
+            let line = late.get_or_insert_with(|| Late::new(self.late, log.cycle_s, six));
+            line.advance(six)[0]
+        };
+        (0..log.len()).map(arrived).collect()
+    }
+
+    /// One step under a force; `rest` is where the log begins.
+    fn step(&mut self, body: &Body, slide: &mut Slide, force: f64, step_s: f64, rest: f64) {
+        let middle = Slide {
+            position: slide.position + 0.5 * step_s * slide.velocity,
+            ..*slide
+        };
+        let (nominal, inertia) = (body.reading(&middle, 0.0), body.inertia(&middle));
+        let ends = |velocity: f64| Slide {
+            velocity: 0.5 * (slide.velocity + velocity),
+            acceleration: (velocity - slide.velocity) / step_s,
+            ..middle
+        };
+        // Falls with the velocity: whatever brakes, brakes more.
+        let excess = |velocity: f64| {
+            let at = ends(velocity);
+            let load = self.force(body, &at, velocity, step_s, rest);
+            nominal - inertia * at.acceleration + load - force
+        };
+        let velocity = root(excess, slide.velocity, step_s / inertia);
+        let path = 0.5 * (slide.velocity + velocity) * step_s;
+        for part in &mut self.parts {
+            if let Part::Along(_, direction, _) = part {
+                direction.moved(path);
+            }
+        }
+        slide.position += path;
+        slide.velocity = velocity;
+    }
+
+    /// Force of the effects at the middle of a step that ends with a velocity.
+    fn force(&self, body: &Body, at: &Slide, end: f64, step_s: f64, rest: f64) -> f64 {
+        let of = |part: &Part| match part {
+            Part::Along(law, direction, values) => {
+                let mut moved = *direction;
+                moved.moved(at.velocity * step_s);
+                let direction = moved.at(end);
+                (law.force)(values, &Slide { direction, ..*at })
+            }
+            Part::Spring(law, about_start, values) => {
+                let from = if *about_start > 0.5 { rest } else { 0.0 };
+                let displacement = body.direction * (at.position - from);
+                law(values, &displacement).dot(&body.direction)
+            }
+            Part::Offset(_) => 0.0,
+        };
+        self.parts.iter().map(of).sum()
+    }
+}
+
+/// Where a function that falls crosses zero; `per_excess` is the step that its value at the start asks
+/// for. At a jump through zero, the jump.
+fn root(falls: impl Fn(f64) -> f64, start: f64, per_excess: f64) -> f64 {
+    /// Doublings of the first step, and halvings of what it brackets.
+    const DOUBLINGS: usize = 60;
+    const HALVINGS: usize = 50;
+    let first = falls(start);
+    let mut step = per_excess * first;
+    let mut end = start + step;
+    for _ in 0..DOUBLINGS {
+        if step == 0.0 || falls(end) * first <= 0.0 {
+            break;
+        }
+        step *= 2.0;
+        end += step;
+    }
+    let (mut low, mut high) = if step < 0.0 {
+        (end, start)
+    } else {
+        (start, end)
+    };
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if falls(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::compare;
+    use crate::recording::{Header, Recording};
+    use softdock_app::record::CycleRecord;
+
+    const TS: f64 = 0.002;
+
+    /// A log of a driven axis: its position and the force that drives it, reversed.
+    fn log(count: usize, axis: usize, motion: impl Fn(f64) -> [f64; 2]) -> Recording {
+        let record = |n: usize| {
+            let mut cycle = CycleRecord::default();
+            let (t, half) = (n as f64 * TS, 1e-4);
+            let [position, force] = motion(t);
+            let ahead = motion(t + half)[0] - motion(t - half)[0];
+            cycle.trace.cycle = n as u64;
+            cycle.trace.time_s = t;
+            cycle.trace.executed_velocity[axis] = ahead / (2.0 * half);
+            cycle.inputs.sensor.wrench = [0.0; 6];
+            cycle.inputs.sensor.wrench[axis] = -force;
+            let (sin, cos) = (0.5 * position).sin_cos();
+            cycle.trace.pose = match axis {
+                0 => [position, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+                _ => [0.0, 0.0, 0.0, cos, sin, 0.0, 0.0],
+            };
+            cycle
+        };
+        Recording {
+            header: Header {
+                identity: "imported from a test".to_owned(),
+                settings_toml: String::new(),
+                scenario_toml: None,
+            },
+            cycles: (0..count).map(record).collect(),
+            truth: Vec::new(),
+            cut: None,
+        }
+    }
+
+    fn model(axis: &str, text: &str) -> Model {
+        let text = format!(
+            "[rig]\nactive_axes = [\"{axis}\"]\n[tool]\nmass_kg = 2.0\ndynamic_compensation = true\n\
+             inertia_kg_m2 = [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]]\n\
+             [sensor]\nwrench = \"commanded\"\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{text}"
+        );
+        Model::from_toml(&text, "model.toml").unwrap()
+    }
+
+    /// A swing is put in, the force follows from the equation; forward the swing comes out again.
+    #[test]
+    fn a_hardening_spring_with_friction_swings_as_it_was_made() {
+        let (rate, size) = (9.0, 0.03);
+        let driven = |t: f64| {
+            let (sin, cos) = (rate * t).sin_cos();
+            let (x, v, a) = (size * sin, size * rate * cos, -size * rate * rate * sin);
+            let friction = 5.0 * v + 0.8 * v.signum();
+            [x, 2.0 * a + friction + 300.0 * x + 2e5 * x.powi(3)]
+        };
+        let right = model(
+            "x",
+            "[[effect]]\nid = \"guide_viscous\"\nparameters = { damping_n_s_per_m = 5.0 }\n\
+             [[effect]]\nid = \"guide_coulomb\"\nparameters = { force_n = 0.8 }\n\
+             [[effect]]\nid = \"cable_stiffness\"\n\
+             parameters = { stiffness_n_per_m = 300.0, hardening_n_per_m3 = 2e5 }\n",
+        );
+        let comparison = compare(&right, &log(2000, 0, driven)).unwrap();
+        let free = comparison.free_simulation.unwrap();
+        assert!(free.relative < 0.02, "{free:?}");
+        assert!(free.words().contains("% of its motion"), "{}", free.words());
+    }
+
+    /// A pendulum about a bearing, driven through its balance point.
+    #[test]
+    fn a_pendulum_turns_as_it_was_made() {
+        let driven = |t: f64| {
+            let (sin, cos) = (4.0 * t).sin_cos();
+            let (q, v, a) = (1.2 * sin, 4.8 * cos, -19.2 * sin);
+            [q, 0.5 * a + 0.3 * v + 6.0 * q.sin()]
+        };
+        let right = model(
+            "rx",
+            "[[effect]]\nid = \"guide_viscous\"\nparameters = { damping_n_m_s_per_rad = 0.3 }\n\
+             [[effect]]\nid = \"bearing_gravity\"\nparameters = { sine_n_m = 6.0 }\n",
+        );
+        let comparison = compare(&right, &log(2000, 3, driven)).unwrap();
+        let free = comparison.free_simulation.unwrap();
+        assert!(free.relative < 0.01, "{free:?}");
+    }
+
+    /// Less than the dry friction does not move what rests, and more does.
+    #[test]
+    fn what_sticks_stays() {
+        let pushed = |force: f64| move |t: f64| [if t > 1.0 { 1e-9 * t } else { 0.0 }, force];
+        let stuck = model(
+            "x",
+            "[[effect]]\nid = \"guide_coulomb\"\nparameters = { force_n = 3.0 }\n",
+        );
+        let position = |force: f64| {
+            let recording = log(1000, 0, pushed(force));
+            let signals = Signals::new(&recording).unwrap();
+            simulate(&stuck, &signals).unwrap()
+        };
+        assert!(position(2.9).unwrap().rms < 1e-6);
+        assert!(position(3.5).is_err());
+    }
+
+    #[test]
+    fn what_acts_on_the_reading_hinders_it() {
+        let scaled = model(
+            "x",
+            "[[effect]]\nid = \"ft_scale\"\nparameters = { fx = 0.1 }\n",
+        );
+        let recording = log(100, 0, |t| [t.sin(), 0.0]);
+        let comparison = compare(&scaled, &recording).unwrap();
+        assert!(comparison.free_simulation.is_none());
+        assert!(
+            comparison
+                .notes
+                .iter()
+                .any(|note| note.contains("`ft_scale`"))
+        );
+    }
+}
