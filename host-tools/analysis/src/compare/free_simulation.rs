@@ -114,7 +114,8 @@ fn run(
             }
         }
     }
-    if !(error < RUN_OFF * RUN_OFF * motion) {
+    let stays = error < RUN_OFF * RUN_OFF * motion; // not so for NaN
+    if !stays {
         return Err(
             "Simulated forward from the recorded force alone, the motion runs away.".into(),
         );
