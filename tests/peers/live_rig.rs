@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::process::Command;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::thread;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use toml_edit::ser::to_string_pretty;
 
 const ANY: &str = "127.0.0.1:0";
@@ -150,6 +151,75 @@ fn what_is_hidden_is_in_the_recording() {
         });
         let mean: f64 = sum / count;
         assert!((mean - hidden).abs() < 0.05, "{name}: {mean}, {told:?}");
+    }
+}
+
+/// The robot of the scenario is late by 18 ms, and jogged it shows that.
+#[test]
+#[ignore = "long: a jog in real time"]
+fn the_jog_of_a_live_rig_is_identified() {
+    let telemetry = UdpSocket::bind(ANY).unwrap();
+    let address = telemetry.local_addr().unwrap().to_string();
+    drop(telemetry);
+    let scenario = scratch("live_jog_files");
+    assert_eq!(softdock(&scenario, &["init", "."]).code, Some(0));
+    let mut scenario = Scenario::load(&scenario.join("scenario.toml")).unwrap();
+    scenario.rig.mechanism.walls.clear();
+    scenario.board = patient(&scenario.board);
+    scenario.board.network.recorder = address.as_str().try_into().unwrap();
+    let mut served = board("live_jog", &scenario, &[]);
+    let rig = rig_of(&served, &["--patient"]);
+    served.board.process.wait_for("sensor Running");
+    served.done(&["mode", "hold"]);
+    let folder = served.board.folder.clone();
+    let port = ["--port", &served.port, "--yes", "--json"];
+    let run = softdock(&folder, &[&["identify", "actuator"], &port[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let found: Value = serde_json::from_str(&run.stdout).unwrap();
+    let late_s = found["mean_delay_s"]["value"].as_f64().unwrap();
+    assert!((late_s - 0.018).abs() < 0.0005, "{late_s}");
+    end(rig);
+    served.board.stop();
+}
+
+/// The laboratory exercise of docs/live-rig.md: the secret is named, on a computer as busy as it is.
+#[test]
+#[ignore = "long: four docking tests of ten seconds in real time, and two diagnoses"]
+fn what_a_live_rig_hides_is_named() {
+    for seed in ["4", "7"] {
+        let folder = scratch(&format!("live_exercise_{seed}"));
+        let of_folder = |arguments: &[&str]| softdock(&folder, arguments);
+        assert_eq!(of_folder(&["init", "."]).code, Some(0));
+        let board = std::fs::read_to_string(folder.join("board.toml")).unwrap();
+        let there = "velocity_m_s = [0.040, 0.003, -0.002]";
+        let back = board.replace(there, "velocity_m_s = [-0.047, 0.003, -0.002]");
+        assert_ne!(board, back);
+        let hide = ["--hide", "any", "--seed", seed];
+        for (name, settings) in [("train", board), ("test", back)] {
+            let served = serve(
+                &format!("live_exercise_{seed}_{name}"),
+                &settings,
+                &["--start"],
+            );
+            let scenario = folder.join("scenario.toml");
+            std::fs::copy(scenario, served.board.folder.join("rig.toml")).unwrap();
+            let mut rig = rig_of(&served, &[&hide[..], &["--patient"]].concat());
+            rig.wait_for("answers: RSI runs");
+            while cycles(&served) < 2500 {
+                thread::sleep(Duration::from_millis(500));
+            }
+            end(rig);
+            let (recording, _) = served.board.stop();
+            std::fs::copy(recording, folder.join(format!("{name}.mcap"))).unwrap();
+        }
+        let rig = ["rig", "scenario.toml", "--reveal", "--json"];
+        let secret: Value =
+            serde_json::from_str(&of_folder(&[&rig[..], &hide].concat()).stdout).unwrap();
+        let diagnose = "diagnose model.toml train.mcap --test test.mcap --json";
+        let diagnose: Vec<&str> = diagnose.split(' ').collect();
+        let diagnosis: Value = serde_json::from_str(&of_folder(&diagnose).stdout).unwrap();
+        let named = diagnosis["effects"].as_array().unwrap();
+        assert!(named.contains(&secret[0]["id"]), "{diagnosis}");
     }
 }
 

@@ -17,6 +17,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
+use std::time::Duration;
+
+/// How long `--patient` waits for an answer.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Play robot, mechanism and sensor of a scenario in real time against a board.
 ///
@@ -64,6 +68,9 @@ pub(super) struct RigCommand {
     /// A, B, C of the flange at the start, degrees, instead of the scenario's
     #[arg(long, value_name = "A,B,C", value_parser = three_numbers, allow_hyphen_values = true)]
     abc_deg: Option<[f64; 3]>,
+    /// Let the rig's clock wait for late answers, for a second at most, as no robot does: for a busy computer
+    #[arg(long)]
+    patient: bool,
     /// End after so long, s
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -106,6 +113,11 @@ impl RigCommand {
             board: scenario.board,
             robot,
             sensor: link,
+            patience: if self.patient {
+                PATIENCE
+            } else {
+                Duration::ZERO
+            },
         };
         let stop = raised_by_ctrl_c()?;
         let display = Display(spinner());
@@ -197,7 +209,7 @@ impl Watcher for Display {
 
     fn show(&self, tally: &Tally) {
         self.0.tick();
-        let late = tally.unanswered;
+        let late = tally.unanswered + tally.waited;
         self.0.set_message(format!(
             "{} cycles, {late} not answered in time, {} readings, {} contacts; Ctrl-C ends it",
             tally.cycles, tally.readings, tally.contacts

@@ -10,6 +10,10 @@ use super::scenario::Scenario;
 
 /// What a board on this computer needs beyond the scenario's settings.
 const CONNECTIONS: &str = "
+[can]                            # a desktop takes longer for a reading than a bus, and is no lost sensor
+sample_wait_s = 0.002
+answer_timeout_s = 0.5
+
 [rsi]
 robot_ip = \"any\"                 # better its address; any: the first sender of a valid telegram is the robot
 
@@ -91,6 +95,7 @@ mod tests {
         let scenario: Scenario = input::parse(SCENARIO, "scenario").unwrap();
         let mut board: BoardSettings = input::parse(&board().unwrap(), "board.toml").unwrap();
         board.validate().unwrap();
+        board.can = scenario.board.can.clone();
         board.rsi = scenario.board.rsi.clone();
         board.network = scenario.board.network.clone();
         assert_eq!(board, scenario.board);

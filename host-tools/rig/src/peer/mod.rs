@@ -11,7 +11,7 @@
 //! | `tally` | what was counted |
 //!
 //! A telegram leaves at its deadline whether or not the last one was answered; an answer counts for the telegram whose
-//! time stamp it carries, until the next one leaves. If this computer itself is late by a cycle or more, the rig's
+//! time stamp it carries, until the next one leaves; a patient rig lets its clock wait for it. If this computer itself is late by a cycle or more, the rig's
 //! clock stands still for so long: that is no fault of the board, and is counted apart.
 
 mod plant;
@@ -20,6 +20,8 @@ mod sensor;
 pub mod slcan;
 mod tally;
 pub mod telegrams;
+#[cfg(test)]
+mod tests;
 
 pub use tally::{Summary, Tally};
 
@@ -62,6 +64,8 @@ pub struct Peer {
     pub robot: SocketAddr,
     /// The sensor's link.
     pub sensor: SensorLink,
+    /// How long the rig's clock waits for an answer that is late. 0: as long as a robot does, not at all.
+    pub patience: Duration,
 }
 
 /// Who watches.

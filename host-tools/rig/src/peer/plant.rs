@@ -1,21 +1,27 @@
 //! The rig and its clock, shared by the robot's thread and the sensor's.
 
-use super::Peer;
 use super::tally::Tally;
 use super::telegrams::Telegrams;
+use super::{Peer, STOP_PERIOD};
 use crate::rig::{Rig, RigSettings, SensorSampleSim};
 use anyhow::{Context, Result};
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+/// How far into a cycle a patient rig goes on without its answer, µs: a reading that is asked for later is of this
+/// instant.
+const UNANSWERED_US: u64 = 1000;
+/// How long a patient rig waits for the board to ask for a reading, if it asked for one in the cycle before.
+const READING: Duration = Duration::from_millis(50);
 /// How fast the robot's own program turns each of A, B, C, rad/s.
 const TURN_RAD_S: f64 = 0.8;
 
 /// The rig with its clock and its telegrams.
 pub(super) struct Plant {
     state: Mutex<State>,
-    /// An answer has come.
+    /// An answer has come, or a reading was taken.
     answered: Condvar,
 }
 
@@ -23,6 +29,7 @@ struct State {
     settings: RigSettings,
     start_pose: [f64; 6],
     seed: u64,
+    patience: Duration,
     cycle: Duration,
     rig: Rig,
     /// The instant of the rig's time 0, and the number of its next telegram.
@@ -31,6 +38,8 @@ struct State {
     telegrams: Telegrams,
     sent: Instant,
     answered: bool,
+    /// A reading was taken in this cycle, and in the one before.
+    sensed: (bool, bool),
     touches: bool,
     /// Orientation to which the robot's own program goes, rad.
     goal: Option<[f64; 3]>,
@@ -55,6 +64,7 @@ impl Plant {
                 settings: peer.rig.clone(),
                 start_pose: peer.start_pose,
                 seed: peer.seed,
+                patience: peer.patience,
                 cycle: Duration::from_micros(peer.rig.cycle_us.into()),
                 rig,
                 zero: now,
@@ -62,6 +72,7 @@ impl Plant {
                 telegrams: Telegrams::new(tags, peer.rig.cycle_us.into()),
                 sent: now,
                 answered: false,
+                sensed: (false, false),
                 touches: false,
                 goal: None,
                 tally: Tally::default(),
@@ -81,9 +92,11 @@ impl Plant {
     /// A reading at this instant.
     pub(super) fn sense(&self) -> SensorSampleSim {
         let mut state = self.lock();
-        let now_us = u64::try_from(state.zero.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let now_us = state.now_us();
         state.rig.advance_to(now_us);
         state.tally.readings += 1;
+        state.sensed.0 = true;
+        self.answered.notify_all();
         state.rig.gauges()
     }
 
@@ -114,14 +127,36 @@ impl Plant {
 
     /// When the next telegram leaves.
     pub(super) fn deadline(&self) -> Instant {
-        let state = self.lock();
-        state.zero + state.cycle * state.number
+        self.lock().deadline()
+    }
+
+    /// Waits for an answer that is late, if the rig is patient, and for the reading that the board asks for in each
+    /// cycle; meanwhile its clock stands still. An error if the patience has run out.
+    pub(super) fn wait_for_answer(&self, over: &AtomicBool) -> Result<(), String> {
+        let mut state = self.lock();
+        if state.patience.is_zero() {
+            return Ok(());
+        }
+        let deadline = state.deadline();
+        while state.waits(deadline.elapsed()) {
+            if over.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let waited = self.answered.wait_timeout(state, STOP_PERIOD);
+            (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        }
+        if !state.answered {
+            state.tally.unanswered += 1;
+            return Err(format!("no answer for {} s", state.patience.as_secs_f64()));
+        }
+        state.zero += deadline.elapsed();
+        Ok(())
     }
 
     /// The telegram of the next cycle. From now on the robot goes to `goal`, if there is one.
     pub(super) fn next(&self, goal: Option<[f64; 3]>) -> Result<Next> {
         let mut state = self.lock();
-        let behind = (state.zero + state.cycle * state.number).elapsed();
+        let behind = state.deadline().elapsed();
         if behind >= state.cycle {
             state.tally.stalls += 1;
             state.zero += behind;
@@ -153,8 +188,9 @@ impl Plant {
         let current = state.telegrams.ipoc();
         match state.telegrams.read(datagram) {
             Ok(answer) if answer.ipoc == current && !state.answered => {
-                let after_s = state.sent.elapsed().as_secs_f64();
-                state.tally.answered(after_s);
+                let after = state.sent.elapsed();
+                let waited = !state.patience.is_zero() && state.number > 0 && after >= state.cycle;
+                state.tally.answered(after.as_secs_f64(), waited);
                 state.answered = true;
                 state.rig.answer(answer.correction, answer.stop);
                 self.answered.notify_all();
@@ -168,6 +204,28 @@ impl Plant {
 }
 
 impl State {
+    /// When the next telegram leaves.
+    fn deadline(&self) -> Instant {
+        self.zero + self.cycle * self.number
+    }
+
+    /// Whether a patient rig that is late by so much waits on.
+    fn waits(&self, late: Duration) -> bool {
+        let reading_is_due = self.sensed == (false, true) && late < READING;
+        (!self.answered && late < self.patience) || reading_is_due
+    }
+
+    /// The rig's time.
+    fn now_us(&self) -> u64 {
+        let micros = |duration: Duration| u64::try_from(duration.as_micros()).unwrap_or(u64::MAX);
+        let elapsed_us = micros(self.zero.elapsed());
+        if self.patience.is_zero() || self.answered {
+            return elapsed_us;
+        }
+        let began_us = micros(self.cycle * self.number.saturating_sub(1));
+        elapsed_us.min(began_us + UNANSWERED_US)
+    }
+
     /// The telegram of the cycle that begins now; the robot may have stopped.
     fn begin_cycle(&mut self) -> Result<Vec<u8>> {
         let report = self.rig.begin_cycle();
@@ -176,6 +234,7 @@ impl State {
             anyhow::bail!(why.map_or_else(|| "unknown".to_owned(), |why| why.to_string()));
         };
         (self.answered, self.sent) = (false, Instant::now());
+        self.sensed = (false, self.sensed.0);
         Ok(self.telegrams.write(&report)?)
     }
 

@@ -102,6 +102,9 @@ fn cycles(
     let (mut touched, mut parted) = (false, false);
     while !over.load(Ordering::Relaxed) {
         thread::sleep(plant.deadline().saturating_duration_since(Instant::now()));
+        if let Err(reason) = plant.wait_for_answer(over) {
+            return Ok(Some(reason));
+        }
         match plant.next(poses.try_recv().ok())? {
             Next::Telegram(telegram, touches) => {
                 // A board that has gone may come back.

@@ -12,7 +12,9 @@ pub struct Tally {
     pub cycles: u64,
     /// Telegrams that were answered before the next one left.
     pub in_time: u64,
-    /// Telegrams that were not.
+    /// Telegrams whose answer the rig had to wait for.
+    pub waited: u64,
+    /// Telegrams that were not answered.
     pub unanswered: u64,
     /// Answers that came behind the next telegram.
     pub late: u64,
@@ -43,6 +45,8 @@ pub struct Summary {
     pub in_time: u64,
     /// Answers that came too late.
     pub late: u64,
+    /// Late answers that the rig waited for.
+    pub waited: u64,
     /// Answers that never came.
     pub missed: u64,
     /// Datagrams that were no answers.
@@ -64,8 +68,12 @@ pub struct Summary {
 }
 
 impl Tally {
-    /// Counts an answer in time.
-    pub(super) fn answered(&mut self, after_s: f64) {
+    /// Counts an answer, which was in time or waited for.
+    pub(super) fn answered(&mut self, after_s: f64, waited: bool) {
+        if waited {
+            self.waited += 1;
+            return;
+        }
         self.in_time += 1;
         self.answer_s.0 += after_s;
         self.answer_s.1 = self.answer_s.1.max(after_s);
@@ -78,7 +86,8 @@ impl Tally {
             runs: self.runs,
             cycles: self.cycles,
             in_time: self.in_time,
-            late: self.late,
+            late: self.late + self.waited,
+            waited: self.waited,
             missed: self.unanswered.saturating_sub(self.late),
             malformed: self.malformed,
             own_stalls: self.stalls,
@@ -102,6 +111,13 @@ impl fmt::Display for Summary {
         if let (Some(mean), Some(slowest)) = (self.answer_mean_ms, self.answer_slowest_ms) {
             write!(f, " (mean {mean:.2} ms, slowest {slowest:.2} ms)")?;
         }
+        if self.waited > 0 {
+            write!(
+                f,
+                "\nthe rig's clock waited for {} late answers",
+                self.waited
+            )?;
+        }
         write!(
             f,
             "\n{} readings of the sensor, {} contacts, greatest contact force {:.1} N",
@@ -113,8 +129,13 @@ impl fmt::Display for Summary {
         if self.own_stalls > 0 {
             write!(
                 f,
-                "\nthis computer itself was late by a cycle or more {} times: it is too busy for the pace of a robot",
-                self.own_stalls
+                "\nthis computer itself was late by a cycle or more {} times: it is too busy for the pace of a robot{}",
+                self.own_stalls,
+                if self.waited > 0 {
+                    ""
+                } else {
+                    "; --patient lets the rig wait for the board"
+                }
             )?;
         }
         Ok(())
