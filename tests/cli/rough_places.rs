@@ -232,6 +232,19 @@ fn a_pose_at_rest_has_no_table_of_impacts() {
 }
 
 #[test]
+fn a_word_of_an_effects_title_is_enough_to_be_told_its_id() {
+    let folder = folder("rough_words");
+    let add = |word: &str| format!("add model.toml {word} --fit run.mcap");
+    let says = ["no effect `friction`", "`guide_viscous` (Viscous friction"];
+    refused(&folder, &add("friction"), &says);
+    refused(
+        &folder,
+        &add("guide_colomb"),
+        &["did you mean `guide_coulomb`?"],
+    );
+}
+
+#[test]
 fn an_input_is_never_overwritten() {
     let folder = folder("rough_inputs");
     let whole = |name: &str| fs::read(folder.join(name)).unwrap();

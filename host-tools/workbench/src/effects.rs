@@ -4,16 +4,15 @@ use super::problem::Problem;
 use axum::Json;
 use axum::extract::Path;
 use serde_json::{Value, json};
-use softdock_analysis::effects::{CATALOGUE, Effect, by_id};
+use softdock_analysis::effects::{CATALOGUE, Effect, named};
 
 pub(super) async fn list() -> Json<Value> {
     Json(json!({ "effects": CATALOGUE }))
 }
 
 pub(super) async fn one(Path(id): Path<String>) -> Result<Json<&'static Effect>, Problem> {
-    find(&id).map(Json)
-}
-
-fn find(id: &str) -> Result<&'static Effect, Problem> {
-    by_id(id).ok_or_else(|| Problem::not_found(format!("there is no effect `{id}`")))
+    let found = named(&id);
+    found
+        .map(Json)
+        .map_err(|why| Problem::not_found(why.to_string()))
 }

@@ -12,8 +12,19 @@ const OFFERED: usize = 5;
 /// # Errors
 /// There is none; the error offers the nearest id, or those that have the word in title or summary.
 pub fn named(id: &str) -> Result<&'static Effect> {
-    if let Some(effect) = by_id(id) {
-        return Ok(effect);
+    match by_id(id) {
+        Some(effect) => Ok(effect),
+        None => bail!("there is no effect `{id}`; {}", hint(id, [])),
+    }
+}
+
+/// What to write instead of an id that is none: the nearest id, also of the user's `own`, or those that have the word
+/// in title or summary.
+pub(crate) fn hint<'a>(id: &str, own: impl IntoIterator<Item = &'a str>) -> String {
+    const LIST: &str = "`softdock effects` lists them all";
+    let known = CATALOGUE.iter().map(|effect| effect.id).chain(own);
+    if let Some(near) = nearest(id, known) {
+        return format!("did you mean `{near}`? ({LIST})");
     }
     let word = id.to_lowercase().replace('_', " ");
     let has = |effect: &&&Effect| {
@@ -25,12 +36,10 @@ pub fn named(id: &str) -> Result<&'static Effect> {
     let offered: Vec<String> = offered
         .map(|e| format!("`{}` ({})", e.id, e.title))
         .collect();
-    let offer = match nearest(id, CATALOGUE.iter().map(|effect| effect.id)) {
-        Some(near) => format!("; did you mean `{near}`?"),
-        None if offered.is_empty() => String::new(),
-        None => format!("; the word is in {}", offered.join(", ")),
-    };
-    bail!("there is no effect `{id}`{offer} (`softdock effects` lists them all)")
+    match offered.is_empty() {
+        true => LIST.to_owned(),
+        false => format!("the word is in {} ({LIST})", offered.join(", ")),
+    }
 }
 
 #[cfg(test)]

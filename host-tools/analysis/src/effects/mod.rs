@@ -21,6 +21,7 @@ pub mod sensor;
 mod units;
 
 pub use entry::{Draw, Effect, Group, Kind, Naming, Parameter, Role, Tried};
+pub(crate) use find::hint;
 pub use find::named;
 pub use law::{
     Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal, Slide, Values, sign,

@@ -30,8 +30,8 @@ pub use sections::{
 pub use tolerance::ToleranceModel;
 pub use validation::ModelError;
 
-use crate::effects::{CATALOGUE, Effect, by_id};
-use crate::input::{self, nearest};
+use crate::effects::{Effect, by_id, hint};
+use crate::input;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::{DynamicCompensation, SensorSettings};
@@ -88,13 +88,9 @@ impl Model {
             Some(own) => own.effect(),
             None => by_id(id).ok_or_else(|| {
                 let own = self.hypotheses.iter().map(|h| h.id.as_str());
-                let known = CATALOGUE.iter().map(|effect| effect.id).chain(own);
                 EffectError::Unknown {
                     id: id.to_owned(),
-                    hint: match nearest(id, known) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => "`softdock effects` lists them".to_owned(),
-                    },
+                    hint: hint(id, own),
                 }
             }),
         }
