@@ -2,4 +2,3 @@
 
 mod browser;
 mod diagnosis;
-mod terminal;

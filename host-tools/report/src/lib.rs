@@ -43,5 +43,5 @@ pub use curve::{Series, Style};
 pub use number::Format;
 pub use page::Page;
 pub use plot::{Band, Plot};
-pub use table::{Cell, Column, Mark, Table};
+pub use table::{Cell, Column, Mark, Table, Terminal};
 pub use theme::Hue;

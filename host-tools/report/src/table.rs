@@ -2,9 +2,35 @@
 
 use super::number::{self, Format};
 use super::text;
-use comfy_table::{CellAlignment, ContentArrangement, LineStyle, TableStyle};
+use comfy_table::{
+    CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width,
+};
 use std::fmt::{self, Display, Formatter};
+use std::sync::OnceLock;
 
+/// The terminal that tables are written for, if it is one.
+static TERMINAL: OnceLock<Terminal> = OnceLock::new();
+
+/// What a terminal can show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terminal {
+    /// Characters in a line.
+    pub columns: u16,
+    /// Whether ✓ and ✗ are coloured.
+    pub colours: bool,
+}
+
+impl Terminal {
+    /// From now on tables that are displayed fit this terminal. Only the first call counts.
+    pub fn use_for_tables(self) {
+        TERMINAL.get_or_init(|| self);
+    }
+}
+
+/// Blanks beside the text of a cell on a terminal.
+const CELL_PADDING: u16 = 2;
+/// Words of up to this many characters are never broken on a terminal.
+const SHORTEST_WORD: usize = 10;
 /// Words of up to this many characters are not broken on a page.
 const SHORT_TEXT: usize = 24;
 
@@ -142,6 +168,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Rows, from top to bottom.
     pub rows: Vec<Vec<Cell>>,
+    /// What its marks mean, below the table; empty where they need no words.
+    pub legend: String,
 }
 
 impl Table {
@@ -149,8 +177,15 @@ impl Table {
     pub fn new(columns: Vec<Column>) -> Self {
         Self {
             columns,
-            rows: Vec::new(),
+            ..Self::default()
         }
+    }
+
+    /// The same table with words below it that say what its marks mean, such as `✓ at the noise`.
+    #[must_use]
+    pub fn explained(mut self, legend: impl Into<String>) -> Self {
+        self.legend = legend.into();
+        self
     }
 
     /// Adds a row at the end.
@@ -180,15 +215,75 @@ impl Table {
             format!("<tr>{cells}</tr>\n")
         };
         let rows: String = self.rows.iter().map(row).collect();
-        format!("<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
+        let legend = match self.legend.as_str() {
+            "" => String::new(),
+            legend => format!("<p class=\"legend\">{}</p>\n", text::escape(legend)),
+        };
+        format!(
+            "<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n{legend}"
+        )
     }
 
-    /// The table as [`Display`] writes it, with words that wrap where it would be wider than `columns` characters.
-    pub fn fitted(&self, columns: u16) -> String {
-        let mut terminal = self.terminal();
-        terminal.set_content_arrangement(ContentArrangement::Dynamic);
-        terminal.set_width(columns);
-        format!("{}\n", terminal.trim_fmt())
+    /// The table as lines of text, each ended by a line break. On a terminal that is too narrow, words wrap.
+    fn lines(&self, on: Option<Terminal>) -> String {
+        let mut table = self.drawn();
+        if let Some(terminal) = on {
+            table.set_content_arrangement(ContentArrangement::Dynamic);
+            table.set_width(terminal.columns);
+            for (column, least) in table.column_iter_mut().zip(self.least_widths(terminal)) {
+                let width = Width::Fixed(least.saturating_add(CELL_PADDING));
+                column.set_constraint(ColumnConstraint::LowerBoundary(width));
+            }
+        }
+        let mut lines = format!("{}\n", table.trim_fmt());
+        if !self.legend.is_empty() {
+            lines.push_str(&format!("\n {}\n", self.legend));
+        }
+        if on.is_some_and(|terminal| terminal.colours) {
+            for (mark, colour) in [(Mark::Good, 32), (Mark::Bad, 31)] {
+                let coloured = format!("\x1b[{colour}m{}\x1b[0m", mark.sign());
+                lines = lines.replace(mark.sign(), &coloured);
+            }
+        }
+        lines
+    }
+
+    /// Characters that each column gets at least: numbers whole, and words as well, of heads too, as far as the terminal
+    /// is wide enough. Else the widest columns of words give way.
+    fn least_widths(&self, terminal: Terminal) -> Vec<u16> {
+        let columns = || 0..self.width();
+        let room = usize::from(terminal.columns);
+        let needed = |widths: &[usize]| {
+            let each = |width: &usize| width + usize::from(CELL_PADDING) + 1;
+            widths.iter().map(each).sum::<usize>()
+        };
+        let mut widths: Vec<usize> = columns().map(|column| self.longest_in(column)).collect();
+        let heads = columns().map(|column| widths[column].max(longest_word(&self.head(column))));
+        let with_heads: Vec<usize> = heads.collect();
+        if needed(&with_heads) <= room {
+            widths = with_heads;
+        }
+        while needed(&widths) > room {
+            let words = columns().filter(|column| !self.is_numeric(*column));
+            match words.max_by_key(|column| widths[*column]) {
+                Some(widest) if widths[widest] > SHORTEST_WORD => widths[widest] -= 1,
+                _ => break,
+            }
+        }
+        let widths = widths.into_iter();
+        widths
+            .map(|width| u16::try_from(width).unwrap_or(u16::MAX))
+            .collect()
+    }
+
+    /// Characters of the longest number or word in the cells of a column.
+    fn longest_in(&self, column: usize) -> usize {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let longest = cells.map(|cell| match self.is_numeric(column) {
+            true => cell.shown().chars().count(),
+            false => longest_word(&cell.shown()),
+        });
+        longest.max().unwrap_or(1)
     }
 
     /// Number of columns that are drawn.
@@ -226,15 +321,22 @@ impl Table {
     }
 }
 
+/// Characters of the longest word.
+fn longest_word(text: &str) -> usize {
+    let words = text.split(' ').map(|word| word.chars().count());
+    words.max().unwrap_or(0)
+}
+
 impl Display for Table {
-    /// Writes the table as lines of plain text, without colours, each ended by a line break.
+    /// Writes the table as lines of text, each ended by a line break: as wide as it likes and without colours, or as
+    /// [`Terminal::use_for_tables`] asks.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.terminal().trim_fmt())
+        f.write_str(&self.lines(TERMINAL.get().copied()))
     }
 }
 
 impl Table {
-    fn terminal(&self) -> comfy_table::Table {
+    fn drawn(&self) -> comfy_table::Table {
         let rule = LineStyle::none().fill('─').junction('─');
         let mut terminal = comfy_table::Table::new();
         terminal.load_style(TableStyle::new().header_separator(rule));
@@ -256,5 +358,55 @@ impl Table {
             terminal.add_row((0..self.width()).map(cell).collect::<Vec<_>>());
         }
         terminal
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let mut table = Table::new(vec![
+            Column::text("Effect"),
+            Column::number("Share of what is left", "%"),
+            Column::text("Refused because"),
+        ]);
+        table.push(vec![
+            Cell::text("guide_coulomb").marked(Mark::Good),
+            Cell::number(12.5, 3),
+            Cell::text("it does not help on data that no fit has seen"),
+        ]);
+        table.explained("✓ named")
+    }
+
+    #[test]
+    fn on_a_narrow_terminal_lines_break_between_words() {
+        let narrow = Terminal {
+            columns: 60,
+            colours: false,
+        };
+        let lines = table().lines(Some(narrow));
+        assert!(lines.lines().all(|l| l.chars().count() <= 60), "{lines}");
+        assert!(lines.contains("12.5"), "{lines}");
+        assert!(lines.contains("guide_coulomb"), "{lines}");
+        assert!(lines.ends_with("\n\n ✓ named\n"), "{lines}");
+        let free = table().lines(None);
+        assert_eq!(free.lines().count(), 5, "{free}");
+    }
+
+    #[test]
+    fn colours_change_nothing_but_signs() {
+        let plain = Terminal {
+            columns: 80,
+            colours: false,
+        };
+        let coloured = Terminal {
+            colours: true,
+            ..plain
+        };
+        let lines = table().lines(Some(coloured));
+        assert!(lines.contains("\x1b[32m✓\x1b[0m guide_coulomb"), "{lines}");
+        let stripped = lines.replace("\x1b[32m", "").replace("\x1b[0m", "");
+        assert_eq!(stripped, table().lines(Some(plain)));
     }
 }

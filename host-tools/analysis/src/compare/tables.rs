@@ -53,7 +53,7 @@ impl Comparison {
                 Cell::percent(failure.map_or(0.0, |f| f.share)),
             ]);
         }
-        table
+        table.explained("✓ at the noise, ✗ the model fails")
     }
 
     /// How the error is spread over the phases.

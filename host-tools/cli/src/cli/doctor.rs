@@ -1,7 +1,7 @@
 //! `softdock doctor`: is everything ready for a test?
 
 use super::progress::Progress;
-use super::{for_terminal, print, print_json};
+use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
@@ -98,7 +98,7 @@ impl Doctor {
         if self.json {
             print_json(&Summary { checks })?;
         } else {
-            print(&format!("{}\n", for_terminal(&table(&checks))))?;
+            print(&format!("{}\n", table(&checks)))?;
         }
         match state {
             State::Bad => {

@@ -5,7 +5,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 use softdock_control::delay::LawName;
-use softdock_report::Table;
+use softdock_report::Terminal;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -102,6 +102,7 @@ enum Command {
 impl Cli {
     /// Carries the command out.
     pub fn execute(self) -> Result<()> {
+        fit_tables_to_the_terminal();
         match self.command {
             Command::Demo(command) => command.execute(),
             Command::Init(command) => command.execute(),
@@ -138,6 +139,15 @@ impl Cli {
     }
 }
 
+/// Tables are as wide as the terminal, if standard output is one, and coloured unless `NO_COLOR` is set
+/// (<https://no-color.org>).
+fn fit_tables_to_the_terminal() {
+    if let Some((_, columns)) = console::Term::stdout().size_checked() {
+        let colours = console::colors_enabled();
+        Terminal { columns, colours }.use_for_tables();
+    }
+}
+
 /// Delay laws by their names on the command line.
 fn law_names() -> impl TypedValueParser<Value = LawName> {
     let names = PossibleValuesParser::new(LawName::ALL.map(LawName::name));
@@ -151,14 +161,6 @@ fn print(text: &str) -> Result<()> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         other => Ok(other?),
-    }
-}
-
-/// A table for standard output: as wide as the terminal, or as it likes where nobody looks at it.
-fn for_terminal(table: &Table) -> String {
-    match console::Term::stdout().size_checked() {
-        Some((_, columns)) => table.fitted(columns),
-        None => table.to_string(),
     }
 }
 

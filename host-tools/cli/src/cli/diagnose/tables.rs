@@ -60,7 +60,7 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
         Cell::number(before, DIGITS),
         after_cell(before, after),
     ]);
-    table
+    table.explained("✓ it fell, ✗ it rose")
 }
 
 fn after_cell(before: f64, after: f64) -> Cell {
@@ -157,7 +157,7 @@ fn hypotheses(diagnosis: &Diagnosis) -> Table {
             Cell::text(ranked.refused.as_deref().unwrap_or_default()),
         ]);
     }
-    table
+    table.explained("✓ named, alone or with others; ✗ refused")
 }
 
 fn regions(diagnosis: &Diagnosis) -> Table {

@@ -1,7 +1,7 @@
 //! What the board's settings are: nothing is changed.
 
 use super::{Board, File};
-use crate::cli::{for_terminal, print, print_json};
+use crate::cli::{print, print_json};
 use anyhow::{Context, Result};
 use serde::Serialize;
 use softdock_analysis::commission::parameters::{
@@ -59,7 +59,7 @@ impl Board {
                 Cell::text(meaning),
             ]);
         }
-        print(&for_terminal(&table))
+        print(&table.to_string())
     }
 
     pub(super) fn get(&mut self, name: &str) -> Result<()> {
