@@ -32,6 +32,14 @@ fn check(command: &[&str]) -> usize {
             asked.stdout
         );
     }
+    let of_the_repository = ["host-tools/", "tests/"];
+    assert!(
+        !of_the_repository
+            .iter()
+            .any(|path| asked.stdout.contains(path)),
+        "{command:?} names a file that only a clone has:\n{}",
+        asked.stdout
+    );
     let mut count = 1;
     for name in below.iter().filter(|name| *name != "help") {
         count += check(&[command, &[name.as_str()]].concat());

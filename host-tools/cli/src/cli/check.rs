@@ -13,12 +13,10 @@ use std::path::PathBuf;
 /// The contact is taken as one mass on one wall. Linear theory gives the critical delay, stiffness,
 /// mass and damping without compensation; each law is computed with the board's own cycle.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example: softdock check host-tools/scenarios/board.toml host-tools/scenarios/rig.toml
+#[command(after_help = "Example: softdock check board.toml rig.toml
 
 SETTINGS and RIG may also be one scenario:
-         softdock check host-tools/scenarios/spring-rod.toml host-tools/scenarios/spring-rod.toml"
-)]
+         softdock check scenario.toml scenario.toml")]
 pub(super) struct CheckCommand {
     /// Settings of the board (TOML), or a scenario, whose board is taken
     settings: PathBuf,

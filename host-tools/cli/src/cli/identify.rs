@@ -48,7 +48,7 @@ softdock identify actuator --recording jog.mcap --into board.toml
 softdock identify actuator --recording log.csv --mapping mapping.toml --report robot.html
 (a table of another program; the mapping says which column is what)
 
-softdock identify actuator --rehearse host-tools/scenarios/spring-rod.toml
+softdock identify actuator --rehearse scenario.toml
 (the jog on the simulated rig of a scenario, in free space)")]
 struct Actuator {
     /// Recording (MCAP), or a table or folder that `softdock import` reads

@@ -1,4 +1,4 @@
-//! A bar on standard error while a fit runs; nothing where nobody watches.
+//! A bar on standard error while something runs; nothing where nobody watches.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -15,22 +15,29 @@ pub(super) fn spinner() -> ProgressBar {
     bar
 }
 
+/// A bar up to a number that is known, with what is done and the time that is left.
+pub(super) fn counter(length: u64, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    // The template is constant; should it be refused, the plain bar does as well.
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %, {eta} left {msg}") {
+        bar.set_style(style);
+    }
+    bar.with_message(what.to_owned())
+}
+
 /// A bar that goes away when it is dropped.
 pub(super) struct Progress(ProgressBar);
 
 impl Progress {
     pub(super) fn new() -> Self {
-        let bar = ProgressBar::new(STEPS as u64);
-        // The template is constant; should it be refused, the plain bar does as well.
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {msg}") {
-            bar.set_style(style);
-        }
-        Self(bar)
+        Self(counter(STEPS as u64, ""))
     }
 
-    /// Shows the share that is done and what is being done.
+    /// Shows the share that is done and what is being done. A bar that was further stays where it is: a later stage
+    /// may find that there is less to do.
     pub(super) fn show(&self, share: f64, what: &str) {
-        self.0.set_position((share * STEPS) as u64);
+        let now = (share * STEPS) as u64;
+        self.0.set_position(now.max(self.0.position()));
         self.0.set_message(what.to_owned());
     }
 

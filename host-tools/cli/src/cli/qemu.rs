@@ -22,7 +22,7 @@ use std::path::PathBuf;
 /// the firmware is built unoptimised, for tests; what goes to a board never is.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example: softdock qemu --settings host-tools/scenarios/board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"
+    after_help = "Example: softdock qemu --settings board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"
 )]
 pub(super) struct QemuCommand {
     /// Settings of the board (TOML)

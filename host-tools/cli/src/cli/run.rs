@@ -2,6 +2,7 @@
 
 use super::outputs::mcap_file;
 use super::{law_names, print, print_json, three_numbers};
+use crate::cli::progress::counter;
 use crate::experiment::impact_table;
 use crate::experiment::impacts::{Impact, ImpactFinder};
 use crate::experiment::record_file::record_file;
@@ -9,7 +10,6 @@ use crate::experiment::run::RunStatistics;
 use crate::experiment::scenario::Scenario;
 use anyhow::Result;
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_control::delay::LawName;
@@ -26,13 +26,15 @@ use std::path::{Path, PathBuf};
 /// with real RSI telegrams and CAN frames in between.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example: softdock run host-tools/scenarios/spring-rod.toml -o run.mcap --law seed --speed-mm-s 5
+Example: softdock run scenario.toml -o run.mcap --law seed --speed-mm-s 5
 
-softdock run host-tools/scenarios/spring-rod.toml --settings board.toml -o docking.mcap
+softdock run scenario.toml --settings board.toml -o docking.mcap
 (the same rig with the settings that a board has, as `softdock params dump` wrote them)
 
-softdock run host-tools/scenarios/spring-rod.toml --settings board.toml --hold --abc-deg 0,0,180 -o pose-1.mcap
-(a pose at rest, for `softdock calibrate sensor`)")]
+softdock run scenario.toml --settings board.toml --hold --abc-deg 0,0,180 -o pose-1.mcap
+(a pose at rest, for `softdock calibrate sensor`)
+
+`softdock init` writes these files to start from.")]
 pub(super) struct Run {
     /// Scenario file (TOML)
     scenario: PathBuf,
@@ -181,7 +183,7 @@ impl Run {
         scenario: &Scenario,
         finder: &mut ImpactFinder<'_>,
     ) -> Result<(RunStatistics, Trace)> {
-        let progress = ProgressBar::new(scenario.cycles() as u64);
+        let progress = counter(scenario.cycles() as u64, "simulating");
         let mut last = Trace::default();
         let statistics = record_file(scenario, &self.output, &mut |record, truth| {
             finder.push(record, truth);

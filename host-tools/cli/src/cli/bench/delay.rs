@@ -5,9 +5,9 @@ use super::super::{law_names, print, print_json};
 use crate::bench::delay::row::Row;
 use crate::bench::delay::run::{rows, run};
 use crate::bench::delay::{case::Case, cases, page, tables};
+use crate::cli::progress::counter;
 use anyhow::{Result, bail};
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_control::delay::LawName;
@@ -60,7 +60,7 @@ impl Delay {
         if let Some(file) = &self.report {
             refuse_overwrite(file, self.force)?;
         }
-        let bar = ProgressBar::new(rows(&cases, &laws) as u64);
+        let bar = counter(rows(&cases, &laws) as u64, "rows");
         let start = Instant::now();
         let rows = run(&cases, &laws, self.seed, &|| bar.inc(1))?;
         bar.finish_and_clear();
@@ -108,6 +108,7 @@ impl Delay {
 /// What there is instead.
 fn unknown(name: &str, all: &[Case]) -> String {
     let mut sweeps: Vec<&str> = all.iter().map(|case| case.sweep).collect();
+    sweeps.sort_unstable();
     sweeps.dedup();
     let nearest = all
         .iter()

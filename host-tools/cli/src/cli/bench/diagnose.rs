@@ -4,9 +4,9 @@ use super::super::{print, print_json};
 use crate::bench::diagnose::coverage::{Coverage, Said, coverage, said};
 use crate::bench::diagnose::nulls::Nothing;
 use crate::bench::diagnose::{self, Bench as Scored, Row, rates, tables};
+use crate::cli::progress::counter;
 use anyhow::Result;
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_hidden_effects::{CaseSpec, nothing_hidden, size_sweep, suite};
 use std::path::PathBuf;
@@ -73,12 +73,12 @@ impl Diagnose {
     pub(super) fn execute(self) -> Result<()> {
         let scored = match &self.folder {
             Some(folder) => {
-                let bar = ProgressBar::new(diagnose::truths(folder)?.len() as u64);
+                let bar = counter(diagnose::truths(folder)?.len() as u64, "diagnosing");
                 diagnose::folder(folder, &|| bar.inc(1))?
             }
             None => {
                 let specs = self.specs();
-                let bar = ProgressBar::new(specs.len() as u64);
+                let bar = counter(specs.len() as u64, "diagnosing");
                 diagnose::generated(&specs, &|| bar.inc(1))?
             }
         };

@@ -1,13 +1,13 @@
 //! The story of the demonstration, told while it happens.
 
 use super::files::{Files, write};
+use crate::cli::progress::Progress;
 use crate::cli::{print, print_json};
 use crate::experiment::demo::{self, Answer, Bounce, Run};
 use crate::experiment::diagnosis::{self, Part};
 use crate::experiment::impacts::Impact;
 use crate::pages::{self, diagnosis::Identity};
 use anyhow::Result;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use softdock_analysis::compare::{Comparison, compare};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
@@ -117,14 +117,11 @@ impl Story<'_> {
     /// Step 5.
     fn diagnose(&self, model: &Model, runs: &Recordings) -> Result<Report> {
         self.say("\n5. Diagnose: which physical effect is missing?\n")?;
-        let bar = ProgressBar::new(100);
-        let progress = |share: f64, what: &str| {
-            bar.set_position((100.0 * share) as u64);
-            bar.set_message(what.to_owned());
-        };
+        let bar = Progress::new();
+        let progress = |share: f64, what: &str| bar.show(share, what);
         let (train, test) = (&runs.train.recording, &runs.test.recording);
         let report = diagnose(model, &[train], &[test], &progress)?;
-        bar.finish_and_clear();
+        drop(bar);
         self.tell_findings(&report.diagnosis)?;
         Ok(report)
     }
