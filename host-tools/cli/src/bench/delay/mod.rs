@@ -11,6 +11,7 @@ pub mod ideal;
 pub mod limits;
 pub mod measure;
 pub mod page;
+pub mod ranking;
 pub mod row;
 pub mod run;
 pub mod scene;

@@ -1,5 +1,6 @@
 //! The page of the benchmark.
 
+use super::ranking::{self, sentence, standings};
 use super::row::Row;
 use super::tables;
 use anyhow::Result;
@@ -18,7 +19,11 @@ const COLOURS: usize = 6;
 /// A plot that cannot be drawn.
 pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
     let mut page = Page::new("Laws against the robot's delay");
-    page.headline(&headline(rows, laws));
+    let all: Vec<&Row> = rows.iter().collect();
+    let standings = standings(&all, laws);
+    let best_first: Vec<LawName> = standings.iter().map(|standing| standing.law).collect();
+    page.headline(&sentence(&standings));
+    page.table(&ranking::table(&standings));
     let (straight, others): (Vec<&Row>, Vec<&Row>) =
         rows.iter().partition(|row| row.sweep == "headline");
     if !straight.is_empty() {
@@ -31,21 +36,27 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
                 straight[0].touches
             ),
         );
-        page.table(&tables::worst(&straight, laws));
-        page.columns(&plots(&straight, laws))?;
-        page.table(&tables::speeds(&straight, laws));
+        page.table(&tables::robots(&straight, &best_first));
+        page.columns(&plots(&straight, &best_first))?;
+        page.table(&tables::worst(&straight, &best_first));
+        page.table(&tables::speeds(&straight, laws, &best_first));
     }
     if !others.is_empty() {
         page.section("What is not as believed");
         page.paragraph(
-            "One line per case: the restitution of the worst touch, in noise mean and standard \
-             deviation. `At least` is the restitution below which no law can bring a first contact: \
+            "One line per case: the restitution of the worst touch. `At least` is the restitution below which no law can bring a first contact: \
              the impulse that is spent before the robot can turn. A run that leaves every bound is \
              said to run away.",
         );
-        page.table(&tables::cases(&others, laws));
+        page.table(&tables::cases(&others, laws, &best_first));
+        let spread = tables::spread(&others, laws, &best_first);
+        if !spread.rows.is_empty() {
+            page.paragraph(
+                "Mean and standard deviation over the touches, where something is drawn by chance.",
+            );
+            page.table(&spread);
+        }
     }
-    page.paragraph(tables::STAR);
     page.section("What no law can do better");
     page.paragraph(
         "On a first contact with a wall that is not known beforehand, a robot that is late by τ goes on \
@@ -57,30 +68,6 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
     page.table(&tables::limits(rows));
     page.identity(&identity::text());
     Ok(page)
-}
-
-/// What the numbers say, in a sentence.
-fn headline(rows: &[Row], laws: &[LawName]) -> String {
-    let worst = |law: &LawName, pick: fn(&Row) -> f64| {
-        let of_law = rows
-            .iter()
-            .filter(|row| row.sweep == "headline" && row.law == *law);
-        of_law.map(|row| pick(row).abs() * 100.0).reduce(f64::max)
-    };
-    let text = |law: &LawName| {
-        let error = worst(law, Row::restitution_error)?;
-        let added = worst(law, |row| row.impulse_unaccounted)?;
-        Some(format!("{} {error:.1} and {added:.1} %", law.name()))
-    };
-    let texts: Vec<String> = laws.iter().filter_map(text).collect();
-    if texts.is_empty() {
-        return format!("{} rows on the cases that were asked for.", rows.len());
-    }
-    format!(
-        "Largest error of the restitution, and largest part of the momentum that no measured force \
-         accounts for, over five robots and 1 to 15 mm/s: {}.",
-        texts.join(", ")
-    )
 }
 
 /// Restitution over speed, one plot per robot.

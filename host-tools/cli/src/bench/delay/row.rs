@@ -125,6 +125,11 @@ impl Row {
         self.restitution - self.expected_restitution
     }
 
+    /// Its size.
+    pub fn error(&self) -> f64 {
+        self.restitution_error().abs()
+    }
+
     /// Likewise of the robot; 0 where it is not told.
     pub fn robot_restitution_error(&self) -> f64 {
         self.robot_restitution

@@ -1,6 +1,7 @@
 //! The tables of the benchmark, for the terminal and the page.
 
 use super::measure::Ending;
+use super::ranking::{self, sentence, standings};
 use super::row::Row;
 use softdock_control::delay::LawName;
 use softdock_report::{Cell, Column, Format, Mark, Table};
@@ -8,48 +9,78 @@ use softdock_report::{Cell, Column, Format, Mark, Table};
 /// A restitution within this of the ideal one is good.
 const GOOD: f64 = 0.005;
 /// One that is off by more than this is bad.
-const BAD: f64 = 0.05;
+pub(super) const BAD: f64 = 0.05;
 /// Part of the rebound's momentum that a law may add without a star.
-const ADDED: f64 = 0.01;
+pub(super) const ADDED: f64 = 0.01;
 /// What the star means.
 pub const STAR: &str = "* the law moved the model by more than measured force: over 1 % of 2 m v0";
+/// What the marks mean.
+pub const MARKS: &str =
+    "✓ within 0.5 % of the ideal test, · within 5 %, ✗ further off; momentum: ✓ to 2 %";
 /// Sweeps of which mean and spread are shown.
 const SPREAD: [&str; 3] = ["noise", "jitter", "perturbed"];
 /// Name of the cases of the headline.
-const HEADLINE: &str = "headline";
+pub(super) const HEADLINE: &str = "headline";
 
-/// All tables for the terminal.
+/// The verdict and the tables for the terminal, the best law first.
 pub fn terminal(rows: &[Row], laws: &[LawName]) -> String {
-    let mut text = String::new();
+    let all: Vec<&Row> = rows.iter().collect();
+    let standings = standings(&all, laws);
+    let best_first: Vec<LawName> = standings.iter().map(|standing| standing.law).collect();
+    let mut text = format!("{}\n\n{}", sentence(&standings), ranking::table(&standings));
     let (headline, others): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|r| r.sweep == HEADLINE);
     if !headline.is_empty() {
         text.push_str(&format!(
-            "Restitution at each speed, worst touch\n{}\n\n",
-            speeds(&headline, laws)
-        ));
-        text.push_str(&format!(
-            "Worst over all speeds\n{}\n\n",
-            worst(&headline, laws)
+            "\nLargest error of the restitution, by robot\n{}",
+            robots(&headline, &best_first)
         ));
     }
     if !others.is_empty() {
         text.push_str(&format!(
-            "Restitution, worst touch\n{}\n\n",
-            cases(&others, laws)
+            "\nRestitution, worst touch\n{}",
+            cases(&others, laws, &best_first)
         ));
+        let spread = spread(&others, laws, &best_first);
+        if !spread.rows.is_empty() {
+            text.push_str(&format!("\nMean and standard deviation\n{spread}"));
+        }
     }
-    text.push_str(&format!("{STAR}\n"));
     text
 }
 
+/// One line per law, one column per robot: the largest error over all speeds.
+pub fn robots(rows: &[&Row], laws: &[LawName]) -> Table {
+    let mut robots: Vec<&str> = rows.iter().map(|r| r.actuator).collect();
+    robots.dedup();
+    let columns = robots.iter().map(|robot| Column::number(*robot, ""));
+    let mut table = Table::new(
+        std::iter::once(Column::text("law"))
+            .chain(columns)
+            .collect(),
+    );
+    for law in laws {
+        let worst = |robot: &&str| {
+            let of = rows
+                .iter()
+                .filter(|r| r.actuator == *robot && r.law == *law);
+            let error = of.map(|row| row.error()).fold(0.0, f64::max);
+            Cell::formatted(error, Format::Percent(2)).marked(judged(error))
+        };
+        let mut cells = vec![Cell::text(law.name())];
+        cells.extend(robots.iter().map(worst));
+        table.push(cells);
+    }
+    table
+}
+
 /// One line per robot and speed, one column per law.
-pub fn speeds(rows: &[&Row], laws: &[LawName]) -> Table {
+pub fn speeds(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
     let mut columns = vec![
         Column::text("robot"),
         Column::number("speed", "mm/s"),
         Column::number("ideal", ""),
     ];
-    columns.extend(laws.iter().map(|law| Column::number(law.name(), "")));
+    columns.extend(best_first.iter().map(|law| Column::number(law.name(), "")));
     let mut table = Table::new(columns);
     for group in groups(rows, laws) {
         let mut cells = vec![
@@ -57,7 +88,8 @@ pub fn speeds(rows: &[&Row], laws: &[LawName]) -> Table {
             Cell::number(group[0].speed_mm_s, 3),
             Cell::formatted(group[0].expected_restitution, Format::Fixed(3)),
         ];
-        cells.extend(group.iter().map(|row| restitution(row)));
+        let of = |law: &LawName| group.iter().find(|row| row.law == *law);
+        cells.extend(best_first.iter().filter_map(of).map(|row| restitution(row)));
         table.push(cells);
     }
     table
@@ -113,30 +145,58 @@ fn worst_cells(robot: &str, law: LawName, rows: &[&Row]) -> Vec<Cell> {
     ]
 }
 
-/// One line per case and speed, one column per law.
-pub fn cases(rows: &[&Row], laws: &[LawName]) -> Table {
-    let mut columns = vec![
-        Column::text("case"),
-        Column::text("robot"),
-        Column::number("speed", "mm/s"),
-        Column::number("ideal", ""),
-        Column::number("at least", ""),
-    ];
-    columns.extend(laws.iter().map(|law| Column::number(law.name(), "")));
+/// One line per case and speed, one column per law. A robot or a speed that is the same in all lines stands below them.
+pub fn cases(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
+    let robot = rows.first().map(|row| row.actuator);
+    let robot = robot.filter(|robot| rows.iter().all(|row| row.actuator == *robot));
+    let speed = rows.first().map(|row| row.speed_mm_s);
+    let speed = speed.filter(|speed| rows.iter().all(|row| row.speed_mm_s == *speed));
+    let mut columns = vec![Column::text("case")];
+    columns.extend(robot.is_none().then(|| Column::text("robot")));
+    columns.extend(speed.is_none().then(|| Column::number("speed", "mm/s")));
+    columns.extend([Column::number("ideal", ""), Column::number("at least", "")]);
+    columns.extend(best_first.iter().map(|law| Column::number(law.name(), "")));
     let mut table = Table::new(columns);
     for group in groups(rows, laws) {
-        let least = group[0].limits.map(|limits| limits.least_restitution);
-        let mut cells = vec![
-            Cell::text(&group[0].case),
-            Cell::text(group[0].actuator),
-            Cell::number(group[0].speed_mm_s, 3),
-            Cell::formatted(group[0].expected_restitution, Format::Fixed(3)),
-            least.map_or_else(
-                || Cell::text(""),
-                |least| Cell::formatted(least, Format::Fixed(3)),
-            ),
-        ];
-        cells.extend(group.iter().map(|row| restitution(row)));
+        let row = group[0];
+        let fixed = |value| Cell::formatted(value, Format::Fixed(3));
+        let least = row.limits.map(|limits| limits.least_restitution);
+        let mut cells = vec![Cell::text(&row.case)];
+        cells.extend(robot.is_none().then(|| Cell::text(row.actuator)));
+        cells.extend(speed.is_none().then(|| Cell::number(row.speed_mm_s, 3)));
+        cells.push(fixed(row.expected_restitution));
+        cells.push(least.map_or_else(|| Cell::text(""), fixed));
+        let of = |law: &LawName| group.iter().find(|row| row.law == *law);
+        cells.extend(best_first.iter().filter_map(of).map(|row| restitution(row)));
+        table.push(cells);
+    }
+    let robot = robot.map(|robot| format!("robot: {robot}"));
+    let speed = speed.map(|speed| format!("{speed} mm/s"));
+    let below: Vec<String> = robot
+        .into_iter()
+        .chain(speed)
+        .chain([STAR.to_owned()])
+        .collect();
+    table.explained(below.join("; "))
+}
+
+/// Mean and standard deviation where something is drawn by chance: one line per case, one column per law.
+pub fn spread(rows: &[&Row], laws: &[LawName], best_first: &[LawName]) -> Table {
+    let drawn = |row: &&&Row| SPREAD.contains(&row.sweep);
+    let rows: Vec<&Row> = rows.iter().filter(drawn).copied().collect();
+    let columns = best_first.iter().map(|law| Column::number(law.name(), ""));
+    let mut table = Table::new(
+        std::iter::once(Column::text("case"))
+            .chain(columns)
+            .collect(),
+    );
+    for group in groups(&rows, laws) {
+        let mut cells = vec![Cell::text(&group[0].case)];
+        let of = |law: &LawName| group.iter().find(|row| row.law == *law);
+        cells.extend(best_first.iter().filter_map(of).map(|row| {
+            let (mean, deviation) = (row.restitution_mean, row.restitution_sd);
+            Cell::text(format!("{mean:.3} ± {deviation:.3}"))
+        }));
         table.push(cells);
     }
     table
@@ -178,7 +238,7 @@ fn groups<'a>(rows: &'a [&'a Row], laws: &[LawName]) -> impl Iterator<Item = &'a
     rows.chunks(laws.len().max(1))
 }
 
-/// The worst restitution, in noise mean and spread; with a star where the law added momentum.
+/// The worst restitution; with a star where the law added momentum.
 fn restitution(row: &Row) -> Cell {
     let added = row.impulse_unaccounted.abs() > ADDED;
     let star = if added { "*" } else { "" };
@@ -186,14 +246,8 @@ fn restitution(row: &Row) -> Cell {
         Ending::RanAway => "runs away".to_owned(),
         Ending::NoContact => "no contact".to_owned(),
         Ending::Refused => "refused".to_owned(),
-        Ending::ImpactsMissing => "impacts missing".to_owned(),
+        Ending::ImpactsMissing => "misses".to_owned(),
         Ending::Stuck => format!("{:.3}{star} sticks", row.restitution),
-        Ending::Ended if SPREAD.contains(&row.sweep) => {
-            format!(
-                "{:.3} ± {:.3}{star}",
-                row.restitution_mean, row.restitution_sd
-            )
-        }
         Ending::Ended => format!("{:.3}{star}", row.restitution),
     };
     let mark = if row.ending == Ending::Refused {
@@ -207,7 +261,7 @@ fn restitution(row: &Row) -> Cell {
 }
 
 /// Judges momentum that no measured force accounts for.
-fn judged_momentum(added: f64) -> Mark {
+pub(super) fn judged_momentum(added: f64) -> Mark {
     if added <= 2.0 * ADDED {
         Mark::Good
     } else {
@@ -215,7 +269,7 @@ fn judged_momentum(added: f64) -> Mark {
     }
 }
 
-fn judged(error: f64) -> Mark {
+pub(super) fn judged(error: f64) -> Mark {
     if error <= GOOD {
         Mark::Good
     } else if error <= BAD {
