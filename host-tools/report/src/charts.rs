@@ -213,6 +213,25 @@ impl Interval {
         }
     }
 
+    /// In the unit of the value.
+    fn row_in_its_unit(&self) -> Row {
+        let [low, high] = [self.low, self.high].map(|end| end - self.value);
+        let finite = low.is_finite() && high.is_finite();
+        let ends = |low: f64, high: f64| {
+            let digits = |value| number::significant(value, 2);
+            format!("{} … +{}", digits(low), digits(high))
+        };
+        Row {
+            value: if finite {
+                ends(low, high)
+            } else {
+                "n/a".to_owned()
+            },
+            interval: finite.then_some((low, high)),
+            ..self.row()
+        }
+    }
+
     /// Ends of the interval in parts of the value's magnitude, from the value.
     fn relative(&self) -> Option<(f64, f64)> {
         let [low, high] = [self.low, self.high].map(|end| (end - self.value) / self.value.abs());
@@ -227,6 +246,12 @@ impl Interval {
 pub(super) fn intervals(title: &str, intervals: &[Interval]) -> Result<String> {
     let rows: Vec<Row> = intervals.iter().map(Interval::row).collect();
     draw(title, "relative to the value", None, &rows)
+}
+
+/// Intervals of one unit, each around its own value, as one SVG element.
+pub(super) fn intervals_in(title: &str, unit: &str, intervals: &[Interval]) -> Result<String> {
+    let rows: Vec<Row> = intervals.iter().map(Interval::row_in_its_unit).collect();
+    draw(title, &format!("around the value [{unit}]"), None, &rows)
 }
 
 /// One row; positions in the unit of the values, `None` for what is not there or cannot be drawn.

@@ -115,6 +115,20 @@ impl Page {
         Ok(self.figure(&charts::intervals(title, intervals)?))
     }
 
+    /// Intervals around estimates of one unit, which may be near zero.
+    ///
+    /// # Errors
+    ///
+    /// As [`BarChart::to_svg`].
+    pub fn intervals_in(
+        &mut self,
+        title: &str,
+        unit: &str,
+        intervals: &[Interval],
+    ) -> Result<&mut Self> {
+        Ok(self.figure(&charts::intervals_in(title, unit, intervals)?))
+    }
+
     /// Preformatted text that is folded away until the reader opens it, such as all settings of a run.
     pub fn details(&mut self, summary: &str, text: &str) -> &mut Self {
         self.push(&format!(

@@ -27,16 +27,17 @@ pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
     page.list(&found.remarks());
     page.section("What was found");
     page.table(&found.table());
-    let intervals = found.rows().into_iter().map(|row| Interval {
-        label: row.label,
-        value: row.value,
-        low: row.low,
-        high: row.high,
-    });
-    page.intervals(
-        "How well the readings determine each number (95 % intervals)",
-        &intervals.collect::<Vec<_>>(),
-    )?;
+    page.paragraph("How well the readings determine each number: 95 % intervals around it.");
+    for of_unit in found.rows().chunk_by(|a, b| a.unit == b.unit) {
+        let intervals = of_unit.iter().map(|row| Interval {
+            label: row.label.clone(),
+            value: row.value,
+            low: row.low,
+            high: row.high,
+        });
+        let title = common_words(&of_unit[0].label);
+        page.intervals_in(title, of_unit[0].unit, &intervals.collect::<Vec<_>>())?;
+    }
     page.section("What is left");
     page.table(&found.residual_table());
     page.columns(&plots(found, 0, "force", "N"))?;
@@ -45,6 +46,14 @@ pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
     page.code(&found.fragment(origin).text());
     page.identity(&identity::text());
     Ok(page)
+}
+
+/// What the rows of one unit are called: the label of the first one without its axis.
+fn common_words(label: &str) -> &str {
+    label.rsplit_once(' ').map_or(
+        label,
+        |(words, axis)| if axis.len() <= 2 { words } else { label },
+    )
 }
 
 /// What is left of the three axes of one kind.

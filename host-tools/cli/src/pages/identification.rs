@@ -23,7 +23,8 @@ pub fn page(found: &Identification, origin: &str) -> Result<Page> {
     page.table(&found.table());
     for axis in &found.axes {
         page.section(&format!("Axis {}", axis.axis));
-        page.columns(&[step_response(axis, found.cycle_s), left(axis)])?;
+        page.plot(&measured_and_fitted(axis))?;
+        page.columns(&[left(axis), step_response(axis, found.cycle_s)])?;
         if let Some(form) = &axis.pause_form {
             page.paragraph(&format!("Pause: {form}."));
         }
@@ -59,18 +60,39 @@ fn step_response(axis: &AxisActuator, cycle_s: f64) -> Plot {
     plot
 }
 
-fn left(axis: &AxisActuator) -> Plot {
-    let unit = if axis.axis.index() < 3 { "m" } else { "rad" };
-    let mut plot = Plot::new(
-        "Measured minus simulated position",
-        "time [s]",
-        format!("position error [{unit}]"),
-    );
+/// Where the robot was, and where a robot with what was found would have been.
+fn measured_and_fitted(axis: &AxisActuator) -> Plot {
     let evidence = &axis.evidence;
-    let points = evidence.time_s.iter().copied();
-    plot.series.push(Series::line(
-        "left",
-        points.zip(evidence.residual.iter().copied()).collect(),
-    ));
+    let pairs = evidence.measured.iter().zip(&evidence.residual);
+    let fitted: Vec<f64> = pairs.map(|(measured, left)| measured - left).collect();
+    let mut plot = Plot::new(
+        "Measured and fitted position",
+        "time [s]",
+        format!("position [{}]", unit(axis)),
+    );
+    plot.series = vec![
+        Series::line("measured", over_time(axis, &evidence.measured)),
+        Series::dashed("fitted", over_time(axis, &fitted)),
+    ];
     plot
+}
+
+fn left(axis: &AxisActuator) -> Plot {
+    let mut plot = Plot::new(
+        "Measured minus fitted position",
+        "time [s]",
+        format!("position error [{}]", unit(axis)),
+    );
+    let points = over_time(axis, &axis.evidence.residual);
+    plot.series.push(Series::line("left", points));
+    plot
+}
+
+fn unit(axis: &AxisActuator) -> &'static str {
+    if axis.axis.index() < 3 { "m" } else { "rad" }
+}
+
+fn over_time(axis: &AxisActuator, values: &[f64]) -> Vec<(f64, f64)> {
+    let times = axis.evidence.time_s.iter().copied();
+    times.zip(values.iter().copied()).collect()
 }

@@ -51,6 +51,7 @@ impl Answer<'_> {
                 time_s: (self.track.first..self.track.position.len())
                     .map(|n| n as f64 * self.track.cycle_s)
                     .collect(),
+                measured: self.track.position[self.track.first..].to_vec(),
                 residual: chosen.left.clone(),
                 chain: structure.chain(&chosen.values),
             },

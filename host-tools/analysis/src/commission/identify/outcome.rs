@@ -112,6 +112,8 @@ pub struct AxisActuator {
 pub struct Evidence {
     /// Time of the judged positions, s.
     pub time_s: Vec<f64>,
+    /// The positions as they were measured, m or rad.
+    pub measured: Vec<f64>,
     /// What is left of them, m or rad.
     pub residual: Vec<f64>,
     /// The actuator.
