@@ -47,6 +47,8 @@ pub struct Band {
     pub to: f64,
     /// Name in the legend; windows of one name share a tint.
     pub label: String,
+    /// Its tint; by default one after the other.
+    pub hue: Option<Hue>,
 }
 
 impl Band {
@@ -270,7 +272,7 @@ impl Plot {
                 Some(known) => known.spans.push(span),
                 None => named.push(Windows {
                     label: &band.label,
-                    tint: Hue::of_band(named.len()),
+                    tint: band.hue.unwrap_or(Hue::of_band(named.len())),
                     spans: vec![span],
                 }),
             }

@@ -387,6 +387,7 @@ fn distributions(results: &Results<'_>, splits: &[Split]) -> Result<Vec<Plot>> {
                 from: limit.low.unwrap_or(first),
                 to: limit.high.unwrap_or(last),
                 label: "within the limit".to_owned(),
+                hue: None,
             })
             .collect();
         plots.push(plot);

@@ -206,6 +206,7 @@ fn contacts(recording: &Recording) -> Vec<Band> {
                 from: t,
                 to: t,
                 label: "contact".to_owned(),
+                hue: None,
             }),
         }
     }

@@ -14,11 +14,13 @@ fn a_plot_names_its_axes_series_and_windows() {
         from: 0.2,
         to: 0.7,
         label: "compression".to_owned(),
+        hue: None,
     });
     plot.shaded.push(Band {
         from: 0.7,
         to: 0.701,
         label: "turning point".to_owned(),
+        hue: None,
     });
     let svg = plot.to_svg().unwrap();
     elements(&svg);
@@ -48,6 +50,7 @@ fn the_band_of_the_noise_is_in_view_and_in_the_legend() {
         from,
         to,
         label: "±2 σ".to_owned(),
+        hue: None,
     };
     plot.corridor = Some(band(-2.0, 2.0));
     let svg = plot.to_svg().unwrap();
@@ -193,7 +196,12 @@ fn any_plot() -> impl Strategy<Value = Plot> {
     let points = proptest::collection::vec((number, number), 0..20);
     let series =
         (".*", style, points).prop_map(|(name, style, points)| Series::new(name, style, points));
-    let band = (number, number, ".*").prop_map(|(from, to, label)| Band { from, to, label });
+    let band = (number, number, ".*").prop_map(|(from, to, label)| Band {
+        from,
+        to,
+        label,
+        hue: None,
+    });
     let corridor = proptest::option::of(band.clone());
     let parts = (
         (".*", corridor),

@@ -82,7 +82,13 @@ fn shares() -> BarChart {
 
 fn band(from: f64, to: f64, label: &str) -> Band {
     let label = label.to_owned();
-    Band { from, to, label }
+    let hue = None;
+    Band {
+        from,
+        to,
+        label,
+        hue,
+    }
 }
 
 fn force() -> Plot {

@@ -4,7 +4,7 @@ mod evidence;
 
 use softdock_analysis::compare::{Comparison, Phase, Window, windows};
 use softdock_analysis::model::{Axis, Channel};
-use softdock_report::{Band, Bar, BarChart, Format, Page, Plot, Series};
+use softdock_report::{Band, Bar, BarChart, Format, Hue, Page, Plot, Series};
 use std::ops::Range;
 
 /// Axes that are drawn: the worst failures, or if there are none the largest errors.
@@ -105,7 +105,10 @@ impl Source<'_> {
             .phases
             .iter()
             .filter(|phase| phase.cycles > 0)
-            .map(|phase| Bar::new(phase.name.words(), phase.share_beyond_noise))
+            .map(|phase| {
+                let bar = Bar::new(phase.name.words(), phase.share_beyond_noise);
+                bar.colored(hue(phase.name))
+            })
             .collect();
         chart
     }
@@ -191,6 +194,7 @@ impl Source<'_> {
                         from: time_s[from],
                         to: time_s[to - 1] + cycle_s,
                         label: phase.words(),
+                        hue: Some(hue(phase)),
                     });
                 }
             }
@@ -199,5 +203,33 @@ impl Source<'_> {
             bands.clear();
         }
         bands
+    }
+}
+
+/// The colour of a phase, the same on every page and in the workbench (its `app.css`).
+fn hue(phase: Phase) -> Hue {
+    match phase {
+        Phase::FreeFlight => Hue::Grey,
+        Phase::FirstContact => Hue::Amber,
+        Phase::TurningPoint => Hue::Blue,
+        Phase::ZeroCrossing => Hue::Purple,
+        Phase::Rebound => Hue::Green,
+        Phase::FurtherContact => Hue::Vermilion,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_phase_has_the_colour_that_it_has_in_the_workbench() {
+        let style = include_str!("../../../../workbench/src/assets/app.css");
+        for phase in Phase::ALL {
+            let name = serde_json::to_string(&phase).unwrap();
+            let colour = format!("{:?}", hue(phase)).to_lowercase();
+            let said = format!("--phase-{}: var(--{colour})", name.trim_matches('"'));
+            assert!(style.contains(&said), "{said}");
+        }
     }
 }

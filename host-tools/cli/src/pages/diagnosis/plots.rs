@@ -122,6 +122,7 @@ impl Source<'_> {
             from: -BAND_SIGMA,
             to: BAND_SIGMA,
             label: "±2 σ of the noise".to_owned(),
+            hue: None,
         });
         plot
     }
@@ -170,6 +171,7 @@ impl Source<'_> {
                 from: region.from_s,
                 to: region.to_s,
                 label: region.regime.clone(),
+                hue: None,
             })
             .collect();
         let mut regimes: Vec<&str> = bands.iter().map(|band| band.label.as_str()).collect();
