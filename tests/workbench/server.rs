@@ -32,7 +32,7 @@ pub fn imported(test: &str, effect: &str) -> PathBuf {
 pub struct Bench {
     pub port: u16,
     pub token: String,
-    _process: Running,
+    process: Running,
 }
 
 /// An answer: status and body.
@@ -58,7 +58,7 @@ impl Bench {
         let mut bench = Self {
             port: port.trim().parse().unwrap(),
             token: String::new(),
-            _process: process,
+            process,
         };
         let session = bench.get("/api/session").json();
         session["csrf"]
@@ -66,6 +66,11 @@ impl Bench {
             .unwrap()
             .clone_into(&mut bench.token);
         bench
+    }
+
+    /// Ends it where it stands, as a power cut does.
+    pub fn kill(self) {
+        drop(self.process);
     }
 
     pub fn host(&self) -> String {

@@ -21,6 +21,13 @@ fn the_error_falls_by_clicks_and_comes_back() {
     browser.until("document.querySelector('#check')?.dataset.ready == 'true'");
     browser.keep_pictures("workbench-compare");
 
+    // A recorded column is drawn below, as it was measured.
+    let columns = "document.querySelector('#column')";
+    browser.evaluate(&format!(
+        "{columns}.selectedIndex = 1; {columns}.dispatchEvent(new Event('change'))"
+    ));
+    browser.until("document.querySelectorAll('#plots canvas').length == 3");
+
     // A window says what its error follows.
     browser.evaluate("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'n'}))");
     browser.until("document.querySelector('#window .follows')");

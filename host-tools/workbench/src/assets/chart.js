@@ -8,6 +8,9 @@ const css = (name) => getComputedStyle(document.documentElement).getPropertyValu
 /** uPlot takes null for a gap; what has none stays as it came. */
 const gaps = (values) => (values.some(Number.isNaN) ? Array.from(values, (v) => (Number.isNaN(v) ? null : v)) : values);
 
+/** Room for the numbers of an axis. */
+const widest = (_, texts) => Math.max(62, 26 + 7.5 * Math.max(...(texts ?? []).map((text) => text?.length ?? 0)));
+
 /** Plots whose time axes are one. */
 export class Linked {
   constructor({ windows, picked }) {
@@ -31,7 +34,7 @@ export class Linked {
       cursor: { sync: { key: 'time' }, drag: { x: true, y: false }, focus: { prox: 30 }, points: { size: 6 } },
       legend: { live: true },
       scales: { x: { time: false }, y: { range: (_, low, high) => (low === null ? [-1, 1] : uPlot.rangeNum(low, high, 0.08, true)) } },
-      axes: [this.axis('time [s]', { size: 42 }), this.axis(`${label} [${said}]`, { size: 62 })],
+      axes: [this.axis('time [s]', { size: 42 }), this.axis(`${label} [${said}]`, { size: widest })],
       series: [{ label: 's', value: (_, v) => (v === null ? '–' : v.toFixed(3)) }, ...series.map((one) => ({
         label: one.label, class: one.silent ? 'silent' : undefined, stroke: css(one.colour), width: one.width ?? 1.4, dash: one.dash, points: { show: false },
         value: (_, v) => (v === null || v === undefined ? '–' : `${v.toPrecision(4)} ${said}`),

@@ -1,6 +1,6 @@
 // The axis that is looked at: measured over predicted, what is left, a trial, and a second run.
 
-import { columns, id } from './api.js';
+import { columns, get, id } from './api.js';
 import { Linked } from './chart.js';
 import { byId, fill, h, quantity, trouble, words } from './dom.js';
 import { changed, failingWindows, failureOf, state } from './state.js';
@@ -8,8 +8,10 @@ import { bestShift, interpolated } from './align.js';
 
 let windows = [];
 let picked = null;
-/** What was fetched for the axis: columns of the run, of the trial, of the second run. */
+/** What was fetched for the axis: columns of the run, of the trial, of the second run, and a recorded column. */
 let data = {};
+/** The recorded columns of a recording. */
+let recorded = { of: null, columns: [] };
 
 export const linked = new Linked({
   windows: () => windows.map((window) => ({ ...window, picked: window === picked })),
@@ -19,20 +21,30 @@ export const linked = new Linked({
 const prediction = (recording, job) => columns(`prediction?recording=${id(recording)}&model=${id(state.model)}`
   + `&channel=${state.channel}&axis=${state.axis}${job ? `&job=${job}` : ''}`);
 
+const shown = () => [state.model, state.recording, state.channel, state.axis, state.trial?.job, state.overlay.id, state.column].join();
+
+/** Time and values of the recorded column, if there is one in this recording. */
+async function column() {
+  const path = `recordings/${id(state.recording)}`;
+  if (recorded.of !== state.recording) recorded = { of: state.recording, columns: await get(`${path}/channels`) };
+  const known = recorded.columns.some((one) => one.name === state.column);
+  return known ? columns(`${path}/series?c=${id(state.column)}`) : null;
+}
+
 /** Fetches what the axis needs and draws it. */
 export async function load() {
   if (!state.comparison) return fill('plots');
-  const asked = [state.model, state.recording, state.channel, state.axis, state.trial?.job, state.overlay.id].join();
+  const asked = shown();
   const { trial, overlay } = state;
   try {
     const fetched = await Promise.all([
       prediction(state.recording),
       trial && prediction(state.recording, trial.job),
       overlay.id && prediction(overlay.id),
+      column(),
     ]);
-    const now = [state.model, state.recording, state.channel, state.axis, state.trial?.job, state.overlay.id].join();
-    if (now !== asked) return;
-    data = { run: fetched[0], trial: fetched[1], second: fetched[2] };
+    if (shown() !== asked) return;
+    data = { run: fetched[0], trial: fetched[1], second: fetched[2], column: fetched[3] };
     windows = failingWindows(state.channel, state.axis);
     if (!windows.includes(picked)) picked = null;
     draw();
@@ -96,6 +108,16 @@ export function nudge(cycles) {
   draw();
 }
 
+/** The choice of a recorded column, as it was measured. */
+function columnBar() {
+  const choose = (event) => {
+    state.column = event.target.value || null;
+    load();
+  };
+  return h('label', { class: 'small muted' }, 'Also as recorded: ', h('select', { id: 'column', onchange: choose }, h('option', { value: '' }, '–'),
+    recorded.columns.map((one) => h('option', { value: one.name, selected: one.name === state.column, title: one.about }, one.name))));
+}
+
 export function draw() {
   if (!data.run || !state.comparison) return;
   linked.clear();
@@ -105,7 +127,7 @@ export function draw() {
   fill('plots', h('div', { class: 'title' }, h('h2', {}, title),
     h('span', { class: 'muted small' }, `${quantity(axis.rms, axis.unit)} rms`),
     h('span', { class: 'muted small hint' }, 'drag: zoom · wheel: zoom · double click: all')),
-  overlayBar(), h('div', { id: 'upper' }), h('div', { id: 'lower' }), h('div', { id: 'window' }));
+  overlayBar(), h('div', { id: 'upper' }), h('div', { id: 'lower' }), h('div', { id: 'window' }), columnBar(), h('div', { id: 'raw' }));
   const [time, measured, predicted, sigma] = data.run;
   const height = Math.max(180, Math.min(320, window.innerHeight * 0.28));
   const upper = [{ label: 'measured', values: measured, colour: 'blue' },
@@ -125,6 +147,11 @@ export function draw() {
   }
   linked.add(byId('upper'), height, { time, series: upper, unit: axis.unit, label: title });
   linked.add(byId('lower'), height * 0.8, { time, series: lower, unit: axis.unit, label: 'difference' });
+  if (data.column) {
+    const { unit } = recorded.columns.find((one) => one.name === state.column);
+    const series = [{ label: state.column, values: data.column[1], colour: 'blue' }];
+    linked.add(byId('raw'), height * 0.8, { time: data.column[0], series, unit, label: 'as recorded' });
+  }
   drawSentence();
   byId('plots').dataset.drawn = `${state.channel} ${state.axis} ${state.trial?.job ?? ''} ${state.overlay.id ?? ''}`;
 }

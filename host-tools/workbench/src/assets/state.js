@@ -16,6 +16,8 @@ export const state = {
   comparison: null,
   channel: null,
   axis: null,
+  /** A recorded column that is drawn below: name, unit. */
+  column: null,
   /** A hypothesis that is tried: job, label, and what `add` would say. */
   trial: null,
   /** A diagnosis: its job and what it says. */

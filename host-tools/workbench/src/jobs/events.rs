@@ -36,8 +36,13 @@ impl Listener {
                 return None;
             }
             self.count.mark_unchanged();
+            let over = self.job.has_ended();
             let more = self.job.told(self.taken);
             if more.is_empty() {
+                // Who has heard all of a job that has ended waits for nothing.
+                if over {
+                    return None;
+                }
                 self.count.changed().await.ok()?;
             }
             self.taken += more.len();
