@@ -69,7 +69,7 @@ fn other_columns_are_named() {
     let error = changed("name.csv", |_, text| {
         text.replacen("status_time_s", "time", 1)
     });
-    let expected = "expected `status_time_s`, received `time`";
+    let expected = "row 1: there is no column `status_time_s`";
     assert!(error.contains(expected), "{error}");
 
     let error = changed("short_row.csv", |_, text| text + "1,2,3\n");

@@ -2,8 +2,7 @@
 //! DDS-XTypes 1.3, 7.4.3), little-endian. Each number is aligned to its own size, counted from
 //! the end of the four-byte encapsulation header; arrays of fixed length have no length word.
 
-use super::field::{Field, Number, Visitor};
-use std::convert::Infallible;
+use super::field::{EachNumber, Field, Number, Visitor};
 
 /// Encapsulation header: representation CDR_LE, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
@@ -45,27 +44,12 @@ impl Encoder {
     }
 }
 
-impl Visitor for Encoder {
-    type Error = Infallible;
-
+impl EachNumber for Encoder {
     #[inline]
-    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        let size = size_of::<T::Bytes>();
-        let room = self.room(size, values.len());
-        for (place, value) in room.chunks_exact_mut(size).zip(values) {
-            place.copy_from_slice(value.to_bytes().as_ref());
-        }
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
-        self.room(1, 1).fill(*code);
-        Ok(())
+    fn number<T: Number>(&mut self, value: T) {
+        let bytes = value.to_bytes();
+        let room = self.room(size_of::<T::Bytes>(), 1);
+        room.copy_from_slice(bytes.as_ref());
     }
 }
 
@@ -171,12 +155,12 @@ fn not_below(field: &Field, limit: usize, bytes: &[u8]) -> CdrError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::field::Unit;
+    use crate::recording::field::{Parts, Unit};
 
     const FIELD: Field = Field {
         name: "x",
         unit: Unit::NONE,
-        parts: &[],
+        parts: Parts::NONE,
         about: "",
     };
 

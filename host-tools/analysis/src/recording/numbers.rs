@@ -3,25 +3,18 @@
 
 use super::PROFILE;
 use super::cdr::Encoder;
-use super::field::{Field, Unit, Visitor};
+use super::field::EachNumber;
+use super::ros2;
 use super::writer::{LIBRARY, MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
 use crate::data_table::{DataTable, Values};
 use anyhow::{Context, Result, bail};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Rows in a chunk.
 const CHUNK_ROWS: usize = 1024;
-/// How the encoder sees a number; names stand in the schema.
-const NUMBER: Field = Field {
-    name: "",
-    unit: Unit::NONE,
-    parts: &[],
-    about: "",
-};
 
 /// The table as an MCAP file with one topic. The first column is the time in s; a missing value is NaN.
 ///
@@ -53,12 +46,13 @@ pub(crate) fn mcap_of_numbers(
         metadata: table.metadata.iter().cloned().collect(),
     })?;
     let schema = mcap.add_schema(schema_name, SCHEMA_ENCODING, ros2msg(table).as_bytes())?;
-    let channel_id = mcap.add_channel(schema, topic, MESSAGE_ENCODING, &BTreeMap::new())?;
+    let channel_id =
+        mcap.add_channel(schema, topic, MESSAGE_ENCODING, &ros2::channel_metadata())?;
     let mut encoder = Encoder::default();
     for row in 0..table.rows() {
         encoder.begin();
         for column in &columns {
-            let Ok(()) = encoder.numbers(&NUMBER, &mut [column[row].unwrap_or(f64::NAN)]);
+            encoder.number(column[row].unwrap_or(f64::NAN));
         }
         let time_s = columns[0][row].filter(|time| *time >= 0.0);
         let time_s = time_s.with_context(|| format!("row {} has no time", row + 1))?;
