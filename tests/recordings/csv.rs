@@ -64,6 +64,22 @@ fn a_wrong_cell_is_named_by_row_and_column() {
     assert!(error.contains(expected), "{error}");
 }
 
+/// The time comes first; versions up to 0.1.0 had it elsewhere.
+#[test]
+fn columns_are_known_by_their_names() {
+    let recording = Source(7).recording(3, false);
+    let path = path("order.csv");
+    export_csv(&recording, &path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.starts_with("status_time_s,inputs_robot_ipoc_ms,"));
+    let last = |line: &str| {
+        let (time, others) = line.split_once(',').unwrap();
+        format!("{others},{time}\n")
+    };
+    std::fs::write(&path, text.lines().map(last).collect::<String>()).unwrap();
+    assert_eq!(exact(&import_csv(&path).unwrap()), exact(&recording));
+}
+
 #[test]
 fn other_columns_are_named() {
     let error = changed("name.csv", |_, text| {

@@ -23,6 +23,18 @@ impl Encoder {
         self.room(1, HEADER.len()).copy_from_slice(&HEADER);
     }
 
+    /// A string: its length with the zero byte that ends it, its bytes.
+    pub(super) fn text(&mut self, text: &str) {
+        self.count(text.len() + 1);
+        self.room(1, text.len()).copy_from_slice(text.as_bytes());
+        self.number(0_u8);
+    }
+
+    /// The length of a sequence, whose elements follow.
+    pub(super) fn count(&mut self, count: usize) {
+        self.number(count as u32);
+    }
+
     /// The message so far.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.buffer[..self.end]

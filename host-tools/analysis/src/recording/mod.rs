@@ -7,8 +7,8 @@
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
-//! - `numbers` writes tables that stand beside a recording,
-//! - `ros2` has what ROS 2 wants of a file,
+//! - `numbers` makes a topic of a table,
+//! - `ros2` makes a copy with the standard messages of ROS 2, for viewers,
 //! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
@@ -31,7 +31,6 @@ mod writer;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
-pub(crate) use numbers::mcap_of_numbers;
 pub use wall_clock::{WALL_CLOCK, WallClock};
 pub use writer::RecordingWriter;
 

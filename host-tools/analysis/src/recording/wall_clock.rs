@@ -2,6 +2,7 @@
 //! world one of its cycles was, as far as the computer knows that records it. (A run in virtual time has no such instant.)
 
 use super::RecordingWriter;
+use super::writer::NS_PER_S;
 use mcap::records::Metadata;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ const UNIX_S: &str = "unix_s";
 const AT_TIME_S: &str = "at_time_s";
 
 /// Which instant of the world a cycle was.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WallClock {
     /// The instant, s since 1970, UTC.
     pub unix_s: f64,
@@ -24,9 +25,12 @@ pub struct WallClock {
 }
 
 impl WallClock {
-    /// The instant of the cycle of another time, s since 1970.
-    pub fn unix_s(&self, time_s: f64) -> f64 {
-        self.unix_s + (time_s - self.at_time_s)
+    /// The instant of the cycle of another time, ns since 1970; none before that. The clock is taken to the microsecond:
+    /// in seconds, f64 has no more digits, and cycles would lie unequally far apart.
+    pub fn unix_ns(&self, time_s: f64) -> Option<u64> {
+        let clock = ((self.unix_s * 1e6).round() as i64).checked_mul(1000)?;
+        let since = ((time_s - self.at_time_s) * NS_PER_S).round() as i64;
+        u64::try_from(clock.checked_add(since)?).ok()
     }
 
     pub(super) fn metadata(&self) -> Metadata {
