@@ -54,8 +54,7 @@ fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
             scenario_toml: None,
         },
         cycles: (0..(seconds / TS) as usize).map(record).collect(),
-        truth: Vec::new(),
-        cut: None,
+        ..Recording::default()
     }
 }
 

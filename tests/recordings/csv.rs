@@ -64,12 +64,28 @@ fn a_wrong_cell_is_named_by_row_and_column() {
     assert!(error.contains(expected), "{error}");
 }
 
+/// The time comes first; versions up to 0.1.0 had it elsewhere.
+#[test]
+fn columns_are_known_by_their_names() {
+    let recording = Source(7).recording(3, false);
+    let path = path("order.csv");
+    export_csv(&recording, &path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.starts_with("status_time_s,inputs_robot_ipoc_ms,"));
+    let last = |line: &str| {
+        let (time, others) = line.split_once(',').unwrap();
+        format!("{others},{time}\n")
+    };
+    std::fs::write(&path, text.lines().map(last).collect::<String>()).unwrap();
+    assert_eq!(exact(&import_csv(&path).unwrap()), exact(&recording));
+}
+
 #[test]
 fn other_columns_are_named() {
     let error = changed("name.csv", |_, text| {
         text.replacen("status_time_s", "time", 1)
     });
-    let expected = "expected `status_time_s`, received `time`";
+    let expected = "row 1: there is no column `status_time_s`";
     assert!(error.contains(expected), "{error}");
 
     let error = changed("short_row.csv", |_, text| text + "1,2,3\n");

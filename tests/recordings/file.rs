@@ -146,9 +146,12 @@ fn foreign(
 #[test]
 fn files_of_other_programs_are_refused() {
     let error = foreign("ros1", |_| ());
-    let expected = "expected profile `softdock`, received `ros1`, written by `roverlog 3`";
+    let expected = "expected profile `ros2`, received `ros1`, written by `roverlog 3`";
     assert!(error.contains(expected), "{error}");
 
+    // A recording of a robot that is not ours, and one of ours from before.
+    let error = foreign("ros2", |_| ());
+    assert!(error.contains("no metadata `softdock`"), "{error}");
     let error = foreign("softdock", |_| ());
     assert!(error.contains("no metadata `softdock`"), "{error}");
 

@@ -1,6 +1,6 @@
 //! Recordings for the tests.
 
-use softdock_analysis::recording::{Header, Recording, TruthRecord};
+use softdock_analysis::recording::{Header, Recording, TruthRecord, WallClock};
 use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
@@ -191,6 +191,10 @@ impl Source {
                 .map(|_| self.truth())
                 .collect(),
             cut: None,
+            wall_clock: self.maybe(|s| WallClock {
+                unix_s: s.below(2_000_000_000) as f64,
+                at_time_s: s.below(1000) as f64 / 8.0,
+            }),
         }
     }
 }

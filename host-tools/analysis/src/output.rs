@@ -14,6 +14,17 @@ const ANYBODY: u32 = 0o666;
 /// # Errors
 /// The folder is missing, full or not to be written to.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
+    write_whole_with(path, |file| Ok(file.write_all(content)?))
+}
+
+/// The same for what is too long to be held in memory: `write` is given the file.
+///
+/// # Errors
+/// Those of [`write_whole`], and what `write` says; then `path` is as it was.
+pub fn write_whole_with(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<()> {
     let failed = || format!("cannot write {}", path.display());
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let folder = match target.parent() {
@@ -24,7 +35,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(ANYBODY));
     let mut new = builder.tempfile_in(folder).with_context(failed)?;
-    new.write_all(content).with_context(failed)?;
+    write(new.as_file_mut()).with_context(failed)?;
     if let Ok(old) = std::fs::metadata(&target) {
         let file = new.as_file();
         file.set_permissions(old.permissions())

@@ -1,5 +1,5 @@
-//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, a reader of tables,
-//! MuJoCo.
+//! The peers in Python: RSIPI's robot controller, a sensor on python-can, MainDevices of EtherCAT, readers of tables
+//! and of recordings, MuJoCo.
 
 use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Names the Python interpreter that has RSIPI, python-can, pyarrow and MuJoCo.
+/// Names the Python interpreter that has RSIPI, python-can, pyarrow, MuJoCo, mcap_ros2 and rosbags.
 const PYTHON: &str = "SOFTDOCK_PEERS_PYTHON";
 
 /// RSIPI binds a fixed UDP port (50000), so one robot runs at a time.

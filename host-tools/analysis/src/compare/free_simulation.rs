@@ -397,8 +397,7 @@ mod tests {
                 scenario_toml: None,
             },
             cycles: (0..count).map(record).collect(),
-            truth: Vec::new(),
-            cut: None,
+            ..Recording::default()
         }
     }
 

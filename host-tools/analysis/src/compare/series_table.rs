@@ -3,8 +3,7 @@
 use super::{ChannelPrediction, Comparison};
 use crate::data_table::{DataColumn, DataTable, Values};
 use crate::model::{Axis, Channel};
-use crate::output::write_whole;
-use crate::recording::mcap_of_numbers;
+use crate::recording::Recording;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use std::path::Path;
@@ -46,18 +45,16 @@ impl Comparison {
         DataTable { columns, metadata }
     }
 
-    /// Writes that table: CSV, Parquet or MCAP, by the ending of `path`.
+    /// Writes that table: CSV, Parquet or MCAP, by the ending of `path`. MCAP has the compared recording beside it, as
+    /// [`Recording::write_ros2`] writes it.
     ///
     /// # Errors
     /// Another ending, or a file that cannot be written.
-    pub fn write_series(&self, path: &Path) -> Result<SeriesFile> {
+    pub fn write_series(&self, recording: &Recording, path: &Path) -> Result<SeriesFile> {
         let table = self.series_table();
         match path.extension().and_then(|ending| ending.to_str()) {
             Some("csv" | "parquet") => table.write(path)?,
-            Some("mcap") => write_whole(
-                path,
-                &mcap_of_numbers(&table, "/compare", "softdock/msg/Compare")?,
-            )?,
+            Some("mcap") => recording.write_ros2(Some(&table), path)?,
             _ => bail!(
                 "{}: series are written as .csv, .parquet or .mcap; choose one of these endings",
                 path.display()

@@ -233,8 +233,8 @@ pub fn held_back(recording: &Recording) -> (Recording, Recording) {
     let part = |range: std::ops::Range<usize>| Recording {
         header: recording.header.clone(),
         cycles: recording.cycles[range].to_vec(),
-        truth: Vec::new(),
         cut: recording.cut.clone(),
+        ..Recording::default()
     };
     (part(0..at), part(at..count))
 }

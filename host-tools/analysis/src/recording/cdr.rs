@@ -2,8 +2,7 @@
 //! DDS-XTypes 1.3, 7.4.3), little-endian. Each number is aligned to its own size, counted from
 //! the end of the four-byte encapsulation header; arrays of fixed length have no length word.
 
-use super::field::{Field, Number, Visitor};
-use std::convert::Infallible;
+use super::field::{EachNumber, Field, Number, Visitor};
 
 /// Encapsulation header: representation CDR_LE, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
@@ -22,6 +21,18 @@ impl Encoder {
     pub(super) fn begin(&mut self) {
         self.end = 0;
         self.room(1, HEADER.len()).copy_from_slice(&HEADER);
+    }
+
+    /// A string: its length with the zero byte that ends it, its bytes.
+    pub(super) fn text(&mut self, text: &str) {
+        self.count(text.len() + 1);
+        self.room(1, text.len()).copy_from_slice(text.as_bytes());
+        self.number(0_u8);
+    }
+
+    /// The length of a sequence, whose elements follow.
+    pub(super) fn count(&mut self, count: usize) {
+        self.number(count as u32);
     }
 
     /// The message so far.
@@ -45,27 +56,12 @@ impl Encoder {
     }
 }
 
-impl Visitor for Encoder {
-    type Error = Infallible;
-
+impl EachNumber for Encoder {
     #[inline]
-    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        let size = size_of::<T::Bytes>();
-        let room = self.room(size, values.len());
-        for (place, value) in room.chunks_exact_mut(size).zip(values) {
-            place.copy_from_slice(value.to_bytes().as_ref());
-        }
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
-        self.room(1, 1).fill(*code);
-        Ok(())
+    fn number<T: Number>(&mut self, value: T) {
+        let bytes = value.to_bytes();
+        let room = self.room(size_of::<T::Bytes>(), 1);
+        room.copy_from_slice(bytes.as_ref());
     }
 }
 
@@ -171,12 +167,12 @@ fn not_below(field: &Field, limit: usize, bytes: &[u8]) -> CdrError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::field::Unit;
+    use crate::recording::field::{Parts, Unit};
 
     const FIELD: Field = Field {
         name: "x",
         unit: Unit::NONE,
-        parts: &[],
+        parts: Parts::NONE,
         about: "",
     };
 

@@ -1,11 +1,10 @@
 //! Recorded quantities as series of numbers, to draw them.
 
 use super::Recording;
-use super::field::{Field, Number, Visitor};
+use super::field::{EachNumber, Number};
 use super::schema::fields;
 use super::topics::{Row, Topic};
 use serde::Serialize;
-use std::convert::Infallible;
 
 /// A quantity of every cycle. It has the name that it has in CSV files.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -95,22 +94,9 @@ impl Recording {
 #[derive(Default)]
 struct Numbers(Vec<f64>);
 
-impl Visitor for Numbers {
-    type Error = Infallible;
-
-    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        self.0.extend(values.iter().map(|value| value.as_f64()));
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
-        self.0.push(f64::from(*code));
-        Ok(())
+impl EachNumber for Numbers {
+    fn number<T: Number>(&mut self, value: T) {
+        self.0.push(value.as_f64());
     }
 }
 

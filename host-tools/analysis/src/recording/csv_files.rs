@@ -1,11 +1,11 @@
-//! Recordings as CSV: one row per cycle, and beside it a JSON file that holds what a table
-//! cannot: the header, and unit and meaning of each column. Both together give the recording
+//! Recordings as CSV: one row per cycle, the time first, and beside it a JSON file that holds what a
+//! table cannot: the header, and unit and meaning of each column. Both together give the recording
 //! back bit by bit.
 
 use super::schema::{Described, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
-use super::{Header, Recording};
+use super::{Header, Recording, WallClock};
 use crate::data_table::Description;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,8 @@ use std::path::Path;
 
 /// Name of the format, in the JSON file.
 const FORMAT: &str = "softdock-csv";
+/// The first column.
+const TIME: &str = "status_time_s";
 /// Version of the format.
 const VERSION: u32 = 1;
 
@@ -26,6 +28,9 @@ struct Sidecar {
     scenario_toml: Option<String>,
     /// Why the recording ended early.
     cut: Option<String>,
+    /// When it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    wall_clock: Option<WallClock>,
     /// Number of rows.
     cycles: usize,
     columns: Vec<Description>,
@@ -48,8 +53,12 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
         settings_toml,
         scenario_toml,
         cut: recording.cut.clone(),
+        wall_clock: recording.wall_clock,
         cycles: recording.cycles.len(),
-        columns: topics.iter().flat_map(|topic| described(*topic)).collect(),
+        columns: time_first(
+            topics.iter().flat_map(|topic| described(*topic)),
+            |column| &column.name,
+        ),
     };
     let json = path.with_extension("json");
     std::fs::write(&json, serde_json::to_string_pretty(&sidecar)?)
@@ -59,7 +68,9 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
 fn write_table(recording: &Recording, topics: &[Topic], path: &Path) -> anyhow::Result<()> {
     let truths = recording.truths()?;
     let mut table = csv::Writer::from_path(path)?;
-    table.write_record(topics.iter().flat_map(|topic| columns(*topic)))?;
+    let names: Vec<String> = topics.iter().flat_map(|topic| columns(*topic)).collect();
+    let time = names.iter().position(|name| name == TIME).unwrap_or(0);
+    table.write_record(time_first(names, |name| name))?;
     let mut writer = CellWriter::default();
     for (cycle, truth) in recording.cycles.iter().zip(truths) {
         let (cycle, truth) = (*cycle, truth.copied().unwrap_or_default());
@@ -68,9 +79,17 @@ fn write_table(recording: &Recording, topics: &[Topic], path: &Path) -> anyhow::
         for topic in topics {
             let Ok(()) = topic.visit(&mut writer, &mut row);
         }
+        writer.cells[..=time].rotate_right(1);
         table.write_record(&writer.cells)?;
     }
     Ok(table.flush()?)
+}
+
+/// The columns in the order of the table.
+fn time_first<T>(columns: impl IntoIterator<Item = T>, name: impl Fn(&T) -> &str) -> Vec<T> {
+    let mut columns: Vec<T> = columns.into_iter().collect();
+    columns.sort_by_key(|column| name(column) != TIME);
+    columns
 }
 
 /// The columns of a topic.
@@ -114,6 +133,7 @@ pub fn import_csv(path: &Path) -> anyhow::Result<Recording> {
         scenario_toml: sidecar.scenario_toml,
     };
     recording.cut = sidecar.cut;
+    recording.wall_clock = sidecar.wall_clock;
     Ok(recording)
 }
 
@@ -147,17 +167,23 @@ fn read_table(path: &Path) -> anyhow::Result<Recording> {
     let names = table.headers()?.clone();
     let truth = names.len() > Topic::all(false).iter().flat_map(|t| columns(*t)).count();
     let topics = Topic::all(truth);
-    check_names(&names, topics)?;
+    let places = places(&names, topics)?;
 
     let mut recording = Recording::default();
-    for cells in table.records() {
-        let cells = cells.context("a row does not fit the header")?;
+    for record in table.records() {
+        let record = record.context("a row does not fit the header")?;
+        let cells = places.iter().filter_map(|place| record.get(*place));
+        let cells: csv::StringRecord = cells.collect();
         let mut row = Row::default();
         let mut reader = CellReader::new(&cells);
         topics
             .iter()
             .try_for_each(|topic| topic.visit(&mut reader, &mut row))
-            .with_context(|| cell_name(&cells, &names, &reader))?;
+            .with_context(|| {
+                let row = record.position().map_or(0, csv::Position::line);
+                let column = places.get(reader.last_place()).and_then(|n| names.get(*n));
+                format!("row {row}, column `{}`", column.unwrap_or_default())
+            })?;
         recording.cycles.push(row.cycle);
         if truth {
             recording.truth.push(row.truth);
@@ -166,31 +192,19 @@ fn read_table(path: &Path) -> anyhow::Result<Recording> {
     Ok(recording)
 }
 
-fn check_names(names: &csv::StringRecord, topics: &[Topic]) -> anyhow::Result<()> {
-    let expected: Vec<String> = topics.iter().flat_map(|topic| columns(*topic)).collect();
-    for (i, expected) in expected.iter().enumerate() {
-        let received = names.get(i).unwrap_or_default();
-        ensure!(
-            received == expected,
-            "row 1, column {}: expected `{expected}`, received `{received}`",
-            i + 1
-        );
-    }
-    let (expected, received) = (expected.len(), names.len());
+/// Places of a recording's numbers in the row, whatever the order of its columns.
+fn places(names: &csv::StringRecord, topics: &[Topic]) -> anyhow::Result<Vec<usize>> {
+    let expected = topics.iter().flat_map(|topic| columns(*topic));
+    let places: Vec<usize> = expected
+        .map(|expected| {
+            let place = names.iter().position(|name| name == expected);
+            place.with_context(|| format!("row 1: there is no column `{expected}`"))
+        })
+        .collect::<anyhow::Result<_>>()?;
+    let (expected, received) = (places.len(), names.len());
     ensure!(
         received == expected,
         "expected {expected} columns, received {received}"
     );
-    Ok(())
-}
-
-/// Row and column of the cell that was read last.
-fn cell_name(
-    cells: &csv::StringRecord,
-    names: &csv::StringRecord,
-    reader: &CellReader<'_>,
-) -> String {
-    let row = cells.position().map_or(0, csv::Position::line);
-    let column = names.get(reader.last_place()).unwrap_or_default();
-    format!("row {row}, column `{column}`")
+    Ok(places)
 }

@@ -1,11 +1,10 @@
 //! Where two records of the same cycle differ, down to the bit.
 
 use super::cdr::Encoder;
-use super::field::{Field, Number, Visitor};
+use super::field::{EachNumber, Number};
 use super::text::{CellWriter, columns};
 use super::topics::{Row, Topic};
 use softdock_app::record::CycleRecord;
-use std::convert::Infallible;
 
 /// A number that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,25 +66,10 @@ fn named(topic: Topic, rows: &mut [Row; 2]) -> Option<Difference> {
 #[derive(Debug, Default)]
 struct BitWriter(Vec<String>);
 
-impl Visitor for BitWriter {
-    type Error = Infallible;
-
-    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        self.0.extend(values.iter().map(|value| {
-            let bytes = value.to_bytes();
-            let digits = bytes.as_ref().iter().rev().map(|b| format!("{b:02x}"));
-            format!("0x{}", digits.collect::<String>())
-        }));
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
-        self.0.push(format!("0x{code:02x}"));
-        Ok(())
+impl EachNumber for BitWriter {
+    fn number<T: Number>(&mut self, value: T) {
+        let bytes = value.to_bytes();
+        let digits = bytes.as_ref().iter().rev().map(|b| format!("{b:02x}"));
+        self.0.push(format!("0x{}", digits.collect::<String>()));
     }
 }

@@ -5,6 +5,8 @@
 //! it as text or read it from text. Schema, encoder, decoder and CSV columns therefore cannot
 //! disagree.
 
+use std::convert::Infallible;
+
 /// SI unit of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Unit {
@@ -36,6 +38,30 @@ impl Unit {
     }
 }
 
+/// The numbers of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Parts {
+    /// Their names; none for a single number.
+    pub(super) names: &'static [&'static str],
+    /// The message whose fields they are in a schema, `package/Type`; without one they are an array.
+    pub(super) message: Option<&'static str>,
+}
+
+impl Parts {
+    /// A single number.
+    pub(super) const NONE: Self = Self::array(&[]);
+
+    pub(super) const fn array(names: &'static [&'static str]) -> Self {
+        let message = None;
+        Self { names, message }
+    }
+
+    pub(super) const fn message(name: &'static str, names: &'static [&'static str]) -> Self {
+        let message = Some(name);
+        Self { names, message }
+    }
+}
+
 /// One field of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Field {
@@ -43,8 +69,8 @@ pub(super) struct Field {
     pub(super) name: &'static str,
     /// Unit of its number or numbers.
     pub(super) unit: Unit,
-    /// Names of an array's elements; empty for a single number.
-    pub(super) parts: &'static [&'static str],
+    /// Its numbers, if it has several.
+    pub(super) parts: Parts,
     /// What it means.
     pub(super) about: &'static str,
 }
@@ -57,11 +83,11 @@ impl Field {
 
     /// Names of the columns under a prefix, one for each number: `motion_position_x_m`.
     pub(super) fn columns(&self, prefix: &str) -> Vec<String> {
-        if self.parts.is_empty() {
-            return vec![joined(&[prefix, self.name, self.unit.suffix])];
+        let column = |part: &str| joined(&[prefix, self.name, part, self.unit.suffix]);
+        match self.parts.names {
+            [] => vec![column("")],
+            names => names.iter().map(|part| column(part)).collect(),
         }
-        let column = |part: &&str| joined(&[prefix, self.name, part, self.unit.suffix]);
-        self.parts.iter().map(column).collect()
     }
 }
 
@@ -86,6 +112,31 @@ pub(super) trait Visitor {
         words: &'static [&'static str],
         code: &mut u8,
     ) -> Result<(), Self::Error>;
+}
+
+/// A visitor to which all numbers are alike: each of an array by itself, a word by its code.
+pub(super) trait EachNumber {
+    fn number<T: Number>(&mut self, value: T);
+}
+
+impl<V: EachNumber> Visitor for V {
+    type Error = Infallible;
+
+    #[inline]
+    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
+        values.iter().for_each(|value| self.number(*value));
+        Ok(())
+    }
+
+    fn choice(
+        &mut self,
+        _: &Field,
+        _: &'static [&'static str],
+        code: &mut u8,
+    ) -> Result<(), Infallible> {
+        self.number(*code);
+        Ok(())
+    }
 }
 
 /// A number that can stand in a message.
@@ -133,12 +184,14 @@ macro_rules! number {
 // `{:?}` writes very large and very small floating-point numbers with an exponent, `{}` does not.
 number! {
     f64, "float64", "{:?}";
+    f32, "float32", "{:?}";
     i64, "int64", "{}";
     u64, "uint64", "{}";
     u32, "uint32", "{}";
     i32, "int32", "{}";
     u16, "uint16", "{}";
     i16, "int16", "{}";
+    u8, "uint8", "{}";
 }
 
 impl Number for bool {

@@ -7,7 +7,8 @@
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
-//! - `numbers` writes tables that stand beside a recording,
+//! - `numbers` makes a topic of a table,
+//! - `ros2` makes a copy with the standard messages of ROS 2, for viewers,
 //! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
@@ -18,6 +19,7 @@ mod difference;
 mod field;
 mod numbers;
 mod reader;
+mod ros2;
 mod schema;
 mod table;
 mod text;
@@ -29,8 +31,7 @@ mod writer;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
-pub(crate) use numbers::mcap_of_numbers;
-pub use wall_clock::WALL_CLOCK;
+pub use wall_clock::{WALL_CLOCK, WallClock};
 pub use writer::RecordingWriter;
 
 use crate::input;
@@ -40,8 +41,13 @@ use softdock_control::settings::Settings;
 /// Name and version of the format, in every recording.
 pub const FORMAT: &str = "softdock/1";
 
-/// Name by which an MCAP file and its metadata show that they are ours.
-const PROFILE: &str = "softdock";
+/// Name of the metadata record by which a file shows that it is ours.
+const METADATA: &str = "softdock";
+
+/// Profile of MCAP that our files follow: what programs for ROS 2 look for.
+const PROFILE: &str = "ros2";
+/// Profile of versions up to 0.1.0.
+const OWN_PROFILE: &str = "softdock";
 
 /// What a recording says about itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,4 +97,6 @@ pub struct Recording {
     pub truth: Vec<TruthRecord>,
     /// Why the file ended early, if it was cut off; what is here is whole.
     pub cut: Option<String>,
+    /// When it was, if a computer with a clock recorded it.
+    pub wall_clock: Option<WallClock>,
 }

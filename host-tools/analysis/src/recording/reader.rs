@@ -4,11 +4,11 @@
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
 use super::cdr::Decoder;
-use super::schema::{declarations, ros2msg};
+use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
 use super::topics::{Row, Topic};
 use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
-use super::{FORMAT, Header, PROFILE, Recording};
+use super::{FORMAT, Header, METADATA, OWN_PROFILE, PROFILE, Recording, WALL_CLOCK, WallClock};
 use crate::identity;
 use anyhow::{Context, bail, ensure};
 use mcap::records::{Metadata, Record, op};
@@ -135,7 +135,7 @@ impl Loader {
                 return Ok(None);
             };
             ensure!(
-                header.profile == PROFILE,
+                [PROFILE, OWN_PROFILE].contains(&header.profile.as_str()),
                 "this MCAP file is not a softdock recording: expected profile `{PROFILE}`, \
                  received `{}`, written by `{}`",
                 header.profile,
@@ -161,7 +161,10 @@ impl Loader {
         let Record::Metadata(Metadata { name, mut metadata }) = record else {
             return Ok(());
         };
-        if name != PROFILE || self.header.is_some() {
+        if name == WALL_CLOCK {
+            self.recording.wall_clock = WallClock::from_entries(&metadata);
+        }
+        if name != METADATA || self.header.is_some() {
             return Ok(());
         }
         let format = metadata.remove("format").unwrap_or_default();
@@ -261,10 +264,13 @@ impl Loader {
         };
         let is = |form: &Topic| {
             schema.is_some_and(|(name, encoding, text)| {
+                let text = String::from_utf8_lossy(text);
+                let known = [ros2msg(*form), ros2msg_of_arrays(*form)];
                 name == topic.schema_name()
                     && encoding == SCHEMA_ENCODING
-                    && declarations(&String::from_utf8_lossy(text))
-                        .eq(declarations(&ros2msg(*form)))
+                    && known
+                        .iter()
+                        .any(|k| declarations(&text).eq(declarations(k)))
             })
         };
         let form = topic.forms().into_iter().find(is);
@@ -349,5 +355,5 @@ fn bits(topics: &[Topic]) -> u16 {
 }
 
 fn no_header() -> String {
-    format!("not a softdock recording: it has no metadata `{PROFILE}` before its cycles")
+    format!("not a softdock recording: it has no metadata `{METADATA}` before its cycles")
 }

@@ -2,6 +2,7 @@
 
 use super::field::{Field, Number, Visitor};
 use super::topics::{Row, Topic};
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt::Write;
 
@@ -22,29 +23,68 @@ pub(super) fn fields(topic: Topic) -> Vec<Described> {
     describer.0
 }
 
-/// Text of the topic's schema in the language of ROS 2 messages.
+/// Text of the topic's schema in the language of ROS 2 messages, with the messages that it is made of.
 pub(super) fn ros2msg(topic: Topic) -> String {
+    let fields = fields(topic);
     let mut text = String::new();
-    for described in fields(topic) {
-        describe(&mut text, &described);
+    for described in &fields {
+        let Described { field, .. } = described;
+        match field.parts.message {
+            Some(message) => declare(&mut text, described, message, &field.wire_name()),
+            None => describe_array(&mut text, described),
+        }
+    }
+    let mut messages = BTreeMap::new();
+    for Described {
+        field, ros_type, ..
+    } in fields
+    {
+        if let Some(message) = field.parts.message {
+            messages.insert(message, (field.parts.names, ros_type));
+        }
+    }
+    for (message, (names, ros_type)) in messages {
+        // Writing into a String does not fail.
+        let _ = write!(text, "{SEPARATOR}\nMSG: {message}\n");
+        for name in names {
+            let _ = writeln!(text, "{ros_type} {name}");
+        }
     }
     text
 }
 
-fn describe(text: &mut String, described: &Described) {
-    let length = match described.field.parts {
-        [] => String::new(),
-        parts => format!("[{}]", parts.len()),
-    };
-    declare(text, described, &length, &described.field.wire_name());
+/// Stands before each further message of a schema.
+pub(super) const SEPARATOR: &str =
+    "================================================================================";
+
+/// The schema of the same bytes as versions up to 0.1.0 wrote it: with arrays in place of messages.
+pub(super) fn ros2msg_of_arrays(topic: Topic) -> String {
+    let mut text = String::new();
+    for described in fields(topic) {
+        describe_array(&mut text, &described);
+    }
+    text
+}
+
+fn describe_array(text: &mut String, described: &Described) {
+    let (ros_type, name) = (described.ros_type, described.field.wire_name());
+    match described.field.parts.names {
+        [] => declare(text, described, ros_type, &name),
+        names => declare(
+            text,
+            described,
+            &format!("{ros_type}[{}]", names.len()),
+            &name,
+        ),
+    }
 }
 
 /// Appends one number of a field as a field of its own.
 pub(super) fn describe_column(text: &mut String, column: &str, described: &Described) {
-    declare(text, described, "", column);
+    declare(text, described, described.ros_type, column);
 }
 
-fn declare(text: &mut String, described: &Described, length: &str, name: &str) {
+fn declare(text: &mut String, described: &Described, of_type: &str, name: &str) {
     let Described {
         field,
         ros_type,
@@ -60,7 +100,7 @@ fn declare(text: &mut String, described: &Described, length: &str, name: &str) {
         let (constant, word) = (name.to_uppercase(), word.to_uppercase());
         line(format_args!("{ros_type} {constant}_{word}={code}"));
     }
-    line(format_args!("{ros_type}{length} {name}"));
+    line(format_args!("{of_type} {name}"));
 }
 
 #[derive(Default)]
@@ -70,7 +110,7 @@ impl Visitor for Describer {
     type Error = Infallible;
 
     fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        debug_assert_eq!(values.len(), field.parts.len().max(1), "{field:?}");
+        debug_assert_eq!(values.len(), field.parts.names.len().max(1), "{field:?}");
         self.0.push(Described {
             field: *field,
             ros_type: T::ROS_TYPE,
@@ -124,7 +164,23 @@ uint8 MODE_JOGGING=5
 uint8 mode
 ";
         assert!(ros2msg(Topic::Status).starts_with(expected));
-        assert!(ros2msg(Topic::Motion).contains("\nfloat64[4] orientation\n"));
+    }
+
+    #[test]
+    fn numbers_that_have_names_are_messages() {
+        let [named, arrays] = [ros2msg(Topic::Motion), ros2msg_of_arrays(Topic::Motion)];
+        assert!(
+            named.contains("\nsoftdock/QuaternionWxyz orientation\n"),
+            "{named}"
+        );
+        let end = format!(
+            "{SEPARATOR}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n\
+             {SEPARATOR}\nMSG: softdock/QuaternionWxyz\nfloat64 w\nfloat64 x\nfloat64 y\nfloat64 z\n"
+        );
+        assert!(named.ends_with(&end), "{named}");
+        assert!(arrays.contains("\nfloat64[4] orientation\n"), "{arrays}");
+        let gauges = "\nint32[6] gauge_counts\n";
+        assert!(ros2msg(Topic::Sensor).contains(gauges));
     }
 
     #[test]

@@ -7,20 +7,19 @@
 //! indexed: an index entry is as long as two numbers, and a reader without one goes through the file.
 
 use super::cdr::{CdrError, Decoder, Encoder};
-use super::field::{Field, Number, Visitor};
+use super::field::{EachNumber, Field, Number, Visitor};
 use super::schema::{Described, declarations, describe_column, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
 use super::writer::{self, MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
-use super::{PROFILE, Recording};
+use super::{PROFILE, Recording, ros2};
 use anyhow::{Context, bail, ensure};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions};
 use softdock_app::record::CycleRecord;
 use std::collections::{BTreeMap, BTreeSet};
-use std::convert::Infallible;
-use std::io::Write;
+use std::io::{Seek, Write};
 
 /// The topic.
 pub(super) const TOPIC: &str = "/log";
@@ -116,9 +115,11 @@ struct Changes {
     place: usize,
 }
 
-impl Changes {
-    fn see(&mut self, bytes: &[u8]) {
+impl EachNumber for Changes {
+    fn number<T: Number>(&mut self, value: T) {
         let mut word = [0; 8];
+        let bytes = value.to_bytes();
+        let bytes = bytes.as_ref();
         word.iter_mut()
             .zip(bytes)
             .for_each(|(to, from)| *to = *from);
@@ -131,25 +132,6 @@ impl Changes {
             }
         }
         self.place += 1;
-    }
-}
-
-impl Visitor for Changes {
-    type Error = Infallible;
-
-    fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        values.iter().for_each(|v| self.see(v.to_bytes().as_ref()));
-        Ok(())
-    }
-
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
-        self.see(&[*code]);
-        Ok(())
     }
 }
 
@@ -242,20 +224,50 @@ pub(super) fn fits(recording: &Recording) -> bool {
         && recording.cycles.iter().all(numbered)
 }
 
+/// The topic of a recording that [`fits`].
+pub(super) struct TableTopic {
+    layout: Layout,
+    constants: Constants,
+}
+
+impl TableTopic {
+    pub(super) fn new(recording: &Recording) -> anyhow::Result<Self> {
+        let cycles = recording.cycles.as_slice();
+        let first = cycles
+            .first()
+            .context("a recording without cycles has no columns")?;
+        let changing = changing(cycles);
+        let exact = |c: &CycleRecord| time_s(time_ns(c)).to_bits() == c.trace.time_s.to_bits();
+        let time_is_exact = cycles.iter().all(exact);
+        let layout = Layout::of(|column| match column {
+            CYCLE => false,
+            TIME => !time_is_exact,
+            other => changing.contains(other),
+        });
+        let constants = constants(first, &changing);
+        Ok(Self { layout, constants })
+    }
+
+    /// Adds its channel to a file, whose number comes back.
+    pub(super) fn add_to<W: Write + Seek>(
+        &self,
+        mcap: &mut mcap::Writer<W>,
+    ) -> anyhow::Result<u16> {
+        let schema = mcap.add_schema(SCHEMA, SCHEMA_ENCODING, self.layout.ros2msg().as_bytes())?;
+        let mut metadata = ros2::channel_metadata();
+        metadata.extend(self.constants.clone());
+        Ok(mcap.add_channel(schema, TOPIC, MESSAGE_ENCODING, &metadata)?)
+    }
+
+    /// The message of a cycle.
+    pub(super) fn encode(&self, message: &mut Encoder, cycle: &CycleRecord) {
+        let Ok(()) = self.layout.visit(message, &mut row(*cycle));
+    }
+}
+
 /// Writes a recording that [`fits`].
 pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<W> {
-    let cycles = recording.cycles.as_slice();
-    let first = cycles
-        .first()
-        .context("a recording without cycles has no columns")?;
-    let changing = changing(cycles);
-    let exact = |c: &CycleRecord| time_s(time_ns(c)).to_bits() == c.trace.time_s.to_bits();
-    let time_is_exact = cycles.iter().all(exact);
-    let layout = Layout::of(|column| match column {
-        CYCLE => false,
-        TIME => !time_is_exact,
-        other => changing.contains(other),
-    });
+    let topic = TableTopic::new(recording)?;
     let mut mcap = WriteOptions::new()
         .compression(Some(Compression::Zstd))
         .compression_level(LEVEL)
@@ -271,18 +283,15 @@ pub(super) fn write<W: Write>(recording: &Recording, sink: W) -> anyhow::Result<
         &recording.header,
         recording.cut.as_deref(),
     ))?;
-    let schema = mcap.add_schema(SCHEMA, SCHEMA_ENCODING, layout.ros2msg().as_bytes())?;
-    let channel_id = mcap.add_channel(
-        schema,
-        TOPIC,
-        MESSAGE_ENCODING,
-        &constants(first, &changing),
-    )?;
+    if let Some(clock) = &recording.wall_clock {
+        mcap.write_metadata(&clock.metadata())?;
+    }
+    let channel_id = topic.add_to(&mut mcap)?;
     let mut encoder = Encoder::default();
-    for chunk in cycles.chunks(CHUNK_CYCLES) {
+    for chunk in recording.cycles.chunks(CHUNK_CYCLES) {
         for cycle in chunk {
             encoder.begin();
-            let Ok(()) = layout.visit(&mut encoder, &mut row(*cycle));
+            topic.encode(&mut encoder, cycle);
             let header = MessageHeader {
                 channel_id,
                 sequence: cycle.trace.cycle as u32,
@@ -309,8 +318,10 @@ pub(super) struct TableReader {
 }
 
 impl TableReader {
-    /// Reads schema and constants of the channel.
-    pub(super) fn new(schema: &str, constants: &Constants) -> anyhow::Result<Self> {
+    /// Reads schema and metadata of the channel; what in it is not ROS 2's are constants.
+    pub(super) fn new(schema: &str, metadata: &BTreeMap<String, String>) -> anyhow::Result<Self> {
+        let mut constants = metadata.clone();
+        constants.remove(ros2::QOS);
         let declared = schema.lines().filter(|line| !line.starts_with('#'));
         let columns: BTreeSet<&str> = declared
             .filter_map(|line| line.split_once(' ').map(|(_, name)| name))
@@ -321,7 +332,7 @@ impl TableReader {
             "topic `{TOPIC}` has other columns than a recording can have: {schema:?}"
         );
         Ok(Self {
-            constants: cycle_of(constants.clone())?,
+            constants: cycle_of(constants)?,
             timed: columns.contains(TIME),
             layout,
         })

@@ -4,7 +4,7 @@
 //! topics together hold a complete cycle.
 
 use super::TruthRecord;
-use super::field::{Field, Number, Unit, Visitor};
+use super::field::{Field, Number, Parts, Unit, Visitor};
 use super::words::Word;
 use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::PARTS;
@@ -157,11 +157,12 @@ impl Topic {
     }
 }
 
-const XYZ: &[&str] = &["x", "y", "z"];
-const ABC: &[&str] = &["a", "b", "c"];
-const WXYZ: &[&str] = &["w", "x", "y", "z"];
-const XYZABC: &[&str] = &["x", "y", "z", "a", "b", "c"];
-const GAUGES: &[&str] = &["0", "1", "2", "3", "4", "5"];
+const XYZ: Parts = Parts::message("geometry_msgs/Vector3", &["x", "y", "z"]);
+const ABC: Parts = Parts::message("softdock/Angles", &["a", "b", "c"]);
+/// ROS 2's own quaternion has w last.
+const WXYZ: Parts = Parts::message("softdock/QuaternionWxyz", &["w", "x", "y", "z"]);
+const XYZABC: Parts = Parts::message("softdock/Correction", &["x", "y", "z", "a", "b", "c"]);
+const GAUGES: Parts = Parts::array(&["0", "1", "2", "3", "4", "5"]);
 
 /// Parts of the paper's law in the order of its Fig. 9. Other laws put their own parts here.
 const LAW_PARTS: [LawPart; PARTS] = [
@@ -392,15 +393,10 @@ fn rig_truth<V: Visitor>(v: &mut V, truth: &mut TruthRecord) -> Result<(), V::Er
 const SPEED: [&str; 2] = ["linear", "angular"];
 
 const fn single(name: &'static str, unit: Unit, about: &'static str) -> Field {
-    array(name, unit, &[], about)
+    array(name, unit, Parts::NONE, about)
 }
 
-const fn array(
-    name: &'static str,
-    unit: Unit,
-    parts: &'static [&'static str],
-    about: &'static str,
-) -> Field {
+const fn array(name: &'static str, unit: Unit, parts: Parts, about: &'static str) -> Field {
     Field {
         name,
         unit,

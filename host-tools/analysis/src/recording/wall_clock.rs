@@ -2,12 +2,61 @@
 //! world one of its cycles was, as far as the computer knows that records it. (A run in virtual time has no such instant.)
 
 use super::RecordingWriter;
+use super::writer::NS_PER_S;
+use mcap::records::Metadata;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Name of the metadata record.
 pub const WALL_CLOCK: &str = "softdock.wall_clock";
+
+const UNIX_S: &str = "unix_s";
+const AT_TIME_S: &str = "at_time_s";
+
+/// Which instant of the world a cycle was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WallClock {
+    /// The instant, s since 1970, UTC.
+    pub unix_s: f64,
+    /// Time of the cycle, s.
+    pub at_time_s: f64,
+}
+
+impl WallClock {
+    /// The instant of the cycle of another time, ns since 1970; none before that. The clock is taken to the microsecond:
+    /// in seconds, f64 has no more digits, and cycles would lie unequally far apart.
+    pub fn unix_ns(&self, time_s: f64) -> Option<u64> {
+        let clock = ((self.unix_s * 1e6).round() as i64).checked_mul(1000)?;
+        let since = ((time_s - self.at_time_s) * NS_PER_S).round() as i64;
+        u64::try_from(clock.checked_add(since)?).ok()
+    }
+
+    pub(super) fn metadata(&self) -> Metadata {
+        let entries = [
+            (UNIX_S, format!("{:.6}", self.unix_s)),
+            (AT_TIME_S, format!("{:?}", self.at_time_s)),
+        ];
+        let entry = |(name, text): (&str, String)| (name.to_owned(), text);
+        Metadata {
+            name: WALL_CLOCK.to_owned(),
+            metadata: entries.map(entry).into(),
+        }
+    }
+
+    /// From a metadata record; none if it holds no such instant.
+    pub(super) fn from_entries(entries: &BTreeMap<String, String>) -> Option<Self> {
+        let number = |name| {
+            let number: f64 = entries.get(name)?.parse().ok()?;
+            number.is_finite().then_some(number)
+        };
+        Some(Self {
+            unix_s: number(UNIX_S)?,
+            at_time_s: number(AT_TIME_S)?,
+        })
+    }
+}
 
 impl<W: Write> RecordingWriter<W> {
     /// Notes that the cycle of this time came `now`: the instant of any other is
@@ -20,11 +69,11 @@ impl<W: Write> RecordingWriter<W> {
         let Ok(unix) = now.duration_since(UNIX_EPOCH) else {
             return Ok(());
         };
-        let entries = [
-            ("unix_s", format!("{:.6}", unix.as_secs_f64())),
-            ("at_time_s", format!("{time_s:?}")),
-        ];
-        let entries = entries.map(|(name, text)| (name.to_owned(), text));
-        self.note(WALL_CLOCK, BTreeMap::from(entries))
+        let clock = WallClock {
+            unix_s: unix.as_secs_f64(),
+            at_time_s: time_s,
+        };
+        let Metadata { name, metadata } = clock.metadata();
+        self.note(&name, metadata)
     }
 }

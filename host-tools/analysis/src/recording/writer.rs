@@ -6,7 +6,7 @@
 use super::cdr::Encoder;
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
-use super::{FORMAT, Header, PROFILE, Recording, TruthRecord, table};
+use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, ros2, table};
 use anyhow::{Context, ensure};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -175,10 +175,12 @@ impl<W: Write> RecordingWriter<W> {
             let schema =
                 self.mcap
                     .add_schema(topic.schema_name(), SCHEMA_ENCODING, text.as_bytes())?;
-            let none = BTreeMap::new();
-            let id = self
-                .mcap
-                .add_channel(schema, topic.name(), MESSAGE_ENCODING, &none)?;
+            let id = self.mcap.add_channel(
+                schema,
+                topic.name(),
+                MESSAGE_ENCODING,
+                &ros2::channel_metadata(),
+            )?;
             self.channels.push((*topic, id));
         }
         Ok(())
@@ -201,7 +203,7 @@ pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
     ];
     let entry = |(key, value): (&str, Option<&str>)| Some((key.to_owned(), value?.to_owned()));
     Metadata {
-        name: PROFILE.to_owned(),
+        name: METADATA.to_owned(),
         metadata: entries.into_iter().filter_map(entry).collect(),
     }
 }
@@ -223,6 +225,9 @@ impl Recording {
         }
         let truths = self.truths()?;
         let mut writer = RecordingWriter::with_cut(sink, &self.header, self.cut.as_deref())?;
+        if let Some(clock) = &self.wall_clock {
+            writer.mcap.write_metadata(&clock.metadata())?;
+        }
         for (cycle, truth) in self.cycles.iter().zip(truths) {
             writer.push(cycle, truth)?;
         }

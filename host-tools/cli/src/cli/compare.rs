@@ -26,7 +26,8 @@ pub(super) struct Compare {
     /// Report to write (one HTML page)
     #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
-    /// Measured, predicted, residual and sigma of each channel and axis to write: CSV, Parquet or MCAP by the ending
+    /// Measured, predicted, residual and sigma of each channel and axis to write: CSV, Parquet or MCAP by the ending;
+    /// MCAP holds the recording too
     #[arg(long, value_name = "FILE.csv|.parquet|.mcap")]
     series: Option<PathBuf>,
     /// Overwrite existing files
@@ -65,7 +66,7 @@ impl Compare {
         }
         let series = self.series.as_deref().map(|path| {
             self.refuse_overwrite(path)?;
-            comparison.write_series(path)
+            comparison.write_series(&recording, path)
         });
         let series = series.transpose()?;
         if let Some(series) = &series {

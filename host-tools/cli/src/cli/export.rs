@@ -1,4 +1,4 @@
-//! `softdock export`: a recording as CSV.
+//! `softdock export`: a recording for other programs.
 
 use super::print_json;
 use anyhow::{Result, ensure};
@@ -8,14 +8,21 @@ use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::recording::{Recording, export_csv};
 use std::path::{Path, PathBuf};
 
-/// Write a recording as CSV with a JSON sidecar that names columns, units and settings.
+/// Write a recording as CSV, or with the standard messages of ROS 2 for viewers.
+///
+/// CSV has a JSON sidecar that names columns, units and settings. With the ending .mcap the copy has, beside the
+/// recording, transforms, markers and stamped messages, so that Foxglove, RViz and others draw the docking; time stamps
+/// are of the wall clock where the recording knows it. `compare --series FILE.mcap` adds what a model predicts.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: softdock export run.mcap -o run.csv")]
+#[command(after_help = "\
+Example: softdock export run.mcap -o run.csv
+
+softdock export run.mcap -o view.mcap")]
 pub(super) struct Export {
     /// Recording (MCAP)
     recording: PathBuf,
-    /// File to write (CSV); the sidecar stands beside it
-    #[arg(short, long, value_name = "RUN.csv")]
+    /// File to write: CSV, or MCAP for viewers with the ending .mcap
+    #[arg(short, long, value_name = "RUN.csv|.mcap")]
     output: PathBuf,
     /// Overwrite existing files
     #[arg(long)]
@@ -27,7 +34,7 @@ pub(super) struct Export {
 
 #[derive(Serialize)]
 struct Written<'a> {
-    files: [&'a Path; 2],
+    files: Vec<&'a Path>,
     cycles: usize,
 }
 
@@ -41,24 +48,32 @@ impl Export {
             !recording.cycles.is_empty(),
             "the recording holds no whole cycle; nothing is written"
         );
+        let is_mcap = self
+            .output
+            .extension()
+            .is_some_and(|ending| ending == "mcap");
         let sidecar = self.output.with_extension("json");
-        ensure!(
-            self.output != sidecar,
-            "{} is the name of the sidecar; give the table another one, such as {}",
-            sidecar.display(),
-            self.output.with_extension("csv").display()
-        );
-        refuse_overwrite_of(&[&self.recording], &self.output, self.force)?;
-        refuse_overwrite_of(&[&self.recording], &sidecar, self.force)?;
-        export_csv(&recording, &self.output)?;
-        let written = Written {
-            files: [&self.output, &sidecar],
-            cycles: recording.cycles.len(),
-        };
-        if self.json {
-            print_json(&written)
-        } else {
-            Ok(())
+        let mut files = vec![self.output.as_path()];
+        if !is_mcap {
+            ensure!(
+                self.output != sidecar,
+                "{} is the name of the sidecar; give the table another one, such as {}",
+                sidecar.display(),
+                self.output.with_extension("csv").display()
+            );
+            files.push(&sidecar);
         }
+        for file in &files {
+            refuse_overwrite_of(&[&self.recording], file, self.force)?;
+        }
+        match is_mcap {
+            true => recording.write_ros2(None, &self.output)?,
+            false => export_csv(&recording, &self.output)?,
+        }
+        if self.json {
+            let cycles = recording.cycles.len();
+            return print_json(&Written { files, cycles });
+        }
+        Ok(())
     }
 }

@@ -141,8 +141,7 @@ impl Rig {
                 scenario_toml: None,
             },
             cycles: records,
-            truth: Vec::new(),
-            cut: None,
+            ..Recording::default()
         }
     }
 
