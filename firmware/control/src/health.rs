@@ -211,39 +211,4 @@ fn unseen_cycles(settings: &Settings) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A frozen sensor of which every third cycle brings a sample: its reading is not believed for longer.
-    #[test]
-    fn a_slow_sensor_may_not_repeat_for_longer_than_a_fast_one() {
-        let mut health = Health::new(&Settings::default());
-        let mut inputs = Inputs::default();
-        inputs.sensor.counts = [7; 6];
-        let (mut believed, mut fault) = (0, None);
-        for cycle in 0..7 {
-            assert_eq!(fault, None);
-            inputs.sensor.counter = 1 + cycle / 3;
-            fault = health.check(&inputs, Mode::Armed, true);
-            believed += u32::from(!health.stale());
-        }
-        assert_eq!(believed, 3);
-        assert_eq!(fault, Some(Fault::new(FaultCode::SensorFrozen, 4.0, 6.0)));
-    }
-
-    /// 3000 N between 500 kg and 500 kg: 12 m/s², 2 mm in 18 ms.
-    #[test]
-    fn the_worst_load_bends_the_motion_by_one_step_at_most() {
-        let mut settings = Settings::default();
-        assert_eq!(unseen_cycles(&settings), 4);
-        settings.limits.force_n = 30.0;
-        // 500 N·m on 100 and 100 kg·m²: 10 rad/s², 5 mrad in 32 ms.
-        assert_eq!(unseen_cycles(&settings), 7);
-        settings.limits.torque_n_m = 1.0;
-        assert_eq!(unseen_cycles(&settings), 45);
-        settings.body_k.mass_kg = 0.1;
-        assert_eq!(unseen_cycles(&settings), 1);
-        (settings.body_k.fixed, settings.body_q.fixed) = (true, true);
-        assert!(unseen_cycles(&settings) > 1000);
-    }
-}
+mod tests;

@@ -239,45 +239,4 @@ impl Modes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_fault_is_left_only_by_reset_with_healthy_data() {
-        let mut modes = Modes::default();
-        modes.latch(Fault::new(FaultCode::Overload, 1.0, 2.0));
-        for (word, command) in Command::WORDS {
-            if command != Command::Reset {
-                assert_eq!(
-                    modes.command(command, Ok(())),
-                    Err(Refusal::WrongMode),
-                    "{word}"
-                );
-            }
-        }
-        let stale = Err(Refusal::SensorStale);
-        assert_eq!(modes.command(Command::Reset, stale), stale);
-        modes.latch(Fault::new(FaultCode::Numeric, 0.0, 0.0));
-        assert_eq!(modes.fault().map(|f| f.code), Some(FaultCode::Overload));
-        assert_eq!(modes.command(Command::Reset, Ok(())), Ok(()));
-        assert_eq!((modes.mode(), modes.fault()), (Mode::Hold, None));
-    }
-
-    #[test]
-    fn running_is_reached_only_through_hold_and_arm() {
-        let mut modes = Modes::default();
-        assert_eq!(
-            modes.command(Command::Start, Ok(())),
-            Err(Refusal::WrongMode)
-        );
-        assert_eq!(modes.command(Command::Arm, Ok(())), Err(Refusal::WrongMode));
-        assert!(modes.command(Command::Hold, Err(Refusal::NoPose)).is_ok());
-        assert_eq!(
-            modes.command(Command::Arm, Err(Refusal::NoPose)),
-            Err(Refusal::NoPose)
-        );
-        assert!(modes.command(Command::Arm, Ok(())).is_ok());
-        assert!(modes.command(Command::Start, Ok(())).is_ok());
-        assert_eq!(modes.mode(), Mode::Running);
-    }
-}
+mod tests;
