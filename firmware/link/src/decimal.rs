@@ -259,6 +259,17 @@ mod tests {
     }
 
     #[test]
+    fn one_sign_may_stand_before_the_digits() {
+        let number = |counts, decimals| Ok(Decimal { counts, decimals });
+        assert_eq!("+1.50".parse::<Decimal>(), number(150, 2));
+        assert_eq!("-1.50".parse::<Decimal>(), number(-150, 2));
+        assert_eq!(
+            "+-1".parse::<Decimal>(),
+            Err(DecimalError::Syntax { at: 1 })
+        );
+    }
+
+    #[test]
     fn refuses_what_is_not_a_plain_decimal() {
         for (text, at) in [("", 0), ("-", 1), (".", 1), ("1.2.3", 3), ("1e3", 1)] {
             assert_eq!(text.parse::<Decimal>(), Err(DecimalError::Syntax { at }));
