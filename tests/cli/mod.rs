@@ -9,6 +9,7 @@ mod help;
 mod init;
 mod input_errors;
 mod model_edit;
+mod pieces;
 mod robot_config;
 mod rough_places;
 mod series;

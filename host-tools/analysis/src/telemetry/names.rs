@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 /// Names of the files: the one that was asked for, then `-2`, `-3`, .. before its ending.
 #[derive(Debug)]
-pub struct Names {
+pub(super) struct Names {
     first: PathBuf,
     given: u32,
 }
 
 impl Names {
     /// Named after the first file.
-    pub fn new(first: &Path) -> Self {
+    pub(super) fn new(first: &Path) -> Self {
         Self {
             first: first.to_path_buf(),
             given: 0,
@@ -20,7 +20,7 @@ impl Names {
 
     /// The next name. The first may exist; those after it do not: files of an earlier recording are
     /// not overwritten by a number.
-    pub fn next_path(&mut self) -> PathBuf {
+    pub(super) fn next_path(&mut self) -> PathBuf {
         loop {
             self.given += 1;
             let path = match self.given {

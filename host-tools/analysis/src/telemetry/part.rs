@@ -1,17 +1,14 @@
 //! One file of a recording: the cycles of one boot with one set of settings.
 
 use super::budget::Budget;
-use crate::recording::{Header, RecordingWriter};
+use super::piece::Piece;
+use crate::recording::Header;
 use anyhow::Result;
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
 use softdock_link::service::Machine;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
-
-/// Cycles between two looks at the size of a file: a quarter of a second, as its chunks.
-const LOOK_CYCLES: u64 = 64;
 
 /// Name of the metadata record that says what was lost.
 pub const METADATA: &str = "softdock.telemetry";
@@ -58,11 +55,9 @@ pub struct PartSummary {
 
 /// A file that is being written.
 pub(super) struct OpenPart {
-    writer: RecordingWriter,
+    piece: Piece,
     summary: PartSummary,
     last_cycle: Option<u64>,
-    /// Size when it was last looked at.
-    bytes: u64,
     /// What had been lost before this file.
     before: Losses,
 }
@@ -77,7 +72,7 @@ impl OpenPart {
     ) -> Result<Self> {
         let known = header.cloned().unwrap_or_default();
         Ok(Self {
-            writer: RecordingWriter::create(path, &known)?,
+            piece: Piece::create(path, &known)?,
             summary: PartSummary {
                 path: path.to_path_buf(),
                 boot: format!("{boot:08x}"),
@@ -93,7 +88,6 @@ impl OpenPart {
                 machine: None,
             },
             last_cycle: None,
-            bytes: 0,
             before,
         })
     }
@@ -104,36 +98,30 @@ impl OpenPart {
 
     /// Whether what follows needs another file.
     pub(super) fn is_full(&self, budget: &Budget) -> bool {
-        budget.is_full(self.bytes, self.summary.cycles)
+        self.piece.is_full(budget)
     }
 
     /// Writes a cycle.
     pub(super) fn push(&mut self, record: &CycleRecord, budget: &mut Budget) -> Result<()> {
         let cycle = record.trace.cycle;
         if self.last_cycle.is_none() {
-            let now = SystemTime::now();
-            self.writer.note_wall_clock(record.trace.time_s, now)?;
+            self.piece.note_wall_clock(record)?;
         }
-        self.writer.push(record, None)?;
+        self.piece.push(record, None, budget)?;
         let missing = self
             .last_cycle
             .map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
         self.summary.first_cycle.get_or_insert(cycle);
-        self.summary.cycles += 1;
-        self.summary.lost_cycles += missing;
+        // Anybody may send any number.
+        self.summary.lost_cycles = self.summary.lost_cycles.saturating_add(missing);
         self.last_cycle = Some(cycle);
-        if !self.summary.cycles.is_multiple_of(LOOK_CYCLES) {
-            return Ok(());
-        }
-        let bytes = std::fs::metadata(&self.summary.path)?.len();
-        let written = bytes.saturating_sub(self.bytes);
-        self.bytes = bytes;
-        budget.count(written, &self.summary.path)
+        Ok(())
     }
 
     /// What became of the file so far; `now` is what the stream has lost.
     pub(super) fn summary(&self, now: Losses) -> PartSummary {
         PartSummary {
+            cycles: self.piece.cycles(),
             lost_on_board: now.on_board - self.before.on_board,
             lost_datagrams: now.datagrams - self.before.datagrams,
             torn_records: now.torn - self.before.torn,
@@ -144,8 +132,8 @@ impl OpenPart {
     /// Ends the file.
     pub(super) fn finish(mut self, now: Losses) -> Result<PartSummary> {
         let summary = self.summary(now);
-        self.writer.note(METADATA, summary.metadata())?;
-        self.writer.finish()?;
+        self.piece.note(METADATA, summary.metadata())?;
+        self.piece.finish()?;
         Ok(summary)
     }
 }

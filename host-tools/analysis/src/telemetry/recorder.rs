@@ -150,11 +150,11 @@ impl Recorder {
 
     /// What was heard so far.
     pub fn progress(&self) -> Progress {
-        let (mut cycles, mut lost_cycles) = (0, 0);
+        let (mut cycles, mut lost_cycles) = (0, 0_u64);
         let open = self.streams.iter().flat_map(|(_, stream)| stream.parts());
         for part in self.finished.iter().cloned().chain(open) {
             cycles += part.cycles;
-            lost_cycles += part.lost_cycles;
+            lost_cycles = part.lost_cycles.saturating_add(lost_cycles);
         }
         let newest = self.streams.iter().rev();
         let newest = newest.filter_map(|(_, stream)| stream.identity()).next();
@@ -181,7 +181,10 @@ impl Recorder {
         for (_, stream) in std::mem::take(&mut self.streams) {
             outcome = outcome.and(self.end(stream));
         }
-        let sum = |of: fn(&PartSummary) -> u64| self.finished.iter().map(of).sum();
+        let sum = |of: fn(&PartSummary) -> u64| {
+            let parts = self.finished.iter().map(of);
+            parts.fold(0, u64::saturating_add)
+        };
         let summary = Summary {
             cycles: sum(|part| part.cycles),
             lost_cycles: sum(|part| part.lost_cycles),

@@ -3,24 +3,25 @@
 use super::address::address;
 use super::live::raised_by_ctrl_c;
 use super::outputs::mcap_file;
+use super::piece_args::PieceArgs;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_analysis::identity;
 use softdock_analysis::input::{self, refuse_overwrite_of};
-use softdock_analysis::recording::{Header, RecordingWriter};
-use softdock_analysis::telemetry::Names;
+use softdock_analysis::recording::Header;
+use softdock_analysis::telemetry::{Pieces, Time};
 use softdock_app::settings::BoardSettings;
 use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Run the controller on this computer, with the robot on UDP and the sensor on TCP.
 ///
 /// The robot (or a simulator of it) sends its RSI telegrams to --robot. The sensor's side connects
 /// to --can and speaks SLCAN, or --can names a real SLCAN adapter on the sensor's bus, or the sensor is an EtherCAT segment that sends its frames to --ethercat. Commands on standard input: hold, arm, start, stop, reset, zero, jog x; or,
 /// with --service, by `softdock params mode`. Ctrl-C ends it. When `softdock params` changes settings
-/// the board starts over, and a recording goes on in a file of its own: RUN-2.mcap, RUN-3.mcap ..
+/// the board starts over, and a recording goes on in a file of its own, as it does when a file has its size: RUN-2.mcap, RUN-3.mcap ..
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example: softdock board --settings board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --service 127.0.0.1:29537 --start"
@@ -57,6 +58,8 @@ pub(super) struct Board {
     /// Recording to write (MCAP)
     #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    pieces: PieceArgs,
     /// Overwrite an existing recording
     #[arg(long)]
     force: bool,
@@ -91,6 +94,7 @@ impl Board {
             telemetry,
             start,
             output,
+            pieces,
             ..
         } = self;
         let board = Process {
@@ -104,8 +108,10 @@ impl Board {
             start,
         }
         .listen(&stop)?;
-        let mut names = output.as_deref().map(Names::new);
-        board.run(&stop, move |settings| recording(names.as_mut(), settings))
+        let bounds = pieces.bounds()?;
+        let output = output.map(|path| Pieces::new(&path, bounds, Time::Real));
+        let output = output.map(Mutex::new).map(Arc::new);
+        board.run(&stop, move |settings| recording(output.clone(), settings))
     }
 }
 
@@ -118,8 +124,8 @@ fn checked(path: &Path) -> Result<BoardSettings> {
 }
 
 /// Takes the records of a board with these settings into the next file.
-fn recording(names: Option<&mut Names>, settings: &BoardSettings) -> Result<Record> {
-    let Some(names) = names else {
+fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Result<Record> {
+    let Some(output) = output else {
         return Ok(Box::new(|records| {
             records.for_each(drop);
             Ok(())
@@ -130,15 +136,17 @@ fn recording(names: Option<&mut Names>, settings: &BoardSettings) -> Result<Reco
         settings_toml: toml_edit::ser::to_string_pretty(settings)?,
         scenario_toml: None,
     };
-    let mut writer = RecordingWriter::create(&names.next_path(), &header)?;
+    // One board at a time has it.
+    let locked = || output.lock().unwrap_or_else(PoisonError::into_inner);
+    locked().begin(header)?;
     Ok(Box::new(move |records| {
-        let mut first = true;
+        let mut pieces = output.lock().unwrap_or_else(PoisonError::into_inner);
         for record in records {
-            if std::mem::take(&mut first) {
-                writer.note_wall_clock(record.trace.time_s, SystemTime::now())?;
+            pieces.push(&record, None)?;
+            for warning in pieces.take_warnings() {
+                eprintln!("board: {warning}");
             }
-            writer.push(&record, None)?;
         }
-        writer.finish().map(drop)
+        pieces.finish()
     }))
 }

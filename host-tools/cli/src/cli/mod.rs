@@ -36,6 +36,7 @@ mod live;
 mod logs;
 mod outputs;
 mod params;
+mod piece_args;
 mod progress;
 mod qemu;
 mod record;

@@ -3,13 +3,14 @@
 use super::address::address;
 use super::live::raised_by_ctrl_c;
 use super::outputs::mcap_file;
+use super::piece_args::PieceArgs;
 use super::progress::spinner;
 use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
 use softdock_analysis::input::refuse_overwrite;
-use softdock_analysis::telemetry::{Bounds, Listener, Progress, Recorder, Summary};
+use softdock_analysis::telemetry::{Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,15 +32,8 @@ pub(super) struct Record {
     /// Recording to write (MCAP)
     #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
-    /// End each file after so many MB and go on in the next; they are replayed together
-    #[arg(long, value_name = "MB", default_value_t = 1024)]
-    piece_mb: u64,
-    /// Likewise after so many cycles (15000 are a minute at 4 ms)
-    #[arg(long, value_name = "N")]
-    piece_cycles: Option<u64>,
-    /// End the recording after so many GB in all
-    #[arg(long, value_name = "GB", default_value_t = 100)]
-    max_gb: u64,
+    #[command(flatten)]
+    pieces: PieceArgs,
     /// Give up if no board is heard for so long, s
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     timeout: f64,
@@ -63,7 +57,7 @@ impl Record {
             "--timeout is {} s; expected is more than 0, at most 1000000",
             self.timeout
         );
-        let bounds = self.bounds()?;
+        let bounds = self.pieces.bounds()?;
         check_output(&self.output, self.force)?;
         let stop = raised_by_ctrl_c()?;
         let listener = Listener::bind(self.listen)?;
@@ -89,26 +83,6 @@ impl Record {
         }
         rest.and(finished)?;
         verdict(&summary, &progress)
-    }
-
-    fn bounds(&self) -> Result<Bounds> {
-        for (name, value) in [
-            ("--piece-mb", self.piece_mb),
-            ("--piece-cycles", self.piece_cycles.unwrap_or(1)),
-            ("--max-gb", self.max_gb),
-        ] {
-            ensure!(
-                (1..=1_000_000_000).contains(&value),
-                "{name} is {value}; expected is at least 1, at most 1000000000"
-            );
-        }
-        let usual = Bounds::default();
-        Ok(Bounds {
-            piece_bytes: self.piece_mb << 20,
-            piece_cycles: self.piece_cycles.unwrap_or(usual.piece_cycles),
-            total_bytes: self.max_gb << 30,
-            ..usual
-        })
     }
 
     /// Records until Ctrl-C.

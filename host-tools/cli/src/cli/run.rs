@@ -1,6 +1,7 @@
 //! `softdock run`: a scenario on the simulated rig.
 
 use super::outputs::mcap_file;
+use super::piece_args::PieceArgs;
 use super::{law_names, print, print_json, three_numbers};
 use crate::cli::progress::counter;
 use crate::experiment::impact_table;
@@ -12,6 +13,7 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::{self, refuse_overwrite_of};
+use softdock_analysis::telemetry::{Pieces, Time};
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
@@ -41,6 +43,8 @@ pub(super) struct Run {
     /// Recording to write (MCAP)
     #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
+    #[command(flatten)]
+    pieces: PieceArgs,
     /// Settings of the board, instead of the scenario's
     #[arg(long, value_name = "BOARD.toml")]
     settings: Option<PathBuf>,
@@ -81,6 +85,9 @@ pub(super) struct Run {
 #[derive(Serialize)]
 struct Summary<'a> {
     recording: String,
+    /// All its files, if it has several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pieces: Vec<String>,
     cycles: u64,
     simulated_s: f64,
     real_time_factor: f64,
@@ -122,10 +129,12 @@ impl Run {
             .collect();
         refuse_overwrite_of(&inputs, &self.output, self.force)?;
         let mut finder = ImpactFinder::new(&scenario);
-        let (statistics, last) = self.record(&scenario, &mut finder)?;
+        let mut pieces = Pieces::new(&self.output, self.pieces.bounds()?, Time::Virtual);
+        let (statistics, last) = record(&scenario, &mut pieces, &mut finder)?;
         let impacts = finder.finish();
         let summary = Summary {
             recording: self.output.display().to_string(),
+            pieces: pieces_of(pieces.paths()),
             cycles: statistics.cycles,
             simulated_s: statistics.simulated_s,
             real_time_factor: statistics.real_time_factor(),
@@ -176,22 +185,33 @@ impl Run {
         scenario.validate()?;
         Ok(scenario)
     }
+}
 
-    /// Runs and records; the last cycle's trace says how it ended.
-    fn record(
-        &self,
-        scenario: &Scenario,
-        finder: &mut ImpactFinder<'_>,
-    ) -> Result<(RunStatistics, Trace)> {
-        let progress = counter(scenario.cycles() as u64, "simulating");
-        let mut last = Trace::default();
-        let statistics = record_file(scenario, &self.output, &mut |record, truth| {
-            finder.push(record, truth);
-            last = record.trace;
-            progress.inc(1);
-        })?;
-        progress.finish_and_clear();
-        Ok((statistics, last))
+/// Runs and records; the last cycle's trace says how it ended.
+fn record(
+    scenario: &Scenario,
+    pieces: &mut Pieces,
+    finder: &mut ImpactFinder<'_>,
+) -> Result<(RunStatistics, Trace)> {
+    let progress = counter(scenario.cycles() as u64, "simulating");
+    let mut last = Trace::default();
+    let statistics = record_file(scenario, pieces, &mut |record, truth| {
+        finder.push(record, truth);
+        last = record.trace;
+        progress.inc(1);
+    })?;
+    progress.finish_and_clear();
+    Ok((statistics, last))
+}
+
+/// The files of a recording that has several.
+fn pieces_of(paths: &[PathBuf]) -> Vec<String> {
+    match paths {
+        [_] => Vec::new(),
+        paths => paths
+            .iter()
+            .map(|path| path.display().to_string())
+            .collect(),
     }
 }
 
@@ -243,13 +263,17 @@ fn text(summary: &Summary<'_>) -> String {
         _ => format!("{table}\n"),
     };
     let docked = docked(summary);
+    let files = match summary.pieces.as_slice() {
+        [] => summary.recording.clone(),
+        [first, .., last] => format!(
+            "{} files, {first} to {last}, which are replayed together",
+            summary.pieces.len()
+        ),
+        [only] => only.clone(),
+    };
     format!(
-        "{table}{docked}{fault}{} cycles ({:.1} s) in {}, {:.0} times real time, mode at the end {}\n",
-        summary.cycles,
-        summary.simulated_s,
-        summary.recording,
-        summary.real_time_factor,
-        summary.final_mode,
+        "{table}{docked}{fault}{} cycles ({:.1} s) in {files}, {:.0} times real time, mode at the end {}\n",
+        summary.cycles, summary.simulated_s, summary.real_time_factor, summary.final_mode,
     )
 }
 

@@ -1,12 +1,12 @@
-//! Runs a scenario into a recording on disk.
+//! Runs a scenario into a recording on disk, in files of a bounded size.
 
 use super::run::{RunStatistics, header, run};
 use super::scenario::Scenario;
 use anyhow::{Result, anyhow};
-use softdock_analysis::recording::{RecordingWriter, TruthRecord};
+use softdock_analysis::recording::TruthRecord;
+use softdock_analysis::telemetry::Pieces;
 use softdock_app::record::CycleRecord;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -22,17 +22,20 @@ const QUEUED_BATCHES: usize = 1024;
 /// The scenario cannot be run, or the file cannot be written.
 pub fn record_file(
     scenario: &Scenario,
-    path: &Path,
+    pieces: &mut Pieces,
     on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord),
 ) -> Result<RunStatistics> {
-    let mut writer = RecordingWriter::create(path, &header(scenario)?)?;
+    pieces.begin(header(scenario)?)?;
     let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
     thread::scope(|scope| {
         let disk = scope.spawn(move || -> Result<()> {
             for (record, truth) in batches.into_iter().flatten() {
-                writer.push(&record, Some(&truth))?;
+                pieces.push(&record, Some(&truth))?;
+                for warning in pieces.take_warnings() {
+                    eprintln!("{warning}");
+                }
             }
-            writer.finish().map(drop)
+            pieces.finish()
         });
         let mut batch = Vec::with_capacity(BATCH);
         let mut waited = Duration::ZERO;

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::refuse_overwrite;
+use softdock_analysis::telemetry::{Bounds, Pieces, Time};
 use std::path::PathBuf;
 
 /// Run one row of a campaign again, and record every cycle.
@@ -46,7 +47,8 @@ impl Rerun {
             .scenario(self.index)
             .context("the row has no recording: its settings are refused")?;
         let mut observer = Observer::new(&scenario);
-        let ran = record_file(&scenario, &self.output, &mut |record, truth| {
+        let mut pieces = Pieces::new(&self.output, Bounds::default(), Time::Virtual);
+        let ran = record_file(&scenario, &mut pieces, &mut |record, truth| {
             observer.push(record, truth)
         })?;
         let outcome = observer.finish(&ran);

@@ -1,0 +1,76 @@
+//! One file of a recording that may have several.
+
+use super::budget::Budget;
+use crate::recording::{Header, RecordingWriter, TruthRecord};
+use anyhow::Result;
+use softdock_app::record::CycleRecord;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Cycles between two looks at the size of a file: a quarter of a second, as its chunks.
+const LOOK_CYCLES: u64 = 64;
+
+/// A file that is being written.
+pub(super) struct Piece {
+    writer: RecordingWriter,
+    path: PathBuf,
+    cycles: u64,
+    /// Size when it was last looked at.
+    bytes: u64,
+}
+
+impl Piece {
+    pub(super) fn create(path: &Path, header: &Header) -> Result<Self> {
+        Ok(Self {
+            writer: RecordingWriter::create(path, header)?,
+            path: path.to_path_buf(),
+            cycles: 0,
+            bytes: 0,
+        })
+    }
+
+    /// Cycles in it.
+    pub(super) fn cycles(&self) -> u64 {
+        self.cycles
+    }
+
+    /// Whether what follows needs another file.
+    pub(super) fn is_full(&self, budget: &Budget) -> bool {
+        budget.is_full(self.bytes, self.cycles)
+    }
+
+    /// Before its first cycle: the time of that is now.
+    pub(super) fn note_wall_clock(&mut self, first: &CycleRecord) -> Result<()> {
+        self.writer
+            .note_wall_clock(first.trace.time_s, SystemTime::now())
+    }
+
+    /// Writes a cycle.
+    pub(super) fn push(
+        &mut self,
+        record: &CycleRecord,
+        truth: Option<&TruthRecord>,
+        budget: &mut Budget,
+    ) -> Result<()> {
+        self.writer.push(record, truth)?;
+        self.cycles += 1;
+        if !self.cycles.is_multiple_of(LOOK_CYCLES) {
+            return Ok(());
+        }
+        let bytes = std::fs::metadata(&self.path)?.len();
+        let written = bytes.saturating_sub(self.bytes);
+        self.bytes = bytes;
+        budget.count(written, &self.path)
+    }
+
+    /// Adds metadata.
+    pub(super) fn note(&mut self, name: &str, entries: BTreeMap<String, String>) -> Result<()> {
+        self.writer.note(name, entries)
+    }
+
+    /// Ends the file.
+    pub(super) fn finish(self) -> Result<()> {
+        self.writer.finish().map(drop)
+    }
+}

@@ -1,0 +1,188 @@
+//! A recording of one source in files of a bounded size.
+
+use super::budget::{Bounds, Budget};
+use super::piece::Piece;
+use crate::recording::{Header, TruthRecord};
+use anyhow::{Context, Result};
+use softdock_app::record::CycleRecord;
+use std::path::{Path, PathBuf};
+
+/// Whether cycles are written as they happen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Time {
+    /// They are: each file says what time it was.
+    Real,
+    /// They happened at no time.
+    Virtual,
+}
+
+/// Files that follow each other: each is whole, and all are replayed together in their order.
+pub struct Pieces {
+    budget: Budget,
+    time: Time,
+    header: Header,
+    open: Option<Piece>,
+    paths: Vec<PathBuf>,
+}
+
+impl Pieces {
+    /// Writes into `path`; further files get a number before the ending.
+    pub fn new(path: &Path, bounds: Bounds, time: Time) -> Self {
+        Self {
+            budget: Budget::new(path, bounds),
+            time,
+            header: Header::default(),
+            open: None,
+            paths: Vec::new(),
+        }
+    }
+
+    /// Ends what was written so far and begins a file with a header of its own, for a board that starts over.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn begin(&mut self, header: Header) -> Result<()> {
+        self.finish()?;
+        self.header = header;
+        self.next_piece()
+    }
+
+    /// Writes a cycle; with the rig's truth for each or for none.
+    ///
+    /// # Errors
+    /// A file cannot be written, or all that may be written is.
+    pub fn push(&mut self, record: &CycleRecord, truth: Option<&TruthRecord>) -> Result<()> {
+        let full = |piece: &Piece| piece.is_full(&self.budget);
+        if self.open.as_ref().is_none_or(full) {
+            self.finish()?;
+            self.next_piece()?;
+        }
+        let piece = self.open.as_mut().context("no file of the recording")?;
+        if piece.cycles() == 0 && self.time == Time::Real {
+            piece.note_wall_clock(record)?;
+        }
+        piece.push(record, truth, &mut self.budget)
+    }
+
+    /// Ends the present file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn finish(&mut self) -> Result<()> {
+        self.open.take().map_or(Ok(()), Piece::finish)
+    }
+
+    /// The files so far.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.paths
+    }
+
+    /// What a person should know, since the last call.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.budget.warnings)
+    }
+
+    fn next_piece(&mut self) -> Result<()> {
+        let path = self.budget.next_file();
+        self.open = Some(Piece::create(&path, &self.header)?);
+        self.paths.push(path);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Recording, WALL_CLOCK};
+
+    fn cycle(number: u64) -> CycleRecord {
+        let mut record = CycleRecord::default();
+        record.trace.cycle = number;
+        record
+    }
+
+    fn bounds(piece_cycles: u64) -> Bounds {
+        Bounds {
+            piece_cycles,
+            ..Bounds::default()
+        }
+    }
+
+    #[test]
+    fn each_piece_is_whole_and_none_is_too_long() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut pieces = Pieces::new(&path, bounds(100), Time::Virtual);
+        let truth = TruthRecord::default();
+        for n in 0..250 {
+            pieces.push(&cycle(n), Some(&truth)).unwrap();
+        }
+        pieces.finish().unwrap();
+        let mut next = 0;
+        for (path, cycles) in pieces.paths().iter().zip([100, 100, 50]) {
+            let piece = Recording::open(path).unwrap();
+            assert_eq!((piece.cut, piece.truth.len()), (None, cycles));
+            for record in piece.cycles {
+                assert_eq!(record.trace.cycle, next);
+                next += 1;
+            }
+        }
+        assert_eq!((next, pieces.paths().len()), (250, 3));
+    }
+
+    /// By size: a piece is ended with the first chunk beyond it.
+    #[test]
+    fn a_piece_that_has_its_size_is_ended() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut of_size = bounds(u64::MAX);
+        of_size.piece_bytes = 1;
+        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), of_size, Time::Virtual);
+        for n in 0..200 {
+            pieces.push(&cycle(n), None).unwrap();
+        }
+        pieces.finish().unwrap();
+        let cycles = |path: &PathBuf| Recording::open(path).unwrap().cycles.len();
+        let lengths: Vec<usize> = pieces.paths().iter().map(cycles).collect();
+        assert_eq!(lengths.iter().sum::<usize>(), 200);
+        assert!(lengths.len() >= 3, "{lengths:?}");
+    }
+
+    /// A board that starts over has other settings, and a live recording says what time it was in each file.
+    #[test]
+    fn a_board_that_starts_over_gets_a_file_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut pieces = Pieces::new(&path, bounds(100), Time::Real);
+        for settings in ["a = 1", "a = 2"] {
+            let header = Header {
+                settings_toml: settings.to_owned(),
+                ..Header::default()
+            };
+            pieces.begin(header).unwrap();
+            pieces.push(&cycle(0), None).unwrap();
+        }
+        pieces.finish().unwrap();
+        for (path, settings) in pieces.paths().iter().zip(["a = 1", "a = 2"]) {
+            let bytes = std::fs::read(path).unwrap();
+            let recording = Recording::open(path).unwrap();
+            assert_eq!(recording.header.settings_toml, settings);
+            let name = WALL_CLOCK.as_bytes();
+            assert!(bytes.windows(name.len()).any(|window| window == name));
+        }
+    }
+
+    #[test]
+    fn no_more_is_written_than_is_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        let few = Bounds {
+            total_bytes: 1,
+            ..bounds(100)
+        };
+        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), few, Time::Virtual);
+        let error = (0..200).find_map(|n| pieces.push(&cycle(n), None).err());
+        assert!(error.unwrap().to_string().contains("--max-gb"));
+        drop(pieces);
+        let whole = Recording::open(&folder.path().join("run.mcap")).unwrap();
+        assert_eq!(whole.cut, None);
+    }
+}

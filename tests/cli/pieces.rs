@@ -1,0 +1,31 @@
+//! Recordings in files of a bounded size.
+
+use serde_json::Value;
+use softdock_tests::process::{scratch, softdock};
+use std::path::Path;
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let run = softdock(folder, arguments);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+/// 250 cycles of a run, 100 in a file: whole pieces that replay together, bit for bit.
+#[test]
+fn the_pieces_of_a_run_replay_together() {
+    let folder = scratch("run_pieces");
+    assert_eq!(softdock(&folder, &["init", "rig"]).code, Some(0));
+    let run = ["run", "rig/scenario.toml", "--duration-s", "1", "--json"];
+    let pieces = ["-o", "run.mcap", "--piece-cycles", "100"];
+    let ran = json(&folder, &[run.as_slice(), &pieces].concat());
+    let names = ["run.mcap", "run-2.mcap", "run-3.mcap"];
+    assert_eq!(ran["pieces"], serde_json::json!(names));
+    let replayed = json(&folder, &[["replay", "--json"].as_slice(), &names].concat());
+    assert_eq!(
+        (&replayed["identical"], &replayed["cycles"]),
+        (&true.into(), &250.into())
+    );
+    // A short run has one file, and says nothing of pieces.
+    let short = json(&folder, &[run.as_slice(), &["-o", "short.mcap"]].concat());
+    assert_eq!(short.get("pieces"), None);
+}
