@@ -1,6 +1,6 @@
 //! Ranges of the values in `model.toml`.
 
-use super::{BodyModel, EffectError, GuideModel, Model, NoiseModel, WallModel};
+use super::{BodyModel, EffectError, GuideModel, Model, NoiseModel, ToleranceModel, WallModel};
 use softdock_control::range::SettingsError;
 use softdock_control::settings::Settings;
 
@@ -74,6 +74,7 @@ impl Model {
             guide.validate()?;
         }
         self.noise.validate()?;
+        self.tolerance.validate()?;
         if let Some(filter) = &self.sensor.filter {
             within("sensor.filter.order", f64::from(filter.order), 1.0, 8.0)?;
             within("sensor.filter.cutoff_hz", filter.cutoff_hz, 1e-3, 1e4)?;
@@ -150,6 +151,34 @@ impl NoiseModel {
         sigmas
             .iter()
             .try_for_each(|(key, sigma)| within(&format!("noise.{key}"), *sigma, 1e-12, 1e4))
+    }
+}
+
+impl ToleranceModel {
+    /// None is negative: 0 says that a value is exact.
+    fn validate(&self) -> Result<(), ModelError> {
+        let sigmas = [
+            ("transport_delay_s", Some(self.transport_delay_s)),
+            ("lag_s", Some(self.lag_s)),
+            ("wall_stiffness_n_per_m", self.wall_stiffness_n_per_m),
+            ("wall_damping_n_s_per_m", self.wall_damping_n_s_per_m),
+            ("wall_position_m", Some(self.wall_position_m)),
+            ("guide_stiffness_n_per_m", self.guide_stiffness_n_per_m),
+            ("guide_damping_n_s_per_m", self.guide_damping_n_s_per_m),
+            ("guide_position_m", Some(self.guide_position_m)),
+            ("tool_mass_kg", Some(self.tool_mass_kg)),
+            ("tool_com_m", Some(self.tool_com_m)),
+            ("tool_inertia_kg_m2", self.tool_inertia_kg_m2),
+            ("sensor_position_m", Some(self.sensor_position_m)),
+            ("sensor_orientation_rad", Some(self.sensor_orientation_rad)),
+            ("body_mass_kg", Some(self.body_mass_kg)),
+            ("body_inertia_kg_m2", Some(self.body_inertia_kg_m2)),
+        ];
+        let bias = self.bias.map(|sigma| ("bias", Some(sigma)));
+        sigmas.iter().chain(&bias).try_for_each(|(key, sigma)| {
+            let sigma = sigma.unwrap_or_default();
+            within(&format!("tolerance.{key}"), sigma, 0.0, STIFFEST)
+        })
     }
 }
 

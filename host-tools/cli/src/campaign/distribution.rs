@@ -6,6 +6,9 @@ use nalgebra::ComplexField;
 use serde_json::{Value, json};
 use statrs::distribution::{ContinuousCDF, Normal as Standard};
 
+/// Most values of a grid, which all are in memory.
+const MOST_POINTS: u32 = 1_000_000;
+
 /// A distribution of values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
@@ -49,8 +52,10 @@ impl Distribution {
             }
             Self::List(values) => ensure!(!values.is_empty(), "the list is empty"),
             Self::Grid(grid) => ensure!(
-                grid.points > 0 && grid.from.is_finite() && grid.to.is_finite(),
-                "a grid has one point or more between finite numbers"
+                (1..=MOST_POINTS).contains(&grid.points)
+                    && grid.from.is_finite()
+                    && grid.to.is_finite(),
+                "a grid has 1 to {MOST_POINTS} points between finite numbers"
             ),
         }
         Ok(())
@@ -180,6 +185,11 @@ mod tests {
                 high: None,
             }),
             Distribution::List(vec![]),
+            Distribution::Grid(Grid {
+                from: 0.0,
+                to: 1.0,
+                points: u32::MAX,
+            }),
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }

@@ -138,6 +138,11 @@ impl Plan {
                 source,
             });
         }
+        ensure!(
+            campaign.samples <= MOST_ROWS,
+            "{} samples are more than {MOST_ROWS} rows",
+            campaign.samples
+        );
         let design = Design::new(campaign.design, campaign.seed, &axes, campaign.samples)?;
         let hash = checksum(&[FORMAT.as_bytes(), texts[0].as_bytes(), texts[1].as_bytes()]);
         let plan = Self {

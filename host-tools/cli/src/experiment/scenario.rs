@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use softdock_analysis::input;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_rig::rig::check_start_pose;
 use softdock_rig::rig::hidden::spacecraft;
 use softdock_rig::rig::settings::RigSettings;
 use std::path::Path;
@@ -60,6 +61,7 @@ impl Scenario {
         }
         self.board.validate().context("[board]")?;
         self.rig.validate().context("[rig]")?;
+        check_start_pose(&self.start_pose())?;
         self.actual_board()?;
         let (sensor, frozen) = (
             &self.rig.sensor,

@@ -107,6 +107,14 @@ pub struct Rig {
     twists: [Twist<f64>; MAX_SUBSTEPS],
 }
 
+/// Whether a rig can begin at C_from_M as X Y Z (m) and A B C (rad).
+///
+/// # Errors
+/// A number is beyond its range.
+pub fn check_start_pose(start_pose: &[f64; 6]) -> Result<()> {
+    check_all("start pose", start_pose, -1e3, 1e3)
+}
+
 impl Rig {
     /// A rig at rest at `start_pose`: C_from_M as X Y Z (m) and A B C (rad).
     ///
@@ -114,7 +122,7 @@ impl Rig {
     /// A value outside its range: the error names the field, the value and the range.
     pub fn new(settings: &RigSettings, start_pose: [f64; 6], seed: u64) -> Result<Self> {
         check_steps(settings)?;
-        check_all("start pose", &start_pose, -1e3, 1e3)?;
+        check_start_pose(&start_pose)?;
         hidden::validate(settings)?;
         let mut rig = Self {
             cycle_us: settings.cycle_us.into(),

@@ -84,14 +84,16 @@ pub(super) fn pieces(times: &[f64]) -> Vec<Range<usize>> {
 /// Numbers of the rows as cycles: one more from row to row, and as many as are missing in a gap.
 pub(super) fn cycle_numbers(times: &[f64]) -> Vec<u64> {
     let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
-    let mut number = 0;
+    let mut number = 0_u64;
     let rest = times.windows(2).map(|pair| {
         let cycles = (pair[1] - pair[0]) / median_s;
-        number += if cycles > GAP {
+        let step = if cycles > GAP {
             (cycles.round() as u64).max(2)
         } else {
             1
         };
+        // A gap may be as long as anybody writes it.
+        number = number.saturating_add(step);
         number
     });
     std::iter::once(0).chain(rest).take(times.len()).collect()
