@@ -1,6 +1,7 @@
 //! The microcontroller's firmware in QEMU.
 
 mod boot;
+mod contact;
 mod crash;
 mod faults;
 mod lockstep;

@@ -9,6 +9,7 @@
 pub mod bench;
 pub mod browser;
 pub mod closed_loop;
+pub mod contact;
 pub mod driver;
 pub mod every_setting;
 pub mod lockstep;

@@ -10,7 +10,7 @@ use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -26,16 +26,23 @@ pub fn instructions(ticks: u32) -> u32 {
     (ticks * TICK_NS) >> ICOUNT_SHIFT
 }
 
-/// Carries out steps in QEMU.
+/// A session in QEMU, until it is dropped.
 #[derive(Debug)]
-pub struct Emulated;
+pub struct Emulated {
+    qemu: Child,
+    /// None: it is to end.
+    steps: Option<Sender<Step>>,
+    done: Receiver<Done>,
+    /// Steps that were carried out.
+    count: usize,
+}
 
 impl Emulated {
-    /// What comes of `steps` on `chip` with `settings`; each has the time that it takes.
+    /// Starts a session on `chip` with `settings`. A test gives each its own name.
     ///
     /// # Panics
-    /// If the program does not build, or ends in the middle.
-    pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
+    /// If the program does not build.
+    pub fn start(test: &str, chip: Chip, settings: &BoardSettings) -> Self {
         let board = BoardImage {
             package: "softdock-lockstep",
             target: chip.target(),
@@ -48,15 +55,54 @@ impl Emulated {
             let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
             assert!(made.expect("mkfifo is part of coreutils").success());
         }
-        let mut qemu = start(chip, &image, &folder);
-        let settings = block(settings);
-        let count = steps.len();
-        let done = converse(&folder, settings, steps);
-        let outcome = wait(&mut qemu, &done, count);
-        // It has ended by itself, or it is stuck.
-        let _ = qemu.kill();
-        let _ = qemu.wait();
-        outcome
+        let qemu = start(chip, &image, &folder);
+        let (steps, done) = converse(&folder, block(settings));
+        Self {
+            qemu,
+            steps: Some(steps),
+            done,
+            count: 0,
+        }
+    }
+
+    /// What comes of a step, with the time that it takes.
+    ///
+    /// # Panics
+    /// If QEMU has ended, or says nothing.
+    pub fn take(&mut self, step: Step) -> Done {
+        let steps = self.steps.as_ref();
+        let taken = steps.is_some_and(|steps| steps.send(step).is_ok());
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            if let Ok(done) = self.done.recv_timeout(POLL_INTERVAL) {
+                self.count += 1;
+                return done;
+            }
+            let ended = self.qemu.try_wait().expect("QEMU can be looked after");
+            assert!(
+                ended.is_none() && Instant::now() < give_up,
+                "QEMU answered {} steps and took the next: {taken} ({ended:?})",
+                self.count
+            );
+        }
+    }
+
+    /// What comes of all `steps` in a session of their own.
+    ///
+    /// # Panics
+    /// As [`start`](Self::start) and [`take`](Self::take).
+    pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
+        let mut board = Self::start(test, chip, settings);
+        steps.into_iter().map(|step| board.take(step)).collect()
+    }
+}
+
+impl Drop for Emulated {
+    fn drop(&mut self) {
+        self.steps = None;
+        // It ends by itself, or it is stuck.
+        let _ = self.qemu.kill();
+        let _ = self.qemu.wait();
     }
 }
 
@@ -85,9 +131,10 @@ fn block(settings: &BoardSettings) -> Vec<u8> {
     bytes
 }
 
-/// Sends the steps, each when the one before is answered, on a thread of its own: a pipe without a
+/// Sends steps, each when the one before is answered, on a thread of its own: a pipe without a
 /// board behind it blocks for ever.
-fn converse(folder: &Path, settings: Vec<u8>, steps: Vec<Step>) -> Receiver<Done> {
+fn converse(folder: &Path, settings: Vec<u8>) -> (Sender<Step>, Receiver<Done>) {
+    let (give, steps) = channel::<Step>();
     let (send, receive) = channel();
     let (to, from) = (folder.join("to_board"), folder.join("from_board"));
     thread::spawn(move || -> std::io::Result<()> {
@@ -96,8 +143,8 @@ fn converse(folder: &Path, settings: Vec<u8>, steps: Vec<Step>) -> Receiver<Done
         to.write_all(&u16::try_from(settings.len()).unwrap_or(0).to_le_bytes())?;
         to.write_all(&settings)?;
         let mut buffer = [0; MESSAGE_BYTES];
-        for step in &steps {
-            to.write_all(frame(step, &mut buffer).expect("a step fits"))?;
+        for step in steps {
+            to.write_all(frame(&step, &mut buffer).expect("a step fits"))?;
             let mut length = [0; 2];
             from.read_exact(&mut length)?;
             let body = &mut buffer[..u16::from_le_bytes(length).into()];
@@ -107,23 +154,5 @@ fn converse(folder: &Path, settings: Vec<u8>, steps: Vec<Step>) -> Receiver<Done
         }
         to.write_all(&[0, 0])
     });
-    receive
-}
-
-fn wait(qemu: &mut Child, done: &Receiver<Done>, count: usize) -> Vec<Done> {
-    let mut all = Vec::with_capacity(count);
-    let give_up = Instant::now() + PATIENCE;
-    while all.len() < count {
-        if let Ok(one) = done.recv_timeout(POLL_INTERVAL) {
-            all.push(one);
-            continue;
-        }
-        let ended = qemu.try_wait().expect("QEMU can be looked after");
-        assert!(
-            ended.is_none() && Instant::now() < give_up,
-            "QEMU answered {} of {count} steps ({ended:?})",
-            all.len()
-        );
-    }
-    all
+    (give, receive)
 }

@@ -23,12 +23,15 @@ pub const DATAGRAM_BYTES: usize = 1500;
 /// Longest message: a step with its datagram, or a record with its answer.
 pub const MESSAGE_BYTES: usize = 4096;
 
+/// A sender on another computer than the robot's.
+pub const STRANGER: u8 = 66;
+
 /// What a board takes in for one answer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// The datagram.
     pub datagram: heapless::Vec<u8, DATAGRAM_BYTES>,
-    /// Who sent it: 0 is the robot.
+    /// Who sent it: 0 is the robot, [`STRANGER`] another computer, the rest are other programs of the robot's.
     pub sender: u8,
     /// When it came, µs.
     pub now_us: u64,
@@ -113,10 +116,12 @@ impl<S: Scalar> Session<S> {
 }
 
 fn sender(step: &Step) -> SocketAddr {
-    SocketAddr::new(
-        IpAddr::V4(Ipv4Addr::new(192, 168, 1, 10)),
-        49_152 + u16::from(step.sender),
-    )
+    let (computer, port) = match step.sender {
+        STRANGER => (STRANGER, 0),
+        port => (10, port),
+    };
+    let computer = Ipv4Addr::new(192, 168, 1, computer);
+    SocketAddr::new(IpAddr::V4(computer), 49_152 + u16::from(port))
 }
 
 /// Counts at the end of each part.

@@ -1,23 +1,23 @@
 //! What goes wrong in a contact: every kind of fault that was ever injected, in one table.
 
-use crate::line::{Cycle, Line, robot_at};
+use super::line::{Cycle, Line};
 use softdock_control::modes::Command;
 
 /// A fault while it lasts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment {
+pub(super) struct Moment {
     /// Cycles since it began.
-    pub(crate) since: usize,
+    pub(super) since: usize,
     /// Any number, another one in each cycle.
-    pub(crate) any: u64,
+    pub(super) any: u64,
 }
 
 /// What it does to a cycle.
-type Spoil = fn(&mut Cycle, &mut Line, Moment);
+pub(super) type Spoil = fn(&mut Cycle, &mut Line, Moment);
 
 /// Name and effect. Those that only boards with a bus, a flash or a watchdog have are elsewhere: `faults`,
 /// `ethercat` and `qemu` of the integration tests.
-pub(crate) const FAULTS: [(&str, Spoil); 37] = [
+pub(super) const FAULTS: [(&str, Spoil); 37] = [
     // The sensor.
     ("no sample in every second cycle", |c, _, m| {
         c.drop_sample(m.since % 2 == 0)
@@ -113,7 +113,7 @@ pub(crate) const FAULTS: [(&str, Spoil); 37] = [
     }),
     ("the robot clamps", |c, _, _| c.clamps = true),
     ("the robot is gone, another port speaks", |c, _, _| {
-        c.from = robot_at(50_001)
+        c.sender = 1
     }),
     // Others.
     ("strangers send telegrams of the robot's", |c, _, m| {

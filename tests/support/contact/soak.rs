@@ -1,16 +1,15 @@
 //! Days of bouncing between two walls, with random faults and an operator who does what operators do: nothing leaks,
 //! nothing drifts, and what holds in every cycle holds in all of them.
 
-use crate::faults::{FAULTS, Moment};
-use crate::judge::Judge;
-use crate::line::{Answered, Cycle, Line};
-use crate::{CYCLE_S, velocity};
+use super::faults::{FAULTS, Moment};
+use super::judge::Judge;
+use super::line::{Answered, Cycle, Line};
+use super::{MakeBoard, velocity};
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
 use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, Mode};
 use softdock_delay_plants::{Actuator, Contact, Measurement, Plant, PlantSettings, Sample, Wall};
-use std::thread;
 
 /// Longest time between two walks of the operator to the robot, cycles: a minute.
 const EPISODE: u64 = 15_000;
@@ -36,8 +35,9 @@ impl Dice {
     }
 }
 
-struct Soak {
+struct Soak<'a> {
     settings: BoardSettings,
+    make: MakeBoard<'a>,
     line: Line,
     judge: Judge,
     plant: Plant,
@@ -88,12 +88,13 @@ fn plant(seed: u64) -> Plant {
     })
 }
 
-impl Soak {
-    fn new(law: LawName) -> Self {
+impl<'a> Soak<'a> {
+    fn new(law: LawName, make: MakeBoard<'a>) -> Self {
         let settings = settings(law);
         let mut plant = plant(1);
         Self {
-            line: Line::new(&settings),
+            line: Line::new(&settings, make(&settings)),
+            make,
             // Energy is judged contact by contact.
             judge: Judge::new(&settings, 0.0),
             sample: plant.first_sample(),
@@ -131,7 +132,7 @@ impl Soak {
 
     /// The way out of a zero that was taken under load: no reset finds a small force any more.
     fn restart_the_board(&mut self) {
-        self.line = Line::new(&self.settings);
+        self.line = Line::new(&self.settings, (self.make)(&self.settings));
         self.judge = Judge::new(&self.settings, 0.0);
         (self.mode, self.resets) = (Mode::Idle, 0);
         self.restarts += 1;
@@ -230,19 +231,12 @@ fn resident() -> u64 {
     pages.unwrap_or_default() * 4096
 }
 
-/// All laws, so many hours in all.
-fn soak(hours: f64) {
-    let cycles = (hours * 3600.0 / CYCLE_S / LawName::ALL.len() as f64) as u64;
-    thread::scope(|scope| {
-        let halves = LawName::ALL.chunks(LawName::ALL.len() / 2);
-        for laws in halves {
-            scope.spawn(move || laws.iter().for_each(|law| soak_law(*law, cycles)));
-        }
-    });
-}
-
-fn soak_law(law: LawName, cycles: u64) {
-    let mut soak = Soak::new(law);
+/// So many cycles with a law; says what happened in them.
+///
+/// # Panics
+/// If something moves, drifts or leaks that should not.
+pub fn soak_law(law: LawName, cycles: u64, make: MakeBoard<'_>) {
+    let mut soak = Soak::new(law, make);
     soak.run(cycles / 4);
     let early = resident();
     soak.run(cycles - cycles / 4);
@@ -259,15 +253,4 @@ fn soak_law(law: LawName, cycles: u64) {
     assert!(starts > cycles / 50_000, "{law:?} ran {starts} times only");
     // A minute of the plant's log comes and goes.
     assert!(grown < 16 << 20, "{law:?}: {grown} bytes more");
-}
-
-#[test]
-fn eight_minutes_of_faults_and_operators() {
-    soak(8.0 / 60.0);
-}
-
-#[test]
-#[ignore = "long: a day of faults and operators in virtual time"]
-fn a_day_of_faults_and_operators() {
-    soak(24.0);
 }

@@ -1,12 +1,12 @@
-//! The robot's link between a plant and its faults, at the level of datagrams.
+//! A board between a plant and its faults, at the level of datagrams.
 
-use core::net::SocketAddr;
+use crate::lockstep::Board;
 use softdock_app::record::CycleRecord;
-use softdock_app::robot_link::{Incoming, Prepared, RobotLink};
 use softdock_app::settings::BoardSettings;
 use softdock_control::io::SensorSample;
 use softdock_control::modes::Command;
 use softdock_link::rsi::{RobTelegram, Tags, parse_sen, write_rob};
+use softdock_lockstep::{Done, STRANGER, Step};
 
 const CYCLE_MS: i64 = 4;
 /// Readings that are kept: more than any fault looks back.
@@ -14,26 +14,27 @@ const MOST_READINGS: usize = 32;
 
 /// What happens in one cycle of the robot.
 #[derive(Clone, Debug)]
-pub(crate) struct Cycle {
+pub(super) struct Cycle {
     /// A new reading of the sensor.
-    pub(crate) sample: Option<SensorSample>,
+    pub(super) sample: Option<SensorSample>,
     /// mm and degrees.
-    pub(crate) pose: Option<[f64; 6]>,
-    pub(crate) late_answers: u32,
-    pub(crate) clamps: bool,
-    pub(crate) lost: bool,
-    pub(crate) twice: bool,
+    pub(super) pose: Option<[f64; 6]>,
+    pub(super) late_answers: u32,
+    pub(super) clamps: bool,
+    pub(super) lost: bool,
+    pub(super) twice: bool,
     /// In place of the telegram; {} stands for its counter.
-    pub(crate) text: Option<&'static str>,
-    pub(crate) from: SocketAddr,
-    pub(crate) strangers: usize,
-    pub(crate) garbage: usize,
-    pub(crate) command: Option<Command>,
+    pub(super) text: Option<&'static str>,
+    /// Who speaks; 0: the robot.
+    pub(super) sender: u8,
+    pub(super) strangers: usize,
+    pub(super) garbage: usize,
+    pub(super) command: Option<Command>,
 }
 
 impl Cycle {
     /// A healthy one.
-    pub(crate) fn new(wrench: [f64; 6], pose_m_rad: [f64; 6]) -> Self {
+    pub(super) fn new(wrench: [f64; 6], pose_m_rad: [f64; 6]) -> Self {
         let [x, y, z, a, b, c] = pose_m_rad;
         let degrees = [a, b, c].map(f64::to_degrees);
         Self {
@@ -55,57 +56,52 @@ impl Cycle {
             lost: false,
             twice: false,
             text: None,
-            from: robot_at(50_000),
+            sender: 0,
             strangers: 0,
             garbage: 0,
             command: None,
         }
     }
 
-    pub(crate) fn drop_sample(&mut self, dropped: bool) {
+    pub(super) fn drop_sample(&mut self, dropped: bool) {
         if dropped {
             self.sample = None;
         }
     }
 
-    pub(crate) fn change(&mut self, change: impl FnOnce(&mut SensorSample)) {
+    pub(super) fn change(&mut self, change: impl FnOnce(&mut SensorSample)) {
         if let Some(sample) = &mut self.sample {
             change(sample);
         }
     }
 }
 
-/// The robot's computer at a port.
-pub(crate) fn robot_at(port: u16) -> SocketAddr {
-    SocketAddr::from(([192, 168, 1, 10], port))
-}
-
 /// What a cycle came to.
-pub(crate) struct Answered {
+pub(super) struct Answered {
     /// None: no cycle was run.
-    pub(crate) record: Option<CycleRecord>,
+    pub(super) record: Option<CycleRecord>,
     /// The correction, in counts; none: the robot got no answer.
-    pub(crate) correction: Option<[i64; 6]>,
+    pub(super) correction: Option<[i64; 6]>,
 }
 
-/// The link and what it has seen.
-pub(crate) struct Line {
-    link: RobotLink<f64>,
+/// A board and what it has seen.
+pub(super) struct Line {
+    board: Box<dyn Board>,
     tags: Tags,
     ipoc: i64,
     now_us: u64,
     /// The newest sample of the sensor.
     sensor: SensorSample,
     /// The reading of the last healthy cycle.
-    pub(crate) last_reading: SensorSample,
+    pub(super) last_reading: SensorSample,
     /// Healthy readings, the newest last.
     readings: Vec<SensorSample>,
 }
 
 impl Line {
-    pub(crate) fn new(settings: &BoardSettings) -> Self {
+    pub(super) fn new(settings: &BoardSettings, board: Box<dyn Board>) -> Self {
         Self {
-            link: RobotLink::new(Prepared::new(settings).unwrap()),
+            board,
             tags: settings.rsi.tags().unwrap(),
             ipoc: 1_000_000,
             now_us: 0,
@@ -116,13 +112,13 @@ impl Line {
     }
 
     /// A reading of so many cycles ago.
-    pub(crate) fn earlier(&self, cycles: usize) -> SensorSample {
+    pub(super) fn earlier(&self, cycles: usize) -> SensorSample {
         let place = self.readings.len().saturating_sub(1 + cycles);
         self.readings.get(place).copied().unwrap_or_default()
     }
 
     /// Remembers a healthy reading; while a fault lasts, the last one before it stays.
-    pub(crate) fn remember(&mut self, reading: SensorSample, healthy: bool) {
+    pub(super) fn remember(&mut self, reading: SensorSample, healthy: bool) {
         if self.readings.len() >= 2 * MOST_READINGS {
             self.readings.drain(..MOST_READINGS);
         }
@@ -133,12 +129,12 @@ impl Line {
     }
 
     /// The counter goes on from elsewhere.
-    pub(crate) fn jump(&mut self, cycles: i64) {
+    pub(super) fn jump(&mut self, cycles: i64) {
         self.ipoc += cycles * CYCLE_MS;
     }
 
     /// One cycle of the robot. Whatever is sent by the robot and can be read is answered with its counter.
-    pub(crate) fn run(&mut self, cycle: &Cycle) -> Answered {
+    pub(super) fn run(&mut self, cycle: &Cycle) -> Answered {
         self.ipoc += CYCLE_MS;
         self.now_us += CYCLE_MS as u64 * 1000;
         if let Some(sample) = cycle.sample {
@@ -147,18 +143,10 @@ impl Line {
         }
         let telegram = self.telegram(cycle);
         for _ in 0..cycle.strangers {
-            let from = SocketAddr::from(([192, 168, 1, 66], 50_000));
-            assert_eq!(
-                self.link.receive(&telegram, from, self.now_us),
-                Incoming::Ignored
-            );
+            self.ignores(&telegram, STRANGER);
         }
-        for port in 0..cycle.garbage as u16 {
-            let from = robot_at(50_000 + port);
-            assert_eq!(
-                self.link.receive(b"\0<Rob", from, self.now_us),
-                Incoming::Ignored
-            );
+        for sender in 0..cycle.garbage as u8 {
+            self.ignores(b"\0<Rob", sender);
         }
         if cycle.lost {
             return Answered {
@@ -166,17 +154,27 @@ impl Line {
                 correction: None,
             };
         }
-        let answered = self.take(&telegram, cycle.from, cycle.command);
-        if cycle.twice && answered.record.is_some() {
-            let first = self.link.last_answer().to_vec();
-            let again = self.take(&telegram, cycle.from, cycle.command);
+        let done = self.take(&telegram, cycle.sender, cycle.command);
+        let correction = (!done.answer.is_empty()).then(|| self.read(&done.answer));
+        let decided = done
+            .record
+            .map_or([0; 6], |record| record.output.correction);
+        assert!(
+            correction.is_none_or(|sent| sent == decided),
+            "without a cycle no motion, and with one its own"
+        );
+        if cycle.twice && done.record.is_some() {
+            let again = self.take(&telegram, cycle.sender, cycle.command);
             assert!(
                 again.record.is_none(),
                 "a telegram moves nothing a second time"
             );
-            assert_eq!(self.link.last_answer(), first);
+            assert_eq!(again.answer, done.answer);
         }
-        answered
+        Answered {
+            record: done.record,
+            correction,
+        }
     }
 
     fn telegram(&self, cycle: &Cycle) -> Vec<u8> {
@@ -195,39 +193,19 @@ impl Line {
         bytes[..length].to_vec()
     }
 
-    fn take(&mut self, telegram: &[u8], from: SocketAddr, command: Option<Command>) -> Answered {
-        match self.link.receive(telegram, from, self.now_us) {
-            Incoming::Telegram(report) => {
-                let Some(sequence) = self.link.follow(&report) else {
-                    let answer = self.link.last_answer().to_vec();
-                    return Answered {
-                        record: None,
-                        correction: Some(self.read(&answer)),
-                    };
-                };
-                let record = self.link.run_cycle(&report, sequence, self.sensor, command);
-                let answer = self.link.last_answer().to_vec();
-                let correction = self.read(&answer);
-                assert_eq!(correction, record.output.correction);
-                Answered {
-                    record: Some(record),
-                    correction: Some(correction),
-                }
-            }
-            Incoming::Unreadable { counter } => {
-                let answer = self.link.resting_answer(counter);
-                let correction = self.read(&answer);
-                assert_eq!(correction, [0; 6], "no cycle, no motion");
-                Answered {
-                    record: None,
-                    correction: Some(correction),
-                }
-            }
-            Incoming::Ignored => Answered {
-                record: None,
-                correction: None,
-            },
-        }
+    fn ignores(&mut self, datagram: &[u8], sender: u8) {
+        let done = self.take(datagram, sender, None);
+        assert!(done.answer.is_empty() && done.record.is_none());
+    }
+
+    fn take(&mut self, datagram: &[u8], sender: u8, command: Option<Command>) -> Done {
+        self.board.take(Step {
+            datagram: heapless::Vec::from_slice(datagram).unwrap(),
+            sender,
+            now_us: self.now_us,
+            sample: self.sensor,
+            command,
+        })
     }
 
     /// The correction of an answer, which must bear the counter of its telegram.

@@ -1,6 +1,6 @@
 //! What holds in every cycle, whatever goes wrong; see docs/stale-force.md.
 
-use crate::line::{Answered, Cycle, Line};
+use super::line::{Answered, Cycle, Line};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
@@ -12,7 +12,7 @@ use softdock_delay_plants::Sample;
 const LARGEST_ENERGY: f64 = 1.015;
 
 /// Follows a run.
-pub(crate) struct Judge {
+pub(super) struct Judge {
     settings: BoardSettings,
     /// The reading that was used last, and for how many cycles it has not changed.
     reading: SensorSample,
@@ -27,12 +27,12 @@ pub(crate) struct Judge {
     /// way out), J.
     unseen: f64,
     /// Most energy of a guarded model, less that, by what it began with.
-    pub(crate) most_energy: f64,
+    pub(super) most_energy: f64,
 }
 
 impl Judge {
     /// For a contact of this stiffness, N/m.
-    pub(crate) fn new(settings: &BoardSettings, stiffness: f64) -> Self {
+    pub(super) fn new(settings: &BoardSettings, stiffness: f64) -> Self {
         let threshold_n = settings.control.delay.passivity.threshold_n;
         Self {
             unseen: threshold_n * threshold_n / stiffness,
@@ -47,9 +47,9 @@ impl Judge {
         }
     }
 
-    pub(crate) fn look(&mut self, cycle: &Cycle, answered: &Answered) {
+    pub(super) fn look(&mut self, cycle: &Cycle, answered: &Answered) {
         let readable = !cycle.lost && cycle.text.is_none_or(|text| text.contains("{}"));
-        let connected = cycle.from.port() == 50_000;
+        let connected = cycle.sender == 0;
         if readable && connected {
             assert!(
                 answered.correction.is_some(),
@@ -155,7 +155,7 @@ impl Judge {
     }
 
     /// After a fault nothing but reset, arm and start on healthy data moves the robot again.
-    pub(crate) fn end(&mut self, line: &mut Line, sample: &Sample) {
+    pub(super) fn end(&mut self, line: &mut Line, sample: &Sample) {
         if !self.faulted {
             return;
         }
