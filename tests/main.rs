@@ -11,6 +11,7 @@ mod delay_predictor;
 mod diagnosis;
 mod ethercat;
 mod faults;
+mod fuzz;
 mod known_answers;
 mod peers;
 mod qemu;

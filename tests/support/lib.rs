@@ -12,6 +12,7 @@ pub mod closed_loop;
 pub mod contact;
 pub mod driver;
 pub mod every_setting;
+pub mod fuzz;
 pub mod lockstep;
 pub mod peers;
 pub mod plant;

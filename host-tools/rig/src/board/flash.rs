@@ -10,13 +10,13 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Slot of a board that is a process: what is erased at once.
-pub(super) const SLOT_BYTES: usize = 2 * IMAGE_MAX_BYTES;
+pub const SLOT_BYTES: usize = 2 * IMAGE_MAX_BYTES;
 /// Erased flash.
 pub(super) const ERASED: u8 = 0xff;
 
 /// Two slots for settings, of so many bytes each.
 #[derive(Debug)]
-pub(super) struct FileFlash<const SLOT: usize = SLOT_BYTES> {
+pub struct FileFlash<const SLOT: usize = SLOT_BYTES> {
     bytes: Vec<u8>,
     /// Locked, so that no other board uses it.
     file: Option<File>,
@@ -28,8 +28,11 @@ impl<const SLOT: usize> FileFlash<SLOT> {
         Self { bytes, file: None }
     }
 
-    /// Opens the file, or makes one that is erased.
-    pub(super) fn open(path: Option<&Path>) -> Result<Self> {
+    /// Opens the file, or makes one that is erased; without a path it is memory.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not as long as a flash, or is in use.
+    pub fn open(path: Option<&Path>) -> Result<Self> {
         let mut bytes = vec![ERASED; 2 * SLOT];
         let Some(path) = path else {
             return Ok(Self { bytes, file: None });
@@ -65,7 +68,10 @@ impl<const SLOT: usize> FileFlash<SLOT> {
     }
 
     /// Writes settings that count by themselves if there is nothing at all; whether there was not.
-    pub(super) fn put_if_empty(&mut self, settings: BoardSettings) -> Result<bool> {
+    ///
+    /// # Errors
+    /// The settings may not be used, or the file cannot be written.
+    pub fn put_if_empty(&mut self, settings: BoardSettings) -> Result<bool> {
         if self.bytes.iter().any(|byte| *byte != ERASED) {
             return Ok(false);
         }

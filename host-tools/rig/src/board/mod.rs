@@ -6,7 +6,7 @@
 use critical_section as _;
 
 mod block_on;
-mod flash;
+pub mod flash;
 pub mod process;
 pub mod qemu;
 mod simulated_segment;

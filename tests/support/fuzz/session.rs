@@ -1,5 +1,6 @@
 //! A robot's conversation with a board: telegrams, samples and commands as the bytes say, with every law.
 
+use super::Script;
 use core::net::SocketAddr;
 use softdock_app::robot_link::{Incoming, Prepared, RobotLink};
 use softdock_app::settings::BoardSettings;
@@ -13,36 +14,12 @@ const EVENTS: usize = 300;
 /// Counts of the largest step of 2 mm, with the rounding of two cycles.
 const LARGEST_STEP: i64 = 20_002;
 
-/// The bytes that say what happens.
-struct Script<'a>(&'a [u8]);
-
-impl Script<'_> {
-    fn byte(&mut self) -> Option<u8> {
-        let (first, rest) = self.0.split_first()?;
-        self.0 = rest;
-        Some(*first)
-    }
-
-    fn bytes<const N: usize>(&mut self) -> [u8; N] {
-        core::array::from_fn(|_| self.byte().unwrap_or_default())
-    }
-
-    /// A number of a sensible size, or any at all.
-    fn number(&mut self, scale: f64) -> f64 {
-        match self.byte() {
-            Some(255) => f64::from_le_bytes(self.bytes()),
-            byte => (f64::from(byte.unwrap_or(128)) - 128.0) * scale,
-        }
-    }
-}
-
-pub(crate) fn robot_session(input: &[u8]) {
+pub(super) fn robot_session(input: &[u8]) {
     let mut script = Script(input);
     let mut settings = BoardSettings::default();
     settings.rsi.robot_ip = "192.168.1.10".try_into().unwrap();
     settings.control.body_k.velocity_m_s = [0.01, 0.0, 0.0];
-    settings.control.delay.law =
-        LawName::ALL[usize::from(script.byte().unwrap_or_default()) % LawName::ALL.len()];
+    settings.control.delay.law = script.choose(&LawName::ALL);
     let tags = settings.rsi.tags().unwrap();
     let mut link = RobotLink::<f64>::new(Prepared::new(&settings).unwrap());
     let mut sample = SensorSample::default();
@@ -58,13 +35,7 @@ pub(crate) fn robot_session(input: &[u8]) {
         };
         let mut command = None;
         match event % 8 {
-            0 => {
-                command = Some(
-                    Command::WORDS
-                        [usize::from(script.byte().unwrap_or_default()) % Command::WORDS.len()]
-                    .1,
-                )
-            }
+            0 => command = Some(script.choose(&Command::WORDS).1),
             1 => sample.wrench = core::array::from_fn(|_| script.number(1.0)),
             2 => telegram.actual_pose = Some(core::array::from_fn(|_| script.number(0.1))),
             3 => {
@@ -73,9 +44,7 @@ pub(crate) fn robot_session(input: &[u8]) {
                     .wrapping_add(script.byte().unwrap_or_default().into())
             }
             4 => {
-                let length = usize::from(script.byte().unwrap_or_default()).min(script.0.len());
-                let (datagram, rest) = script.0.split_at(length);
-                script.0 = rest;
+                let datagram = script.piece().unwrap_or_default();
                 answer(&mut link, datagram, robot, sample, None, &tags);
                 continue;
             }

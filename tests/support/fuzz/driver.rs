@@ -1,11 +1,10 @@
 //! Mutates what the corpus holds, as coverage-guided fuzzers do, without the coverage.
 
-use crate::targets::Target;
+use super::{Target, corpus};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Longest input, bytes.
+/// Longest input, bytes, unless one of the corpus is longer.
 const LONGEST: usize = 4096;
 /// Most mutations of an input.
 const MUTATIONS: u64 = 8;
@@ -14,11 +13,25 @@ const CURIOUS: [u8; 12] = [
     0, 1, 0x7f, 0x80, 0xff, b'0', b'9', b'-', b'.', b'"', b'<', b'\r',
 ];
 
+/// Words that stand for numbers in texts, and are none that anybody means.
+const CURIOUS_NUMBERS: [&str; 10] = [
+    "0",
+    "-1",
+    "1",
+    "1e300",
+    "-1e-300",
+    "nan",
+    "-inf",
+    "9223372036854775807",
+    "true",
+    "[]",
+];
+
 /// Numbers that look random.
-pub(crate) struct Dice(u64);
+struct Dice(u64);
 
 impl Dice {
-    pub(crate) fn roll(&mut self, sides: u64) -> u64 {
+    fn roll(&mut self, sides: u64) -> u64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -28,9 +41,13 @@ impl Dice {
 }
 
 /// Runs a target on its corpus, then on mutations of it while `more` says so of the inputs so far and the time; how
-/// many inputs there were. What fails is written beside the corpus, to be kept there.
-pub(crate) fn fuzz(target: Target, more: impl Fn(u64, Duration) -> bool) -> u64 {
-    let corpus = corpus(target.name);
+/// many inputs there were. What fails is kept in a file, for the corpus.
+///
+/// # Panics
+/// As the target does.
+pub fn fuzz(target: Target, more: impl Fn(u64, Duration) -> bool) -> u64 {
+    let corpus = inputs(target.name);
+    let longest = corpus.iter().map(Vec::len).fold(LONGEST, usize::max);
     corpus.iter().for_each(|input| run(target, input));
     let (began, mut dice, mut runs) = (Instant::now(), Dice(17), corpus.len() as u64);
     while more(runs, began.elapsed()) {
@@ -39,7 +56,7 @@ pub(crate) fn fuzz(target: Target, more: impl Fn(u64, Duration) -> bool) -> u64 
             let other = &corpus[dice.roll(corpus.len() as u64) as usize];
             mutate(&mut input, other, &mut dice);
         }
-        input.truncate(LONGEST);
+        input.truncate(longest);
         run(target, &input);
         runs += 1;
     }
@@ -56,10 +73,8 @@ fn run(target: Target, input: &[u8]) {
 }
 
 /// The files of a target, in their order, and nothing at all.
-fn corpus(name: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/fuzz/corpus")
-        .join(name);
+fn inputs(name: &str) -> Vec<Vec<u8>> {
+    let folder = corpus(name);
     let mut files: Vec<_> = std::fs::read_dir(&folder)
         .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
         .map(|entry| entry.unwrap().path())
@@ -74,7 +89,7 @@ fn mutate(input: &mut Vec<u8>, other: &[u8], dice: &mut Dice) {
     let at = dice.roll(input.len() as u64 + 1) as usize;
     let length = dice.roll(16) as usize + 1;
     let end = (at + length).min(input.len());
-    match dice.roll(7) {
+    match dice.roll(9) {
         0 if at < input.len() => input[at] ^= 1 << dice.roll(8),
         1 if at < input.len() => input[at] = CURIOUS[dice.roll(CURIOUS.len() as u64) as usize],
         2 if at < input.len() => input[at] = dice.roll(256) as u8,
@@ -88,6 +103,22 @@ fn mutate(input: &mut Vec<u8>, other: &[u8], dice: &mut Dice) {
             let piece = other[from..(from + 4 * length).min(other.len())].to_vec();
             input.splice(at..at, piece);
         }
+        6 | 7 => replace_number(input, at, dice),
         _ => input.insert(at, dice.roll(256) as u8),
     }
+}
+
+/// The next number of a text becomes a curious one.
+fn replace_number(input: &mut Vec<u8>, from: usize, dice: &mut Dice) {
+    let is_part = |byte: &u8| byte.is_ascii_digit() || b".+-".contains(byte);
+    let Some(start) = input.iter().skip(from).position(u8::is_ascii_digit) else {
+        return;
+    };
+    let start = from + start;
+    let length = input[start..]
+        .iter()
+        .take_while(|byte| is_part(byte))
+        .count();
+    let number = CURIOUS_NUMBERS[dice.roll(CURIOUS_NUMBERS.len() as u64) as usize];
+    input.splice(start..start + length, number.bytes());
 }

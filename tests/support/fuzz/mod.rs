@@ -1,0 +1,102 @@
+//! What is fuzzed: the parsers of everything that comes from outside, and whole conversations. A target takes any bytes
+//! and must not panic, hang or break what it promises.
+//!
+//! [`driver`] mutates what the corpus holds, on any tool chain; `tests/fuzz/coverage` hands the same targets to
+//! cargo-fuzz, which is guided by coverage. What was ever found stays in the corpus, which every run begins with.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a target that finds something fails the test"
+)]
+
+mod codecs;
+pub mod driver;
+mod ethercat;
+mod files;
+mod import;
+mod log;
+mod recorder;
+mod service;
+mod session;
+
+use std::path::{Path, PathBuf};
+
+/// A target.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Name, also of its folder in the corpus.
+    pub name: &'static str,
+    /// Takes an input.
+    pub run: fn(&[u8]),
+    /// Inputs in a quick run, a second or two.
+    pub few: u64,
+}
+
+/// All of them.
+pub const TARGETS: [Target; 19] = [
+    target("rsi", codecs::rsi, 2_000),
+    target("slcan", codecs::slcan, 2_000),
+    target("can-sensor", codecs::can_sensor, 2_000),
+    target("ethercat-sensor", codecs::ethercat_sensor, 2_000),
+    target("image", codecs::image, 2_000),
+    target("telemetry", codecs::telemetry, 2_000),
+    target("robot-session", session::robot_session, 2_000),
+    target("service-session", service::service_session, 2_000),
+    target("ethercat-frames", ethercat::frames, 2_000),
+    target("ethercat-session", ethercat::session, 40),
+    target("recorder", recorder::recorder, 200),
+    target("recording", files::recording, 5_000),
+    target("model", files::model, 5_000),
+    target("settings", files::settings, 5_000),
+    target("scenario", files::scenario, 2_000),
+    target("campaign", files::campaign, 300),
+    target("import", import::table, 1_000),
+    target("docking-rig-log", import::rig_log, 1_000),
+    target("log", log::log, 200),
+];
+
+const fn target(name: &'static str, run: fn(&[u8]), few: u64) -> Target {
+    Target { name, run, few }
+}
+
+/// Files of a target to begin with.
+pub fn corpus(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/corpus")
+        .join(name)
+}
+
+/// Bytes as a script that says what happens.
+struct Script<'a>(&'a [u8]);
+
+impl<'a> Script<'a> {
+    fn byte(&mut self) -> Option<u8> {
+        let (first, rest) = self.0.split_first()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    /// Zeros behind its end.
+    fn bytes<const N: usize>(&mut self) -> [u8; N] {
+        core::array::from_fn(|_| self.byte().unwrap_or_default())
+    }
+
+    /// As many as the next byte says and there are.
+    fn piece(&mut self) -> Option<&'a [u8]> {
+        let length = usize::from(self.byte()?).min(self.0.len());
+        let (piece, rest) = self.0.split_at(length);
+        self.0 = rest;
+        Some(piece)
+    }
+
+    /// A number of a sensible size, or any at all.
+    fn number(&mut self, scale: f64) -> f64 {
+        match self.byte() {
+            Some(255) => f64::from_le_bytes(self.bytes()),
+            byte => (f64::from(byte.unwrap_or(128)) - 128.0) * scale,
+        }
+    }
+
+    fn choose<T: Copy>(&mut self, from: &[T]) -> T {
+        from[usize::from(self.byte().unwrap_or_default()) % from.len()]
+    }
+}
