@@ -230,3 +230,49 @@ fn a_turn_is_braked_on_its_way_out_only() {
         assert_eq!(turning(sign * 0.3496, sign * -0.2), (sign * -0.2, false));
     }
 }
+
+/// At the edge, at rest: nothing is held back. And a turn about another axis is no way out.
+#[test]
+fn what_leads_nowhere_is_not_braked() {
+    let settings = LimitSettings::default();
+    let limits = Limits::<f64>::new(&settings, 0.004);
+    let edge = vector(&settings.box_m);
+    let rest = Twist::zero();
+    let (sent, flags) = limits.apply(&rest, &rest, &edge, &UnitQuaternion::identity());
+    assert_eq!((sent, flags), (rest, LimitFlags::default()));
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.3496);
+    let across = Twist::of(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.07]);
+    let (sent, flags) = limits.apply(&across, &rest, &Vector3::zeros(), &turn);
+    assert_eq!((sent, flags), (across, LimitFlags::default()));
+}
+
+/// The last resort by itself, with a cycle of half a second and a box of a quarter metre: the velocity that is left, and
+/// whether it is told.
+fn kept(now: [f64; 2], velocity: [f64; 2]) -> ([f64; 2], bool) {
+    let limits = Limits::<f64>::new(&LimitSettings::default(), 0.5);
+    let mut flags = LimitFlags::default();
+    let mut sent = Twist::of(&[0.0, velocity[0], 0.0, velocity[1], 0.0, 0.0]);
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::x() * now[1]);
+    limits.keep_in_box(&mut sent, &(Vector3::y() * now[0]), &turn, &mut flags);
+    ([sent.linear.y, sent.angular.x], flags.has(LimitFlags::BOX))
+}
+
+#[test]
+fn the_last_resort_ends_at_the_edge() {
+    for sign in [1.0, -1.0] {
+        let moved = |now, velocity| kept([sign * now, 0.0], [sign * velocity, 0.0]);
+        let left = |velocity: f64| [sign * velocity, 0.0];
+        assert_eq!(moved(0.125, 0.125), (left(0.125), false));
+        assert_eq!(moved(0.125, 0.25), (left(0.25), false), "to the edge");
+        assert_eq!(moved(0.125, 1.0), (left(0.25), true), "to the edge");
+        assert_eq!(moved(0.25, 1.0), (left(0.0), true));
+        assert_eq!(moved(0.5, 1.0), (left(0.0), true), "from beyond");
+        assert_eq!(moved(0.5, 0.0), (left(0.0), false));
+        assert_eq!(moved(0.5, -0.25), (left(-0.25), false), "back");
+    }
+    let turned = |now, velocity| kept([0.0, now], [0.0, velocity]);
+    assert_eq!(turned(0.34, 0.01), ([0.0, 0.01], false));
+    assert_eq!(turned(0.34, 0.5), ([0.0, 0.0], true));
+    assert_eq!(turned(0.36, 0.0), ([0.0, 0.0], false));
+    assert_eq!(turned(0.36, -0.01), ([0.0, -0.01], false), "back");
+}
