@@ -1,6 +1,7 @@
 //! Recordings in files of a bounded size.
 
 use serde_json::Value;
+use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot};
 use softdock_tests::process::{scratch, softdock};
 use std::path::Path;
 
@@ -8,6 +9,17 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
     let run = softdock(folder, arguments);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     serde_json::from_str(&run.stdout).unwrap()
+}
+
+/// Of 250 cycles.
+const PIECES: [&str; 3] = ["run.mcap", "run-2.mcap", "run-3.mcap"];
+
+fn assert_replayed(folder: &Path) {
+    let replayed = json(folder, &[["replay", "--json"].as_slice(), &PIECES].concat());
+    assert_eq!(
+        (&replayed["identical"], &replayed["cycles"]),
+        (&true.into(), &250.into())
+    );
 }
 
 /// 250 cycles of a run, 100 in a file: whole pieces that replay together, bit for bit.
@@ -18,14 +30,22 @@ fn the_pieces_of_a_run_replay_together() {
     let run = ["run", "rig/scenario.toml", "--duration-s", "1", "--json"];
     let pieces = ["-o", "run.mcap", "--piece-cycles", "100"];
     let ran = json(&folder, &[run.as_slice(), &pieces].concat());
-    let names = ["run.mcap", "run-2.mcap", "run-3.mcap"];
-    assert_eq!(ran["pieces"], serde_json::json!(names));
-    let replayed = json(&folder, &[["replay", "--json"].as_slice(), &names].concat());
-    assert_eq!(
-        (&replayed["identical"], &replayed["cycles"]),
-        (&true.into(), &250.into())
-    );
+    assert_eq!(ran["pieces"], serde_json::json!(PIECES));
+    assert_replayed(&folder);
     // A short run has one file, and says nothing of pieces.
     let short = json(&folder, &[run.as_slice(), &["-o", "short.mcap"]].concat());
     assert_eq!(short.get("pieces"), None);
+}
+
+#[test]
+fn the_pieces_of_a_board_replay_together() {
+    let pieces = ["--piece-cycles", "100"];
+    let board = Board::start("board_pieces", BUSY_COMPUTER, &pieces);
+    let mut robot = Robot::new(board.robot);
+    for _ in 0..250 {
+        robot.cycle();
+    }
+    let folder = board.folder.clone();
+    board.stop();
+    assert_replayed(&folder);
 }
