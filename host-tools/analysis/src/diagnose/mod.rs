@@ -201,7 +201,7 @@ fn ask(
 /// Whether more than details of its form is left of the reading.
 fn much_is_left(found: &WrenchFinding) -> bool {
     let accepted = found.found.accepted.as_ref();
-    accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted))
+    accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted.gain))
 }
 
 /// Whether what is held back excites what the beginning does.

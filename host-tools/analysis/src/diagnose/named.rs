@@ -88,7 +88,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
             earlier.map(|(fitted, evidence)| reading(fitted).with_evidence(*evidence, 0.0)),
         );
         if let Some(accepted) = &found.found.accepted {
-            let left = found.prepared.left(accepted);
+            let left = found.prepared.left(accepted.gain);
             let each = accepted.effects.iter().zip(&found.found.evidence);
             let each = each.zip(found.prepared.contrasts(accepted));
             named.extend(each.map(|((fitted, evidence), (contrast, _))| {

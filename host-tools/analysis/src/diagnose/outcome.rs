@@ -57,12 +57,12 @@ pub(crate) fn conclude(
     let amount = evidence::price(cycles);
     let disagree =
         |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.evidence);
-    let disagreeing: Vec<&str> = reduction
-        .named
-        .iter()
-        .filter(disagree)
-        .map(|n| n.0.effect.id.as_str())
-        .collect();
+    let of_one_log = stages.wrench.as_ref().and_then(|w| w.found.of_one_log);
+    let named = reduction.named.iter().filter(disagree);
+    let mut disagreeing: Vec<&str> = named.map(|n| n.0.effect.id.as_str()).collect();
+    if let Some(id) = of_one_log.filter(|id| !disagreeing.contains(id)) {
+        disagreeing.insert(0, id);
+    }
     let verdict = match (unexplained, found.is_empty()) {
         _ if lacking(stages).len() == TESTED => Verdict::NotTestable,
         _ if !disagreeing.is_empty() && question.only.is_none() => Verdict::LogsDisagree,

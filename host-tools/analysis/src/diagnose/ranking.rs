@@ -167,7 +167,7 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
     let fitted = stages.logs.fitted;
     let much = stages.wrench.iter().any(|found| {
         let accepted = found.found.accepted.as_ref();
-        accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted))
+        accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted.gain))
     });
     let each = rivals.flat_map(move |rival| {
         let sum = |gains: &[f64]| gains.iter().sum::<f64>();

@@ -156,7 +156,7 @@ fn wrench_rounds(
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
         };
-        if question.only.is_some() || !finding.prepared.has_much_left(accepted) {
+        if question.only.is_some() || !finding.prepared.has_much_left(accepted.gain) {
             break;
         }
         known

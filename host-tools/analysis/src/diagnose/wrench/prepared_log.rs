@@ -306,14 +306,15 @@ impl Joint {
         both.map(|(before, after)| before - after).collect()
     }
 
+    /// Whether readings come in steps.
+    pub(super) fn is_rounded(&self) -> bool {
+        let mut half_steps = self.logs.iter().flat_map(|log| log.half_step);
+        half_steps.any(|half| half > 0.0)
+    }
+
     /// Fall of the squared distance to the intervals of rounded readings.
     pub(super) fn gain_beyond_rounding(&self, tested: &Tested) -> f64 {
-        if self
-            .logs
-            .iter()
-            .flat_map(|log| log.half_step)
-            .all(|half| half <= 0.0)
-        {
+        if !self.is_rounded() {
             return f64::INFINITY;
         }
         let parts = self.parts(Some(tested));
@@ -347,14 +348,14 @@ impl Joint {
         parts.iter().map(of).collect()
     }
 
-    /// χ² that a hypothesis leaves beyond the number of values.
-    pub(crate) fn left(&self, tested: &Tested) -> f64 {
-        self.problem.chi2 - tested.gain - self.problem.count as f64
+    /// χ² that is left beyond the number of values when it has fallen by this gain.
+    pub(crate) fn left(&self, gain: f64) -> f64 {
+        self.problem.chi2 - gain - self.problem.count as f64
     }
 
     /// Whether that is more than details of the form of an effect.
-    pub(crate) fn has_much_left(&self, tested: &Tested) -> bool {
-        self.left(tested) > MUCH * self.problem.count as f64
+    pub(crate) fn has_much_left(&self, gain: f64) -> bool {
+        self.left(gain) > MUCH * self.problem.count as f64
     }
 }
 

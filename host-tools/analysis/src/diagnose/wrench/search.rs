@@ -1,6 +1,6 @@
 //! The search for effects on the reading, alone and in pairs.
 
-use super::problem::{Solution, best_gain, solve};
+use super::problem::{Best, Solution, best_gain, solve};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence;
 use crate::effects::Effect;
@@ -95,9 +95,12 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
             all_signs.push(variant.signs[k]);
         }
         let detail = variant.effect.effect.detail;
+        let forbidden = |s: &Best| s.wrong.iter().any(|k| *k >= beside.len());
         best_gain(&library.gram, &library.right, &columns, &all_signs)
-            // The opposite column gains the same with the sign that physics allows.
-            .filter(|s| !detail || (s.own > OWN && s.wrong.iter().all(|k| *k < beside.len())))
+            // The opposite column gains the same with the sign that physics allows; and what is there
+            // without a column of a forbidden sign is there without it.
+            .filter(|s| !detail || s.own > OWN)
+            .filter(|s| !(detail || used.len() > 1) || !forbidden(s))
             .map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let mut reached = if beside.is_empty() { 0.0 } else { gain(&[]) };

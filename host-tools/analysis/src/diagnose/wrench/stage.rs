@@ -11,6 +11,8 @@ use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, threshold};
+use crate::model::load::Column;
+use crate::model::load::effects::Sign;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -43,6 +45,8 @@ pub(crate) struct Found {
     pub rivals: Vec<Rival>,
     /// Steps after which the search was ended, if the evidence rose still.
     pub ended_after: Option<usize>,
+    /// Id of an effect that explains more on one of the logs alone than all that is accepted.
+    pub of_one_log: Option<&'static str>,
 }
 
 /// What a search works with.
@@ -111,12 +115,14 @@ fn searched(joint: &Joint, library: &Library, forced: bool, watch: Watch<'_>) ->
     }
     let evidence = accepted.as_ref().map_or_else(Vec::new, |t| work.each(t));
     let rivals = accepted.as_ref().map_or_else(Vec::new, |t| work.rivals(t));
+    let of_one_log = work.of_one_log(accepted.as_ref());
     Found {
         accepted: accepted.map(|all| work.of_fit(all)),
         evidence,
         ranked,
         rivals,
         ended_after,
+        of_one_log,
     }
 }
 
@@ -262,6 +268,36 @@ impl Work<'_> {
         }
     }
 
+    /// The effect that one log alone shows, if it leaves little and explains more by itself than what
+    /// all logs are said to have in common: several effects together imitate what changes from log to
+    /// log. Steps of a reading look different in each log.
+    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<&'static str> {
+        let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
+        if logs < 2 || self.joint.is_rounded() {
+            return None;
+        }
+        let which_log = 2.0 * (logs as f64).ln();
+        let evidence = |variant: &Variant, log: usize| -> Option<f64> {
+            let columns = variant.columns.iter().map(|k| &self.library.columns[*k]);
+            let alone: Vec<Column> = columns.map(|c| problem.masked(c, log)).collect();
+            let solution = problem.solve_whitened(&alone, &variant.signs)?;
+            let open = variant.signs.iter().filter(|s| **s != Sign::One).count();
+            let paid = self.price * (open + variant.scanned()) as f64 + evidence::prior();
+            let possible = solution.wrong.is_empty() && !self.joint.has_much_left(solution.gain);
+            possible.then_some(solution.gain - paid - which_log)
+        };
+        let whole = |variant: &&Variant| self.any || !variant.effect.effect.detail;
+        let variants: Vec<&Variant> = self.library.variants.iter().filter(whole).collect();
+        let best = variants.par_iter().filter_map(|variant| {
+            let each = (0..logs).filter_map(|log| evidence(variant, log));
+            Some((each.reduce(f64::max)?, variant.effect.id))
+        });
+        let (best, id) = best.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
+        let explained = accepted.map_or(0.0, |t| t.gain);
+        (best > common + threshold(self.joint.known + explained)).then_some(id)
+    }
+
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {
         rivals(self.library, accepted, self.price, &|h| {
             self.tested(h, TRIED_LATER)
@@ -285,7 +321,7 @@ impl Work<'_> {
         if !fitted.wrong.is_empty() || !is_determined(&fitted) {
             return all;
         }
-        if self.joint.has_much_left(&all) {
+        if self.joint.has_much_left(all.gain) {
             let of = |k: usize| {
                 let problem = self.joint.without(k, PIECES);
                 fitted_to(

@@ -19,7 +19,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5)
             .hidden(40.0, 100.0)
             .pictured(150.0),
-        Parameter::new("hardening_n_per_m3", "N/m^3", -1e12, 1e12),
+        Parameter::new("hardening_n_per_m3", "N/m^3", 0.0, 1e12),
         Parameter::new("about_start", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
         ACTS_AT,
     ],
