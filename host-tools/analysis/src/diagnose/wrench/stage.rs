@@ -268,9 +268,9 @@ impl Work<'_> {
         }
     }
 
-    /// The effect that one log alone shows, if it leaves little and explains more by itself than what
-    /// all logs are said to have in common: several effects together imitate what changes from log to
-    /// log. Steps of a reading look different in each log.
+    /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
+    /// have in common: several effects together imitate what changes from log to log. Steps of a
+    /// reading look different in each log.
     fn of_one_log(&self, accepted: Option<&Tested>) -> Option<&'static str> {
         let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
         if logs < 2 || self.joint.is_rounded() {
@@ -283,7 +283,7 @@ impl Work<'_> {
             let solution = problem.solve_whitened(&alone, &variant.signs)?;
             let open = variant.signs.iter().filter(|s| **s != Sign::One).count();
             let paid = self.price * (open + variant.scanned()) as f64 + evidence::prior();
-            let possible = solution.wrong.is_empty() && !self.joint.has_much_left(solution.gain);
+            let possible = solution.wrong.is_empty();
             possible.then_some(solution.gain - paid - which_log)
         };
         let whole = |variant: &&Variant| self.any || !variant.effect.effect.detail;
