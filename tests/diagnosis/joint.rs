@@ -27,14 +27,16 @@ fn motion(t: f64, phase: f64) -> [f64; 3] {
     })
 }
 
-fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
+/// `ripple`: a torque of angle and rate that no law of the catalogue describes.
+fn log(seconds: f64, phase: f64, seed: u64, ripple: fn(f64, f64) -> f64) -> Recording {
     let mut random = RandomStream::new(seed, 0);
     let mut last = None;
     let record = |n: usize| {
         let t = n as f64 * TS;
         let [q, v, a] = motion(t, phase);
         let gravity = GRAVITY.0 * (q - GRAVITY.1).sin();
-        let torque = INERTIA * a + gravity + FRICTION.0 * v.signum() + FRICTION.1 * v;
+        let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
+        let torque = INERTIA * a + gravity + friction + ripple(q, v);
         let angle = q + 1e-7 * random.normal();
         let mut cycle = CycleRecord::default();
         cycle.trace.cycle = n as u64;
@@ -72,10 +74,48 @@ torque_n_m = 0.05
 angle_rad = 1e-7
 "#;
 
+fn none(_: f64, _: f64) -> f64 {
+    0.0
+}
+
+/// A gear whose torque ripples with its angle.
+fn gear(angle: f64, _: f64) -> f64 {
+    (7.0 * angle).sin()
+}
+
+/// What real joints leave: weight and friction keep their names, their intervals hold the truth, and it is
+/// said what the rest follows.
+#[test]
+fn a_joint_with_a_gear_is_named_with_a_remainder() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 3, gear), log(8.0, 2.0, 4, gear));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    for (effect, parameter, truth) in [
+        ("bearing_gravity", "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
+        ("guide_viscous", "damping_n_m_s_per_rad", FRICTION.1),
+    ] {
+        let named = found.parameters.get(effect);
+        let said = &named.unwrap_or_else(|| panic!("{effect}: {}", found.sentence))[parameter];
+        assert!(
+            (said.low..said.high).contains(&truth),
+            "{parameter}: {said:?}"
+        );
+        assert!(said.high - said.low < truth, "{parameter}: {said:?}");
+    }
+    let remainder = &found.remainder;
+    assert!((0.01..0.25).contains(&remainder.share), "{remainder:?}");
+    assert!(
+        remainder.follows.contains("follows the position"),
+        "{remainder:?}"
+    );
+}
+
 #[test]
 fn gravity_inertia_and_friction_of_a_joint_are_named() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
-    let (train, test) = (log(12.0, 0.0, 1), log(8.0, 2.0, 2));
+    let (train, test) = (log(12.0, 0.0, 1, none), log(8.0, 2.0, 2, none));
     let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
     let found = found.diagnosis;
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);

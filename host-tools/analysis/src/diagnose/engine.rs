@@ -154,8 +154,23 @@ pub(crate) struct WrenchFinding {
 /// What a smooth remainder leaves of a hypothesis.
 #[derive(Default)]
 pub(crate) struct BesideRemainder {
-    /// Effects that it would explain as well, with the evidence for each beside it.
-    pub imitated: Vec<(String, f64)>,
+    /// Effects that it would explain as well.
+    pub imitated: Vec<Imitated>,
+    /// The remainder beside what is accepted.
+    pub remainder: wrench::Remainder,
+}
+
+/// An effect that a smooth remainder would explain as well.
+#[derive(Clone)]
+pub(crate) struct Imitated {
+    /// The effect.
+    pub id: String,
+    /// Evidence for it beside the remainder.
+    pub evidence: f64,
+    /// What it would need beside the other effects.
+    pub needed: f64,
+    /// Whether an interval of its coefficients leaves out 0.
+    pub determined: bool,
 }
 
 impl WrenchFinding {
@@ -168,18 +183,21 @@ impl WrenchFinding {
 
     /// What its effects leave.
     pub(super) fn left(&self) -> Left {
-        structure::left(&self.prepared, self.found.accepted.as_ref())
+        structure::left(&self.prepared, self.found.accepted.as_ref(), &[])
     }
 
     /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder.
-    pub(super) fn stand(&mut self, each: &[Standing]) {
-        self.beside_remainder = Some(BesideRemainder::default());
+    pub(super) fn stand(&mut self, each: &[Standing], remainder: wrench::Remainder) {
+        self.beside_remainder = Some(BesideRemainder {
+            imitated: Vec::new(),
+            remainder,
+        });
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         let effects = self.earlier.0.iter_mut().chain(accepted);
         let evidence = self.earlier.1.iter_mut().chain(&mut self.found.evidence);
         for ((effect, evidence), standing) in effects.zip(evidence).zip(each) {
             *evidence = evidence.min(standing.evidence);
-            effect.widen(standing.deviation());
+            effect.stand(standing.amount);
         }
     }
 }

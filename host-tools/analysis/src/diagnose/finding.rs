@@ -51,7 +51,7 @@ pub struct Nominal {
 pub struct Remainder {
     /// Share of the squared error beyond the noise, of the channel that has most of it; 0 to 1.
     pub share: f64,
-    /// Where and when it shows, in words; empty where it is not told from noise.
+    /// What it follows, or where and when it shows, in words; empty where it is not told from noise.
     pub follows: String,
 }
 
@@ -230,7 +230,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Ids of the named effects, the largest share of the error first.
     pub effects: Vec<String>,
-    /// Probability of each effect that was found, given the catalogue.
+    /// Probability of each named effect.
     pub probability: BTreeMap<String, f64>,
     /// Their parameters.
     pub parameters: Parameters,

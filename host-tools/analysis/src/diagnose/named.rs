@@ -322,7 +322,8 @@ fn reading(fitted: &Fitted) -> Named {
     let mut one = Named::new(fitted.id, Vec::new());
     for (name, (value, sigma, unit)) in &fitted.parameters {
         one = if *sigma > 0.0 {
-            one.with(name, (*value, *sigma), unit)
+            let [low, high] = fitted.interval(*value, *sigma);
+            one.within(name, *value, [low, high], unit)
         } else {
             one.choosing(name, *value)
         };

@@ -21,6 +21,9 @@ use std::collections::BTreeMap;
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
 
+/// Share of a smooth remainder from which it is said what it follows.
+const FOLLOWS: f64 = 0.1;
+
 /// What a diagnosis concludes, and the model with what was named.
 pub(crate) struct Outcome {
     /// For the user.
@@ -84,7 +87,8 @@ pub(crate) fn conclude(
     };
     let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
-    let mut notes = notes(stages, &left, unexplained, in_sample);
+    let remainder = remainder(stages, &left);
+    let mut notes = notes(stages, &remainder, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
@@ -102,10 +106,11 @@ pub(crate) fn conclude(
         probability: reduction
             .named
             .iter()
+            .filter(|_| !unnamed)
             .map(|(n, _)| (n.effect.id.clone(), evidence::probability(n.evidence)))
             .collect(),
         nominal: nominal(stages),
-        remainder: remainder(&left),
+        remainder,
         disagreeing: disagreeing.iter().map(|id| (*id).to_owned()).collect(),
         residual_rms_sigma: BeforeAfter {
             before: levels_of(stages.before.test()),
@@ -169,19 +174,38 @@ fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
     all.map(of).collect()
 }
 
-/// What is left of the channel that has most of it.
-fn remainder(left: &[Left]) -> Remainder {
-    let most = left.iter().max_by(|a, b| a.share.total_cmp(&b.share));
-    most.map_or_else(Remainder::default, |most| {
-        let words = most.structured().map(|(channel, axis, each)| {
-            let words = each.last().map(Structure::words).unwrap_or_default();
-            format!("{} {axis}: {words}", channel.name().replace('_', " "))
-        });
-        Remainder {
-            share: most.share,
-            follows: words.collect::<Vec<_>>().join("; "),
-        }
-    })
+/// What is left with structure of the channel that has most of it.
+fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
+    let structured = left.iter().filter(|left| left.is_structured());
+    let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
+    let Some(most) = most else {
+        return Remainder::default();
+    };
+    let of_wrench = most
+        .axes
+        .first()
+        .is_some_and(|axis| axis.0 == Channel::Wrench);
+    let found = stages.wrench.iter().filter(|_| of_wrench);
+    let beside = found.filter_map(|found| found.beside_remainder.as_ref());
+    let functions = beside.flat_map(|beside| &beside.remainder.follows);
+    let words: Vec<String> = functions
+        .filter(|(_, _, share)| *share > FOLLOWS)
+        .map(|(axis, quantity, share)| {
+            let (channel, words) = (Channel::Wrench, quantity.words());
+            format!("{channel} {axis}: {:.0} % follows {words}", 100.0 * share)
+        })
+        .collect();
+    let structure = most.structured().map(|(channel, axis, each)| {
+        let words = each.last().map(Structure::words).unwrap_or_default();
+        format!("{channel} {axis}: {words}")
+    });
+    Remainder {
+        share: most.share,
+        follows: match words.is_empty() {
+            true => structure.collect::<Vec<_>>().join("; "),
+            false => words.join("; "),
+        },
+    }
 }
 
 /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
@@ -258,14 +282,20 @@ fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
     }
     if let Some(found) = &stages.wrench {
         let accepted = found.found.accepted.as_ref();
-        let mut left = structure::left(&found.prepared, accepted);
+        let mut left = structure::left(&found.prepared, accepted, &[]);
         if stages.clock.jitter.is_some() {
             // Instants that were recovered but for noise leave bursts where the load is steep.
             let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
             each.for_each(|one| *one = one.clone().of_size());
         }
-        if found.beside_remainder.is_some() && accepted.is_some() {
-            left.allowed = structure::MODELLED;
+        if let Some(beside) = found
+            .beside_remainder
+            .as_ref()
+            .filter(|_| accepted.is_some())
+        {
+            let smooth = &beside.remainder.of_logs;
+            let both = structure::left(&found.prepared, accepted, smooth);
+            left = left.beside(&beside.remainder, &both);
         }
         all.push(left);
     }
@@ -300,11 +330,7 @@ fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
     let nominal = found.search.nominal.chi2;
     let chi2 = found.search.reached();
     let excess = (chi2 - found.count as f64).max(0.0);
-    Left {
-        axes,
-        share: excess / (excess + nominal - chi2).max(1.0),
-        allowed: structure::REMAINDER,
-    }
+    Left::new(axes, excess / (excess + nominal - chi2).max(1.0))
 }
 
 /// Structure of a channel that the stages do not whiten themselves.
@@ -357,14 +383,16 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
     let (before, now) = (square(&stages.before.all), square(&after.all));
     let floor = if channel == Channel::Pose { 1.0 } else { 0.0 };
     let excess = (now - floor).max(0.0);
-    Left {
-        axes,
-        share: excess / (excess + (before - now).max(0.0)).max(1e-12),
-        allowed: structure::REMAINDER,
-    }
+    let was = excess + (before - now).max(0.0);
+    Left::new(axes, excess / was.max(1e-12))
 }
 
-fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> Vec<String> {
+fn notes(
+    stages: &Stages,
+    remainder: &Remainder,
+    unexplained: bool,
+    in_sample: bool,
+) -> Vec<String> {
     let mut notes = stages.before.shown().notes.clone();
     notes.extend(lacking(stages).into_iter().map(str::to_owned));
     if in_sample {
@@ -391,17 +419,18 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
         .wrench
         .iter()
         .filter_map(|w| w.beside_remainder.as_ref());
-    for (id, evidence) in beside.flat_map(|beside| &beside.imitated) {
-        let reason = match evidence.is_finite() {
+    for one in beside.flat_map(|beside| &beside.imitated) {
+        let reason = match one.evidence < one.needed {
             true => format!(
-                "the evidence for it is {evidence:.0}, {} are needed",
-                evidence::NAMED
+                "the evidence for it is {:.0}, {:.0} are needed",
+                one.evidence, one.needed
             ),
             false => "its 95 % interval holds 0".to_owned(),
         };
         notes.push(format!(
-            "{id} is not told from a smooth remainder, functions of position, velocity, \
-             acceleration, contact depth and time in its place: {reason}."
+            "{} is not told from a smooth remainder, functions of position, velocity, \
+             acceleration, contact depth and time in its place: {reason}.",
+            one.id
         ));
     }
     for floor in &stages.noise {
@@ -413,14 +442,12 @@ fn notes(stages: &Stages, left: &[Left], unexplained: bool, in_sample: bool) -> 
             ));
         }
     }
-    for one in left.iter().filter(|_| !unexplained) {
-        for (channel, axis, each) in one.structured() {
-            let words = each.last().map(Structure::words).unwrap_or_default();
-            notes.push(format!(
-                "A remainder of {:.2} % of the error of {channel} {axis} has structure ({words}).",
-                100.0 * one.share,
-            ));
-        }
+    if remainder.share > 0.0 && !unexplained {
+        notes.push(format!(
+            "{:.2} % of the error is left with structure: {}.",
+            100.0 * remainder.share,
+            remainder.follows
+        ));
     }
     notes
 }

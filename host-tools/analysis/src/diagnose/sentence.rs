@@ -3,6 +3,9 @@
 use super::finding::{Diagnosis, Verdict};
 use super::structure::{Left, Structure};
 
+/// Share of the error that is left from which the sentence tells it.
+const TOLD: f64 = 0.01;
+
 /// Says what is missing, how far the error falls, and what is not certain.
 pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
     match diagnosis.verdict {
@@ -42,6 +45,14 @@ fn named(diagnosis: &Diagnosis) -> String {
          the data sheet's noise.",
         names.join(", and ")
     );
+    let remainder = &diagnosis.remainder;
+    if remainder.share > TOLD {
+        let percent = 100.0 * remainder.share;
+        text.push_str(&format!(
+            " {percent:.0} % is left with structure ({}).",
+            remainder.follows
+        ));
+    }
     if let Some(rival) = diagnosis.runner_up.as_ref().filter(|r| !r.told_apart) {
         text.push_str(&format!(
             " This log does not tell {} from {}.",

@@ -2,13 +2,13 @@
 
 use super::actuator::{self, Cost, Term};
 use super::clock::{self, CommonDelay, Scatter};
-use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
+use super::engine::{ActuatorFinding, Imitated, Logs, Question, WrenchFinding, is_shape};
 use super::evidence::threshold;
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
 use super::timed_logs::TimedLogs;
-use super::wrench::{self, Joint, PreparedLog, Standing};
+use super::wrench::{self, Joint, PreparedLog};
 use crate::model::log::Log;
 use crate::model::{Axis, Channel, Model};
 use rayon::prelude::*;
@@ -151,7 +151,7 @@ fn wrench_rounds(
 ) -> Option<WrenchFinding> {
     let mut finding = search(model, question)?;
     let mut known = model.clone();
-    let mut leaves_structure = finding.left().any();
+    let mut leaves_structure = finding.left().is_structured();
     for _ in 1..ROUNDS {
         let Some(accepted) = finding.found.accepted.as_ref() else {
             break;
@@ -176,7 +176,7 @@ fn wrench_rounds(
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
-        leaves_structure |= finding.left().any();
+        leaves_structure |= finding.left().is_structured();
     }
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
@@ -201,15 +201,16 @@ fn beside_remainder(
 ) -> WrenchFinding {
     let mut finding = first;
     let mut imitated = Vec::new();
-    while let Some((place, evidence)) = weakest(&mut finding) {
+    while let Some((place, one)) = weakest(&mut finding) {
         let mut ids = finding.ids();
-        imitated.push((ids.remove(place), evidence));
+        ids.remove(place);
+        imitated.push(one);
         match among(&ids) {
             Some(fewer) => finding = fewer,
             None => break,
         }
     }
-    for (id, _) in imitated.clone() {
+    for Imitated { id, .. } in imitated.clone() {
         let mut ids = finding.ids();
         ids.push(id.clone());
         let Some(mut more) = among(&ids) else {
@@ -217,7 +218,7 @@ fn beside_remainder(
         };
         if more.ids().contains(&id) && weakest(&mut more).is_none() {
             finding = more;
-            imitated.retain(|(other, _)| *other != id);
+            imitated.retain(|other| other.id != id);
         }
     }
     if !imitated.is_empty() {
@@ -228,7 +229,7 @@ fn beside_remainder(
 
 /// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
 /// nothing is left, there is none.
-fn weakest(finding: &mut WrenchFinding) -> Option<(usize, f64)> {
+fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
     let accepted = finding.found.accepted.as_ref()?;
     let left = finding.left();
     let axes: Vec<Axis> = left.structured().map(|(_, axis, _)| *axis).collect();
@@ -236,11 +237,30 @@ fn weakest(finding: &mut WrenchFinding) -> Option<(usize, f64)> {
         return None;
     }
     let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
-    let places = each.iter().map(Standing::strength).enumerate();
-    let least = places.min_by(|a, b| a.1.total_cmp(&b.1));
-    let fails = least.filter(|(_, strength)| *strength < threshold(0.0));
+    let model = &finding.prepared.logs.first()?.scene.model;
+    let effects = finding.earlier.0.iter().chain(&accepted.effects);
+    let all: f64 = each.iter().map(|one| one.evidence.max(0.0)).sum();
+    let places = each.iter().zip(effects).map(|(one, effect)| Imitated {
+        id: effect.id.to_owned(),
+        evidence: one.evidence,
+        needed: threshold(all - one.evidence.max(0.0)),
+        determined: one.determines(effect, model),
+    });
+    let over = |one: &Imitated| one.evidence - one.needed;
+    let least = |these: Vec<(usize, Imitated)>| {
+        let these = these.into_iter();
+        these.min_by(|a, b| over(&a.1).total_cmp(&over(&b.1)))
+    };
+    // What others imitate is undetermined only as long as they are there.
+    let (weak, strong): (Vec<_>, Vec<_>) = places
+        .enumerate()
+        .partition(|(_, one)| one.evidence < one.needed);
+    let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
+    let fails = least(weak).or_else(|| least(undetermined.collect()));
     if fails.is_none() {
-        finding.stand(&each);
+        let (earlier, _) = &finding.earlier;
+        let remainder = wrench::remainder(&finding.prepared, earlier, accepted, &axes);
+        finding.stand(&each, remainder);
     }
     fails
 }

@@ -4,7 +4,7 @@
 //! structure only if all logs say so.
 
 use super::rounding::Rounded;
-use super::wrench::{Joint, PreparedLog, Rest, Tested, sheet_sigma};
+use super::wrench::{Joint, PreparedLog, Remainder, Rest, Tested, sheet_sigma};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
 use crate::statistics::{median, periodogram};
@@ -25,11 +25,14 @@ const LINE_S: f64 = 1.0;
 const LEVEL: f64 = 1.8;
 
 /// Share of the error that may be left without being called structure.
-pub(crate) const REMAINDER: f64 = 0.01;
+const REMAINDER: f64 = 0.01;
 /// The same where each effect stands beside a smooth remainder. Set by hand, not calibrated: friction laws of
 /// real joints leave about 3 %, imitations of what is outside of the catalogue 4 % at the least and mostly more than 10 %
 /// (`softdock bench diagnose --seed 3`), so that one of them is named.
-pub(crate) const MODELLED: f64 = 0.05;
+const MODELLED: f64 = 0.05;
+/// The same where a smooth remainder describes all but [`MODELLED`] of it without any contact, whose own law it could
+/// be: what is named explains at least three times what stays without a name. Set by hand.
+const NAMELESS: f64 = 0.25;
 
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
@@ -39,13 +42,35 @@ pub(crate) struct Left {
     /// Excess over the noise that is left, of what there was.
     pub share: f64,
     /// Share that may be left without being called structure.
-    pub allowed: f64,
+    allowed: f64,
 }
 
 impl Left {
+    pub(crate) fn new(axes: Vec<(Channel, Axis, Vec<Structure>)>, share: f64) -> Self {
+        Self {
+            axes,
+            share,
+            allowed: REMAINDER,
+        }
+    }
+
+    /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
+    pub(crate) fn beside(self, remainder: &Remainder, left: &Self) -> Self {
+        let described = left.share <= MODELLED && !remainder.is_of_contact();
+        Self {
+            allowed: if described { NAMELESS } else { MODELLED },
+            ..self
+        }
+    }
+
     /// Whether the logs show structure that is more than a remainder.
     pub(crate) fn any(&self) -> bool {
-        self.share > self.allowed && self.structured().next().is_some()
+        self.share > self.allowed && self.is_structured()
+    }
+
+    /// Whether the logs show any structure.
+    pub(crate) fn is_structured(&self) -> bool {
+        self.structured().next().is_some()
     }
 
     /// Axes with structure on all logs.
@@ -56,9 +81,9 @@ impl Left {
     }
 }
 
-/// What effects leave of the wrench.
-pub(crate) fn left(joint: &Joint, tested: Option<&Tested>) -> Left {
-    let rests = joint.rests(tested);
+/// What effects, and a smooth remainder of each log if there is one, leave of the wrench.
+pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, smooth: &[Column]) -> Left {
+    let rests = joint.rests(tested, smooth);
     let each = joint.logs.iter().zip(&rests);
     let of_logs: Vec<(Vec<Structure>, Excess)> =
         each.map(|(log, rest)| of_log(joint, log, rest)).collect();
@@ -73,11 +98,7 @@ pub(crate) fn left(joint: &Joint, tested: Option<&Tested>) -> Left {
     let removed = joint.known + tested.map_or(0.0, |t| t.gain);
     let white = share(sum(&|e| e.white), removed);
     let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
-    Left {
-        axes,
-        share: white.max(plain),
-        allowed: REMAINDER,
-    }
+    Left::new(axes, white.max(plain))
 }
 
 /// Excess that is left, of what there was.

@@ -239,8 +239,11 @@ impl Joint {
 
     /// What a hypothesis and the tolerances leave of each log, in units of the noise; and what they
     /// leave of its readings, with the tolerances spent and without.
-    pub(crate) fn rests(&self, tested: Option<&Tested>) -> Vec<Rest> {
-        let parts = self.parts(tested);
+    pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
+        let mut parts = self.parts(tested);
+        for (part, smooth) in parts.iter_mut().zip(smooth) {
+            part.add(&smooth.0);
+        }
         let white = self.problem.whitened(&parts.iter().collect::<Vec<_>>());
         let taken = self.problem.tolerances_with(&white);
         let rest = self.problem.rest(&white, &taken);

@@ -81,7 +81,7 @@ fn effects(diagnosis: &Diagnosis) -> Table {
     for (id, probability) in &diagnosis.probability {
         table.push(vec![
             Cell::text(id),
-            Cell::formatted(*probability, Format::Fixed(4)),
+            Cell::formatted(*probability, Format::Fixed(2)),
         ]);
     }
     table

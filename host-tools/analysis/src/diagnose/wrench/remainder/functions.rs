@@ -1,15 +1,16 @@
 //! The smooth functions of which a remainder consists.
 //!
 //! Cosines over the range of a quantity, with amplitudes that fall as k^−1.5: what is smoother is
-//! likelier. They are functions of one quantity each, on one axis of the reading.
+//! likelier. They are functions of one quantity each, on one axis of the reading, without what the simple laws of that
+//! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so.
 
 use crate::diagnose::wrench::prepared_log::PreparedLog;
 use crate::model::load::{Column, Scene};
 use crate::statistics::periodogram;
 use nalgebra::{Cholesky, DMatrix, DVector};
+use softdock_control::frames::Pose;
 use std::f64::consts::PI;
 
-/// Functions of position, X
 const POSITION: usize = 12;
 const DIRECTION: usize = 8;
 const VELOCITY: usize = 8;
@@ -26,45 +27,152 @@ const SLOWEST: f64 = 0.1;
 /// A function of the motion: a column for each log.
 pub(super) type Function = Vec<Column>;
 
-/// The functions of one axis, in groups of which each has a variance of its own.
-pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Vec<Function>> {
+/// What the functions of a group are functions of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Position,
+    PositionEachWay,
+    Velocity,
+    Acceleration,
+    Depth,
+    DampedDepth,
+    Time,
+}
+
+impl Quantity {
+    /// In words.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Position => "the position",
+            Self::PositionEachWay => "the position, another way in each direction",
+            Self::Velocity => "the velocity",
+            Self::Acceleration => "the acceleration",
+            Self::Depth => "the depth of the contact",
+            Self::DampedDepth => "depth and velocity of the contact",
+            Self::Time => "the time",
+        }
+    }
+}
+
+/// Functions with one variance.
+pub(super) struct Group {
+    pub quantity: Quantity,
+    pub functions: Vec<Function>,
+}
+
+/// The functions of one axis.
+pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     let motions: Vec<Motion> = logs
         .iter()
         .map(|log| Motion::new(&log.scene, axis))
         .collect();
     let scales = Scales::of(&motions);
-    let column = |of: &dyn Fn(&Motion, usize) -> f64| -> Function {
-        let each = motions.iter();
-        let series = |m: &Motion| Column::on_axis(axis, (0..m.len()).map(|n| of(m, n)));
-        each.map(series).collect()
-    };
     let group = |count: usize, of: &dyn Fn(usize, &Motion, usize) -> f64| -> Vec<Function> {
-        (1..=count).map(|k| column(&|m, n| of(k, m, n))).collect()
+        let column = |k, m: &Motion| Column::on_axis(axis, (0..m.len()).map(|n| of(k, m, n)));
+        let function = |k| motions.iter().map(|m| column(k, m)).collect();
+        (1..=count).map(function).collect()
     };
+    let position = group(POSITION, &|k, m, n| wave(k, scales.place(m.position[n])));
+    let each_way = group(DIRECTION, &|k, m, n| {
+        scales.side(m.velocity[n]) * wave(k, scales.place(m.position[n]))
+    });
     let velocity = group(VELOCITY, &|k, m, n| wave(k, scales.speed(m.velocity[n])));
-    let mut groups = vec![
-        group(POSITION, &|k, m, n| wave(k, scales.place(m.position[n]))),
-        group(DIRECTION, &|k, m, n| {
-            scales.side(m.velocity[n]) * wave(k, scales.place(m.position[n]))
-        }),
-        scales.without_friction(velocity, &motions, axis),
-        group(ACCELERATION, &|k, m, n| {
-            wave(k, scales.slope(m.acceleration[n]))
-        }),
-        group(DEPTH, &|k, m, n| {
-            m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
-        }),
-        group(DEPTH, &|k, m, n| {
-            m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
-        }),
-        of_time(&motions, axis),
+    let acceleration = group(ACCELERATION, &|k, m, n| {
+        wave(k, scales.slope(m.acceleration[n]))
+    });
+    let without =
+        |group, law: &dyn Fn(&Motion, usize) -> Vec<f64>| without(group, &motions, axis, law);
+    let functions = [
+        // A constant, a spring, and on a bearing a weight on a lever.
+        (
+            Quantity::Position,
+            without(position, &|m, n| {
+                let q = m.position[n];
+                let turns = if axis < 3 {
+                    vec![]
+                } else {
+                    vec![q.sin(), q.cos()]
+                };
+                [vec![1.0, q], turns].concat()
+            }),
+        ),
+        // Dry friction.
+        (
+            Quantity::PositionEachWay,
+            without(each_way, &|m, n| vec![scales.side(m.velocity[n])]),
+        ),
+        // Dry and viscous friction.
+        (
+            Quantity::Velocity,
+            without(velocity, &|m, n| {
+                vec![1.0, scales.side(m.velocity[n]), m.velocity[n]]
+            }),
+        ),
+        // Inertia.
+        (
+            Quantity::Acceleration,
+            without(acceleration, &|m, n| vec![1.0, m.acceleration[n]]),
+        ),
+        (
+            Quantity::Depth,
+            group(DEPTH, &|k, m, n| {
+                m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
+            }),
+        ),
+        (
+            Quantity::DampedDepth,
+            group(DEPTH, &|k, m, n| {
+                m.velocity[n] / scales.speed
+                    * m.pushes(n).abs()
+                    * wave(k - 1, scales.depth(m.depth[n]))
+            }),
+        ),
+        (Quantity::Time, of_time(&motions, axis)),
     ];
     let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
-    for group in &mut groups {
-        group.retain(|function| function.iter().any(finite));
+    let some = |function: &Function| function.iter().any(finite);
+    let groups = functions.into_iter().map(|(quantity, functions)| Group {
+        quantity,
+        functions: functions.into_iter().filter(some).collect(),
+    });
+    groups.filter(|group| !group.functions.is_empty()).collect()
+}
+
+/// Functions without what the laws of their quantity are: what is left after a regression on these.
+fn without(
+    functions: Vec<Function>,
+    motions: &[Motion],
+    axis: usize,
+    law: &dyn Fn(&Motion, usize) -> Vec<f64>,
+) -> Vec<Function> {
+    /// Share of a law that the others have to leave to count.
+    const OWN: f64 = 1e-9;
+    let rows = motions.iter().flat_map(|m| (0..m.len()).map(|n| law(m, n)));
+    let rows: Vec<Vec<f64>> = rows.collect();
+    let count = rows.first().map_or(0, Vec::len);
+    let mut laws = DMatrix::from_fn(rows.len(), count, |n, k| rows[n][k]);
+    for mut law in laws.column_iter_mut() {
+        let length = law.norm();
+        law /= length.max(f64::MIN_POSITIVE);
     }
-    groups.retain(|group| !group.is_empty());
-    groups
+    let normal = laws.tr_mul(&laws) + OWN * DMatrix::identity(count, count);
+    let Some(normal) = Cholesky::new(normal) else {
+        return Vec::new();
+    };
+    let less = |function: Function| -> Function {
+        let all = motions.iter().zip(&function);
+        let all = all.flat_map(|(m, column)| (0..m.len()).map(move |n| column.at(axis, n)));
+        let series = DVector::from_iterator(rows.len(), all);
+        let rest = &series - &laws * normal.solve(&laws.tr_mul(&series));
+        let mut from = 0;
+        let part = |m: &Motion| {
+            let rows = from..from + m.len();
+            from = rows.end;
+            Column::on_axis(axis, rows.map(|n| rest[n]))
+        };
+        motions.iter().map(part).collect()
+    };
+    functions.into_iter().map(less).collect()
 }
 
 fn wave(k: usize, share: f64) -> f64 {
@@ -98,18 +206,19 @@ struct Motion {
 impl Motion {
     fn new(scene: &Scene, axis: usize) -> Self {
         let start = scene.pose.first();
-        let position = scene.pose.iter().map(|pose| match (axis, start) {
+        let position = |(n, pose): (usize, &Pose<f64>)| match (axis, start) {
             (0..3, _) => pose.translation.vector[axis],
+            _ if scene.model.bearing().is_some_and(|a| a.index() == axis) => scene.position[n],
             (_, Some(start)) => (start.rotation.inverse() * pose.rotation).scaled_axis()[axis - 3],
             _ => 0.0,
-        });
+        };
         let depth = |n: usize| -> f64 {
             let touches = scene.touches.iter().filter(|_| axis < 3);
             let along = touches.map(|t| t.penetration[n].max(0.0) * t.normal[axis]);
             along.sum()
         };
         Self {
-            position: position.collect(),
+            position: scene.pose.iter().enumerate().map(position).collect(),
             velocity: scene
                 .motion
                 .iter()
@@ -194,39 +303,6 @@ impl Scales {
 
     fn depth(&self, depth: f64) -> f64 {
         depth.abs() / self.depth
-    }
-
-    /// Functions of velocity without what an offset, dry and viscous friction are: that friction has a
-    /// form of its own is no reason not to call it friction.
-    fn without_friction(
-        &self,
-        group: Vec<Function>,
-        motions: &[Motion],
-        axis: usize,
-    ) -> Vec<Function> {
-        let velocities: Vec<f64> = motions.iter().flat_map(|m| m.velocity.clone()).collect();
-        let friction = DMatrix::from_fn(velocities.len(), 3, |n, k| match k {
-            0 => 1.0,
-            1 => self.side(velocities[n]),
-            _ => velocities[n],
-        });
-        let Some(normal) = Cholesky::new(friction.transpose() * &friction) else {
-            return Vec::new();
-        };
-        let less = |function: Function| -> Function {
-            let all = motions.iter().zip(&function);
-            let all = all.flat_map(|(m, column)| (0..m.len()).map(move |n| column.at(axis, n)));
-            let series = DVector::from_iterator(velocities.len(), all);
-            let rest = &series - &friction * normal.solve(&friction.tr_mul(&series));
-            let mut from = 0;
-            let part = |m: &Motion| {
-                let rows = from..from + m.len();
-                from = rows.end;
-                Column::on_axis(axis, rows.map(|n| rest[n]))
-            };
-            motions.iter().map(part).collect()
-        };
-        group.into_iter().map(less).collect()
     }
 }
 

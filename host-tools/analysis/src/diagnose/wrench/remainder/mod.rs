@@ -10,14 +10,16 @@
 
 mod functions;
 
+pub(crate) use functions::Quantity;
+
 use super::prepared_log::Joint;
 use super::problem::subtract;
 use super::tested::{Fitted, Tested};
 use crate::diagnose::evidence;
 use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;
-use crate::model::Axis;
 use crate::model::load::Column;
+use crate::model::{Axis, Model};
 use crate::statistics::periodogram;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
@@ -38,19 +40,12 @@ pub(crate) struct Standing {
 }
 
 impl Standing {
-    /// How far its amount and its deviation beside the remainder are from what they are without, as one
-    /// deviation.
-    pub(crate) fn deviation(&self) -> f64 {
+    /// Whether the logs determine the effect: an interval of 95 % does not hold 0.
+    pub(crate) fn determines(&self, effect: &Fitted, model: &Model) -> bool {
         let (amount, deviation) = self.amount;
-        (amount - 1.0).hypot(deviation)
-    }
-
-    /// The evidence, if the logs determine the amount at all: if its 95 % interval does not hold 0.
-    pub(crate) fn strength(&self) -> f64 {
-        match INTERVAL_95 * self.deviation() < 1.0 {
-            true => self.evidence,
-            false => f64::NEG_INFINITY,
-        }
+        let mut effect = effect.clone();
+        effect.stand(self.amount);
+        amount > INTERVAL_95 * deviation && effect.is_determined(model)
     }
 }
 
@@ -62,31 +57,79 @@ pub(crate) fn standings(
     tested: &Tested,
     axes: &[Axis],
 ) -> Vec<Standing> {
-    let mut regression = Regression::new(joint, earlier, tested, axes);
-    let all: Vec<usize> = (0..regression.effects).collect();
-    let every_value = regression.fit(&all);
-    regression.count_less(regression.left_over(joint, earlier.len(), axes, &every_value));
+    let regression = Regression::new(joint, earlier, tested, axes);
+    let all: Vec<usize> = (0..regression.effects.len()).collect();
     let with = regression.fit(&all);
     let amounts = regression.amounts(&with);
-    let price = evidence::price(joint.problem.count) + evidence::prior();
+    let price = evidence::price(joint.problem.count);
     let standing = |&k: &usize| {
         let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
         let without = regression.fit(&others);
+        let paid = price * regression.effects[k].len() as f64 + evidence::prior();
         Standing {
-            evidence: with.evidence - without.evidence - price,
+            evidence: with.evidence - without.evidence - paid,
             amount: amounts[k],
         }
     };
     all.iter().map(standing).collect()
 }
 
+/// The smooth remainder itself.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Remainder {
+    /// What it is of each log, in units of the reading.
+    pub of_logs: Vec<Column>,
+    /// What it is a function of, on which axis, with the share of its χ²; the largest first.
+    pub follows: Vec<(Axis, Quantity, f64)>,
+}
+
+impl Remainder {
+    /// Whether it says anything of a contact.
+    pub(crate) fn is_of_contact(&self) -> bool {
+        let contact =
+            |quantity: Quantity| matches!(quantity, Quantity::Depth | Quantity::DampedDepth);
+        self.follows
+            .iter()
+            .any(|(_, quantity, _)| contact(*quantity))
+    }
+}
+
+/// The remainder on these axes beside effects as they are.
+pub(crate) fn remainder(
+    joint: &Joint,
+    earlier: &[Fitted],
+    tested: &Tested,
+    axes: &[Axis],
+) -> Remainder {
+    let regression = Regression::new(joint, earlier, tested, axes);
+    let all: Vec<usize> = (0..regression.effects.len()).collect();
+    let (amplitudes, shares) = regression.amplitudes(&regression.fit(&all));
+    let mut of_logs = vec![Column::default(); joint.logs.len()];
+    let groups = axes.iter().flat_map(|axis| {
+        let groups = functions::of_axis(&joint.logs, axis.index());
+        groups.into_iter().map(|group| (*axis, group))
+    });
+    let (mut follows, mut amplitudes) = (Vec::new(), amplitudes.into_iter());
+    for ((axis, group), share) in groups.zip(shares) {
+        follows.push((axis, group.quantity, share));
+        for (function, amplitude) in group.functions.iter().zip(&mut amplitudes) {
+            for (sum, column) in of_logs.iter_mut().zip(function) {
+                subtract(sum, column, -amplitude);
+            }
+        }
+    }
+    follows.sort_by(|a, b| b.2.total_cmp(&a.2));
+    Remainder { of_logs, follows }
+}
+
 /// The regression of effects and remainder, in units of the noise, with the tolerances spent.
 struct Regression {
-    /// Effects, then functions.
+    /// Terms of effects, then functions.
     columns: Vec<Column>,
     gram: DMatrix<f64>,
     right: DVector<f64>,
-    effects: usize,
+    /// Terms of each effect.
+    effects: Vec<Range<usize>>,
     /// Groups of functions, counted from the first function.
     groups: Vec<Range<usize>>,
 }
@@ -103,28 +146,44 @@ impl Regression {
     fn new(joint: &Joint, earlier: &[Fitted], tested: &Tested, axes: &[Axis]) -> Self {
         let problem = &joint.problem;
         let whole = |columns: &[Column]| problem.whitened(&columns.iter().collect::<Vec<_>>());
-        let alone = |effect: &Fitted| whole(&joint.parts(Some(&tested.with_only(effect.clone()))));
-        let mut columns: Vec<Column> = earlier.iter().chain(&tested.effects).map(alone).collect();
-        let effects = columns.len();
+        let model = &joint.logs[0].scene.model;
+        let mut columns: Vec<Column> = Vec::new();
+        let mut effects = Vec::new();
+        for effect in earlier.iter().chain(&tested.effects) {
+            let from = columns.len();
+            let each = effect.terms(model).into_iter();
+            columns.extend(each.map(|term| whole(&joint.parts(Some(&tested.with_only(term))))));
+            effects.push(from..columns.len());
+        }
+        let first = columns.len();
         let mut groups = Vec::new();
         for axis in axes {
             for group in functions::of_axis(&joint.logs, axis.index()) {
-                let from = columns.len() - effects;
-                columns.extend(group.iter().map(|function| whole(function)));
-                groups.push(from..columns.len() - effects);
+                let from = columns.len() - first;
+                columns.extend(group.functions.iter().map(|function| whole(function)));
+                groups.push(from..columns.len() - first);
             }
         }
         let (gram, mut right) = problem.after_tolerances(&problem.all_products(&columns));
-        for k in 0..earlier.len() {
+        for k in effects[..earlier.len()].iter().flat_map(Range::clone) {
             right += gram.column(k);
         }
-        Self {
+        let mut regression = Self {
             columns,
             gram,
             right,
             effects,
             groups,
-        }
+        };
+        let all: Vec<usize> = (0..regression.effects.len()).collect();
+        let every_value = regression.fit(&all);
+        regression.count_less(regression.left_over(joint, earlier.len(), axes, &every_value));
+        regression
+    }
+
+    /// Number of terms.
+    fn terms(&self) -> usize {
+        self.effects.last().map_or(0, |last| last.end)
     }
 
     /// From now on a value counts as one of `kappa`.
@@ -198,14 +257,13 @@ impl Regression {
 
     /// Products of the functions with the effects taken out, and what the effects alone gain.
     fn beside(&self, chosen: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
-        let first = self.effects;
-        let size = self.gram.nrows() - first;
-        let functions = self.gram.view((first, first), (size, size)).into_owned();
-        let right = self.right.rows(first, size).into_owned();
-        let rows = self.gram.select_rows(chosen);
-        let across = rows.columns(first, size).into_owned();
-        let own_right = self.right.select_rows(chosen);
-        let Some(own) = Cholesky::new(rows.select_columns(chosen)) else {
+        let (functions, right) = self.functions();
+        let terms = chosen.iter().flat_map(|k| self.effects[*k].clone());
+        let terms: Vec<usize> = terms.collect();
+        let rows = self.gram.select_rows(&terms);
+        let across = rows.columns(self.terms(), functions.nrows()).into_owned();
+        let own_right = self.right.select_rows(&terms);
+        let Some(own) = Cholesky::new(rows.select_columns(&terms)) else {
             return (functions, right, 0.0);
         };
         let best = own.solve(&own_right);
@@ -216,28 +274,66 @@ impl Regression {
         )
     }
 
-    /// Amounts of the effects beside the remainder, with their deviations.
+    /// Products of the functions alone.
+    fn functions(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let first = self.terms();
+        let size = self.gram.nrows() - first;
+        (
+            self.gram.view((first, first), (size, size)).into_owned(),
+            self.right.rows(first, size).into_owned(),
+        )
+    }
+
+    /// Amplitudes of the functions beside the effects as they are, and the share of each group.
+    fn amplitudes(&self, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
+        let (functions, mut right) = self.functions();
+        for k in 0..self.terms() {
+            right -= self.gram.view((self.terms(), k), (right.len(), 1));
+        }
+        let Some(normal) = self.normal(&functions, 0, &fit.precisions) else {
+            return (vec![0.0; right.len()], vec![0.0; self.groups.len()]);
+        };
+        let amplitudes = normal.solve(&right);
+        let power = (&functions * &amplitudes).component_mul(&amplitudes);
+        let share = |group: &Range<usize>| -> f64 {
+            power.rows_range(group.clone()).sum() / power.sum().max(f64::MIN_POSITIVE)
+        };
+        let shares = self.groups.iter().map(share).collect();
+        (amplitudes.as_slice().to_vec(), shares)
+    }
+
+    /// Amounts of the effects beside the remainder, with their deviations: of several terms along what
+    /// they are without.
     fn amounts(&self, fit: &Fit) -> Vec<(f64, f64)> {
-        let Some(normal) = self.normal(&self.gram, self.effects, &fit.precisions) else {
-            return vec![(0.0, f64::INFINITY); self.effects];
+        let Some(normal) = self.normal(&self.gram, self.terms(), &fit.precisions) else {
+            return vec![(0.0, f64::INFINITY); self.effects.len()];
         };
         let mean = normal.solve(&self.right);
         let inverse = normal.inverse();
-        let effects = 0..self.effects;
-        effects
-            .map(|i| (mean[i], inverse[(i, i)].max(0.0).sqrt()))
-            .collect()
+        let amount = |terms: &Range<usize>| {
+            let own = self
+                .gram
+                .view((terms.start, terms.start), (terms.len(), terms.len()));
+            let along = own.column_sum();
+            let along = &along / along.sum().max(f64::MIN_POSITIVE);
+            let covariance = inverse.view((terms.start, terms.start), (terms.len(), terms.len()));
+            let variance = along.dot(&(covariance * &along));
+            let amount = along.dot(&mean.rows_range(terms.clone()));
+            (amount, variance.max(0.0).sqrt())
+        };
+        self.effects.iter().map(amount).collect()
     }
 
     /// Power that effects and remainder leave on these axes where effects live, in units of the noise.
     fn left_over(&self, joint: &Joint, earlier: usize, axes: &[Axis], fit: &Fit) -> f64 {
-        let Some(normal) = self.normal(&self.gram, self.effects, &fit.precisions) else {
+        let Some(normal) = self.normal(&self.gram, self.terms(), &fit.precisions) else {
             return 1.0;
         };
+        let known = self.effects[..earlier].last().map_or(0, |last| last.end);
         let mut sum = Column::default();
         let amounts = normal.solve(&self.right);
         for (k, (column, amount)) in self.columns.iter().zip(&amounts).enumerate() {
-            let known = if k < earlier { 1.0 } else { 0.0 };
+            let known = if k < known { 1.0 } else { 0.0 };
             subtract(&mut sum, column, known - amount);
         }
         let rest = joint
