@@ -84,3 +84,17 @@ fn a_soft_capture_knows_its_loads() {
         );
     }
 }
+
+/// The corners of the box are every combination of its ends, and a row of them runs.
+#[test]
+fn the_corners_of_the_standards_box_are_a_campaign() {
+    let folder = scratch("campaign_corners");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../examples/campaign/soft-capture-corners.toml");
+    let example = example.to_str().unwrap();
+    let plan = json(&folder, &["campaign", "plan", example, "-o", "c", "--json"]);
+    assert_eq!(plan["rows"], 4096, "{plan}");
+    let arguments = ["campaign", "run", "c", "--shard", "7/2048", "--json"];
+    let run = json(&folder, &arguments);
+    assert_eq!((&run["rows"], &run["failed"]), (&2.into(), &0.into()));
+}

@@ -64,6 +64,25 @@ fn a_board_that_is_ready_is_said_to_be() {
     let firmware = find(&checks, "firmware")["message"].as_str().unwrap();
     assert!(firmware.contains("board of this computer"), "{firmware}");
 
+    // A change that is refused leaves nothing behind, and what is advised is accepted.
+    let set = |value| {
+        softdock(
+            folder,
+            &[
+                "params",
+                "set",
+                "control.robot.cycle_s",
+                value,
+                "--port",
+                &served.port,
+            ],
+        )
+    };
+    assert_ne!(set("5").code, Some(0));
+    let (_, checks) = doctor(folder, &port);
+    is(&checks, "mode", "good", "Hold");
+    served.done(&["mode", "zero"]);
+
     // The recorder ends; the file is another one.
     drop(recorder);
     std::fs::write(folder.join("other.toml"), "[can]\nbase_id = 9\n").unwrap();

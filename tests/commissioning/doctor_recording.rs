@@ -6,7 +6,7 @@ use softdock_analysis::commission::doctor::{Check, State, of_recording, of_setti
 use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_control::io::Sequence;
-use softdock_control::modes::{Fault, FaultCode};
+use softdock_control::modes::{Fault, FaultCode, Mode};
 
 fn recording() -> Recording {
     let mut scenario = Scenario::spring_rod().unwrap();
@@ -77,4 +77,21 @@ fn settings_that_nobody_measured_are_warned_of() {
     assert_eq!(state(&checks, "robot's delay"), State::Good);
     board.control.sensor.tool_mass_kg = -1.0;
     assert_eq!(state(&of_settings(&board), "settings"), State::Bad);
+}
+
+/// A board that is recorded from its first cycle has no sample then, and the tool's weight stands in its place.
+#[test]
+fn cycles_before_the_first_sample_are_no_force_at_rest() {
+    let mut recording = recording();
+    let early = recording.cycles.len() * 3 / 4;
+    for cycle in &mut recording.cycles {
+        cycle.trace.mode = Mode::Hold;
+        cycle.trace.wrench_at_m = [0.1, 0.0, 0.2, 0.0, 0.0, 0.0];
+    }
+    for cycle in &mut recording.cycles[..early] {
+        cycle.inputs.sensor.counter = 0;
+        cycle.trace.wrench_at_m[2] = -18.0;
+    }
+    let checks = of_recording(&recording);
+    assert_eq!(state(&checks, "force at rest"), State::Good, "{checks:#?}");
 }

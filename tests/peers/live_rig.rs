@@ -103,6 +103,12 @@ fn it_docks_over_can() {
     assert!(unix_s > 1.7e9 && unix_s < now.as_secs_f64(), "{clock:?}");
     let at_time_s: f64 = clock["at_time_s"].parse().unwrap();
     assert_eq!(at_time_s, cycles[0].trace.time_s);
+    let bytes = std::fs::read(&recording).unwrap();
+    let first = mcap::MessageStream::new(&bytes).unwrap().next().unwrap();
+    assert_eq!(
+        first.unwrap().log_time / 1000,
+        (unix_s * 1e6).round() as u64
+    );
 }
 
 /// What a recording says about the instant of its first cycle.

@@ -2,7 +2,7 @@
 
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
-use softdock_analysis::recording::{FORMAT, Header, Recording, RecordingWriter};
+use softdock_analysis::recording::{FORMAT, Header, Recording, RecordingWriter, WallClock};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -27,6 +27,42 @@ fn a_file_on_disk_comes_back() {
     recording.write(&path).unwrap();
     let back = Recording::open(&path).unwrap();
     assert_eq!(exact(&back), exact(&recording));
+}
+
+/// Viewers show the time of day where it is known; what is read back is the board's own time all the same.
+#[test]
+fn messages_carry_the_wall_clock_where_it_is_known() {
+    let mut recording = Source(5).recording(100, false);
+    for (cycle, number) in recording.cycles.iter_mut().zip(0u32..) {
+        cycle.trace.time_s = 7.0 + f64::from(number) * 0.004;
+    }
+    let times = |recording: &Recording| -> Vec<u64> {
+        let file = file_of(recording);
+        let messages = mcap::MessageStream::new(&file).unwrap();
+        let times = messages.map(|message| message.unwrap());
+        let mut times: Vec<u64> = times
+            .inspect(|message| assert_eq!(message.log_time, message.publish_time))
+            .map(|message| message.log_time)
+            .collect();
+        times.dedup();
+        times
+    };
+    for (wall_clock, first_ns) in [
+        (None, 7_000_000_000),
+        (
+            Some(WallClock {
+                unix_s: 1.7e9,
+                at_time_s: 6.0,
+            }),
+            1_700_000_001_000_000_000,
+        ),
+    ] {
+        recording.wall_clock = wall_clock;
+        let expected: Vec<u64> = (0..100).map(|k| first_ns + k * 4_000_000).collect();
+        assert_eq!(times(&recording), expected);
+        let back = read(&file_of(&recording)).unwrap();
+        assert_eq!(exact(&back), exact(&recording));
+    }
 }
 
 #[test]
@@ -74,11 +110,12 @@ fn a_missing_file_is_named() {
     assert!(error.to_string().contains("`no/such.mcap`"), "{error}");
 }
 
-/// Times are nanoseconds of the run, one message per cycle and topic, in chunks of a quarter of
+/// Times are nanoseconds of the run where nobody knows the time of day, one message per cycle and topic, in chunks of a quarter of
 /// a second.
 #[test]
 fn other_programs_find_their_way() {
-    let recording = Source(5).recording(130, true);
+    let mut recording = Source(5).recording(130, true);
+    recording.wall_clock = None;
     let file = file_of(&recording);
     let summary = mcap::Summary::read(&file).unwrap().unwrap();
     assert_eq!(summary.chunk_indexes.len(), 3);

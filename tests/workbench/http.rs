@@ -2,7 +2,7 @@
 
 use super::server::{Bench, imported};
 use serde_json::{Value, json};
-use softdock_tests::process::softdock;
+use softdock_tests::process::{scratch, softdock};
 use std::fs;
 use std::path::Path;
 
@@ -215,4 +215,111 @@ fn what_is_missing_is_said_before_a_diagnosis() {
     );
     let refused = bench.post("/api/jobs", &json!({"kind": "diagnose", "args": twice}));
     assert_eq!(refused.status, 422, "{}", refused.json());
+}
+
+#[test]
+fn all_parameters_are_fitted_as_the_command_fits_them() {
+    let folder = imported("workbench_fit", "guide_coulomb");
+    let bench = Bench::start(&folder);
+    let events = bench.job(&json!({"kind": "fit", "args": selection()}));
+    let (kind, found) = events.last().unwrap();
+    assert_eq!(kind, "result", "{found}");
+    let arguments = ["fit", "model.toml", "train.mcap", "--test", "test.mcap"];
+    let expected = printed(&folder, &arguments);
+    for key in ["parameters", "undetermined", "steps", "written"] {
+        assert_eq!(found[key], expected[key], "{key}");
+    }
+    let write = json!({"job": 1, "if_match": found["if_match"], "force": true});
+    let written = bench.post("/api/models/model.toml/effects", &write);
+    assert_eq!(written.status, 200, "{}", written.json());
+    let history = bench.get("/api/models/model.toml/history").json();
+    assert_eq!(history["steps"][1]["effect"], "refit", "{history}");
+}
+
+/// The run of the page is the run of the command, into a recording that was not there before.
+#[test]
+fn a_scenario_is_run_as_the_command_runs_it() {
+    let folder = scratch("workbench_run");
+    let init = softdock(&folder, &["init", "."]);
+    assert_eq!(init.code, Some(0), "{}", init.stderr);
+    let bench = Bench::start(&folder);
+    let scenarios = bench.get("/api/scenarios").json();
+    assert_eq!(scenarios[0]["id"], "scenario.toml", "{scenarios}");
+    assert_eq!(scenarios.as_array().unwrap().len(), 1, "{scenarios}");
+
+    let args = json!({"scenario": "scenario.toml", "output": "mine.mcap", "law": "lead", "duration_s": 2.0});
+    let events = bench.job(&json!({"kind": "run", "args": args}));
+    let (kind, mut said) = events.last().unwrap().clone();
+    assert_eq!(kind, "result", "{said}");
+    assert_eq!(said["recording"], "mine.mcap");
+    let arguments = [
+        "run",
+        "scenario.toml",
+        "-o",
+        "theirs.mcap",
+        "--law",
+        "lead",
+        "--duration-s",
+        "2",
+    ];
+    let mut expected = printed(&folder, &arguments);
+    for document in [&mut said, &mut expected] {
+        let document = document.as_object_mut().unwrap();
+        document.remove("real_time_factor");
+        document.remove("recording");
+    }
+    assert_eq!(said, expected);
+
+    let status = |args: Value| {
+        let answer = bench.post("/api/jobs", &json!({"kind": "run", "args": args}));
+        (answer.status, answer.json().to_string())
+    };
+    let (code, why) = status(args);
+    assert!(code == 409 && why.contains("choose another name"), "{why}");
+    for (output, expected) in [
+        ("../out.mcap", 400),
+        ("out.toml", 422),
+        ("no/out.mcap", 422),
+    ] {
+        let (code, why) = status(json!({"scenario": "scenario.toml", "output": output}));
+        assert_eq!(code, expected, "{why}");
+    }
+    let (code, why) = status(json!({"scenario": "scenario.toml", "output": "x.mcap", "laws": 1}));
+    assert!(
+        code == 422 && why.contains("unknown field `laws`"),
+        "{code} {why}"
+    );
+    let unknown = json!({"scenario": "scenario.toml", "output": "x.mcap", "law": "leed"});
+    let events = bench.job(&json!({"kind": "run", "args": unknown}));
+    let why = events.last().unwrap().1["error"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    assert!(
+        why.contains("there is no delay law `leed`; expected one of none, "),
+        "{why}"
+    );
+}
+
+#[test]
+fn a_run_that_is_ended_leaves_no_recording() {
+    let folder = scratch("workbench_run_ended");
+    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    let bench = Bench::start(&folder);
+    let args = json!({"scenario": "scenario.toml", "output": "long.mcap", "duration_s": 3000.0});
+    let id = bench
+        .post("/api/jobs", &json!({"kind": "run", "args": args}))
+        .json()["id"]
+        .clone();
+    let path = format!("/api/jobs/{id}/events");
+    bench.hear(&path, |heard| heard.contains("simulating"));
+    assert_eq!(
+        bench
+            .ask("DELETE", &format!("/api/jobs/{id}"), &Value::Null)
+            .status,
+        204
+    );
+    let told = String::from_utf8(bench.get(&path).body).unwrap();
+    assert!(told.contains("ended on request"), "{told}");
+    assert!(!folder.join("long.mcap").exists());
 }

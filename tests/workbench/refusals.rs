@@ -3,6 +3,7 @@
 
 use super::server::{Bench, imported};
 use serde_json::{Value, json};
+use softdock_tests::process::{scratch, softdock};
 use std::fs;
 
 #[test]
@@ -174,4 +175,54 @@ fn anything_that_is_no_question_is_refused_and_the_next_one_answered() {
     };
     assert_eq!(broken(bench.get("/api/recordings").json()), 1);
     assert_eq!(broken(bench.get("/api/models").json()), 1);
+}
+
+/// Beyond this computer nothing is answered without the token, and the page takes it from its address.
+#[test]
+fn who_asks_over_the_network_has_to_know_the_token() {
+    let folder = scratch("workbench_network");
+    let secret = "0123456789abcdef";
+    let alone = softdock(&folder, &["workbench", "--listen", "127.0.0.1"]);
+    assert!(
+        alone.code != Some(0) && alone.stderr.contains("--token"),
+        "{}",
+        alone.stderr
+    );
+    let short = softdock(
+        &folder,
+        &["workbench", "--listen", "127.0.0.1", "--token", "abc"],
+    );
+    assert!(
+        short.stderr.contains("at least 16 letters"),
+        "{}",
+        short.stderr
+    );
+
+    let bench = Bench::listening(&folder, &["--listen", "127.0.0.1", "--token", secret]);
+    let status = |path: &str, headers: &str| {
+        let request = format!(
+            "GET {path} HTTP/1.1\r\nhost: laboratory:{}\r\nconnection: close\r\n{headers}\r\n",
+            bench.port
+        );
+        bench.send(&request).status
+    };
+    for path in [
+        "/",
+        "/api/session",
+        "/assets/app.js",
+        "/?token=0123456789abcdee",
+    ] {
+        assert_eq!(status(path, ""), 401, "{path}");
+    }
+    assert_eq!(status(&format!("/api/session?token={secret}"), ""), 401);
+    assert_eq!(status(&format!("/?token={secret}"), ""), 303);
+    let cookie = format!("cookie: softdock_{}={secret}\r\n", bench.port);
+    let bearer = format!("authorization: Bearer {secret}\r\n");
+    for known in [&cookie, &bearer] {
+        assert_eq!(status("/api/session", known), 200, "{known}");
+        assert_eq!(
+            status("/", &format!("{known}origin: http://evil.example\r\n")),
+            403
+        );
+    }
 }

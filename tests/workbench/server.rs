@@ -50,22 +50,27 @@ impl Answer {
 
 impl Bench {
     pub fn start(folder: &Path) -> Self {
-        let mut command = Command::new(softdock_binary());
-        command.arg("workbench").arg(folder);
-        let mut process = Running::start("workbench", &mut command);
-        let url = process.wait_for("http://127.0.0.1:");
-        let port = url.trim_end_matches('/').rsplit(':').next().unwrap();
-        let mut bench = Self {
-            port: port.trim().parse().unwrap(),
-            token: String::new(),
-            process,
-        };
+        let mut bench = Self::listening(folder, &[]);
         let session = bench.get("/api/session").json();
         session["csrf"]
             .as_str()
             .unwrap()
             .clone_into(&mut bench.token);
         bench
+    }
+
+    /// With further arguments, and without having asked anything yet.
+    pub fn listening(folder: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new(softdock_binary());
+        command.arg("workbench").arg(folder).args(arguments);
+        let mut process = Running::start("workbench", &mut command);
+        let url = process.wait_for("http://127.0.0.1:");
+        let port = url.split("http://127.0.0.1:").nth(1).unwrap();
+        Self {
+            port: port.split('/').next().unwrap().parse().unwrap(),
+            token: String::new(),
+            process,
+        }
     }
 
     /// Ends it where it stands, as a power cut does.

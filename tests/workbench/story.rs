@@ -3,6 +3,7 @@
 
 use super::server::{Bench, imported};
 use softdock_tests::browser::Browser;
+use softdock_tests::process::{scratch, softdock};
 
 /// Widths from a telephone to a wide screen, pixels.
 const WIDTHS: [u32; 5] = [400, 800, 1280, 1600, 2560];
@@ -87,5 +88,32 @@ fn two_runs_are_laid_over_each_other_and_aligned() {
     browser.click(".overlay button:nth-of-type(3)");
     browser.until("Number(document.querySelector('#shift').value) != 0.004");
     browser.keep_pictures("workbench-overlay");
+    assert_eq!(browser.look().console, Vec::<String>::new());
+}
+
+/// A scenario is run and all parameters are fitted to it, by clicks.
+#[test]
+fn a_scenario_is_run_and_fitted_by_clicks() {
+    let folder = scratch("workbench_run_story");
+    let init = softdock(&folder, &["init", "."]);
+    assert_eq!(init.code, Some(0), "{}", init.stderr);
+    let secret = "a-token-of-this-test";
+    let bench = Bench::listening(&folder, &["--listen", "127.0.0.1", "--token", secret]);
+    let mut browser = Browser::start("workbench_run_story_chromium");
+    browser.visit(&format!("http://{}/?token={secret}", bench.host()));
+    browser.until("document.querySelector('#simulation details')");
+    browser.click("#simulation summary");
+    browser.click("#run");
+    browser.until("document.querySelector('#ran')");
+    browser.keep_pictures("workbench-run");
+    // The only recording is the one that is fitted on.
+    browser.until("document.querySelector('#check')?.dataset.ready == 'true'");
+    browser.click("#fit");
+    browser.until("document.querySelector('#addition .difference')");
+    browser.keep_pictures("workbench-fit");
+    browser.click("#write");
+    browser.until("document.querySelector('#added')");
+    let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(model.contains("effect = \"refit\""), "{model}");
     assert_eq!(browser.look().console, Vec::<String>::new());
 }

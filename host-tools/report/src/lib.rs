@@ -32,6 +32,7 @@ pub mod number;
 mod page;
 mod plot;
 mod table;
+mod terminal;
 mod text;
 mod theme;
 
@@ -43,5 +44,6 @@ pub use curve::{Series, Style};
 pub use number::Format;
 pub use page::Page;
 pub use plot::{Band, Plot};
-pub use table::{Cell, Column, Mark, Table, Terminal};
+pub use table::{Cell, Column, Mark, Table};
+pub use terminal::Terminal;
 pub use theme::Hue;

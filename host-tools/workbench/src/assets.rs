@@ -19,7 +19,7 @@ macro_rules! assets {
 }
 
 const INDEX: &str = include_str!("assets/index.html");
-const ASSETS: [Asset; 19] = assets![
+const ASSETS: [Asset; 20] = assets![
     "add.js",
     "align.js",
     "api.js",
@@ -34,6 +34,7 @@ const ASSETS: [Asset; 19] = assets![
     "icon.svg",
     "live.js",
     "plots.js",
+    "simulation.js",
     "state.js",
     "uPlot.LICENSE",
     "uPlot.iife.min.js",

@@ -1,4 +1,7 @@
 //! A listener that takes a bounded number of connections; further ones wait in the system's queue.
+//!
+//! A connection on which nothing comes or goes gives its place back after a while: a request that is begun and not
+//! ended, a reader that does not read, a browser that keeps a connection for later.
 
 use axum::serve::Listener;
 use std::io;
@@ -6,12 +9,16 @@ use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{Instant, Sleep, sleep};
 
 /// Connections at a time: a browser opens six for each of its tabs.
 pub(super) const MOST: usize = 64;
+/// Longest silence of a connection. An answer may take as long; streams of events say something every 15 s.
+const SILENCE: Duration = Duration::from_secs(60);
 
 /// A listener whose connections share a number of places with others.
 pub(super) struct Bounded {
@@ -20,24 +27,22 @@ pub(super) struct Bounded {
 }
 
 /// A connection that gives its place back when it is dropped.
-pub(super) struct Connection {
-    stream: TcpStream,
+pub(super) struct Connection<S> {
+    stream: S,
+    /// Ends with the silence.
+    silent: Pin<Box<Sleep>>,
     _place: Option<OwnedSemaphorePermit>,
 }
 
 impl Listener for Bounded {
-    type Io = Connection;
+    type Io = Connection<TcpStream>;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Connection, SocketAddr) {
+    async fn accept(&mut self) -> (Self::Io, SocketAddr) {
         // The semaphore is never closed.
         let place = self.places.clone().acquire_owned().await.ok();
         let (stream, from) = Listener::accept(&mut self.listener).await;
-        let connection = Connection {
-            stream,
-            _place: place,
-        };
-        (connection, from)
+        (Connection::new(stream, place), from)
     }
 
     fn local_addr(&self) -> io::Result<SocketAddr> {
@@ -45,23 +50,51 @@ impl Listener for Bounded {
     }
 }
 
-impl AsyncRead for Connection {
+impl<S> Connection<S> {
+    fn new(stream: S, place: Option<OwnedSemaphorePermit>) -> Self {
+        Self {
+            stream,
+            silent: Box::pin(sleep(SILENCE)),
+            _place: place,
+        }
+    }
+
+    /// What became of an attempt to read or write: what moved breaks the silence, what waits has until its end.
+    fn moved<T>(
+        &mut self,
+        context: &mut Context<'_>,
+        attempt: Poll<io::Result<T>>,
+    ) -> Poll<io::Result<T>> {
+        if attempt.is_ready() {
+            self.silent.as_mut().reset(Instant::now() + SILENCE);
+            return attempt;
+        }
+        self.silent
+            .as_mut()
+            .poll(context)
+            .map(|()| Err(io::ErrorKind::TimedOut.into()))
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Connection<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_read(context, buffer)
+        let read = Pin::new(&mut self.stream).poll_read(context, buffer);
+        self.moved(context, read)
     }
 }
 
-impl AsyncWrite for Connection {
+impl<S: AsyncWrite + Unpin> AsyncWrite for Connection<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
+        let written = Pin::new(&mut self.stream).poll_write(context, bytes);
+        self.moved(context, written)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -70,5 +103,44 @@ impl AsyncWrite for Connection {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+
+    #[tokio::test(start_paused = true)]
+    async fn who_says_nothing_loses_its_place() {
+        let places = Arc::new(Semaphore::new(1));
+        let place = places.clone().acquire_owned().await.ok();
+        let (mut client, server) = duplex(16);
+        let mut connection = Connection::new(server, place);
+        let served = tokio::spawn(async move {
+            let mut heard = Vec::new();
+            let ended = connection.read_to_end(&mut heard).await;
+            (heard, ended.unwrap_err().kind())
+        });
+        // As long as something comes it stays, however slowly.
+        for _ in 0..3 {
+            client.write_all(b"x").await.unwrap();
+            tokio::time::sleep(SILENCE / 2).await;
+            assert_eq!(places.available_permits(), 0);
+        }
+        let (heard, why) = served.await.unwrap();
+        assert_eq!(
+            (heard.as_slice(), why),
+            (&b"xxx"[..], io::ErrorKind::TimedOut)
+        );
+        assert_eq!(places.available_permits(), 1);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_does_not_read_loses_its_place() {
+        let (_client, server) = duplex(16);
+        let mut connection = Connection::new(server, None);
+        let ended = connection.write_all(&[0; 64]).await;
+        assert_eq!(ended.unwrap_err().kind(), io::ErrorKind::TimedOut);
     }
 }

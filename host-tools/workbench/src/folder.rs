@@ -62,16 +62,7 @@ impl Folder {
     /// An id that is no plain path below the folder, leads out of it over a link, or names no file
     /// with this ending.
     pub(super) fn file(&self, id: &str, ending: &str) -> Result<PathBuf, Problem> {
-        let inside = Path::new(id);
-        let plain = |part| matches!(part, Component::Normal(_));
-        let is_plain =
-            !id.is_empty() && !id.contains(['\\', '\0']) && inside.components().all(plain);
-        if !is_plain {
-            return Err(Problem::new(
-                StatusCode::BAD_REQUEST,
-                format!("`{id}` is no path in the folder; expected one as /api lists it"),
-            ));
-        }
+        let inside = plain(id)?;
         let missing = || Problem::not_found(format!("`{id}` is not in the folder (any more)"));
         let path = self
             .root
@@ -80,6 +71,35 @@ impl Folder {
             .map_err(|_| missing())?;
         let is_ours = path.starts_with(&self.root) && path.is_file() && has(&path, ending);
         is_ours.then_some(path).ok_or_else(missing)
+    }
+
+    /// The path of a file that is to be made.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Self::file`], a folder that is not there, another ending, or a file that is.
+    pub(super) fn new_file(&self, id: &str, ending: &str) -> Result<PathBuf, Problem> {
+        let inside = plain(id)?;
+        let refused = |why| Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why);
+        let name = inside.file_name().filter(|_| has(inside, ending));
+        let name = name.ok_or_else(|| {
+            refused(format!(
+                "expected a name that ends with .{ending}, received `{id}`"
+            ))
+        })?;
+        let folder = self.root.join(inside).parent().map(Path::canonicalize);
+        let folder = folder
+            .and_then(Result::ok)
+            .filter(|folder| folder.starts_with(&self.root));
+        let folder =
+            folder.ok_or_else(|| refused(format!("there is no such folder for `{id}`")))?;
+        let path = folder.join(name);
+        if path.symlink_metadata().is_ok() {
+            return Err(Problem::changed(format!(
+                "`{id}` exists already and is left as it is: choose another name"
+            )));
+        }
+        Ok(path)
     }
 
     /// Files with this ending, the newest first.
@@ -129,6 +149,20 @@ impl Folder {
     }
 }
 
+/// An id as a path that leads nowhere up.
+fn plain(id: &str) -> Result<&Path, Problem> {
+    let inside = Path::new(id);
+    let normal = |part| matches!(part, Component::Normal(_));
+    let is_plain = !id.is_empty() && !id.contains(['\\', '\0']);
+    if is_plain && inside.components().all(normal) {
+        return Ok(inside);
+    }
+    Err(Problem::new(
+        StatusCode::BAD_REQUEST,
+        format!("`{id}` is no path in the folder; expected one as /api lists it"),
+    ))
+}
+
 fn has(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|own| own == ending)
 }
@@ -169,7 +203,12 @@ mod tests {
             &absolute,
         ] {
             assert!(folder.file(id, "toml").is_err(), "{id}");
+            assert!(folder.new_file(id, "toml").is_err(), "{id}");
         }
+        for id in ["link/new.toml", "nowhere/new.toml", "new.mcap", ".toml"] {
+            assert!(folder.new_file(id, "toml").is_err(), "{id}");
+        }
+        assert!(folder.new_file("runs/new.toml", "toml").is_ok());
         let listed: Vec<String> = folder.list("toml").into_iter().map(|f| f.id).collect();
         assert_eq!(listed, ["runs/model.toml"]);
     }

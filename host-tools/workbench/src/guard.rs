@@ -1,9 +1,10 @@
 //! Who may ask: the page of this workbench, and programs of this computer. A web page from elsewhere,
 //! open in the same browser, may not, neither directly nor under a name that it lets point here.
 //!
-//! The questions and their order: is the name one of this computer's (DNS rebinding; 421), does the
-//! browser say that another site asks (`Sec-Fetch-Site`, `Origin`; 403), and for what changes anything, is it
-//! JSON, which a form cannot send (415), with the token that only the page knows (403).
+//! The questions and their order: is the name one of this computer's (DNS rebinding; 421), does the browser say that
+//! another site asks (`Sec-Fetch-Site`, `Origin`; 403), and for what changes anything, is it JSON, which a form cannot
+//! send (415), with the token that only the page knows (403). Where other computers may ask, a workbench has any name:
+//! [`super::access`] asks for a token that no other site has.
 
 use super::problem::Problem;
 use super::server::Shared;
@@ -30,12 +31,9 @@ const HEADERS: [(&str, &str); 5] = [
 
 /// Lets a request through, or answers it.
 pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: Next) -> Response {
-    let mut response = match allowed(
-        request.method(),
-        request.headers(),
-        bench.port,
-        &bench.token,
-    ) {
+    let (method, headers) = (request.method(), request.headers());
+    let any_name = bench.reach.token().is_some();
+    let mut response = match allowed(method, headers, any_name, bench.port, &bench.token) {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     };
@@ -49,11 +47,17 @@ pub(super) async fn guard(State(bench): State<Shared>, request: Request, next: N
     response
 }
 
-fn allowed(method: &Method, headers: &HeaderMap, port: u16, token: &str) -> Result<(), Problem> {
+fn allowed(
+    method: &Method,
+    headers: &HeaderMap,
+    any_name: bool,
+    port: u16,
+    token: &str,
+) -> Result<(), Problem> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
     let hosts = ["127.0.0.1", "localhost", "[::1]"].map(|host| format!("{host}:{port}"));
     let host = text(HOST.as_str()).unwrap_or_default();
-    if !hosts.iter().any(|own| own == host) {
+    if !any_name && !hosts.iter().any(|own| own == host) {
         return Err(Problem::new(
             StatusCode::MISDIRECTED_REQUEST,
             format!("this is not `{host}`; open http://{}", hosts[0]),
@@ -94,6 +98,10 @@ mod tests {
 
     /// Status of a request to port 80 with the token `t`.
     fn status(method: Method, headers: &[(&'static str, &str)]) -> u16 {
+        status_of(method, headers, false)
+    }
+
+    fn status_of(method: Method, headers: &[(&'static str, &str)], any_name: bool) -> u16 {
         let pairs = headers.iter().map(|(name, value)| {
             (
                 HeaderName::from_static(name),
@@ -101,7 +109,7 @@ mod tests {
             )
         });
         let headers: HeaderMap = pairs.collect();
-        allowed(&method, &headers, 80, "t")
+        allowed(&method, &headers, any_name, 80, "t")
             .map_or_else(|p| p.into_response().status().as_u16(), |()| 200)
     }
 
@@ -122,6 +130,16 @@ mod tests {
             assert_eq!(status(Method::GET, &[("host", host)]), 421, "{host}");
         }
         assert_eq!(status(Method::GET, &[]), 421);
+    }
+
+    #[test]
+    fn a_workbench_of_the_network_has_any_name_and_other_sites_are_refused_all_the_same() {
+        let host = ("host", "laboratory:80");
+        for (origin, expected) in [("http://laboratory:80", 200), ("http://evil.example", 403)] {
+            let asked = status_of(Method::GET, &[host, ("origin", origin)], true);
+            assert_eq!(asked, expected, "{origin}");
+        }
+        assert_eq!(status_of(Method::POST, &[host, JSON], true), 403);
     }
 
     #[test]

@@ -1,15 +1,16 @@
 //! The workbench: one page in the browser on the recordings and models of a folder.
 //!
 //! The server asks the same library functions as the commands and answers with the same JSON. It
-//! listens on this computer alone, and `guard` refuses what other pages in the browser might send.
-//! It starts, arms and moves nothing.
+//! listens on this computer alone, or asks for a token, and `guard` refuses what other pages in the browser might send.
+//! It starts, arms and moves no board.
 //!
-//! - `server` connects addresses with handlers, `guard` stands before all of them,
+//! - `server` connects addresses with handlers, `guard` and `access` stand before all of them,
 //! - `folder` confines paths, `files` keeps what was read,
-//! - `recordings`, `models`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
+//! - `recordings`, `models`, `scenarios`, `effects` answer at once; `jobs` says how far it is, and answers when it is done,
 //! - `live` shows what a running board sends,
-//! - `change` is the only one that writes.
+//! - `change` is the only one that writes a model file; a job of kind `run` makes a new recording.
 
+mod access;
 mod assets;
 mod change;
 mod connections;
@@ -22,7 +23,10 @@ mod live;
 mod models;
 mod problem;
 mod recordings;
+mod scenarios;
 mod server;
 mod session;
 
+pub use access::{AccessToken, Reach};
+pub use jobs::{Simulation, Simulator};
 pub use server::Server;

@@ -1,19 +1,20 @@
 //! The server: addresses, and what runs behind them.
 
+use super::access::{self, Reach};
 use super::connections::{Bounded, MOST};
 use super::files::Files;
 use super::folder::Folder;
-use super::jobs::Jobs;
+use super::jobs::{Jobs, Simulator};
 use super::live::Live;
 use super::problem::Problem;
-use super::{assets, change, effects, guard, jobs, live, models, recordings, session};
+use super::{assets, change, effects, guard, jobs, live, models, recordings, scenarios, session};
 use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post};
-use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 use tokio::net::TcpListener;
@@ -29,6 +30,8 @@ pub(super) struct Workbench {
     pub(super) files: Files,
     pub(super) jobs: Jobs,
     pub(super) live: Live,
+    pub(super) simulator: Box<Simulator>,
+    pub(super) reach: Reach,
     /// Only the page knows it.
     pub(super) token: String,
     pub(super) port: u16,
@@ -44,22 +47,24 @@ pub struct Server {
 }
 
 impl Server {
-    /// Opens a folder, and a port of this computer alone; port 0 is a free one.
+    /// Opens a folder, and a port; port 0 is a free one. The simulator carries out the runs that are asked for.
     ///
     /// # Errors
     ///
     /// The folder cannot be opened, or the port is taken.
-    pub fn new(folder: &Path, port: u16) -> Result<Self> {
+    pub fn new(folder: &Path, port: u16, reach: Reach, simulator: Box<Simulator>) -> Result<Self> {
         let folder = Folder::new(folder)?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        let (listeners, port) = runtime.block_on(listen(port))?;
+        let (listeners, port) = runtime.block_on(listen(&reach, port))?;
         let bench = Arc::new(Workbench {
             folder,
             files: Files::default(),
             jobs: Jobs::start(),
             live: Live::default(),
+            simulator,
+            reach,
             token: token()?,
             port,
         });
@@ -72,7 +77,11 @@ impl Server {
 
     /// Where a browser finds it.
     pub fn url(&self) -> String {
-        format!("http://127.0.0.1:{}/", self.bench.port)
+        let (host, query) = match &self.bench.reach {
+            Reach::ThisComputer => (IpAddr::V4(Ipv4Addr::LOCALHOST), String::new()),
+            Reach::Network(address, token) => (*address, token.query()),
+        };
+        format!("http://{}/{query}", SocketAddr::new(host, self.bench.port))
     }
 
     /// Answers until the program ends.
@@ -101,16 +110,22 @@ impl Server {
     }
 }
 
-/// Both loopback addresses, or the older one where there is no other.
-async fn listen(port: u16) -> Result<(Vec<TcpListener>, u16)> {
-    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+/// The address, or both loopback addresses (the older one where there is no other).
+async fn listen(reach: &Reach, port: u16) -> Result<(Vec<TcpListener>, u16)> {
+    let address = match reach {
+        Reach::ThisComputer => SocketAddr::from((Ipv4Addr::LOCALHOST, port)),
+        Reach::Network(address, _) => SocketAddr::new(*address, port),
+    };
     let first = TcpListener::bind(address).await.with_context(|| {
         format!(
             "cannot listen on {address}; is another workbench running? --port 0 takes a free port"
         )
     })?;
     let port = first.local_addr()?.port();
-    let second = TcpListener::bind((Ipv6Addr::LOCALHOST, port)).await.ok();
+    let second = match reach {
+        Reach::ThisComputer => TcpListener::bind((Ipv6Addr::LOCALHOST, port)).await.ok(),
+        Reach::Network(..) => None,
+    };
     Ok((std::iter::once(first).chain(second).collect(), port))
 }
 
@@ -128,6 +143,7 @@ fn router(bench: Shared) -> Router {
         .route("/recordings", get(recordings::list))
         .route("/recordings/{id}/channels", get(recordings::channels))
         .route("/recordings/{id}/series", get(recordings::series))
+        .route("/scenarios", get(scenarios::list))
         .route("/models", get(models::list))
         .route("/models/{id}", get(models::one))
         .route("/models/{id}/history", get(models::history))
@@ -151,6 +167,7 @@ fn router(bench: Shared) -> Router {
         .nest("/api", api)
         .fallback(async || Problem::not_found("there is nothing at this address"))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
+        .layer(from_fn_with_state(bench.clone(), access::admit))
         .layer(from_fn_with_state(bench.clone(), guard::guard))
         .with_state(bench)
 }

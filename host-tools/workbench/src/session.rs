@@ -16,7 +16,7 @@ pub(super) struct Session {
     /// Token of everything that is not GET.
     csrf: String,
     /// What can be asked for.
-    capabilities: [&'static str; 4],
+    capabilities: [&'static str; 6],
     /// UDP address on which a board is listened to.
     live: Option<SocketAddr>,
 }
@@ -27,6 +27,6 @@ pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
         root: bench.folder.root().display().to_string(),
         csrf: bench.token.clone(),
         live: bench.live.address(),
-        capabilities: ["compare", "diagnose", "add", "live"],
+        capabilities: ["compare", "diagnose", "add", "fit", "run", "live"],
     })
 }

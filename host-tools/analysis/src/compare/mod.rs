@@ -40,7 +40,7 @@ use regime::Regimes;
 pub use regime::{Bin, Dependence, Interval, Quantity, Regime, Spectrum};
 pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
 use serde::Serialize;
-pub use series::Series;
+pub use series::{ROUND_OFF_SIGMA, Series};
 pub use series_table::SeriesFile;
 
 /// Error of one axis of a channel over the whole recording.
@@ -90,7 +90,7 @@ pub struct PhaseError {
     pub share: f64,
     /// Its part of what exceeds the noise significantly; 0 to 1, and 0 everywhere if nothing does.
     pub share_beyond_noise: f64,
-    /// Root mean square relative to the expected noise.
+    /// Root mean square relative to the expected noise, over the axes that have any: 1 if the model is right.
     pub rms_sigma: f64,
     /// Number of cycles.
     pub cycles: usize,
@@ -280,13 +280,19 @@ fn phase_errors(
     let all: f64 = Phase::ALL.map(|p| sum_of(p).squares).iter().sum();
     let all_excess: f64 = Phase::ALL.map(excess_of).iter().sum();
     let part = |value: f64, all: f64| if all > 0.0 { value / all } else { 0.0 };
+    // What is computed twice from the same numbers has no noise, and its axes would lower the mean.
+    let noisy = |e: &&AxisError| e.overall().rms() >= ROUND_OFF_SIGMA;
+    let rms_of = |phase: Phase| {
+        let sums = errors.iter().filter(noisy).map(|e| e.in_phase(phase));
+        errors::Sum::total(sums).rms()
+    };
     Phase::ALL
         .into_iter()
         .map(|name| PhaseError {
             name,
             share: part(sum_of(name).squares, all),
             share_beyond_noise: part(excess_of(name), all_excess),
-            rms_sigma: sum_of(name).rms(),
+            rms_sigma: rms_of(name),
             cycles: phases.iter().filter(|p| **p == name).count(),
             windows: windows(prediction, phases, |p| p == name)
                 .into_iter()

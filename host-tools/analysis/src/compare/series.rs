@@ -9,7 +9,7 @@ use crate::model::{Axis, Channel, Model};
 
 /// What is computed twice from the same numbers differs by round-off: below this part of the
 /// noise nothing is looked for.
-pub(super) const ROUND_OFF_SIGMA: f64 = 1e-6;
+pub const ROUND_OFF_SIGMA: f64 = 1e-6;
 
 /// Error of an axis in units of the noise to expect; NaN where nothing is predicted.
 #[derive(Clone, Debug)]

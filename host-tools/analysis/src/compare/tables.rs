@@ -21,8 +21,7 @@ impl Comparison {
             Column::text("Axis"),
             Column::number("RMS error", ""),
             Column::text("Unit"),
-            Column::number("data sheet", "σ"),
-            Column::number("expected", "σ"),
+            Column::number("RMS error", "σ"),
             Column::number("Beyond noise", ""),
         ]);
         for error in &self.channels {
@@ -48,12 +47,13 @@ impl Comparison {
                 Cell::text(error.axis.to_string()),
                 Cell::number(rms, 3),
                 Cell::text(error.unit),
-                sigma(error.rms_sigma),
                 sigma(error.rms_expected_sigma).marked(mark),
                 Cell::percent(failure.map_or(0.0, |f| f.share)),
             ]);
         }
-        table.explained("✓ at the noise, ✗ the model fails")
+        table.explained(
+            "✓ at the noise, ✗ the model fails; σ is the noise to expect: 1 if the model is right",
+        )
     }
 
     /// How the error is spread over the phases.

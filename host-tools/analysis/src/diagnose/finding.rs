@@ -1,5 +1,6 @@
 //! What a diagnosis says.
 
+use crate::compare::ROUND_OFF_SIGMA;
 use crate::model::{Axis, Channel};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -72,18 +73,24 @@ pub struct ChannelLevels {
 }
 
 impl ChannelLevels {
-    /// Root of the sum of squares.
-    pub fn total(&self) -> f64 {
+    fn all(&self) -> [f64; 4] {
         [
             self.executed_velocity,
             self.wrench,
             self.model_velocity,
             self.pose,
         ]
-        .iter()
-        .map(|z| z * z)
-        .sum::<f64>()
-        .sqrt()
+    }
+
+    /// Root of the sum of squares.
+    pub fn total(&self) -> f64 {
+        self.all().iter().map(|z| z * z).sum::<f64>().sqrt()
+    }
+
+    /// What [`Self::total`] is where only noise is left: each channel with an error at all has 1.
+    pub fn total_of_noise(&self) -> f64 {
+        let noisy = self.all().iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
+        (noisy as f64).sqrt()
     }
 }
 

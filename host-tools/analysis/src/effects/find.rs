@@ -10,7 +10,7 @@ const OFFERED: usize = 5;
 /// The effect with this id.
 ///
 /// # Errors
-/// There is none; the error offers the nearest id, or those that have the word in title or summary.
+/// There is none; the error offers the nearest id, or those that have the word in id, title or summary.
 pub fn named(id: &str) -> Result<&'static Effect> {
     match by_id(id) {
         Some(effect) => Ok(effect),
@@ -19,7 +19,7 @@ pub fn named(id: &str) -> Result<&'static Effect> {
 }
 
 /// What to write instead of an id that is none: the nearest id, also of the user's `own`, or those that have the word
-/// in title or summary.
+/// in id, title or summary.
 pub(crate) fn hint<'a>(id: &str, own: impl IntoIterator<Item = &'a str>) -> String {
     const LIST: &str = "`softdock effects` lists them all";
     let known = CATALOGUE.iter().map(|effect| effect.id).chain(own);
@@ -28,7 +28,7 @@ pub(crate) fn hint<'a>(id: &str, own: impl IntoIterator<Item = &'a str>) -> Stri
     }
     let word = id.to_lowercase().replace('_', " ");
     let has = |effect: &&&Effect| {
-        [effect.title, effect.summary]
+        [&effect.id.replace('_', " "), effect.title, effect.summary]
             .iter()
             .any(|text| !word.is_empty() && text.to_lowercase().contains(&word))
     };
@@ -52,6 +52,7 @@ mod tests {
         for (word, offered) in [
             ("guide_colomb", "did you mean `guide_coulomb`?"),
             ("friction", "`guide_coulomb`"),
+            ("coulomb", "`guide_coulomb`"),
             ("Zero offset", "`ft_bias` (Zero offset of the sensor)"),
             ("xyzzy", "`softdock effects` lists them all"),
             ("", "`softdock effects` lists them all"),

@@ -6,11 +6,13 @@
 //! Gaussian priors. What the recording does not determine stays as it is and is said to be
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
-//! [`Logs`] are the recordings of a fit, checked; [`addition`] puts what was found into the model, [`record`] writes the steps of a model's history, [`excitation`] says what a recording cannot
-//! teach at all.
+//! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`addition`] puts
+//! what was found into the model, [`record`] writes the steps of a model's history, [`excitation`] says what a recording
+//! cannot teach at all.
 
 pub mod addition;
 pub mod excitation;
+pub mod judged;
 pub mod record;
 
 mod determined;

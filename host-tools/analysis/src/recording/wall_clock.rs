@@ -1,5 +1,6 @@
 //! What time it was. A recording's own clock begins when the board boots; a metadata record says which instant of the
-//! world one of its cycles was, as far as the computer knows that records it. (A run in virtual time has no such instant.)
+//! world one of its cycles was, as far as the computer knows that records it, and the messages carry that time for viewers.
+//! (A run in virtual time has no such instant.)
 
 use super::RecordingWriter;
 use super::writer::NS_PER_S;
@@ -69,11 +70,9 @@ impl<W: Write> RecordingWriter<W> {
         let Ok(unix) = now.duration_since(UNIX_EPOCH) else {
             return Ok(());
         };
-        let clock = WallClock {
+        self.note_clock(WallClock {
             unix_s: unix.as_secs_f64(),
             at_time_s: time_s,
-        };
-        let Metadata { name, metadata } = clock.metadata();
-        self.note(&name, metadata)
+        })
     }
 }

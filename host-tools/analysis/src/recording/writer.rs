@@ -6,7 +6,7 @@
 use super::cdr::Encoder;
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
-use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, ros2, table};
+use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
 use anyhow::{Context, ensure};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -49,6 +49,8 @@ pub struct RecordingWriter<W: Write = BufWriter<File>> {
     truth: bool,
     cycles_in_chunk: u32,
     encoder: Encoder,
+    /// What time it was; where that is not known, it counts from the board's first cycle.
+    clock: WallClock,
     /// The file, for errors.
     path: Option<PathBuf>,
 }
@@ -103,6 +105,7 @@ impl<W: Write> RecordingWriter<W> {
             truth: false,
             cycles_in_chunk: 0,
             encoder: Encoder::default(),
+            clock: WallClock::default(),
             path: None,
         })
     }
@@ -126,7 +129,8 @@ impl<W: Write> RecordingWriter<W> {
             cycle: *cycle,
             truth: truth.copied().unwrap_or_default(),
         };
-        let time_ns = (cycle.trace.time_s * NS_PER_S).round() as u64;
+        // Viewers show it; what is replayed is the time in the message.
+        let time_ns = self.clock.unix_ns(cycle.trace.time_s).unwrap_or_default();
         for (topic, channel_id) in &self.channels {
             self.encoder.begin();
             let Ok(()) = topic.visit(&mut self.encoder, &mut row);
@@ -145,6 +149,14 @@ impl<W: Write> RecordingWriter<W> {
             self.cycles_in_chunk = 0;
             self.mcap.flush()?;
         }
+        Ok(())
+    }
+
+    /// Notes which instant one of its cycles was. To be called before the first cycle is pushed.
+    pub(super) fn note_clock(&mut self, clock: WallClock) -> anyhow::Result<()> {
+        let Metadata { name, metadata } = clock.metadata();
+        self.note(&name, metadata)?;
+        self.clock = clock;
         Ok(())
     }
 
@@ -225,8 +237,8 @@ impl Recording {
         }
         let truths = self.truths()?;
         let mut writer = RecordingWriter::with_cut(sink, &self.header, self.cut.as_deref())?;
-        if let Some(clock) = &self.wall_clock {
-            writer.mcap.write_metadata(&clock.metadata())?;
+        if let Some(clock) = self.wall_clock {
+            writer.note_clock(clock)?;
         }
         for (cycle, truth) in self.cycles.iter().zip(truths) {
             writer.push(cycle, truth)?;

@@ -76,17 +76,16 @@ impl Check {
         let mut table = Table::new(vec![
             Column::text("law"),
             Column::text("stable"),
-            Column::number("restitution", ""),
+            Column::number("rebound", ""),
             Column::number("from … to", ""),
             Column::number("peak force", "%"),
             Column::number("contact time", "%"),
             Column::number("impulse not measured", ""),
-            Column::text("position feedback"),
         ]);
         for row in &self.laws {
             table.push(cells(row));
         }
-        table
+        table.explained("* needs position feedback")
     }
 }
 
@@ -99,7 +98,11 @@ fn cells(row: &LawRow) -> Vec<Cell> {
         |(low, high)| format!("{low:.3} … {high:.3}"),
     );
     vec![
-        Cell::text(row.law),
+        Cell::text(if row.needs_position {
+            format!("{}*", row.law)
+        } else {
+            row.law.to_string()
+        }),
         Cell::text(match (row.stable, row.flies_on) {
             (true, _) => "yes",
             (false, true) => "no, flies on",
@@ -110,6 +113,5 @@ fn cells(row: &LawRow) -> Vec<Cell> {
         Cell::number(1e2 * row.peak_force_error, 3),
         number(row.contact_time_error.map(|error| 1e2 * error), 3),
         Cell::number(row.impulse_unaccounted, 3),
-        Cell::text(if row.needs_position { "needed" } else { "" }),
     ]
 }

@@ -6,7 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::commission::fragment::Fragment;
-use softdock_analysis::input::refuse_overwrite_of;
+use softdock_analysis::input::{self, refuse_overwrite_of};
+use softdock_app::settings::BoardSettings;
 use softdock_report::Page;
 use std::path::{Path, PathBuf};
 
@@ -31,8 +32,12 @@ pub(super) struct Destination {
 }
 
 impl Destination {
-    /// Refuses at once what would be overwritten at the end; `inputs` are never.
+    /// Refuses at once what would be overwritten at the end (`inputs` are never), and settings that cannot be changed
+    /// then: before a robot has moved for them.
     pub(super) fn check(&self, inputs: &[&Path]) -> Result<()> {
+        if let Some(file) = &self.into {
+            input::load::<BoardSettings>(file)?;
+        }
         let files = [&self.output, &self.report];
         files
             .into_iter()

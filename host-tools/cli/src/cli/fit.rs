@@ -5,17 +5,12 @@ use super::progress::Progress;
 use super::{print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
-use serde::Serialize;
-use softdock_analysis::diagnose::{Step, held_back};
-use softdock_analysis::fit::{Logs, Refit, Refitted, Undetermined, record, refit};
-use softdock_analysis::model::edit::{Edited, ModelFile};
-use softdock_analysis::model::{HistoryStep, Model};
-use softdock_analysis::recording::Recording;
+use softdock_analysis::fit::judged::Judged;
+use softdock_analysis::fit::{Logs, Refitted, Undetermined};
+use softdock_analysis::model::edit::ModelFile;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 
-/// Relative rise of the error on unseen data that is no accident of the noise.
-const RISES: f64 = 1e-3;
 /// Significant digits of values.
 const DIGITS: usize = 5;
 
@@ -47,82 +42,30 @@ pub(super) struct Fit {
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    parameters: &'a [Refitted],
-    undetermined: &'a [Undetermined],
-    steps: &'a [Step; 2],
-    written: bool,
-    difference: &'a str,
-}
-
 impl Fit {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
-        let model = file.model();
-        let logs = logs::open(model, &self.train, &self.test)?;
-        let halves: Vec<(Recording, Recording)>;
-        let (train, test): (Vec<&Recording>, Vec<&Recording>) = if logs.test.is_empty() {
-            halves = logs.train.iter().map(held_back).collect();
-            halves
-                .iter()
-                .map(|(beginning, end)| (beginning, end))
-                .unzip()
-        } else {
-            (logs.fitted(), logs.unseen_ones())
-        };
+        let logs = logs::open(file.model(), &self.train, &self.test)?;
         let progress = Progress::new();
-        let mut fit = refit(model, &train, &|share, what| progress.show(share, what))?;
+        let fit = Judged::fit(file.model(), &logs, &|share, what| {
+            progress.show(share, what)
+        })?;
         drop(progress);
-        let step = |effect: &str, model: &Model| -> Result<Step> {
-            Ok(Step {
-                effect: effect.to_owned(),
-                train_error: record::error(model, &train)?,
-                test_error: Some(record::error(model, &test)?),
-            })
-        };
-        let steps = [
-            step(HistoryStep::NOMINAL, model)?,
-            step(HistoryStep::REFIT, &fit.after)?,
-        ];
-        for effect in &mut fit.after.effects {
-            let name = format!("{}.", effect.id);
-            if fit.parameters.iter().any(|p| p.name.starts_with(&name)) {
-                effect.fitted_on = Some(logs.names.train.clone());
-            }
-        }
-        record::append(&mut fit.after.history, &logs.names, &steps);
         let edited = file.edited(&fit.after)?;
         if self.write {
-            self.save(&edited, &steps, &logs)?;
+            if let Some(doubt) = fit.doubt.as_ref().filter(|_| !self.force) {
+                bail!("{doubt}; nothing was written (--force writes it anyway)");
+            }
+            edited.save()?;
         }
         if self.json {
-            return print_json(&Document {
-                parameters: &fit.parameters,
-                undetermined: &fit.undetermined,
-                steps: &steps,
-                written: self.write,
-                difference: &edited.difference(),
-            });
+            return print_json(&fit.document(self.write, &edited.difference()));
         }
-        print(&self.text(&fit, &steps, &logs))
+        print(&self.text(&fit, &logs))
     }
 
-    fn save(&self, edited: &Edited<'_>, steps: &[Step; 2], logs: &Logs) -> Result<()> {
-        let [before, after] = steps.each_ref().map(|s| s.test_error.unwrap_or(f64::NAN));
-        let holds = after <= before * (1.0 + RISES); // not so for NaN
-        if !holds && !self.force {
-            bail!(
-                "the fit does not help: the error on {}, which it has not seen, goes from \
-                 {before:.3} to {after:.3}; nothing was written (--force writes it anyway)",
-                logs.unseen()
-            );
-        }
-        edited.save()
-    }
-
-    fn text(&self, fit: &Refit, steps: &[Step; 2], logs: &Logs) -> String {
-        let [before, after] = steps;
+    fn text(&self, fit: &Judged, logs: &Logs) -> String {
+        let [before, after] = &fit.steps;
         let mut text = format!(
             "The error on {} goes from {:.3} to {:.3}",
             logs.names.train, before.train_error, after.train_error

@@ -8,14 +8,24 @@ use softdock_analysis::telemetry::Bounds;
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct PieceArgs {
     /// End each file after so many MB and go on in the next; they are replayed together
-    #[arg(long, value_name = "MB", default_value_t = 1024)]
+    #[arg(long, value_name = "MB", default_value_t = PieceArgs::default().piece_mb)]
     piece_mb: u64,
     /// Likewise after so many cycles (15000 are a minute at 4 ms)
     #[arg(long, value_name = "N")]
     piece_cycles: Option<u64>,
     /// End the recording after so many GB in all
-    #[arg(long, value_name = "GB", default_value_t = 100)]
+    #[arg(long, value_name = "GB", default_value_t = PieceArgs::default().max_gb)]
     max_gb: u64,
+}
+
+impl Default for PieceArgs {
+    fn default() -> Self {
+        Self {
+            piece_mb: 1024,
+            piece_cycles: None,
+            max_gb: 100,
+        }
+    }
 }
 
 impl PieceArgs {

@@ -1,7 +1,8 @@
 //! `softdock reproduce`: the paper's experiment.
 
 use super::{print, print_json};
-use crate::experiment::reproduce::{Bounces, Row, reproduce};
+use crate::cli::progress::counter;
+use crate::experiment::reproduce::{Bounces, DONE, Row, reproduce};
 use crate::experiment::reproduce_page::{bounce_table, headline, page, table};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -40,7 +41,9 @@ impl Reproduce {
         refuse_overwrite(&json, self.force)?;
         std::fs::create_dir_all(&self.output)
             .with_context(|| format!("cannot create {}", self.output.display()))?;
-        let reproduction = reproduce()?;
+        let bar = counter(DONE, "the paper's experiment");
+        let reproduction = reproduce(&|| bar.inc(1))?;
+        bar.finish_and_clear();
         let document = Document {
             rows: reproduction
                 .flights

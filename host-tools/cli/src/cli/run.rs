@@ -3,13 +3,13 @@
 use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
 use super::{law_names, print, print_json, three_numbers};
-use crate::cli::progress::counter;
+use crate::cli::progress::Progress;
 use crate::experiment::impact_table;
 use crate::experiment::impacts::{Impact, ImpactFinder};
 use crate::experiment::record_file::record_file;
 use crate::experiment::run::RunStatistics;
 use crate::experiment::scenario::Scenario;
-use anyhow::Result;
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::{self, refuse_overwrite_of};
@@ -20,6 +20,8 @@ use softdock_control::settings::CorrectionMode;
 use softdock_mechanism::{EnergyBook, Loads};
 use softdock_report::{Cell, Column, Table};
 use softdock_rig::rig::{self, hidden::suggest};
+use softdock_workbench::Simulation;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Run a scenario on the simulated rig and record every cycle.
@@ -82,8 +84,9 @@ pub(super) struct Run {
     json: bool,
 }
 
+/// What a run says when it is over.
 #[derive(Serialize)]
-struct Summary<'a> {
+pub(super) struct Summary {
     recording: String,
     /// All its files, if it has several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -97,7 +100,9 @@ struct Summary<'a> {
     captured_s: Option<f64>,
     energy: EnergyBook,
     loads: Vec<DockingLoads>,
-    impacts: &'a [Impact],
+    impacts: Vec<Impact>,
+    /// What the reader of the numbers should know.
+    warnings: Vec<String>,
 }
 
 /// Loads of one docking mechanism.
@@ -121,6 +126,53 @@ impl DockingLoads {
 
 impl Run {
     pub(super) fn execute(self) -> Result<()> {
+        let progress = Progress::new();
+        let summary = self.carry_out(&|share| {
+            progress.show(share, "simulating");
+            ControlFlow::Continue(())
+        })?;
+        drop(progress);
+        for warning in &summary.warnings {
+            eprintln!("warning: {warning}");
+        }
+        if self.json {
+            print_json(&summary)
+        } else {
+            print(&text(&summary))
+        }
+    }
+
+    /// A run that a page asks for.
+    ///
+    /// # Errors
+    ///
+    /// A delay law that does not exist.
+    pub(super) fn of(wanted: &Simulation) -> Result<Self> {
+        let named = |name: &String| {
+            LawName::named(name).with_context(|| {
+                let known = LawName::ALL.map(LawName::name).join(", ");
+                format!("there is no delay law `{name}`; expected one of {known}")
+            })
+        };
+        Ok(Self {
+            scenario: wanted.scenario.clone(),
+            output: wanted.output.clone(),
+            pieces: PieceArgs::default(),
+            settings: wanted.settings.clone(),
+            hold: wanted.hold,
+            abc_deg: None,
+            duration_s: wanted.duration_s,
+            law: wanted.law.as_ref().map(named).transpose()?,
+            speed_mm_s: wanted.speed_mm_s,
+            effect: wanted.effect.clone(),
+            seed: wanted.seed,
+            force: false,
+            json: true,
+        })
+    }
+
+    /// Runs and records. After each percent it asks whether it is to go on; a run that is not leaves no recording.
+    pub(super) fn carry_out(&self, goes_on: &dyn Fn(f64) -> ControlFlow<()>) -> Result<Summary> {
         let scenario = self.scenario()?;
         let settings = self.settings.as_deref();
         let inputs: Vec<&Path> = settings
@@ -130,9 +182,16 @@ impl Run {
         refuse_overwrite_of(&inputs, &self.output, self.force)?;
         let mut finder = ImpactFinder::new(&scenario);
         let mut pieces = Pieces::new(&self.output, self.pieces.bounds()?, Time::Virtual);
-        let (statistics, last) = record(&scenario, &mut pieces, &mut finder)?;
+        let ran = record(&scenario, &mut pieces, &mut finder, goes_on)?;
+        let Some((statistics, last)) = ran else {
+            for path in pieces.paths() {
+                std::fs::remove_file(path)
+                    .with_context(|| format!("cannot remove {}", path.display()))?;
+            }
+            bail!("ended on request");
+        };
         let impacts = finder.finish();
-        let summary = Summary {
+        let mut summary = Summary {
             recording: self.output.display().to_string(),
             pieces: pieces_of(pieces.paths()),
             cycles: statistics.cycles,
@@ -149,16 +208,11 @@ impl Run {
             captured_s: statistics.captured_s,
             energy: statistics.energy,
             loads: DockingLoads::all(&scenario, &statistics.loads),
-            impacts: &impacts,
+            impacts,
+            warnings: Vec::new(),
         };
-        for warning in warnings(&scenario, &summary) {
-            eprintln!("warning: {warning}");
-        }
-        if self.json {
-            print_json(&summary)
-        } else {
-            print(&text(&summary))
-        }
+        summary.warnings = warnings(&scenario, &summary);
+        Ok(summary)
     }
 
     fn scenario(&self) -> Result<Scenario> {
@@ -187,21 +241,28 @@ impl Run {
     }
 }
 
-/// Runs and records; the last cycle's trace says how it ended.
+/// Runs and records; the last cycle's trace says how it ended. Nothing if it was not to go on.
 fn record(
     scenario: &Scenario,
     pieces: &mut Pieces,
     finder: &mut ImpactFinder<'_>,
-) -> Result<(RunStatistics, Trace)> {
-    let progress = counter(scenario.cycles() as u64, "simulating");
-    let mut last = Trace::default();
+    goes_on: &dyn Fn(f64) -> ControlFlow<()>,
+) -> Result<Option<(RunStatistics, Trace)>> {
+    let cycles = scenario.cycles();
+    let percent = (cycles / 100).max(1);
+    let (mut last, mut done, mut ended) = (Trace::default(), 0, false);
     let statistics = record_file(scenario, pieces, &mut |record, truth| {
         finder.push(record, truth);
         last = record.trace;
-        progress.inc(1);
+        done += 1;
+        if done % percent != 0 {
+            return ControlFlow::Continue(());
+        }
+        let answer = goes_on(done as f64 / cycles as f64);
+        ended |= answer.is_break();
+        answer
     })?;
-    progress.finish_and_clear();
-    Ok((statistics, last))
+    Ok((!ended).then_some((statistics, last)))
 }
 
 /// The files of a recording that has several.
@@ -216,7 +277,7 @@ fn pieces_of(paths: &[PathBuf]) -> Vec<String> {
 }
 
 /// What the reader of the numbers should know.
-fn warnings(scenario: &Scenario, summary: &Summary<'_>) -> Vec<String> {
+fn warnings(scenario: &Scenario, summary: &Summary) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Some(fault) = &summary.fault {
         warnings.push(format!("the run ended in a fault: {fault}"));
@@ -245,10 +306,10 @@ fn warnings(scenario: &Scenario, summary: &Summary<'_>) -> Vec<String> {
     warnings
 }
 
-fn text(summary: &Summary<'_>) -> String {
+fn text(summary: &Summary) -> String {
     let time = std::iter::once(Column::number("time", "s"));
     let mut table = Table::new(time.chain(impact_table::columns()).collect());
-    for impact in summary.impacts {
+    for impact in &summary.impacts {
         let time = std::iter::once(Cell::number(impact.time_s, 4));
         table.push(time.chain(impact_table::cells(impact)).collect());
     }
@@ -258,7 +319,7 @@ fn text(summary: &Summary<'_>) -> String {
         .map(|f| format!("FAULT {f}\n"))
         .unwrap_or_default();
     // Without an impact there is nothing to head.
-    let table = match summary.impacts {
+    let table = match summary.impacts.as_slice() {
         [] => String::new(),
         _ => format!("{table}\n"),
     };
@@ -278,7 +339,7 @@ fn text(summary: &Summary<'_>) -> String {
 }
 
 /// What became of the docking mechanisms; nothing without any.
-fn docked(summary: &Summary<'_>) -> String {
+fn docked(summary: &Summary) -> String {
     if summary.loads.is_empty() {
         return String::new();
     }

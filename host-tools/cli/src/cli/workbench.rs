@@ -1,17 +1,25 @@
 //! `softdock workbench`: recordings and models of a folder in the browser.
 
 use super::print;
+use super::run::Run;
 use anyhow::Result;
 use clap::Args;
-use softdock_workbench::Server;
+use serde_json::Value;
+use softdock_workbench::{AccessToken, Reach, Server, Simulation};
+use std::net::IpAddr;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Look at recordings and models in the browser: compare, diagnose, try effects, add them, undo.
 ///
-/// Prints the address of the page, and answers until Ctrl-C. Only this computer can reach it. It
-/// writes nothing but the model file, and that only when told to.
+/// Prints the address of the page, and answers until Ctrl-C. Only this computer can reach it, unless --listen says
+/// otherwise. It writes the model file when told to, and recordings of runs that it is told to make; nothing else.
 #[derive(Debug, Args)]
-#[command(after_help = "Example: softdock workbench runs --open")]
+#[command(after_help = "\
+Example: softdock workbench runs --open
+
+softdock workbench runs --listen 192.168.1.5 --port 8080 --token $(openssl rand -hex 16)
+(for other computers; the address that it prints carries the token)")]
 pub(super) struct Workbench {
     /// Folder with recordings (MCAP) and models (TOML)
     #[arg(default_value = ".")]
@@ -19,6 +27,12 @@ pub(super) struct Workbench {
     /// Port to listen on; 0 is a free one
     #[arg(long, default_value_t = 0)]
     port: u16,
+    /// Address on which other computers reach it; 0.0.0.0 is every address of this one
+    #[arg(long, value_name = "ADDR", requires = "token")]
+    listen: Option<IpAddr>,
+    /// What those who ask at --listen have to know: at least 16 letters and digits
+    #[arg(long, requires = "listen")]
+    token: Option<AccessToken>,
     /// Open the page in the browser
     #[arg(long)]
     open: bool,
@@ -26,7 +40,17 @@ pub(super) struct Workbench {
 
 impl Workbench {
     pub(super) fn execute(self) -> Result<()> {
-        let server = Server::new(&self.folder, self.port)?;
+        let reach = match self.listen.zip(self.token) {
+            Some((address, token)) => Reach::Network(address, token),
+            None => Reach::ThisComputer,
+        };
+        if let Reach::Network(address, _) = &reach {
+            eprintln!(
+                "warning: whoever reaches {address} and knows the token reads the recordings and models of this \
+                 folder and changes its models; the line is not encrypted"
+            );
+        }
+        let server = Server::new(&self.folder, self.port, reach, Box::new(simulate))?;
         let url = server.url();
         print(&format!("{url}\n"))?;
         if self.open && open::that_detached(&url).is_err() {
@@ -34,4 +58,9 @@ impl Workbench {
         }
         server.serve()
     }
+}
+
+/// Carries out a run that a page asks for.
+fn simulate(wanted: &Simulation, goes_on: &dyn Fn(f64) -> ControlFlow<()>) -> Result<Value> {
+    Ok(serde_json::to_value(Run::of(wanted)?.carry_out(goes_on)?)?)
 }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const BATCH: usize = 16;
 const QUEUED_BATCHES: usize = 1024;
 
-/// Runs and records; `on_cycle` sees each cycle. A thread of its own writes the file; the time for which
+/// Runs and records; `on_cycle` sees each cycle and says whether there is to be another. A thread of its own writes the file; the time for which
 /// the simulation waits for it is not the simulation's.
 ///
 /// # Errors
@@ -23,7 +23,7 @@ const QUEUED_BATCHES: usize = 1024;
 pub fn record_file(
     scenario: &Scenario,
     pieces: &mut Pieces,
-    on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord),
+    on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()>,
 ) -> Result<RunStatistics> {
     pieces.begin(header(scenario)?)?;
     let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
@@ -40,10 +40,10 @@ pub fn record_file(
         let mut batch = Vec::with_capacity(BATCH);
         let mut waited = Duration::ZERO;
         let statistics = run(scenario, &mut |record, truth| {
-            on_cycle(record, truth);
+            let goes_on = on_cycle(record, truth);
             batch.push((*record, *truth));
             if batch.len() < BATCH {
-                return ControlFlow::Continue(());
+                return goes_on;
             }
             let full = std::mem::replace(&mut batch, Vec::with_capacity(BATCH));
             let before = Instant::now();
@@ -51,7 +51,7 @@ pub fn record_file(
             waited += before.elapsed();
             // The queue is closed when the disk failed; the thread says why.
             match sent {
-                Ok(()) => ControlFlow::Continue(()),
+                Ok(()) => goes_on,
                 Err(_) => ControlFlow::Break(()),
             }
         });

@@ -7,7 +7,6 @@ use super::impacts::{self, Impact};
 use super::run::record;
 use super::spring_rod::{TOUCH, one_stop, two_stops};
 use anyhow::{Context, Result};
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use softdock_analysis::recording::Recording;
@@ -73,27 +72,29 @@ pub struct Reproduction {
     pub bounces: Vec<Bounces>,
 }
 
-/// Runs everything, in parallel.
-pub fn reproduce() -> Result<Reproduction> {
+/// Names of the repeated bounces.
+const BOUNCES: [&str; 3] = [
+    "without compensation",
+    "seed law, literal",
+    "seed law, gated and reset",
+];
+/// How often [`reproduce`] says that something is done.
+pub const DONE: u64 = (2 * SPEEDS_MM_S.len() + BOUNCES.len()) as u64;
+
+/// Runs everything, in parallel; `done` is called [`DONE`] times.
+pub fn reproduce(done: &(dyn Fn() + Sync)) -> Result<Reproduction> {
     let cases: Vec<_> = [LawName::None, LawName::Seed]
         .into_iter()
         .flat_map(|law| SPEEDS_MM_S.map(|speed| (law, speed)))
         .collect();
-    let variants = [
-        "without compensation",
-        "seed law, literal",
-        "seed law, gated and reset",
-    ];
-    let progress = ProgressBar::new((cases.len() + variants.len()) as u64);
     let flights = cases
         .par_iter()
-        .map(|(law, speed)| flight(*law, *speed).inspect(|_| progress.inc(1)))
+        .map(|(law, speed)| flight(*law, *speed).inspect(|_| done()))
         .collect::<Result<_>>()?;
-    let bounces = variants
+    let bounces = BOUNCES
         .par_iter()
-        .map(|name| bounce(name).inspect(|_| progress.inc(1)))
+        .map(|name| bounce(name).inspect(|_| done()))
         .collect::<Result<_>>()?;
-    progress.finish_and_clear();
     Ok(Reproduction { flights, bounces })
 }
 

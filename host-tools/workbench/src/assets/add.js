@@ -20,15 +20,19 @@ const difference = (text) => h('pre', { class: 'difference' }, text.trimEnd().sp
 function fall(trial) {
   const [first, last] = [trial.steps[0], trial.steps.at(-1)];
   const [before, after] = [first.test_error ?? first.train_error, last.test_error ?? last.train_error];
+  // Each channel that has an error at all has one of 1 when only noise is left.
+  const noisy = Object.values(trial.residual_rms_sigma?.before ?? {}).filter((one) => one > 1e-6).length;
   const where = first.test_error === null ? 'the data of the fit' : 'unseen data';
   return h('p', { class: 'fall' }, 'Error on ', where, ': ', h('strong', {}, significant(before)), ' → ',
-    h('strong', { class: after < before ? 'good' : 'bad' }, significant(after)), ' σ');
+    h('strong', { class: after < before ? 'good' : 'bad' }, significant(after)), ' σ',
+    noisy > 0 && h('span', { class: 'small muted' }, ` (all channels together; ${significant(Math.sqrt(noisy))} is noise)`));
 }
 
 async function write(trial, force) {
   try {
     await post(`models/${id(state.model)}/effects`, { job: trial.job, if_match: trial.if_match, force });
-    written = { model: state.model, effects: trial.effects };
+    const what = trial.effects.length ? `${trial.effects.join(', ')} now stands` : 'The fitted values now stand';
+    written = { model: state.model, effects: trial.effects, what };
     await afterChange();
   } catch (error) {
     refused(error);
@@ -69,20 +73,36 @@ function here() {
     `In the plot: ${quantity(before, unit)} rms → ${quantity(after, unit)} rms.`);
 }
 
+/** What a fit of all parameters says of each; those of a diagnosis stand with it. */
+function fitted(trial) {
+  const row = (one) => h('tr', { class: one.kept ? 'muted' : '' }, h('td', {}, one.name, one.note && h('div', { class: 'small muted' }, one.note)),
+    h('td', { class: 'number' }, quantity(one.before, one.unit)),
+    h('td', { class: 'number' }, quantity(one.value, one.unit),
+      h('div', { class: 'small muted' }, `${quantity(one.low, one.unit)} to ${quantity(one.high, one.unit)}`)));
+  const news = trial.parameters.filter((one) => !one.kept);
+  const rest = trial.parameters.filter((one) => one.kept);
+  const table = (rows) => h('table', { class: 'wide', id: 'fitted' }, h('thead', {}, h('tr', {}, h('th', {}, 'Parameter'),
+    h('th', { class: 'number' }, 'Before'), h('th', { class: 'number' }, 'Value, 95 % interval'))), h('tbody', {}, rows.map(row)));
+  const unsaid = trial.undetermined.map((one) => h('li', {}, `${one.name}: ${one.reason}`));
+  return [news.length ? table(news) : h('p', {}, 'No parameter changes significantly.'),
+    (rest.length || unsaid.length) && h('details', { class: 'small' }, h('summary', {}, `Kept as they are (${rest.length + unsaid.length})`),
+      rest.length && table(rest), h('ul', {}, unsaid))];
+}
+
 export function draw() {
   const { trial } = state;
   byId('addition').hidden = !trial && written?.model !== state.model;
   if (!trial) {
-    return fill('addition', written && [h('h2', {}, 'Added'), h('p', { class: 'good', id: 'added' }, `✓ ${written.effects.join(', ')} now stands in ${written.model}.`),
-      h('button', { id: 'undo', onclick: () => remove(written.effects) }, 'Undo')]);
+    return fill('addition', written && [h('h2', {}, 'Written'), h('p', { class: 'good', id: 'added' }, `✓ ${written.what} in ${written.model}.`),
+      written.effects.length && h('button', { id: 'undo', onclick: () => remove(written.effects) }, 'Undo')]);
   }
-  fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(),
+  fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(), trial.undetermined && fitted(trial),
     trial.doubt && h('p', { class: 'bad', id: 'doubt' }, trial.doubt),
     trial.difference
       ? [h('p', { class: 'small muted' }, `What changes in ${state.model}:`), difference(trial.difference),
         h('div', { class: 'row-line' }, h('button', {
           class: trial.doubt ? '' : 'main', id: 'write', onclick: () => write(trial, Boolean(trial.doubt)),
-        }, trial.doubt ? 'Add it all the same' : 'Add to the model'),
+        }, `${trial.undetermined ? 'Write' : 'Add'} ${trial.doubt ? 'it all the same' : 'to the model'}`),
         h('button', { class: 'quiet', id: 'drop', onclick: () => { state.trial = null; changed('trial'); } }, 'Leave it'))]
       : h('p', {}, 'There is nothing to add.'));
 }

@@ -9,6 +9,7 @@ import * as history from './history.js';
 import * as hypothesis from './hypothesis.js';
 import * as live from './live.js';
 import * as plots from './plots.js';
+import * as simulation from './simulation.js';
 import { on, state } from './state.js';
 import * as verdict from './verdict.js';
 
@@ -25,6 +26,7 @@ on('trial', async () => {
   if (state.trial) byId('addition').scrollIntoView({ block: 'nearest', behavior: 'smooth' });
 });
 on('folder', () => folder.draw());
+on('read', () => simulation.load());
 
 /** Keys, what they do, and how that is called. */
 const KEYS = {
@@ -77,5 +79,6 @@ byId('root').title = `${about.root} · ${about.version}`;
 hypothesis.draw();
 live.begin(about.live);
 await folder.reload();
+await simulation.load();
 await Promise.all([verdict.compare(), history.draw(), diagnosis.ask()]);
 document.body.dataset.ready = String(Boolean(state));

@@ -1,4 +1,5 @@
-// What is missing? First whether the recordings can say it, then the search, then its hypotheses.
+// What is missing? First whether the recordings can say it, then the search, then its hypotheses. Or: what are all
+// parameters of the model as it is?
 
 import { end, job, post } from './api.js';
 import { fill, h, percent, quantity, significant, words } from './dom.js';
@@ -28,22 +29,38 @@ export async function ask() {
 }
 
 export async function diagnose() {
-  if (!check?.ready || running) return;
+  const found = await search('diagnose');
+  if (found) state.diagnosis = found;
+  draw();
+  changed('diagnosis');
+}
+
+/** Fits all parameters of the model together and shows what that leaves. */
+export async function fitAll() {
+  const found = await search('fit');
+  if (found) state.trial = { ...found, effects: [], label: 'all parameters fitted anew' };
+  draw();
+  changed('trial');
+}
+
+/** Does a job on what is selected; nothing if it fails, is ended, or another model is looked at by then. */
+async function search(kind) {
+  if (!check?.ready || running) return null;
   const model = state.model;
+  let answer = null;
   Object.assign(state, { diagnosis: null, trial: null });
   running = { number: null, share: 0, what: 'waiting', tried: new Map(), count: 0 };
   failed = null;
   changed('trial');
   draw();
   try {
-    const found = await job('diagnose', selection(), told, (number) => { running.number = number; draw(); });
-    if (model === state.model) state.diagnosis = found;
+    const found = await job(kind, selection(), told, (number) => { running.number = number; draw(); });
+    if (model === state.model) answer = found;
   } catch (error) {
     failed = error.message;
   }
   running = null;
-  draw();
-  changed('diagnosis');
+  return answer;
 }
 
 function told(kind, value) {
@@ -116,7 +133,7 @@ function progress() {
   const best = [...running.tried].filter(([, one]) => one.gain > 0).sort((a, b) => b[1].gain - a[1].gain).slice(0, 6);
   return [h('div', { class: 'row-line' }, h('progress', { max: 1, value: running.share, 'aria-label': running.what }),
     h('button', { id: 'cancel', onclick: cancel, title: 'Escape' }, 'Cancel')),
-  h('p', { class: 'small muted' }, `${running.what} · ${running.count.toLocaleString('en')} hypotheses tried`),
+  h('p', { class: 'small muted' }, `${running.what}${running.count ? ` · ${running.count.toLocaleString('en')} hypotheses tried` : ''}`),
   h('ol', { class: 'hypotheses' }, best.map(([name, one]) => hypothesisRow(name, one, best[0][1].gain)))];
 }
 
@@ -154,9 +171,11 @@ function result(found) {
 
 export function draw() {
   fill('diagnosis', h('h2', {}, 'What is missing?'), checkLines(),
-    running ? progress() : h('button', {
+    running ? progress() : h('div', { class: 'row-line' }, h('button', {
       class: state.diagnosis ? '' : 'main', id: 'diagnose', disabled: !check?.ready || Boolean(trying), onclick: diagnose, title: 'd',
-    }, state.diagnosis ? 'Diagnose again' : 'Diagnose'),
+    }, state.diagnosis ? 'Diagnose again' : 'Diagnose'), h('button', {
+      class: 'quiet', id: 'fit', disabled: !check?.ready || Boolean(trying), onclick: fitAll, title: 'All parameters of the model together',
+    }, 'Fit all parameters')),
     failed && h('p', { class: 'bad', id: 'failed' }, failed),
     !running && state.diagnosis && result(state.diagnosis));
 }

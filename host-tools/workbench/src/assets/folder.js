@@ -112,5 +112,5 @@ export function draw() {
     state.models.length ? state.models.map(modelRow) : empty('models', 'softdock import LOG -o DIR'),
     h('h2', {}, 'Recordings'),
     state.recordings.length ? state.recordings.map(recordingRow) : empty('recordings', 'softdock record'),
-    h('button', { class: 'quiet', onclick: () => reload().then(() => changed('look')) }, 'Read the folder again')));
+    h('button', { class: 'quiet', onclick: () => reload().then(() => { changed('look'); changed('read'); }) }, 'Read the folder again')));
 }

@@ -1,6 +1,6 @@
 //! Can a diagnosis of these recordings say anything? What stands against it, and what is lacking.
 
-use super::task::Selection;
+use super::selection::Selection;
 use crate::problem::Problem;
 use crate::server::{Shared, work};
 use axum::Json;

@@ -68,7 +68,7 @@ impl Job {
     /// it has no other way out of the middle of a search.
     pub(super) fn tell(&self, kind: &'static str, value: Value) {
         let ends = matches!(kind, "result" | "error");
-        if self.cancelled.load(Ordering::Relaxed) && !ends {
+        if self.is_cancelled() && !ends {
             resume_unwind(Box::new(Cancelled));
         }
         let mut state = self.state();
@@ -79,6 +79,11 @@ impl Job {
     /// Ends the job when it next tells something.
     pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Nobody wants the result any more.
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     /// What was told from number `from` on.

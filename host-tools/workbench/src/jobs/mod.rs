@@ -4,10 +4,14 @@
 mod check;
 mod events;
 mod job;
+mod search;
+mod selection;
+mod simulation;
 mod task;
 
 pub(super) use check::check;
 pub(super) use events::events;
+pub use simulation::{Simulation, Simulator};
 
 use super::problem::Problem;
 use super::server::{Shared, work};

@@ -172,7 +172,8 @@ fn load(cycles: &[CycleRecord], settings: &Settings) -> Check {
         Check::bad(
             name,
             format!(
-                "{words}, arming needs less than {most} N: `softdock calibrate sensor`, or `zero`"
+                "{words}, arming needs less than {most} N: `softdock calibrate sensor`, or in hold `softdock params \
+                 mode zero`"
             ),
         )
     } else if median > 0.5 * most {

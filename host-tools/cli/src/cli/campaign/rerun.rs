@@ -10,6 +10,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::refuse_overwrite;
 use softdock_analysis::telemetry::{Bounds, Pieces, Time};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 /// Run one row of a campaign again, and record every cycle.
@@ -49,7 +50,8 @@ impl Rerun {
         let mut observer = Observer::new(&scenario);
         let mut pieces = Pieces::new(&self.output, Bounds::default(), Time::Virtual);
         let ran = record_file(&scenario, &mut pieces, &mut |record, truth| {
-            observer.push(record, truth)
+            observer.push(record, truth);
+            ControlFlow::Continue(())
         })?;
         let outcome = observer.finish(&ran);
         ensure!(

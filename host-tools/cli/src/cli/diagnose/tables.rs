@@ -56,7 +56,10 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
     }
     let (before, after) = (both.before.total(), both.after.total());
     table.push(vec![
-        Cell::text("all together"),
+        Cell::text(format!(
+            "all together ({} is noise)",
+            number::significant(both.before.total_of_noise(), DIGITS)
+        )),
         Cell::number(before, DIGITS),
         after_cell(before, after),
     ]);

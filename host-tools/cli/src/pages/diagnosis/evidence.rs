@@ -1,6 +1,7 @@
 //! The evidence: how the error falls, which hypotheses were tried, and the closest rival.
 
 use super::{Source, words};
+use softdock_analysis::compare::ROUND_OFF_SIGMA;
 use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Ranked, Verdict};
 use softdock_analysis::model::Channel;
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table, number};
@@ -9,8 +10,6 @@ use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Tabl
 const SHOWN: usize = 10;
 /// Less than one of χ² says nothing.
 const GAIN: Format = Format::Fixed(0);
-/// Errors below this part of the noise are round-off.
-const ROUND_OFF_SIGMA: f64 = 1e-6;
 
 impl Source<'_> {
     /// How large the error is, and how it falls.

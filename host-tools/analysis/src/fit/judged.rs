@@ -1,0 +1,125 @@
+//! A fit of all parameters, judged on what it has not seen: what `fit` says and what it writes.
+
+use super::record::{self, error};
+use super::{Logs, Refitted, Undetermined, refit};
+use crate::diagnose::{Step, held_back};
+use crate::model::{HistoryStep, Model};
+use crate::recording::Recording;
+use anyhow::Result;
+use serde::Serialize;
+
+/// Relative rise of the error on unseen data that is no accident of the noise.
+const RISES: f64 = 1e-3;
+
+/// A fit, the error before and after it, and the model with what it found and with its history.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What the recordings determine.
+    pub parameters: Vec<Refitted>,
+    /// What they do not.
+    pub undetermined: Vec<Undetermined>,
+    /// The model before and after.
+    pub steps: [Step; 2],
+    /// What the model file is to say.
+    pub after: Model,
+    /// Why it should not be written: the error on unseen data rises.
+    pub doubt: Option<String>,
+}
+
+/// What `fit --json` prints.
+#[derive(Clone, Debug, Serialize)]
+pub struct Document<'a> {
+    /// What the recordings determine.
+    pub parameters: &'a [Refitted],
+    /// What they do not.
+    pub undetermined: &'a [Undetermined],
+    /// The error before and after.
+    pub steps: &'a [Step; 2],
+    /// The file was changed.
+    pub written: bool,
+    /// What was or would be changed, as a unified diff.
+    pub difference: &'a str,
+}
+
+impl Judged {
+    /// Fits all parameters; without an unseen recording the end of the others is held back.
+    ///
+    /// # Errors
+    ///
+    /// A recording that cannot be predicted, or a model without anything to fit.
+    pub fn fit(model: &Model, logs: &Logs, progress: &dyn Fn(f64, &str)) -> Result<Self> {
+        let halves: Vec<(Recording, Recording)>;
+        let (train, test): (Vec<&Recording>, Vec<&Recording>) = if logs.test.is_empty() {
+            halves = logs.train.iter().map(held_back).collect();
+            halves.iter().map(|(start, end)| (start, end)).unzip()
+        } else {
+            (logs.fitted(), logs.unseen_ones())
+        };
+        let found = refit(model, &train, progress)?;
+        let step = |effect: &str, model: &Model| -> Result<Step> {
+            Ok(Step {
+                effect: effect.to_owned(),
+                train_error: error(model, &train)?,
+                test_error: Some(error(model, &test)?),
+            })
+        };
+        let steps = [
+            step(HistoryStep::NOMINAL, model)?,
+            step(HistoryStep::REFIT, &found.after)?,
+        ];
+        let mut after = found.after;
+        for effect in &mut after.effects {
+            let name = format!("{}.", effect.id);
+            if found.parameters.iter().any(|p| p.name.starts_with(&name)) {
+                effect.fitted_on = Some(logs.names.train.clone());
+            }
+        }
+        record::append(&mut after.history, &logs.names, &steps);
+        Ok(Self {
+            doubt: doubt(&steps, logs.unseen()),
+            parameters: found.parameters,
+            undetermined: found.undetermined,
+            steps,
+            after,
+        })
+    }
+
+    /// What `fit --json` prints.
+    pub fn document<'a>(&'a self, written: bool, difference: &'a str) -> Document<'a> {
+        Document {
+            parameters: &self.parameters,
+            undetermined: &self.undetermined,
+            steps: &self.steps,
+            written,
+            difference,
+        }
+    }
+}
+
+fn doubt(steps: &[Step; 2], unseen: &str) -> Option<String> {
+    let [before, after] = steps.each_ref().map(|s| s.test_error.unwrap_or(f64::NAN));
+    let holds = after <= before * (1.0 + RISES); // not so for NaN
+    (!holds).then(|| {
+        format!(
+            "the fit does not help: the error on {unseen}, which it has not seen, goes from {before:.3} to {after:.3}"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_that_makes_the_unseen_error_larger_is_doubted() {
+        let step = |test_error| Step {
+            effect: String::new(),
+            train_error: 1.0,
+            test_error,
+        };
+        for (after, doubted) in [(0.9, false), (1.0005, false), (1.1, true), (f64::NAN, true)] {
+            let steps = [step(Some(1.0)), step(Some(after))];
+            assert_eq!(doubt(&steps, "test.mcap").is_some(), doubted, "{after}");
+        }
+    }
+}

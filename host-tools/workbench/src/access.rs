@@ -1,0 +1,166 @@
+//! Where the workbench listens, and who may ask there. Beyond this computer that is who knows a token: a browser
+//! brings it once in the address and keeps it as a cookie, a program sends it with each request.
+
+use super::problem::Problem;
+use super::server::Shared;
+use axum::extract::{Request, State};
+use axum::http::header::{AUTHORIZATION, COOKIE, HeaderMap, LOCATION, SET_COOKIE};
+use axum::http::{StatusCode, Uri};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::net::IpAddr;
+use std::str::FromStr;
+
+/// Fewest characters of a token: nobody tries them all over a network.
+const SHORTEST: usize = 16;
+
+/// Where the workbench listens.
+#[derive(Clone, Debug)]
+pub enum Reach {
+    /// On this computer alone.
+    ThisComputer,
+    /// On an address that other computers reach, for those who know the token.
+    Network(IpAddr, AccessToken),
+}
+
+impl Reach {
+    pub(super) fn token(&self) -> Option<&AccessToken> {
+        match self {
+            Self::ThisComputer => None,
+            Self::Network(_, token) => Some(token),
+        }
+    }
+}
+
+/// What whoever asks from another computer has to know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AccessToken(String);
+
+impl FromStr for AccessToken {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-._~".contains(c);
+        if text.len() >= SHORTEST && text.chars().all(plain) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err(format!(
+            "expected at least {SHORTEST} letters, digits or any of - . _ ~; `openssl rand -hex 16` makes one"
+        ))
+    }
+}
+
+impl AccessToken {
+    /// What stands behind the address of the page.
+    pub(super) fn query(&self) -> String {
+        format!("?token={}", self.0)
+    }
+
+    /// In a time that does not say how much of it is right.
+    fn is(&self, other: &str) -> bool {
+        let pairs = self.0.bytes().zip(other.bytes());
+        self.0.len() == other.len() && pairs.fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
+    }
+
+    fn is_sent(&self, headers: &HeaderMap, port: u16) -> bool {
+        let texts = |name| {
+            let all = headers.get_all(name).iter();
+            all.filter_map(|value| value.to_str().ok())
+        };
+        let cookie = format!("{}=", cookie_name(port));
+        let mut cookies = texts(COOKIE).flat_map(|text| text.split(';'));
+        let mut bearers = texts(AUTHORIZATION).filter_map(|text| text.strip_prefix("Bearer "));
+        cookies.any(|one| one.trim().strip_prefix(&cookie).is_some_and(|t| self.is(t)))
+            || bearers.any(|one| self.is(one.trim()))
+    }
+
+    /// The page is opened with the token in its address.
+    fn is_introduced(&self, asked: &Uri) -> bool {
+        let mut pairs = asked.query().unwrap_or_default().split('&');
+        asked.path() == "/"
+            && pairs.any(|one| one.strip_prefix("token=").is_some_and(|t| self.is(t)))
+    }
+
+    /// Lets the browser keep it, and takes it out of the address.
+    fn kept(&self, port: u16) -> Response {
+        let name = cookie_name(port);
+        let cookie = format!("{name}={}; Path=/; HttpOnly; SameSite=Strict", self.0);
+        (
+            StatusCode::SEE_OTHER,
+            [(LOCATION, "/".to_owned()), (SET_COOKIE, cookie)],
+        )
+            .into_response()
+    }
+}
+
+/// Browsers share cookies among the ports of a computer.
+fn cookie_name(port: u16) -> String {
+    format!("softdock_{port}")
+}
+
+/// Lets a request through, or says what is lacking.
+pub(super) async fn admit(State(bench): State<Shared>, request: Request, next: Next) -> Response {
+    match bench.reach.token() {
+        Some(token) if token.is_sent(request.headers(), bench.port) => next.run(request).await,
+        Some(token) if token.is_introduced(request.uri()) => token.kept(bench.port),
+        Some(_) => Problem::new(
+            StatusCode::UNAUTHORIZED,
+            "expected the token of `softdock workbench --token`: open the address that it printed, or send the header \
+             `authorization: Bearer TOKEN`",
+        )
+        .into_response(),
+        None => next.run(request).await,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOKEN: &str = "0123456789abcdef";
+
+    fn token() -> AccessToken {
+        TOKEN.parse().unwrap()
+    }
+
+    #[test]
+    fn a_token_is_long_and_plain() {
+        for refused in [
+            "",
+            "0123456789abcde",
+            "0123456789abcdef;",
+            "0123456789 abcdef",
+        ] {
+            assert!(refused.parse::<AccessToken>().is_err(), "{refused}");
+        }
+    }
+
+    #[test]
+    fn it_is_sent_as_cookie_or_as_bearer() {
+        let sent = |name, value: &str| {
+            let headers = HeaderMap::from_iter([(name, value.parse().unwrap())]);
+            token().is_sent(&headers, 80)
+        };
+        assert!(sent(COOKIE, &format!("a=b; softdock_80={TOKEN}")));
+        assert!(sent(AUTHORIZATION, &format!("Bearer {TOKEN}")));
+        for (name, value) in [
+            (COOKIE, format!("softdock_81={TOKEN}")),
+            (COOKIE, format!("softdock_80={TOKEN}0")),
+            (COOKIE, "softdock_80=".to_owned()),
+            (AUTHORIZATION, TOKEN.to_owned()),
+            (AUTHORIZATION, "Bearer 0123456789abcdee".to_owned()),
+        ] {
+            assert!(!sent(name, &value), "{value}");
+        }
+        assert!(!token().is_sent(&HeaderMap::new(), 80));
+    }
+
+    #[test]
+    fn only_the_page_takes_it_from_its_address() {
+        let introduced = |uri: String| token().is_introduced(&uri.parse().unwrap());
+        assert!(introduced(format!("/?token={TOKEN}")));
+        assert!(!introduced(format!("/api/session?token={TOKEN}")));
+        assert!(!introduced("/?token=0123456789abcdee".to_owned()));
+        assert!(!introduced("/".to_owned()));
+    }
+}

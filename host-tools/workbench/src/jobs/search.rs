@@ -1,0 +1,175 @@
+//! A diagnosis, the fit of one effect, or the fit of all parameters. Each prepares a change of the model file.
+
+use super::job::Job;
+use super::selection::Selection;
+use super::task::Prepared;
+use crate::problem::Problem;
+use crate::server::Workbench;
+use anyhow::Result;
+use serde::Serialize;
+use serde_json::{Value, json};
+use softdock_analysis::diagnose::{Report, diagnose_watched, fit_effect};
+use softdock_analysis::fit::Logs;
+use softdock_analysis::fit::addition::{Addition, model_after, useless};
+use softdock_analysis::fit::judged::Judged;
+use softdock_analysis::model::edit::ModelFile;
+use softdock_analysis::model::{Hypothesis, Model};
+
+/// What is asked about a model and recordings.
+pub(super) enum Question {
+    /// What is missing?
+    Diagnose,
+    /// All parameters together.
+    Fit,
+    /// One effect, and a hypothesis if the effect is one that no file has.
+    Effect(String, Option<Hypothesis>),
+}
+
+impl Question {
+    /// About an effect or a hypothesis; without either about what is missing.
+    pub(super) fn effect(effect: Option<String>, hypothesis: Option<Hypothesis>) -> Self {
+        match (effect, hypothesis) {
+            (_, Some(own)) => Self::Effect(own.id.clone(), Some(own)),
+            (Some(id), None) => Self::Effect(id, None),
+            (None, None) => Self::Diagnose,
+        }
+    }
+}
+
+/// A question with its files.
+pub(super) struct Search {
+    model_id: String,
+    /// What paths begin with that a page does not know.
+    root: String,
+    file: ModelFile,
+    if_match: String,
+    logs: Logs,
+    /// The model, with a hypothesis of its own if there is one.
+    model: Model,
+    question: Question,
+}
+
+/// What the command prints, and what the page needs beside it.
+#[derive(Serialize)]
+struct Document<'a, T> {
+    #[serde(flatten)]
+    printed: T,
+    if_match: &'a str,
+    doubt: &'a Option<String>,
+}
+
+impl Search {
+    pub(super) fn new(
+        bench: &Workbench,
+        selection: Selection,
+        question: Question,
+    ) -> Result<Self, Problem> {
+        let opened = selection.open(bench)?;
+        let mut model = opened.file.model().clone();
+        if let Question::Effect(_, Some(own)) = &question {
+            model
+                .hypotheses
+                .retain(|other| other.id != own.id || other == own);
+            if !model.hypotheses.contains(own) {
+                model.hypotheses.push(own.clone());
+            }
+        }
+        model.validate().map_err(anyhow::Error::from)?;
+        if let Question::Effect(id, _) = &question {
+            model.effect(id).map_err(anyhow::Error::from)?;
+        }
+        Ok(Self {
+            model_id: selection.model,
+            root: bench.folder.prefix(),
+            file: opened.file,
+            if_match: opened.if_match,
+            logs: opened.logs?,
+            model,
+            question,
+        })
+    }
+
+    /// Does it: the document of the result, and what can be written.
+    pub(super) fn run(self, job: &Job) -> Result<(Value, Option<Prepared>)> {
+        if let Question::Fit = self.question {
+            return self.fit(job);
+        }
+        let (report, doubt) = self.found(job)?;
+        let diagnosis = &report.diagnosis;
+        let after = model_after(&self.model, &report, &self.logs.names);
+        let adds = !diagnosis.effects.is_empty();
+        let difference = if adds {
+            self.difference(&after)?
+        } else {
+            String::new()
+        };
+        let doubt = doubt.or_else(|| useless(&diagnosis.steps, self.logs.unseen()));
+        let document = self.document(
+            Addition {
+                diagnosis,
+                written: false,
+                difference: &difference,
+            },
+            &doubt,
+        );
+        Ok((document, adds.then(|| self.prepared(after, doubt))))
+    }
+
+    fn fit(self, job: &Job) -> Result<(Value, Option<Prepared>)> {
+        let progress = |share: f64, what: &str| stage(job, share, what);
+        let fit = Judged::fit(&self.model, &self.logs, &progress)?;
+        let difference = self.difference(&fit.after)?;
+        let document = self.document(fit.document(false, &difference), &fit.doubt);
+        Ok((document, Some(self.prepared(fit.after, fit.doubt))))
+    }
+
+    fn difference(&self, after: &Model) -> Result<String> {
+        let edited = self.file.edited(after)?;
+        Ok(edited.difference().replace(&self.root, ""))
+    }
+
+    fn document(&self, printed: impl Serialize, doubt: &Option<String>) -> Value {
+        json!(Document {
+            printed,
+            if_match: &self.if_match,
+            doubt,
+        })
+    }
+
+    fn prepared(self, after: Model, doubt: Option<String>) -> Prepared {
+        Prepared {
+            model_id: self.model_id,
+            if_match: self.if_match,
+            after,
+            doubt,
+        }
+    }
+
+    /// What is found, and why it should not be believed.
+    fn found(&self, job: &Job) -> Result<(Report, Option<String>)> {
+        let (fit, test) = (&self.logs.fitted()[..], &self.logs.unseen_ones()[..]);
+        let progress = |share: f64, what: &str| stage(job, share, what);
+        let Question::Effect(id, _) = &self.question else {
+            let tried = |trial: &_| job.tell("candidate", json!(trial));
+            let mut report = diagnose_watched(&self.model, fit, test, &progress, &tried)?;
+            report
+                .diagnosis
+                .notes
+                .splice(0..0, self.logs.notes.iter().cloned());
+            return Ok((report, None));
+        };
+        progress(0.1, &format!("fitting {id}"));
+        match fit_effect(&self.model, id, fit, test, false) {
+            Ok(report) => Ok((report, None)),
+            // It is shown all the same: who asks for it wants to see why not.
+            Err(why) => match fit_effect(&self.model, id, fit, test, true) {
+                Ok(report) => Ok((report, Some(format!("{why:#}")))),
+                Err(_) => Err(why),
+            },
+        }
+    }
+}
+
+fn stage(job: &Job, share: f64, what: &str) {
+    job.tell("stage", json!({"share": share, "what": what}));
+}

@@ -1,0 +1,70 @@
+//! A model and recordings of the folder, as a page names them.
+
+use crate::files::fingerprint;
+use crate::models::open;
+use crate::problem::Problem;
+use crate::server::Workbench;
+use anyhow::Result;
+use axum::http::StatusCode;
+use serde::Deserialize;
+use softdock_analysis::fit::Logs;
+use softdock_analysis::fit::record::Names;
+use softdock_analysis::model::edit::ModelFile;
+use std::path::PathBuf;
+
+/// A model and recordings of the folder.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Selection {
+    pub(super) model: String,
+    /// To fit on.
+    fit: Vec<String>,
+    /// Unseen; without them the end of the others is held back.
+    #[serde(default)]
+    test: Vec<String>,
+}
+
+/// A selection with its files.
+pub(super) struct Opened {
+    pub(super) file: ModelFile,
+    pub(super) if_match: String,
+    /// The recordings, or why nothing can be concluded from them.
+    pub(super) logs: Result<Logs>,
+}
+
+impl Selection {
+    /// # Errors
+    ///
+    /// An id of no file, or a model that cannot be read.
+    pub(super) fn open(&self, bench: &Workbench) -> Result<Opened, Problem> {
+        if self.fit.is_empty() {
+            return Err(Problem::new(
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "expected at least one recording to fit on",
+            ));
+        }
+        let paths = |ids: &[String]| -> Result<Vec<PathBuf>, Problem> {
+            ids.iter().map(|id| bench.folder.file(id, "mcap")).collect()
+        };
+        let (file, text) = open(bench, &self.model)?;
+        let (fit, test) = (paths(&self.fit)?, paths(&self.test)?);
+        let root = bench.folder.prefix();
+        let logs = Logs::open(file.model(), &fit, &test)
+            .map(|logs| self.named(logs, &root))
+            .map_err(|error| anyhow::anyhow!("{}", format!("{error:#}").replace(&root, "")));
+        Ok(Opened {
+            file,
+            if_match: fingerprint(&text),
+            logs,
+        })
+    }
+
+    /// The recordings under the names that they have in the folder.
+    fn named(&self, mut logs: Logs, root: &str) -> Logs {
+        logs.names = Names::of(&self.fit, &self.test);
+        for note in &mut logs.notes {
+            *note = note.replace(root, "");
+        }
+        logs
+    }
+}
