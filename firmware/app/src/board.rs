@@ -3,6 +3,7 @@
 use crate::record::CycleRecord;
 use core::net::SocketAddr;
 use core::task::{Context, Poll};
+use softdock_link::service::LoopBack;
 
 /// Why a bus or socket gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,11 @@ pub trait SensorBus {
     async fn receive(&mut self) -> Result<Self::Frame, IoError>;
     /// Brings the bus back after it went off: a CAN controller from bus-off.
     async fn recover(&mut self) -> Result<(), IoError>;
+    /// Has a CAN controller hear itself for the frames of [`loop_back`](crate::loop_back), then the bus again; none
+    /// without such a controller.
+    async fn loop_back(&mut self) -> Option<LoopBack> {
+        None
+    }
 }
 
 /// An Ethernet port that carries whole frames, without checksum: that of an EtherCAT segment.

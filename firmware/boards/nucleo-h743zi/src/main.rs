@@ -207,6 +207,6 @@ async fn serve(prepared: Prepared<Flash>, pins: serial::Pins) {
         defmt::error!("the serial port cannot be opened: no parameter service");
         return;
     };
-    let trial = service::serve(prepared, reader, writer).await;
+    let trial = service::serve(prepared, reader, writer, softdock_crash::hang).await;
     softdock_crash::restart(trial.map(|trial| trial.encode()));
 }
