@@ -4,6 +4,7 @@ mod boot;
 mod contact;
 mod crash;
 mod faults;
+mod functions;
 mod link;
 mod lockstep;
 mod params;
