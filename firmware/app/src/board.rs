@@ -89,6 +89,10 @@ impl<T: DatagramSocket> DatagramSink for T {
 pub trait Clock {
     /// Now, µs.
     fn now_us(&self) -> u64;
+    /// Cycles of the processor while it is awake, which wrap; none without such a counter.
+    fn processor_cycles(&self) -> Option<u32> {
+        None
+    }
     /// Returns at `at_us` or soon after; never for `u64::MAX`. Cancel-safe.
     async fn wait_until(&self, at_us: u64);
 }

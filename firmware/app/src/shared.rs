@@ -10,7 +10,7 @@ use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Fault, Mode, Refusal};
 use softdock_link::sensor::{SensorCounters, SensorState};
 use softdock_link::service::{
-    AnswerTimes, EthernetHealth, InputStatistics, LoopBack, Machine, StackUse, Word,
+    AnswerTimes, EthernetHealth, InputStatistics, LoopBack, Machine, StackUse, Word, Work,
 };
 
 /// Commands that may wait for the next telegram.
@@ -107,6 +107,8 @@ pub struct MachineState {
     pub answers: AnswerTimes,
     /// What the inputs are like.
     pub inputs: InputStatistics,
+    /// Cycles of the processor for an answer.
+    pub work: Option<Work>,
 }
 
 impl MachineState {
@@ -118,6 +120,7 @@ impl MachineState {
             ethernet: self.ethernet,
             answers: self.answers,
             inputs: self.inputs,
+            work: self.work,
         }
     }
 }
@@ -229,6 +232,7 @@ const NEW_MACHINE: MachineState = MachineState {
     ethernet: None,
     answers: AnswerTimes::NONE,
     inputs: InputStatistics::NONE,
+    work: None,
 };
 
 /// Before the first sample.

@@ -20,7 +20,9 @@ pub use frame::{
     ENCODED_MAX_BYTES, Frame, FrameError, FrameReader, HEADER_BYTES, Kind, PAYLOAD_MAX_BYTES,
 };
 pub use health::{FlashSlot, Health, RobotHealth, SensorHealth};
-pub use machine::{ANSWER_BINS, AnswerTimes, EthernetHealth, InputStatistics, Machine, StackUse};
+pub use machine::{
+    ANSWER_BINS, AnswerTimes, EthernetHealth, InputStatistics, Machine, StackUse, Work,
+};
 pub use message::{
     ARRAY_MAX, Answer, Counters, Entry, Form, Hello, LINE_BYTES, LINES_MAX, LogLine, Origin,
     PROTOCOL, Refusal, Request, Status, Text, Value, WORDS_MAX, Word,
