@@ -2,6 +2,7 @@
 //! board here: a program in place of probe-rs writes down what it was told.
 
 use softdock_app::image::{Slot, newest};
+use softdock_tests::peers::serve;
 use softdock_tests::process::{scratch, softdock, softdock_binary};
 use std::ffi::OsString;
 use std::fs;
@@ -30,14 +31,16 @@ fn path_with(first: &Path) -> OsString {
     std::env::join_paths(folders).unwrap()
 }
 
-/// A folder with a `probe-rs` that notes its arguments and keeps a file that it was given.
+/// A folder with a `probe-rs` that notes its arguments and keeps a file that it was given; it fails while there is
+/// a line in the file `failures`.
 fn recorded_probe_rs(folder: &Path) -> PathBuf {
     let programs = folder.join("programs");
     fs::create_dir_all(&programs).unwrap();
     let program = programs.join("probe-rs");
     let kept = folder.display();
     let script = format!(
-        "#!/bin/sh\necho \"$@\" >> {kept}/calls\nfor last; do :; done\ncase $1 in download) cp \"$last\" {kept}/written;; esac\n"
+        "#!/bin/sh\necho \"$@\" >> {kept}/calls\nfor last; do :; done\ncase $1 in download) cp \"$last\" {kept}/written;; \
+         --version) exit;; esac\nif [ -s {kept}/failures ]; then sed -i 1d {kept}/failures; exit 1; fi\n"
     );
     fs::write(&program, script).unwrap();
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
@@ -109,6 +112,76 @@ fn settings_and_image_go_to_the_board() {
     let (image, slot) = newest(a, b).unwrap();
     assert_eq!(slot, Slot::A);
     assert_eq!(image.settings.network.address.as_str(), "10.0.0.7");
+}
+
+/// The header of an ELF file for an ARM processor (System V ABI, 4), whose program begins in the chip's flash.
+fn empty_image() -> Vec<u8> {
+    let mut bytes = b"\x7fELF\x01\x01\x01".to_vec();
+    bytes.resize(52, 0);
+    for (at, value) in [(16, 2), (18, 40), (20, 1), (40, 52), (42, 32), (46, 40)] {
+        bytes[at] = value;
+    }
+    bytes[24..28].copy_from_slice(&0x0800_0001_u32.to_le_bytes());
+    bytes
+}
+
+#[test]
+fn a_probe_that_fails_is_asked_once_more_and_then_the_cures_are_named() {
+    let folder = scratch("cli_flash_again");
+    let programs = recorded_probe_rs(&folder);
+    fs::write(folder.join("image.elf"), empty_image()).unwrap();
+    let run = |failures: &str| {
+        fs::write(folder.join("failures"), failures).unwrap();
+        fs::write(folder.join("calls"), "").unwrap();
+        let run = with_path(
+            &folder,
+            &["flash", "--image", "image.elf"],
+            path_with(&programs),
+        );
+        let calls = fs::read_to_string(folder.join("calls")).unwrap();
+        let runs = calls.lines().filter(|call| call.starts_with("run "));
+        (run.status.code(), runs.count(), stderr(&run))
+    };
+    assert_eq!(run("").1, 1);
+    let (code, runs, said) = run("once\n");
+    assert_eq!((code, runs), (Some(0), 2), "{said}");
+    let (code, runs, said) = run("once\ntwice\n");
+    assert_eq!((code, runs), (Some(1), 2), "{said}");
+    for cure in [
+        "plug it in again",
+        "PROBE_RS_CONNECT_UNDER_RESET",
+        "BOOT0",
+        "CN1",
+    ] {
+        assert!(said.contains(cure), "{cure} in: {said}");
+    }
+}
+
+/// The board is one of this computer: what it can show is tested, what it has not is a warning.
+#[test]
+fn a_board_that_was_flashed_shows_what_it_can_do() {
+    let folder = scratch("cli_flash_self_test");
+    let programs = recorded_probe_rs(&folder);
+    fs::write(folder.join("image.elf"), empty_image()).unwrap();
+    let board = serve("cli_flash_self_test_board", "", &[]);
+    let arguments = ["flash", "--image", "image.elf", "--self-test", "--port"];
+    let run = with_path(
+        &folder,
+        &[&arguments[..], &[&board.port]].concat(),
+        path_with(&programs),
+    );
+    let calls = fs::read_to_string(folder.join("calls")).unwrap();
+    let words: Vec<_> = calls
+        .lines()
+        .map(|call| call.split(' ').next().unwrap())
+        .collect();
+    assert_eq!(words, ["--version", "download", "reset"]);
+    let table = String::from_utf8_lossy(&run.stdout).into_owned();
+    let line = |name: &str| table.lines().find(|line| line.contains(name)).unwrap();
+    assert!(line("flash and reset").contains("good"), "{table}");
+    for name in ["CAN controller", "LEDs", "watchdog"] {
+        assert!(line(name).contains("warning"), "{table}");
+    }
 }
 
 #[test]

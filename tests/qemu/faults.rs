@@ -14,12 +14,12 @@ use std::time::{Duration, Instant};
 /// Cycles of the start ramp, with some to spare.
 const RAMP: usize = 40;
 
-/// A running board whose loop is closed and moves at 5 mm/s, with robot and sensor.
-fn moving(test: &str) -> (QemuBoard, Robot, Sensor) {
+/// A running board with further `arguments` whose loop is closed and moves at 5 mm/s, with robot and sensor.
+pub(super) fn moving(test: &str, arguments: &[&str]) -> (QemuBoard, Robot, Sensor) {
     // A lost answer of the sensor is asked for again before its sample is too old.
     let patient = BUSY_COMPUTER.replace("answer_timeout_s = 1.0", "answer_timeout_s = 0.02");
     let settings = format!("{patient}\n[control.body_k]\nvelocity_m_s = [0.005, 0.0, 0.0]\n");
-    let mut board = QemuBoard::start(test, &settings, &["--start"]);
+    let mut board = QemuBoard::start(test, &settings, &[&["--start"], arguments].concat());
     let sensor = Sensor::connect(board.can);
     board.process().wait_for("sensor Running");
     let mut robot = Robot::new(board.robot);
@@ -56,14 +56,14 @@ fn until_counted(board: &mut QemuBoard, robot: &mut Robot, word: &str, least: u6
     panic!("never {least} {word}\n{}", board.process().transcript());
 }
 
-/// Sends garbage at a thousand datagrams per second, from ports of its own, until it is dropped.
+/// Sends garbage from ports of its own, with a pause between two datagrams, until it is dropped.
 struct Flood {
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<u64>>,
 }
 
 impl Flood {
-    fn start(board: SocketAddr, telegram: &str) -> Self {
+    fn start(board: SocketAddr, telegram: &str, pause: Duration) -> Self {
         let ended = Arc::new(AtomicBool::new(false));
         let stop = ended.clone();
         let datagrams: [Vec<u8>; 6] = [
@@ -85,7 +85,7 @@ impl Flood {
                 }
                 socket.send_to(datagram, board).unwrap();
                 sent += 1;
-                thread::sleep(Duration::from_millis(1));
+                thread::sleep(pause);
             }
             for socket in sockets {
                 socket.set_nonblocking(true).unwrap();
@@ -111,8 +111,9 @@ impl Flood {
 
 #[test]
 fn a_flood_of_garbage_and_strangers_costs_counters() {
-    let (mut board, mut robot, _sensor) = moving("qemu_flood");
-    let flood = Flood::start(board.robot, &robot.telegram(robot.ipoc));
+    let (mut board, mut robot, _sensor) = moving("qemu_flood", &[]);
+    let pause = Duration::from_millis(1);
+    let flood = Flood::start(board.robot, &robot.telegram(robot.ipoc), pause);
     for cycle in 0..1500 {
         let answer = robot.cycle_through_flood();
         assert!(!answer.is_zero(), "cycle {cycle}: the loop goes on");
@@ -125,11 +126,29 @@ fn a_flood_of_garbage_and_strangers_costs_counters() {
     assert!(!log.contains("fault"), "{log}");
 }
 
+/// As fast as this computer sends, which is more than QEMU hands on: what the robot sends is lost like everything
+/// else, and behind the flood it is answered again within ten telegrams.
+#[test]
+fn a_flood_without_a_pause_is_left_behind_within_ten_telegrams() {
+    let (board, mut robot, _sensor) = moving("qemu_line_rate", &[]);
+    for _ in 0..3 {
+        let flood = Flood::start(board.robot, &robot.telegram(robot.ipoc), Duration::ZERO);
+        for _ in 0..10 {
+            robot.cycle_through_flood();
+        }
+        let sent = flood.stop();
+        assert!(sent > 1_000, "{sent} datagrams are no flood");
+        robot.cycle_through_flood();
+        assert!(robot.attempts <= 10, "{} telegrams", robot.attempts);
+    }
+    board.stop();
+}
+
 /// More at once than the controller's FIFO and the socket's queue hold: what has no room is lost, and
 /// the robot is answered again within ten telegrams.
 #[test]
 fn an_overrun_of_the_receiver_is_left_behind_within_ten_telegrams() {
-    let (board, mut robot, _sensor) = moving("qemu_overrun");
+    let (board, mut robot, _sensor) = moving("qemu_overrun", &[]);
     let stranger = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     for burst in 0..5 {
         for _ in 0..500 {
@@ -149,7 +168,7 @@ fn an_overrun_of_the_receiver_is_left_behind_within_ten_telegrams() {
 
 #[test]
 fn garbage_of_the_robot_itself_costs_a_counter() {
-    let (mut board, mut robot, _sensor) = moving("qemu_garbage");
+    let (mut board, mut robot, _sensor) = moving("qemu_garbage", &[]);
     for length in [0, 1, 100, 1472, 1473, 60_000] {
         robot.send(&vec![b'<'; length]);
         assert!(!robot.cycle_through_flood().is_zero(), "the loop goes on");
@@ -161,7 +180,7 @@ fn garbage_of_the_robot_itself_costs_a_counter() {
 
 #[test]
 fn noise_on_the_sensors_line_is_survived() {
-    let (mut board, mut robot, sensor) = moving("qemu_noise");
+    let (mut board, mut robot, sensor) = moving("qemu_noise", &[]);
     // Every twentieth answer is spoiled, and there is noise between all of them.
     for noisy in [true, false] {
         sensor.be_noisy(noisy);
@@ -180,7 +199,7 @@ fn noise_on_the_sensors_line_is_survived() {
 
 #[test]
 fn a_silent_sensor_is_a_fault_and_the_robot_is_answered_with_zero() {
-    let (mut board, mut robot, sensor) = moving("qemu_silent");
+    let (mut board, mut robot, sensor) = moving("qemu_silent", &[]);
     sensor.be_silent(true);
     for said in ["mode Fault", "fault SensorStale"] {
         board.until(said, || {

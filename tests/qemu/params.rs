@@ -10,7 +10,8 @@ const MASS: &str = "control.sensor.tool_mass_kg";
 #[test]
 fn a_board_shows_what_it_can_do() {
     let served = Served::start("qemu_self_test", "", &[]);
-    let arguments = ["doctor", "--port", &served.port, "--self-test", "--json"];
+    let port = ["doctor", "--port", &served.port, "--json"];
+    let arguments = [&port[..], &["--self-test", "--hang"]].concat();
     let run = softdock(served.folder(), &arguments);
     let found: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let state = |name: &str| {
@@ -22,10 +23,17 @@ fn a_board_shows_what_it_can_do() {
     assert_eq!(state("stack"), "good", "{found}");
     // The emulator has no register that tells, and its network does not answer ping from here.
     assert_eq!(state("reason of the reset"), "warning", "{found}");
-    for name in ["clock", "ping", "LEDs", "CAN", "watchdog"] {
-        state(name);
+    // It has neither CAN nor LEDs; and it came back from its hang.
+    for name in ["ping", "LEDs", "CAN controller", "watchdog"] {
+        assert_eq!(state(name), "warning", "{found}");
     }
-    served.board.end();
+    state("clock");
+    let log = served.board.end();
+    assert_eq!(
+        log.lines().filter(|line| line.ends_with(" ready")).count(),
+        3,
+        "first start, settings, hang\n{log}"
+    );
 }
 
 struct Served {

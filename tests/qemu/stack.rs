@@ -1,6 +1,7 @@
 //! How deep the firmware's stack gets in QEMU, which has the NUCLEO's 128 kB: it is painted at reset, and
 //! the board tells what is left of the paint.
 
+use super::faults::moving;
 use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
 use softdock_rig::firmware::{RELEASED, STACK_BUDGET, emulated_profile};
@@ -85,4 +86,18 @@ fn the_stack_has_room_whatever_the_board_does() {
     let again = deepest(&mut board, "started over with other settings");
     assert!(again.abs_diff(boot) < AVAILABLE / 4, "{boot} and {again}");
     board.end();
+}
+
+#[test]
+fn a_latched_fault_leaves_room_on_the_stack() {
+    let (mut board, mut robot, sensor) = moving("qemu_stack_fault", &[]);
+    sensor.be_silent(true);
+    board.until("fault SensorStale", || {
+        robot.cycle();
+    });
+    for _ in 0..50 {
+        assert!(robot.cycle().is_zero());
+    }
+    deepest(&mut board, "a latched fault");
+    board.stop();
 }

@@ -3,6 +3,7 @@
 use crate::record::CycleRecord;
 use core::net::SocketAddr;
 use core::task::{Context, Poll};
+use softdock_link::service::LoopBack;
 
 /// Why a bus or socket gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,11 @@ pub trait SensorBus {
     async fn receive(&mut self) -> Result<Self::Frame, IoError>;
     /// Brings the bus back after it went off: a CAN controller from bus-off.
     async fn recover(&mut self) -> Result<(), IoError>;
+    /// Has a CAN controller hear itself for the frames of [`loop_back`](crate::loop_back), then the bus again; none
+    /// without such a controller.
+    async fn loop_back(&mut self) -> Option<LoopBack> {
+        None
+    }
 }
 
 /// An Ethernet port that carries whole frames, without checksum: that of an EtherCAT segment.
@@ -83,6 +89,10 @@ impl<T: DatagramSocket> DatagramSink for T {
 pub trait Clock {
     /// Now, µs.
     fn now_us(&self) -> u64;
+    /// Cycles of the processor while it is awake, which wrap; none without such a counter.
+    fn processor_cycles(&self) -> Option<u32> {
+        None
+    }
     /// Returns at `at_us` or soon after; never for `u64::MAX`. Cancel-safe.
     async fn wait_until(&self, at_us: u64);
 }

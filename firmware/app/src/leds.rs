@@ -29,6 +29,13 @@ pub struct Leds {
     pub red: bool,
 }
 
+impl From<[bool; 3]> for Leds {
+    /// Green, yellow, red.
+    fn from([green, yellow, red]: [bool; 3]) -> Self {
+        Self { green, yellow, red }
+    }
+}
+
 /// Keeps `set` informed of the board's state, for ever.
 pub async fn show<M: RawMutex>(
     shared: &Shared<M>,
@@ -38,7 +45,8 @@ pub async fn show<M: RawMutex>(
     let mut next_us = clock.now_us();
     let mut tick = 0_u32;
     loop {
-        set(leds(&shared.status(), tick));
+        let lamps = shared.lamps(clock.now_us());
+        set(lamps.unwrap_or_else(|| leds(&shared.status(), tick)));
         tick = tick.wrapping_add(1);
         next_us += PERIOD_US;
         clock.wait_until(next_us).await;
@@ -102,6 +110,16 @@ mod tests {
         assert_eq!(lit(&status, |l| l.yellow), 16);
         status.sensor = Some(SensorState::Starting);
         assert_eq!(lit(&status, |l| l.yellow), 8);
+    }
+
+    #[test]
+    fn a_test_lights_what_it_says_for_its_time() {
+        let shared = Shared::<embassy_sync::blocking_mutex::raw::NoopRawMutex>::new();
+        let red = Leds::from([false, false, true]);
+        shared.light(Some((red, 1000)));
+        assert_eq!([999, 1000].map(|us| shared.lamps(us)), [Some(red), None]);
+        shared.light(None);
+        assert_eq!(shared.lamps(0), None);
     }
 
     #[test]

@@ -20,6 +20,7 @@ pub mod ethercat;
 pub mod ethernet_dma;
 pub mod image;
 pub mod leds;
+pub mod loop_back;
 pub mod meter;
 #[cfg(feature = "micro")]
 pub mod micro;

@@ -4,7 +4,7 @@
 use crate::record::CycleRecord;
 use micromath::F32Ext;
 use softdock_control::io::Sequence;
-use softdock_link::service::{AnswerTimes, InputStatistics};
+use softdock_link::service::{AnswerTimes, InputStatistics, Work};
 
 /// Cycles that statistics are made of: about a second.
 const WINDOW: u32 = 250;
@@ -14,6 +14,9 @@ const WINDOW: u32 = 250;
 pub struct Meter {
     answers: AnswerTimes,
     inputs: InputStatistics,
+    work: Option<Work>,
+    /// The count of the processor's cycles when the telegram was read.
+    begun: Option<u32>,
     window: Window,
     /// When the last telegram came, µs, and the number and the wrench of its sample.
     last: Option<(u64, u32, [f64; 6])>,
@@ -54,6 +57,25 @@ impl Meter {
             self.inputs = self.window.statistics(cycle_us as f64);
             self.window = Window::default();
         }
+    }
+
+    /// A telegram is read, at this count of the processor's cycles.
+    pub fn begin(&mut self, cycles: Option<u32>) {
+        self.begun = cycles;
+    }
+
+    /// Its answer has gone, at this one.
+    pub fn end(&mut self, cycles: Option<u32>) {
+        if let (Some(begun), Some(now)) = (self.begun, cycles) {
+            let last = now.wrapping_sub(begun);
+            let most = self.work.map_or(0, |work| work.most).max(last);
+            self.work = Some(Work { last, most });
+        }
+    }
+
+    /// Cycles of the processor for an answer.
+    pub fn work(&self) -> Option<Work> {
+        self.work
     }
 
     /// All answers since boot.
@@ -150,6 +172,20 @@ mod tests {
             (answers.longest_us, answers.histogram[1]),
             (260, 2 * WINDOW)
         );
+    }
+
+    #[test]
+    fn cycles_of_the_processor_are_counted_over_a_wrap_and_the_most_is_kept() {
+        let mut meter = Meter::default();
+        meter.begin(None);
+        meter.end(None);
+        assert_eq!(meter.work(), None, "no counter");
+        for (begun, gone) in [(u32::MAX - 99, 200), (1000, 1100)] {
+            meter.begin(Some(begun));
+            meter.end(Some(gone));
+        }
+        let (last, most) = (100, 300);
+        assert_eq!(meter.work(), Some(Work { last, most }));
     }
 
     #[test]

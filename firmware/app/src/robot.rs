@@ -54,9 +54,10 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
             };
             let record = self.run_cycle(incoming, clock).await;
             let sent = self.answer(incoming, socket, from).await;
-            let gone_us = clock.now_us();
+            let (gone_us, gone) = (clock.now_us(), clock.processor_cycles());
             self.publish(record.as_ref(), incoming != Incoming::Ignored);
             if let Some(record) = &record {
+                self.meter.end(gone);
                 self.measure(record, gone_us);
                 recorder.record(record);
             }
@@ -75,6 +76,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         buffer: &mut [u8],
     ) -> Result<(Incoming, SocketAddr), IoError> {
         let (length, mut from) = self.next(socket, clock, buffer).await?;
+        self.meter.begin(clock.processor_cycles());
         let mut newest = self.read(buffer, length, from, clock);
         for _ in 0..MOST_QUEUED {
             let Some((length, sender)) = socket.try_receive(buffer) else {
@@ -211,10 +213,11 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
     fn measure(&mut self, record: &CycleRecord, gone_us: u64) {
         let (came_us, cycle_us) = (self.link.heard_us(), self.link.cycle_us());
         self.meter.take(record, came_us, gone_us, cycle_us);
-        let (answers, inputs) = (self.meter.answers(), self.meter.inputs());
+        let meter = self.meter;
         self.shared.update_machine(|machine| {
-            machine.answers = answers;
-            machine.inputs = inputs;
+            machine.answers = meter.answers();
+            machine.inputs = meter.inputs();
+            machine.work = meter.work();
         });
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::board::{Clock, IoError, SensorBus};
 use crate::shared::{LastSample, Shared};
-use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_futures::select::{Either, Either5, select, select5};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use softdock_control::io::SensorSample;
 use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorState};
@@ -54,7 +54,7 @@ pub fn refuse<M: RawMutex>(shared: &Shared<M>) {
 }
 
 /// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that
-/// asks for a sample, or the operator's reset. True: it was a frame.
+/// asks for a sample, the operator's reset, or a test of the bus. True: it was a frame.
 async fn exchange<M: RawMutex, B: SensorBus>(
     shared: &Shared<M>,
     bus: &mut B,
@@ -78,19 +78,21 @@ async fn exchange<M: RawMutex, B: SensorBus>(
     let asked = shared.wanted.wait();
     let deadline = clock.wait_until(driver.next_deadline_us());
     // The first that is ready wins: what is rare comes first, the deadline is met anyway.
-    match select4(restart, bus.receive(), asked, deadline).await {
+    let test = shared.bus_test.wait();
+    match select5(restart, test, bus.receive(), asked, deadline).await {
         // A sensor that is starting needs its time, however often it is asked.
-        Either4::First(()) if driver.state() == SensorState::Starting => {}
-        Either4::First(()) => driver.restart(),
-        Either4::Second(frame) => {
+        Either5::First(()) if driver.state() == SensorState::Starting => {}
+        Either5::First(()) => driver.restart(),
+        Either5::Second(()) => shared.bus_tested.signal(bus.loop_back().await),
+        Either5::Third(frame) => {
             if let Some(reading) = driver.receive(&frame?, clock.now_us()) {
                 shared.update_status(|status| status.sample = Some(last_sample(&reading)));
                 shared.publish(sample(&reading));
             }
             return Ok(true);
         }
-        Either4::Third(()) => driver.expedite(clock.now_us()),
-        Either4::Fourth(()) => {}
+        Either5::Fourth(()) => driver.expedite(clock.now_us()),
+        Either5::Fifth(()) => {}
     }
     Ok(false)
 }

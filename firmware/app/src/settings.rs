@@ -83,7 +83,8 @@ pub struct CanSettings {
     /// readings.
     pub pairing_window_s: f64,
     /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
-    /// one is used. The exchange takes 0.35 ms at 1 Mbit/s.
+    /// one is used. The exchange takes 0.35 ms at 1 Mbit/s; while the sensor does not answer, each answer to
+    /// the robot is later by all of this.
     pub sample_wait_s: f64,
 }
 }

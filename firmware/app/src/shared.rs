@@ -1,5 +1,6 @@
 //! What the tasks share: the newest sample, the operator's commands, and the state for onlookers.
 
+use crate::leds::Leds;
 use core::cell::Cell;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -9,7 +10,7 @@ use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Fault, Mode, Refusal};
 use softdock_link::sensor::{SensorCounters, SensorState};
 use softdock_link::service::{
-    AnswerTimes, EthernetHealth, InputStatistics, Machine, StackUse, Word,
+    AnswerTimes, EthernetHealth, InputStatistics, LoopBack, Machine, StackUse, Word, Work,
 };
 
 /// Commands that may wait for the next telegram.
@@ -106,6 +107,8 @@ pub struct MachineState {
     pub answers: AnswerTimes,
     /// What the inputs are like.
     pub inputs: InputStatistics,
+    /// Cycles of the processor for an answer.
+    pub work: Option<Work>,
 }
 
 impl MachineState {
@@ -117,6 +120,7 @@ impl MachineState {
             ethernet: self.ethernet,
             answers: self.answers,
             inputs: self.inputs,
+            work: self.work,
         }
     }
 }
@@ -126,12 +130,18 @@ pub struct Shared<M: RawMutex> {
     sample: Mutex<M, Cell<SensorSample>>,
     status: Mutex<M, Cell<Status>>,
     machine: Mutex<M, Cell<MachineState>>,
+    /// LEDs that a test has lit, and until when, µs.
+    lamps: Mutex<M, Cell<Option<(Leds, u64)>>>,
     /// Raised with each new sample.
     pub(crate) fresh: Signal<M, ()>,
     /// Raised when a telegram asks for a sample.
     pub(crate) wanted: Signal<M, ()>,
     /// Raised when the sensor shall start over.
     pub(crate) restart_sensor: Signal<M, ()>,
+    /// Raised when the sensor's task shall test its bus.
+    pub(crate) bus_test: Signal<M, ()>,
+    /// What came of it.
+    pub(crate) bus_tested: Signal<M, Option<LoopBack>>,
     /// The operator's commands; each cycle takes one. A new RSI run drops those that wait: what
     /// was asked for while no robot was there must not move it when it comes.
     pub commands: Channel<M, Command, COMMANDS>,
@@ -150,9 +160,12 @@ impl<M: RawMutex> Shared<M> {
             sample: Mutex::new(Cell::new(NO_SAMPLE)),
             status: Mutex::new(Cell::new(BOOT)),
             machine: Mutex::new(Cell::new(NEW_MACHINE)),
+            lamps: Mutex::new(Cell::new(None)),
             fresh: Signal::new(),
             wanted: Signal::new(),
             restart_sensor: Signal::new(),
+            bus_test: Signal::new(),
+            bus_tested: Signal::new(),
             commands: Channel::new(),
         }
     }
@@ -191,6 +204,18 @@ impl<M: RawMutex> Shared<M> {
         });
     }
 
+    /// Lights these LEDs until then, µs; none: they say what they have to.
+    pub(crate) fn light(&self, lamps: Option<(Leds, u64)>) {
+        self.lamps.lock(|cell| cell.set(lamps));
+    }
+
+    /// The LEDs that a test has lit.
+    pub(crate) fn lamps(&self, now_us: u64) -> Option<Leds> {
+        let lit = self.lamps.lock(Cell::get);
+        lit.filter(|(_, until_us)| now_us < *until_us)
+            .map(|(leds, _)| leds)
+    }
+
     pub(crate) fn update_status(&self, change: impl FnOnce(&mut Status)) {
         self.status.lock(|cell| {
             let mut status = cell.get();
@@ -207,6 +232,7 @@ const NEW_MACHINE: MachineState = MachineState {
     ethernet: None,
     answers: AnswerTimes::NONE,
     inputs: InputStatistics::NONE,
+    work: None,
 };
 
 /// Before the first sample.

@@ -3,12 +3,14 @@
 use crate::process::{PATIENCE, scratch};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
-use softdock_lockstep::{Done, MESSAGE_BYTES, Step, frame, unframe};
+use softdock_lockstep::{
+    CALLS, Done, FUNCTIONS, FunctionCosts, LIBRARIES, MESSAGE_BYTES, Step, frame, unframe,
+};
 use softdock_rig::board::qemu::Chip;
 use softdock_rig::firmware::{BoardImage, build, emulated_profile};
 use std::fs::OpenOptions;
 use std::io::{Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
@@ -43,19 +45,7 @@ impl Emulated {
     /// # Panics
     /// If the program does not build.
     pub fn start(test: &str, chip: Chip, settings: &BoardSettings) -> Self {
-        let board = BoardImage {
-            package: "softdock-lockstep",
-            target: chip.target(),
-            features: &["board"],
-        };
-        // Its instructions are counted.
-        let image = build(&board, &emulated_profile()).expect("the program builds");
-        let folder = scratch(test);
-        for pipe in ["to_board", "from_board"] {
-            let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
-            assert!(made.expect("mkfifo is part of coreutils").success());
-        }
-        let qemu = start(chip, &image, &folder);
+        let (folder, qemu) = launch(test, chip);
         let (steps, done) = converse(&folder, block(settings));
         Self {
             qemu,
@@ -104,6 +94,55 @@ impl Drop for Emulated {
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }
+}
+
+/// What mathematical functions cost on `chip`, instructions for a call.
+///
+/// # Panics
+/// As [`Emulated::start`]; or if QEMU says nothing.
+pub fn function_costs(test: &str, chip: Chip) -> [[f64; LIBRARIES.len()]; FUNCTIONS.len()] {
+    let (folder, mut qemu) = launch(test, chip);
+    let (send, receive) = channel();
+    let (to, from) = (folder.join("to_board"), folder.join("from_board"));
+    thread::spawn(move || -> std::io::Result<()> {
+        OpenOptions::new()
+            .write(true)
+            .open(to)?
+            .write_all(&[0, 0])?;
+        let mut told = Vec::new();
+        OpenOptions::new()
+            .read(true)
+            .open(from)?
+            .read_to_end(&mut told)?;
+        // Nobody listens any more when the test has failed.
+        let _ = send.send(told);
+        Ok(())
+    });
+    let told = receive.recv_timeout(PATIENCE);
+    // It has ended by itself, or it is stuck.
+    let _ = qemu.kill();
+    let _ = qemu.wait();
+    let told = told.expect("QEMU tells the costs");
+    let costs: FunctionCosts = unframe(&told[2..]).expect("costs");
+    costs.map(|row| row.map(|ticks| f64::from(instructions(ticks)) / f64::from(CALLS)))
+}
+
+/// The program on `chip` in a folder of its own, with its pipes.
+fn launch(test: &str, chip: Chip) -> (PathBuf, Child) {
+    let board = BoardImage {
+        package: "softdock-lockstep",
+        target: chip.target(),
+        features: &["board"],
+    };
+    // Its instructions are counted.
+    let image = build(&board, &emulated_profile()).expect("the program builds");
+    let folder = scratch(test);
+    for pipe in ["to_board", "from_board"] {
+        let made = Command::new("mkfifo").arg(folder.join(pipe)).status();
+        assert!(made.expect("mkfifo is part of coreutils").success());
+    }
+    let qemu = start(chip, &image, &folder);
+    (folder, qemu)
 }
 
 fn start(chip: Chip, image: &Path, folder: &Path) -> Child {

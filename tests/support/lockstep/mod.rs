@@ -4,7 +4,7 @@
 mod emulated;
 mod story;
 
-pub use emulated::{Emulated, instructions};
+pub use emulated::{Emulated, function_costs, instructions};
 pub use story::story;
 
 use softdock_analysis::recording::Comparison;

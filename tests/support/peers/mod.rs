@@ -15,7 +15,7 @@ mod served;
 pub use board::{BUSY_COMPUTER, Board, counted, text};
 pub use patience::{PATIENCE, patient, without_noise};
 pub use proxy::{Fault, Proxy};
-pub use qemu::QemuBoard;
+pub use qemu::{Cable, QemuBoard};
 pub use rig::{LockStepRig, Motion};
 pub use robot::{Answer, Robot, counts};
 pub use running_robot::RunningRobot;

@@ -2,7 +2,8 @@
 
 use super::board::segment;
 use crate::process::{PATIENCE, Running, scratch, softdock_binary};
-use std::net::{Ipv4Addr, SocketAddr};
+use std::io::{BufRead, BufReader, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
@@ -114,6 +115,51 @@ impl Drop for QemuBoard {
         if let Some(process) = self.process.take() {
             process.interrupt();
             process.finish_or_kill();
+        }
+    }
+}
+
+/// The cable of a board's network, by QEMU's machine protocol.
+#[derive(Debug)]
+pub struct Cable(BufReader<TcpStream>);
+
+impl Cable {
+    /// That of a board with `--monitor` on this address.
+    ///
+    /// # Panics
+    /// If QEMU is not there.
+    pub fn of(monitor: SocketAddr) -> Self {
+        let stream = TcpStream::connect(monitor).expect("QEMU listens");
+        stream
+            .set_read_timeout(Some(PATIENCE))
+            .expect("a timeout can be set");
+        let mut cable = Self(BufReader::new(stream));
+        cable.order(&serde_json::json!({ "execute": "qmp_capabilities" }));
+        cable
+    }
+
+    /// Plugs it in, or pulls it.
+    ///
+    /// # Panics
+    /// If QEMU refuses.
+    pub fn plug(&mut self, plugged: bool) {
+        let arguments = serde_json::json!({ "name": "lan9118.0", "up": plugged });
+        self.order(&serde_json::json!({ "execute": "set_link", "arguments": arguments }));
+    }
+
+    fn order(&mut self, order: &serde_json::Value) {
+        writeln!(self.0.get_mut(), "{order}").expect("QEMU takes orders");
+        loop {
+            let mut line = String::new();
+            let length = self.0.read_line(&mut line).expect("QEMU answers");
+            assert!(
+                length > 0 && !line.contains("\"error\""),
+                "{order}: `{line}`"
+            );
+            // Beside answers it tells what happens.
+            if line.contains("\"return\"") {
+                return;
+            }
         }
     }
 }

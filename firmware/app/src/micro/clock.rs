@@ -1,6 +1,7 @@
 //! The board's clock over `embassy-time`.
 
 use crate::board::Clock;
+use cortex_m::peripheral::DWT;
 use embassy_time::{Instant, Timer};
 
 /// Time since boot by the board's time driver.
@@ -10,6 +11,11 @@ pub struct UptimeClock;
 impl Clock for UptimeClock {
     fn now_us(&self) -> u64 {
         Instant::now().as_micros()
+    }
+
+    /// That of the DWT, which stands while the processor sleeps.
+    fn processor_cycles(&self) -> Option<u32> {
+        DWT::cycle_counter_enabled().then(DWT::cycle_count)
     }
 
     async fn wait_until(&self, at_us: u64) {

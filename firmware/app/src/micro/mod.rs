@@ -1,4 +1,4 @@
-//! What all microcontrollers share: [`clock`], [`udp`], [`telemetry`] and [`service`] over Embassy;
+//! What all microcontrollers share: [`clock`], [`ethernet_link`], [`udp`], [`telemetry`] and [`service`] over Embassy;
 //! [`start`], which puts network, robot and telemetry together; [`boot`] and [`monitor`] for the log.
 //! A board adds its clocks, pins and drivers, and the tasks that name their types.
 //!
@@ -8,6 +8,7 @@
 
 pub mod boot;
 pub mod clock;
+pub mod ethernet_link;
 pub mod monitor;
 pub mod service;
 pub mod start;

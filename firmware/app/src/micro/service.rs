@@ -48,11 +48,13 @@ pub(super) fn prepare<F: NorFlash>(
 }
 
 /// Runs the service on a line until the board is to start over; with settings on trial if there are
-/// any. To be awaited below everything else: it formats texts and writes flash.
+/// any. `hang` is called if it is to hang instead. To be awaited below everything else: it formats texts
+/// and writes flash.
 pub async fn serve<F: NorFlash>(
     prepared: Prepared<F>,
     reader: impl embedded_io_async::Read,
     writer: impl embedded_io_async::Write,
+    hang: fn() -> !,
 ) -> Option<Trial> {
     let Prepared {
         session,
@@ -65,12 +67,12 @@ pub async fn serve<F: NorFlash>(
         store,
         block,
     };
-    match service.run(reader, writer, &UptimeClock).await {
-        End::Restart(trial) => {
-            // The last answer is still on the line.
-            embassy_time::Timer::after_millis(LINE_MS).await;
-            trial
-        }
+    let end = service.run(reader, writer, &UptimeClock).await;
+    // The last answer is still on the line.
+    embassy_time::Timer::after_millis(LINE_MS).await;
+    match end {
+        End::Restart(trial) => trial,
+        End::Hang => hang(),
         // A board's line is never gone.
         End::Closed => core::future::pending().await,
     }

@@ -17,19 +17,22 @@ pub use log::Log;
 pub use session::{IDENTITY_BYTES, Job, Now, Outcome, Session};
 
 use crate::board::Clock;
+use crate::leds::Leds;
 use crate::shared::Shared;
 use crate::store::{Block, Origin, Store, Trial};
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
-use softdock_link::service::{FrameReader, Refusal};
+use softdock_link::service::{FrameReader, LAMPS_S, Refusal, SelfTest};
 
 /// How often the task looks after the log and the time of a trial, µs.
 const PERIOD_US: u64 = 50_000;
 /// Longest time for an answer on the line, µs: 1 kB takes 0.1 s at 115,200 bit/s. A host that does
 /// not read must not keep a trial from its end.
 const WRITE_US: u64 = 2_000_000;
+/// Longest time for the sensor's task to test its bus, µs: nine frames of 2 ms at worst.
+const BUS_TEST_US: u64 = 200_000;
 /// Bytes that are taken from the line at once.
 const INPUT_BYTES: usize = 64;
 
@@ -38,6 +41,8 @@ const INPUT_BYTES: usize = 64;
 pub enum End {
     /// The board is to start over, with settings on trial if there are any.
     Restart(Option<Trial>),
+    /// The board is to hang, so that its watchdog shows that it works.
+    Hang,
     /// The line is gone for good.
     Closed,
 }
@@ -91,15 +96,15 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
                         self.session.take(&frame, &now, self.block)
                     }
                 };
-                let restart = match outcome {
+                let end = match outcome {
                     Outcome::Ignore => continue,
                     Outcome::Answer => None,
                     Outcome::Job(job) => self.carry_out(job, clock).await,
                 };
                 let answer = writer.write_all(self.session.line());
                 select(answer, clock.wait_until(clock.now_us() + WRITE_US)).await;
-                if let Some(trial) = restart {
-                    return End::Restart(trial);
+                if let Some(end) = end {
+                    return end;
                 }
             }
         }
@@ -112,9 +117,9 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
         }
     }
 
-    /// Does what takes flash or the other tasks; the session has the answer then. Some: the board is
-    /// to start over. Nothing of it is ever dropped half-way.
-    async fn carry_out(&mut self, job: Job, clock: &impl Clock) -> Option<Option<Trial>> {
+    /// Does what takes flash or the other tasks; the session has the answer then. Some: the service
+    /// ends with it. Nothing of it is ever dropped half-way.
+    async fn carry_out(&mut self, job: Job, clock: &impl Clock) -> Option<End> {
         match job {
             Job::Operator(command) => {
                 let sent = self.shared.commands.try_send(command);
@@ -144,13 +149,43 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
             Job::EndTrial => {
                 self.shared.set_restarting(true);
                 self.session.restarting();
-                Some(None)
+                Some(End::Restart(None))
             }
+            Job::SelfTest(test) => self.self_test(test, clock).await,
             Job::Commit { confirm_within_s } => self.commit(confirm_within_s, clock).await,
         }
     }
 
-    async fn commit(&mut self, confirm_within_s: u16, clock: &impl Clock) -> Option<Option<Trial>> {
+    async fn self_test(&mut self, test: SelfTest, clock: &impl Clock) -> Option<End> {
+        match test {
+            SelfTest::Can => {
+                self.shared.bus_tested.reset();
+                self.shared.bus_test.signal(());
+                let too_late = clock.wait_until(clock.now_us() + BUS_TEST_US);
+                let outcome = match select(self.shared.bus_tested.wait(), too_late).await {
+                    Either::First(outcome) => outcome,
+                    Either::Second(()) => None,
+                };
+                self.shared.bus_test.reset();
+                self.session.loop_back(outcome);
+                None
+            }
+            SelfTest::Lamps(lit) => {
+                let until_us = clock.now_us() + u64::from(LAMPS_S) * 1_000_000;
+                self.shared
+                    .light(lit.map(|lit| (Leds::from(lit), until_us)));
+                self.session.finish(Ok(()));
+                None
+            }
+            SelfTest::Hang => {
+                self.shared.set_restarting(true);
+                self.session.restarting();
+                Some(End::Hang)
+            }
+        }
+    }
+
+    async fn commit(&mut self, confirm_within_s: u16, clock: &impl Clock) -> Option<End> {
         let origin = *self.session.origin();
         let draft = self.session.draft()?;
         // From here on the robot task takes no command that could begin a motion.
@@ -164,7 +199,7 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
         match written {
             Ok(trial) if !self.session.moves(&now) => {
                 self.session.restarting();
-                Some(Some(trial))
+                Some(End::Restart(Some(trial)))
             }
             Ok(_) => {
                 self.shared.set_restarting(false);

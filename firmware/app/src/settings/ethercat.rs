@@ -25,7 +25,7 @@ pub struct EtherCatSettings {
     /// Time after which an exchange counts as lost, s; 0.15 ms is normal.
     pub answer_timeout_s: f64,
     /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
-    /// one is used.
+    /// one is used. While the sensor does not answer, each answer to the robot is later by all of this.
     pub sample_wait_s: f64,
 }
 }

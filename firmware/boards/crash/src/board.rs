@@ -12,6 +12,14 @@ pub fn restart(retained: Option<[u8; RETAINED_BYTES]>) -> ! {
     SCB::sys_reset()
 }
 
+/// Does nothing any more, whatever comes: only a watchdog helps.
+pub fn hang() -> ! {
+    cortex_m::interrupt::disable();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
 /// Starts over because of something that a message tells at the next start.
 pub fn give_up(reason: &str) -> ! {
     cortex_m::interrupt::disable();

@@ -30,7 +30,7 @@ mod words;
 
 #[cfg(target_os = "none")]
 pub use {
-    board::{give_up, restart},
+    board::{give_up, hang, restart},
     fault::arm,
     message::{MESSAGE_BYTES, Message, take_message},
     retained::{RETAINED_BYTES, count_start, take_retained},

@@ -49,6 +49,21 @@ pub const PARTS: [&str; 7] = [
 /// Cost of each of [`PARTS`], in ticks of the counter.
 pub type Cost = [u32; PARTS.len()];
 
+/// Functions whose cost is compared.
+pub const FUNCTIONS: [&str; 4] = [
+    "square root",
+    "sine",
+    "arc tangent of two",
+    "logarithm to base 10",
+];
+/// Who computes them. The first is for people's eyes, the last for the cycle.
+pub const LIBRARIES: [&str; 3] = ["micromath", "libm, f32", "libm, f64"];
+/// Calls of each.
+pub const CALLS: u32 = 1000;
+
+/// Ticks of the counter for [`CALLS`] calls of each of [`FUNCTIONS`] in each of [`LIBRARIES`].
+pub type FunctionCosts = [[u32; LIBRARIES.len()]; FUNCTIONS.len()];
+
 /// What came of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Done {

@@ -45,5 +45,7 @@ pub(crate) const CLOCK_HZ: u32 = 25_000_000;
 pub(crate) const TIMER0: usize = 0x4000_0000;
 /// CMSDK UARTs 0 to 2.
 pub(crate) const UARTS: [usize; 3] = [0x4000_4000, 0x4000_5000, 0x4000_6000];
+/// CMSDK watchdog.
+pub(crate) const WATCHDOG: usize = 0x4000_8000;
 /// The free-running counter of the FPGA's I/O block.
 pub(crate) const COUNTER: usize = 0x4002_8018;

@@ -10,6 +10,8 @@ use crate::register::Register;
 use core::task::Context;
 use embassy_net_driver::{Capabilities, Driver, HardwareAddress, LinkState};
 use embassy_sync::waitqueue::AtomicWaker;
+use softdock_app::micro::ethernet_link::EthernetLink;
+use softdock_app::phy::Management;
 
 /// Longest frame without its checksum, bytes: header and payload.
 pub(crate) const FRAME_BYTES: usize = 1514;
@@ -34,7 +36,10 @@ const MAC_DATA: Register = register(0xA8);
 const MAC_CR: u32 = 1;
 const MAC_ADDRH: u32 = 2;
 const MAC_ADDRL: u32 = 3;
+const MAC_MII_ACCESS: u32 = 6;
+const MAC_MII_DATA: u32 = 7;
 const MAC_BUSY: u32 = 1 << 31;
+const MAC_READ: u32 = 1 << 30;
 /// Full duplex, transmitter and receiver on; everything that is not ours is filtered out.
 const MAC_ON: u32 = 1 << 20 | 1 << 3 | 1 << 2;
 /// Receive status FIFO above its level: a frame has come.
@@ -55,6 +60,7 @@ pub(crate) struct Lan9118 {
     address: [u8; 6],
     received: [u8; BUFFER_BYTES],
     to_send: [u8; FRAME_BYTES],
+    link: EthernetLink<Phy>,
 }
 
 impl Lan9118 {
@@ -78,10 +84,13 @@ impl Lan9118 {
         // is pending at boot.
         IRQ_CFG.write(0x111);
         interrupts::unmask(Interrupt::ETHERNET);
+        let mut link = EthernetLink::new(Phy);
+        link.reset();
         Self {
             address,
             received: [0; BUFFER_BYTES],
             to_send: [0; FRAME_BYTES],
+            link,
         }
     }
 
@@ -109,6 +118,47 @@ impl Lan9118 {
 fn mac_write(index: u32, value: u32) {
     MAC_DATA.write(value);
     MAC_COMMAND.write(MAC_BUSY | index);
+}
+
+fn mac_read(index: u32) -> u32 {
+    MAC_COMMAND.write(MAC_BUSY | MAC_READ | index);
+    MAC_DATA.read()
+}
+
+/// The PHY inside of the controller, behind the MAC.
+struct Phy;
+
+impl Phy {
+    /// Asks for an access to a register; as it is emulated, it is over at once.
+    fn access(register: u8, direction: u32) {
+        const ADDRESS: u32 = 1 << 11;
+        const BUSY: u32 = 1;
+        mac_write(
+            MAC_MII_ACCESS,
+            ADDRESS | u32::from(register) << 6 | direction | BUSY,
+        );
+    }
+}
+
+impl Management for Phy {
+    fn read(&mut self, register: u8) -> u16 {
+        const ADVERTISEMENT: u8 = 4;
+        /// 100 Mbit/s, half duplex: the emulated PHY cannot but offer it.
+        const ALWAYS_OFFERED: u32 = 1 << 7;
+        Self::access(register, 0);
+        let value = match register {
+            ADVERTISEMENT => mac_read(MAC_MII_DATA) & !ALWAYS_OFFERED,
+            _ => mac_read(MAC_MII_DATA),
+        };
+        // The register has 16 bits.
+        value as u16
+    }
+
+    fn write(&mut self, register: u8, value: u16) {
+        const WRITE: u32 = 1 << 1;
+        mac_write(MAC_MII_DATA, value.into());
+        Self::access(register, WRITE);
+    }
 }
 
 /// Hands a frame to the controller, which sends it with its last word.
@@ -166,8 +216,11 @@ impl Driver for Lan9118 {
         Some(TxToken(&mut self.to_send))
     }
 
-    fn link_state(&mut self, _context: &mut Context<'_>) -> LinkState {
-        LinkState::Up
+    fn link_state(&mut self, context: &mut Context<'_>) -> LinkState {
+        match self.link.is_up(context) {
+            true => LinkState::Up,
+            false => LinkState::Down,
+        }
     }
 
     fn capabilities(&self) -> Capabilities {

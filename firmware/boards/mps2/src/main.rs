@@ -10,6 +10,7 @@
 //! | UART 2 | the parameter service | [`uart`] |
 //! | PSRAM | the flash with settings and boot options | [`flash`] |
 //! | counter, timer 0 | time | [`time`] |
+//! | watchdog | a hang on purpose | [`watchdog`] |
 //!
 //! `cargo qemu` builds and runs it. [`chip`] says in what the two chips differ.
 #![no_std]
@@ -28,6 +29,7 @@ mod register;
 mod sensor_link;
 mod time;
 mod uart;
+mod watchdog;
 
 use chip::Number;
 use cortex_m::Peripherals;
@@ -153,6 +155,6 @@ async fn robot_task(
 #[embassy_executor::task]
 async fn serve(prepared: Prepared<Flash>) {
     let (reader, writer) = uart::SERVICE.open();
-    let trial = service::serve(prepared, reader, writer).await;
+    let trial = service::serve(prepared, reader, writer, watchdog::hang).await;
     softdock_crash::restart(trial.map(|trial| trial.encode()));
 }

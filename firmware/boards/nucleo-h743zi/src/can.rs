@@ -7,12 +7,16 @@ use embassy_stm32::can::config::{
 use embassy_stm32::can::enums::BusErrorMode;
 use embassy_stm32::can::frame::{Frame as FdcanFrame, Header};
 use embassy_stm32::can::{self, BufferedCan, CanConfigurator, OperatingMode, RxBuf, TxBuf};
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::FDCAN1 as REGISTERS;
 use embassy_stm32::peripherals::{FDCAN1, PD0, PD1};
 use embassy_stm32::{Peri, bind_interrupts};
 use embassy_time::Timer;
 use softdock_app::board::{IoError, SensorBus};
+use softdock_app::loop_back::loop_back;
+use softdock_app::micro::clock::UptimeClock;
 use softdock_link::can::{BitTiming, Frame, Id};
+use softdock_link::service::LoopBack;
 use static_cell::ConstStaticCell;
 
 /// Bits per second; the rate of both supported sensors.
@@ -119,6 +123,32 @@ impl SensorBus for Bus {
         }
         Err(IoError::BusOff)
     }
+
+    async fn loop_back(&mut self) -> Option<LoopBack> {
+        hear_itself(true).await;
+        let outcome = loop_back(self, &UptimeClock).await;
+        hear_itself(false).await;
+        Some(outcome)
+    }
+}
+
+/// Connects input and output inside of the controller, away from the pins, or the pins again (RM0433, FDCAN test
+/// modes). What waits to be sent is given up.
+async fn hear_itself(on: bool) {
+    REGISTERS.cccr().modify(|w| w.set_init(true));
+    // At the end of the frame that is on its way.
+    Timer::after_millis(1).await;
+    REGISTERS.cccr().modify(|w| w.set_cce(true));
+    REGISTERS.cccr().modify(|w| {
+        w.set_test(true);
+        w.set_mon(on);
+    });
+    REGISTERS.test().modify(|w| w.set_lbck(on));
+    REGISTERS.cccr().modify(|w| w.set_test(on));
+    // Leaving the initialisation protects the configuration again.
+    REGISTERS.cccr().modify(|w| w.set_init(false));
+    // The driver looks for room when it is interrupted, and what it waited for does not come any more.
+    interrupt::FDCAN1_IT0.pend();
 }
 
 fn to_fdcan(frame: &Frame) -> Option<FdcanFrame> {

@@ -14,11 +14,10 @@ use embassy_stm32::eth::{self, Ethernet, PacketQueue, Phy, Sma, StationManagemen
 use embassy_stm32::pac::ETH as REGISTERS;
 use embassy_stm32::peripherals::{ETH, ETH_SMA, PA1, PA2, PA7, PB13, PC1, PC4, PC5, PG11, PG13};
 use embassy_stm32::{Peri, bind_interrupts, uid};
-use embassy_time::{Duration, Instant, Ticker, Timer};
+use embassy_time::{Duration, Ticker, Timer};
 use softdock_app::ethernet_dma::{self, Channel, Cure, DmaMonitor};
-use softdock_app::micro::SHARED;
-use softdock_app::phy::{self, Management, PhyMonitor};
-use softdock_link::service::EthernetHealth;
+use softdock_app::micro::ethernet_link::{EthernetLink, tell};
+use softdock_app::phy::Management;
 
 bind_interrupts!(struct Irqs {
     ETH => eth::InterruptHandler;
@@ -61,10 +60,8 @@ pub(crate) fn start(pins: Pins) -> Driver {
     PacketQueue::init(queue);
     // SAFETY: `init` has written every byte.
     let queue = unsafe { queue.assume_init_mut() };
-    let phy = Lan8742 {
-        bus: Bus(Sma::new(pins.sma, pins.mdio, pins.mdc)),
-        monitor: PhyMonitor::default(),
-    };
+    let bus = Bus(Sma::new(pins.sma, pins.mdio, pins.mdc));
+    let phy = Lan8742(EthernetLink::new(bus));
     Driver(Ethernet::new_with_phy(
         queue,
         pins.eth,
@@ -115,10 +112,7 @@ impl NetworkDriver for Driver {
 
 /// The PHY. Embassy's own looks at it over the slow management bus whenever the network is polled,
 /// several times in a cycle.
-pub(crate) struct Lan8742 {
-    bus: Bus,
-    monitor: PhyMonitor,
-}
+pub(crate) struct Lan8742(EthernetLink<Bus>);
 
 /// Its management bus.
 struct Bus(Sma<'static, ETH_SMA>);
@@ -135,24 +129,14 @@ impl Management for Bus {
 
 impl Phy for Lan8742 {
     fn phy_reset(&mut self) {
-        self.monitor.reset(&mut self.bus);
+        self.0.reset();
     }
 
-    /// It is told what to offer when its reset is over, by [`PhyMonitor::is_up`].
+    /// It is told what to offer when its reset is over, by [`EthernetLink::is_up`].
     fn phy_init(&mut self) {}
 
     fn poll_link(&mut self, cx: &mut Context<'_>) -> bool {
-        // The network asks again then; the timer only has to ring.
-        let mut timer = core::pin::pin!(Timer::after_micros(phy::PERIOD_US));
-        let _ = timer.as_mut().poll(cx);
-        let before = self.monitor;
-        let now_us = Instant::now().as_micros();
-        let up = self.monitor.is_up(&mut self.bus, now_us);
-        if self.monitor != before {
-            let losses = self.monitor.losses();
-            tell(|ethernet| (ethernet.link, ethernet.losses) = (up, losses));
-        }
-        up
+        self.0.is_up(cx)
     }
 }
 
@@ -175,13 +159,6 @@ pub(crate) async fn watch() -> ! {
             }
         }
     }
-}
-
-/// Tells the onlookers.
-fn tell(change: impl FnOnce(&mut EthernetHealth)) {
-    SHARED.update_machine(|machine| {
-        change(machine.ethernet.get_or_insert_default());
-    });
 }
 
 /// By the DMA's debug status register (RM0433, 58.11.2, ETH_DMADSR: TPS0 and RPS0).

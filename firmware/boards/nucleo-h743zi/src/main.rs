@@ -34,7 +34,7 @@ mod serial;
 mod w5500;
 mod watchdog;
 
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
 use embassy_executor::SendSpawner;
 use embassy_net::Runner;
@@ -91,6 +91,9 @@ fn start() {
     };
     softdock_crash::arm(&mut core.SCB, &mut core.MPU);
     memory::start_caches(&mut core);
+    core.DCB.enable_trace();
+    DWT::unlock();
+    core.DWT.enable_cycle_counter();
     let p = clocks::start();
     let watchdog = watchdog::start(p.IWDG1);
     let crash = softdock_crash::take_message();
@@ -207,6 +210,6 @@ async fn serve(prepared: Prepared<Flash>, pins: serial::Pins) {
         defmt::error!("the serial port cannot be opened: no parameter service");
         return;
     };
-    let trial = service::serve(prepared, reader, writer).await;
+    let trial = service::serve(prepared, reader, writer, softdock_crash::hang).await;
     softdock_crash::restart(trial.map(|trial| trial.encode()));
 }

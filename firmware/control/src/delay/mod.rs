@@ -136,7 +136,8 @@ crate::described! {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct DelaySettings {
-    /// The law.
+    /// The law. Of a cycle `predictor` takes 0.2 to 0.5 ms on the NUCLEO, `seed` 0.06 to 0.15 ms; a cycle of
+    /// 1 ms needs `seed` or `lead`.
     pub law: LawName,
     /// The model's velocity that the law gets.
     pub model_velocity: ModelVelocity,

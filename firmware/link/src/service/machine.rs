@@ -20,6 +20,18 @@ pub struct Machine {
     pub answers: AnswerTimes,
     /// The inputs of the last second.
     pub inputs: InputStatistics,
+    /// Cycles of the processor for an answer; none without a counter of them.
+    pub work: Option<Work>,
+}
+
+/// Cycles of the processor from the instant at which a telegram was read to that at which its answer was handed to the
+/// network. Interrupts in between are counted, sleep in the wait for a sample is not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// For the last answer.
+    pub last: u32,
+    /// The most since boot.
+    pub most: u32,
 }
 
 /// The stack of a microcontroller, bytes.

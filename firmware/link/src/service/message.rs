@@ -20,7 +20,7 @@
 //! value is one of a few forms. So a host program can read and change the settings of a firmware
 //! that is older or newer than itself.
 
-use super::{FlashSlot, Health, Machine};
+use super::{FlashSlot, Health, LoopBack, Machine, SelfTest};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -106,6 +106,8 @@ pub enum Request<'a> {
     Slots,
     /// How the board itself is. Likewise.
     Machine,
+    /// A part of the first power-on's test. Likewise.
+    SelfTest(SelfTest),
 }
 
 /// What the board answers.
@@ -147,6 +149,8 @@ pub enum Answer<'a> {
     Slots([FlashSlot; 2]),
     /// How the board itself is.
     Machine(Machine),
+    /// What came of [`SelfTest::Can`]; none: there is no CAN controller that could, or it is busy.
+    LoopBack(Option<LoopBack>),
 }
 
 /// A value of a setting.

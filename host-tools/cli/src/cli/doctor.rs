@@ -1,18 +1,20 @@
 //! `softdock doctor`: is everything ready for a test?
 
+use super::agree::agree;
 use super::progress::Progress;
 use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::commission::doctor::{
-    Check, State, of_port, of_recording, of_settings, runs_with, same_settings, self_test, table,
-    worst,
+    Check, Onlooker, State, of_port, of_recording, of_settings, runs_with, same_settings,
+    self_test, table, worst,
 };
 use softdock_analysis::commission::parameters::BAUD_RATE;
 use softdock_analysis::input;
 use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 /// Check board, robot link, sensor and settings, each with what to do.
@@ -32,7 +34,7 @@ softdock doctor hold.mcap --settings board.toml
 softdock doctor --settings board.toml
 (before there is a recording)
 
-softdock doctor --port /dev/ttyACM0 --self-test
+softdock doctor --port /dev/ttyACM0 --self-test --hang
 (the first power-on of a board, docs/board.md)")]
 pub(super) struct Doctor {
     /// Recording (MCAP)
@@ -46,13 +48,30 @@ pub(super) struct Doctor {
     /// Speed of a serial device, bit/s
     #[arg(long, value_name = "BIT_PER_S", default_value_t = BAUD_RATE)]
     baud: u32,
-    /// First power-on: have the board show its clock, flash, reset and network as well. It writes the
-    /// settings that it has once more, and starts over
+    /// First power-on: have the board show its clock, flash, reset, CAN controller, network and LEDs as
+    /// well. It writes the settings that it has once more, and starts over
     #[arg(long, requires = "port")]
     self_test: bool,
+    /// Have the board hang as well, so that its watchdog shows that it resets it
+    #[arg(long, requires = "self_test")]
+    hang: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// A person at a terminal, if there is one.
+struct Terminal;
+
+impl Onlooker for Terminal {
+    fn tell(&mut self, step: &str) {
+        eprintln!("doctor: {step}");
+    }
+
+    fn sees(&mut self, question: &str) -> Option<bool> {
+        let there = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+        there.then(|| agree(question, "no").is_ok())
+    }
 }
 
 #[derive(Serialize)]
@@ -61,6 +80,19 @@ struct Summary {
 }
 
 impl Doctor {
+    /// The first power-on of the board on a port.
+    pub(super) fn self_test(port: String, hang: bool) -> Self {
+        Self {
+            recording: None,
+            settings: None,
+            port: Some(port),
+            baud: BAUD_RATE,
+            self_test: true,
+            hang,
+            json: false,
+        }
+    }
+
     pub(super) fn execute(self) -> Result<()> {
         ensure!(
             self.recording.is_some() || self.settings.is_some() || self.port.is_some(),
@@ -71,8 +103,7 @@ impl Doctor {
         let recording = self.recording.as_deref().map(Recording::open).transpose()?;
         let board: Option<BoardSettings> = self.settings.as_deref().map(input::load).transpose()?;
         if let Some(port) = self.port.as_deref().filter(|_| self.self_test) {
-            let mut tell = |step: &str| eprintln!("doctor: {step}");
-            checks.extend(self_test(port, self.baud, &mut tell));
+            checks.extend(self_test(port, self.baud, self.hang, &mut Terminal));
         }
         let running = self.port.as_deref().and_then(|port| {
             let bar = Progress::new();

@@ -56,6 +56,9 @@ pub(super) struct QemuCommand {
     /// Crash at the first start, to see what is told of it at the second
     #[arg(long, value_parser = crash, hide = true)]
     crash: Option<Crash>,
+    /// TCP address to listen on for QEMU's machine protocol, to pull the network's cable
+    #[arg(long, value_name = "TCP_ADDR", value_parser = address, hide = true)]
+    monitor: Option<SocketAddr>,
     /// The emulated chip
     #[arg(long, value_enum, default_value_t)]
     chip: Chip,
@@ -77,6 +80,7 @@ impl QemuCommand {
             service,
             start,
             crash,
+            monitor,
             chip,
             ..
         } = self;
@@ -89,6 +93,7 @@ impl QemuCommand {
             service,
             start,
             crash,
+            monitor,
             chip,
         };
         board.run(&stop)

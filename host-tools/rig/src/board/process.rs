@@ -158,6 +158,8 @@ impl Listening {
             let record = record(session.settings())?;
             match session.run(stop, &current, &mut self.store, &mut block, record)? {
                 End::Restart(next) if !stop.load(Ordering::Relaxed) => trial = next,
+                // A process has no watchdog that would end it.
+                End::Hang if !stop.load(Ordering::Relaxed) => trial = None,
                 _ => return Ok(()),
             }
             eprintln!("board: starts over");

@@ -9,8 +9,8 @@ use crate::store::{Origin, StoreError, Trial};
 use core::fmt::Write;
 use heapless::{String, Vec};
 use softdock_link::service::{
-    self as link, Answer, ENCODED_MAX_BYTES, FlashSlot, Frame, Hello, Kind, PAYLOAD_MAX_BYTES,
-    PROTOCOL, Refusal, Text,
+    self as link, Answer, ENCODED_MAX_BYTES, FlashSlot, Frame, Hello, Kind, LoopBack,
+    PAYLOAD_MAX_BYTES, PROTOCOL, Refusal, Text,
 };
 
 impl Session {
@@ -84,6 +84,11 @@ impl Session {
     /// How the board itself is.
     pub fn machine(&mut self, state: &MachineState) {
         let _ = self.say(&Answer::Machine(state.told()));
+    }
+
+    /// What came of frames that a CAN controller sent to itself.
+    pub fn loop_back(&mut self, outcome: Option<LoopBack>) {
+        let _ = self.say(&Answer::LoopBack(outcome));
     }
 
     /// The flash could not be written.

@@ -13,7 +13,7 @@ use crate::store::{Block, Boot, Origin, Trial};
 use heapless::{String, Vec};
 use softdock_control::modes::Command;
 use softdock_link::service::{
-    ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL, Refusal,
+    ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL, Refusal, SelfTest,
 };
 
 /// Longest identity.
@@ -54,6 +54,8 @@ pub enum Job {
     Slots,
     /// Tell how the board itself is.
     Machine,
+    /// Test a part of the board.
+    SelfTest(SelfTest),
     /// Give a command to the robot task.
     Operator(Command),
 }

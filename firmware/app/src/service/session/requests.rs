@@ -42,6 +42,8 @@ impl Session {
             Request::Mode(text) => self.operator(text, now),
             Request::Health => self.say(&Answer::Health(health(now))),
             Request::Machine => Outcome::Job(Job::Machine),
+            Request::SelfTest(_) if self.moves(now) => self.refuse(Refusal::Moves),
+            Request::SelfTest(test) => Outcome::Job(Job::SelfTest(test)),
             Request::Slots => {
                 // The block is needed to read them.
                 self.staged = None;

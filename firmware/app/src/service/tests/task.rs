@@ -205,3 +205,30 @@ fn a_motion_that_begins_in_time_wins() {
         assert_eq!(answer, Ok(Answer::Refused(Refusal::Moves)));
     });
 }
+
+/// Nobody is there who could test a bus; the answer comes all the same. A hang ends the service.
+#[test]
+fn a_new_board_is_tested_unless_the_robot_moves() {
+    let mut flash = Flash::erased();
+    let test = Request::SelfTest;
+    let requests = [
+        test(SelfTest::Can),
+        test(SelfTest::Lamps(Some([true, false, false]))),
+        test(SelfTest::Hang),
+    ];
+    let host = Host::sends(&requests);
+    let (end, at_us, _) = run(&mut flash, None, Status::default(), &host);
+    assert_eq!(end, End::Hang);
+    assert!(at_us >= BUS_TEST_US, "{at_us}");
+    assert_eq!(host.received(), ["LoopBack(None)", "Done", "Restarting"]);
+
+    let moving = Status {
+        connected: true,
+        moves: true,
+        ..Status::default()
+    };
+    let host = Host::sends(&requests);
+    let (end, ..) = run(&mut flash, None, moving, &host);
+    assert_eq!(end, End::Closed);
+    assert_eq!(host.received(), ["Refused(Moves)"; 3]);
+}

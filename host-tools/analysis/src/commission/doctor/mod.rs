@@ -14,7 +14,7 @@ mod self_test;
 mod sensor;
 mod settings;
 
-pub use self_test::self_test;
+pub use self_test::{Onlooker, self_test};
 
 use crate::recording::Recording;
 use serde::Serialize;

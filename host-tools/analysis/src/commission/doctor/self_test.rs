@@ -1,11 +1,13 @@
 //! The first power-on of a board: what it can be asked to do without a robot or a sensor.
 //!
 //! It writes the settings that it has once more, tries them behind a reset and keeps them: that takes
-//! flash, the memory that outlives a reset, and the start. What only a person sees is told as what is
-//! still to be looked at; docs/board.md has the order.
+//! flash, the memory that outlives a reset, and the start. Its CAN controller hears itself, a person tells
+//! what the LEDs show, and if that is wanted it hangs, so that its watchdog has to reset it. docs/board.md
+//! has what is still to be looked at.
 
 use super::Check;
 use crate::commission::parameters::{Client, LinkError, Port};
+use softdock_link::service::LoopBack;
 use softdock_report::number::significant;
 use std::net::Ipv4Addr;
 use std::process::Command;
@@ -19,8 +21,28 @@ const CLOCK: f64 = 0.003;
 /// Time for the settings to be confirmed.
 const CONFIRM_WITHIN_S: u16 = 60;
 
-/// Runs all of it on the board on a port. `tell` is told each step.
-pub fn self_test(name: &str, baud_rate: u32, tell: &mut impl FnMut(&str)) -> Vec<Check> {
+/// LEDs: what is printed beside them, their pin, and which is to be lit.
+const LEDS: [(&str, &str, [bool; 3]); 3] = [
+    ("LD1 (green)", "PB0", [true, false, false]),
+    ("LD2 (yellow)", "PE1", [false, true, false]),
+    ("LD3 (red)", "PB14", [false, false, true]),
+];
+
+/// Who looks on.
+pub trait Onlooker {
+    /// Is told each step.
+    fn tell(&mut self, step: &str);
+    /// Says whether it is so; none: nobody is there.
+    fn sees(&mut self, question: &str) -> Option<bool>;
+}
+
+/// Runs all of it on the board on a port; `hang`: the hang as well.
+pub fn self_test(
+    name: &str,
+    baud_rate: u32,
+    hang: bool,
+    onlooker: &mut impl Onlooker,
+) -> Vec<Check> {
     let client = Port::open(name, baud_rate).map_err(|error| format!("{error:#}"));
     let client = client.and_then(|port| Client::connect(port).map_err(|error| error.to_string()));
     let mut client = match client {
@@ -30,15 +52,17 @@ pub fn self_test(name: &str, baud_rate: u32, tell: &mut impl FnMut(&str)) -> Vec
             return vec![Check::bad("board", text)];
         }
     };
-    tell("watching the clock");
+    onlooker.tell("watching the clock");
     let clock = clock(&mut client);
-    let flash = flash_and_reset(&mut client, tell);
+    let flash = flash_and_reset(&mut client, &mut |step| onlooker.tell(step));
     let reset = reset(&mut client);
-    tell("asking for its address");
+    onlooker.tell("sending CAN frames to itself");
+    let can = can(&mut client);
+    onlooker.tell("asking for its address");
     let ping = ping(&mut client, name);
-    let mut checks = vec![clock, flash, reset, ping];
-    checks.extend(by_hand());
-    checks
+    let leds = leds(&mut client, onlooker);
+    let watchdog = watchdog(&mut client, hang, onlooker);
+    vec![clock, flash, reset, can, ping, leds, watchdog]
 }
 
 fn clock(client: &mut Client) -> Check {
@@ -129,17 +153,91 @@ fn ping(client: &mut Client, port: &str) -> Check {
     }
 }
 
-/// What the board cannot see of itself.
-fn by_hand() -> [Check; 3] {
-    [
-        Check::warning(
-            "LEDs",
-            "look: all three are dark without a robot and without a fault",
+/// Away from the pins: transceiver and bus are not in it.
+fn can(client: &mut Client) -> Check {
+    let name = "CAN controller";
+    match client.loop_back() {
+        Ok(Some(LoopBack { sent, back })) if sent == back => Check::good(
+            name,
+            format!(
+                "{back} frames came back inside of it; next the bus: with the sensor on, `softdock params status` says Running, \
+                 and a scope at PD1 shows bits of 1 µs"
+            ),
         ),
-        Check::warning(
-            "CAN",
-            "measure at PD1: bits of 1 µs every 5 ms; with the sensor on, `softdock params status` says Running",
+        Ok(Some(LoopBack { sent, back })) => Check::bad(
+            name,
+            format!(
+                "{back} of {sent} frames came back inside of it, where no cable can be at fault: does the log say anything of \
+                 CAN? Send it to us"
+            ),
         ),
-        Check::warning("watchdog", "try: docs/board.md, first power-on, step 4"),
-    ]
+        Ok(None) => Check::warning(
+            name,
+            "there is none that could be asked: not in QEMU, not in the image with EtherCAT, and not while the bus is off \
+             (`softdock params status`)",
+        ),
+        Err(error) => Check::warning(name, error.to_string()),
+    }
+}
+
+/// One after the other, by a person's eyes.
+fn leds(client: &mut Client, onlooker: &mut impl Onlooker) -> Check {
+    let name = "LEDs";
+    let mut look = || -> Result<Check, LinkError> {
+        for (led, pin, lit) in LEDS {
+            client.lamps(Some(lit))?;
+            match onlooker.sees(&format!("is {led} lit, and no other of LD1 to LD3?")) {
+                Some(true) => {}
+                Some(false) => {
+                    let advice = format!(
+                        "{led} is dark or not alone: measure {pin}, 3.3 V when it is to be lit"
+                    );
+                    return Ok(Check::bad(name, advice));
+                }
+                None => {
+                    return Ok(Check::warning(
+                        name,
+                        "nobody was asked; look: all three are dark without a robot and without a fault",
+                    ));
+                }
+            }
+        }
+        Ok(Check::good(name, "each was seen alone"))
+    };
+    let seen = look();
+    // An older board has lit none.
+    let _ = client.lamps(None);
+    seen.unwrap_or_else(|error| Check::warning(name, error.to_string()))
+}
+
+fn watchdog(client: &mut Client, hang: bool, onlooker: &mut impl Onlooker) -> Check {
+    let name = "watchdog";
+    if !hang {
+        return Check::warning(
+            name,
+            "not tried; with --hang the board hangs on purpose, and its watchdog has to reset it",
+        );
+    }
+    onlooker.tell("hanging, until the watchdog resets the board");
+    if let Err(error) = client.hang() {
+        return Check::bad(
+            name,
+            format!(
+                "{error:#}. If it hangs for ever, its watchdog does not run: push the black button (B2), and send us the log"
+            ),
+        );
+    }
+    match client.machine() {
+        Ok(machine) if machine.reset == "watchdog" => {
+            Check::good(name, "a board that hung was reset by it")
+        }
+        Ok(machine) => Check::warning(
+            name,
+            format!(
+                "it came back, reset by `{}`, expected was watchdog",
+                machine.reset
+            ),
+        ),
+        Err(error) => Check::warning(name, error.to_string()),
+    }
 }

@@ -4,7 +4,7 @@ use super::client::ATTEMPTS;
 use super::{Client, LinkError, OwnedValue, Setting, missing};
 use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
-use softdock_link::service::{Answer, Origin, Refusal, Request};
+use softdock_link::service::{Answer, Origin, Refusal, Request, SelfTest};
 use std::time::{Duration, Instant};
 
 /// Longest time for a board to start over.
@@ -98,6 +98,21 @@ impl Client {
         }
         self.done(&Request::Previous)?;
         self.try_draft(confirm_within_s, tell)
+    }
+
+    /// Has the board hang, and waits until its watchdog has started it over.
+    ///
+    /// # Errors
+    /// It was refused, the line broke, or the board did not come back.
+    pub fn hang(&mut self) -> Result<()> {
+        let boot = self.identity().boot;
+        let hangs = self.call(&Request::SelfTest(SelfTest::Hang), |answer| {
+            (answer == Answer::Restarting).then_some(())
+        });
+        if !matches!(hangs, Err(LinkError::Silent | LinkError::Garbled(_))) {
+            hangs?;
+        }
+        self.wait_for_restart(boot)
     }
 
     /// The value of a setting.

@@ -3,8 +3,8 @@
 use super::{Port, Setting};
 use anyhow::Result;
 use softdock_link::service::{
-    Answer, Counters, FlashSlot, Frame, FrameReader, Health, Hello, Kind, LogLine, Machine,
-    PROTOCOL, Refusal, Request, Status,
+    Answer, Counters, FlashSlot, Frame, FrameReader, Health, Hello, Kind, LogLine, LoopBack,
+    Machine, PROTOCOL, Refusal, Request, SelfTest, Status,
 };
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{Read, Write};
@@ -224,6 +224,25 @@ impl Client {
             Answer::Machine(machine) => Some(machine),
             _ => None,
         })
+    }
+
+    /// What comes of CAN frames that it sends to itself; none: it has no controller that could.
+    ///
+    /// # Errors
+    /// As [`Self::health`]; or the robot moves.
+    pub fn loop_back(&mut self) -> Result<Option<LoopBack>, LinkError> {
+        self.call(&Request::SelfTest(SelfTest::Can), |answer| match answer {
+            Answer::LoopBack(outcome) => Some(outcome),
+            _ => None,
+        })
+    }
+
+    /// Lights these LEDs, green, yellow, red; none: they say again what they have to.
+    ///
+    /// # Errors
+    /// As [`Self::loop_back`].
+    pub fn lamps(&mut self, lit: Option<[bool; 3]>) -> Result<(), LinkError> {
+        self.done(&Request::SelfTest(SelfTest::Lamps(lit)))
     }
 
     /// The lines of its log that it still has, from a number on.

@@ -203,6 +203,13 @@ fn lines(machine: &Machine) -> String {
             times.late()
         );
     }
+    if let Some(work) = &machine.work {
+        let _ = writeln!(
+            out,
+            "work      {} cycles of the processor for an answer, at most {}",
+            work.last, work.most
+        );
+    }
     if machine.inputs != InputStatistics::NONE {
         let inputs = &machine.inputs;
         let of = |value: f32, digits| significant(f64::from(value), digits);

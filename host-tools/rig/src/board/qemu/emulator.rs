@@ -39,6 +39,17 @@ pub(super) fn find() -> Result<()> {
     Ok(())
 }
 
+/// Where the board is reached from outside.
+pub(super) struct Wires<'a> {
+    pub(super) ports: &'a Ports,
+    /// With EtherCAT.
+    pub(super) relay: Option<&'a Relay>,
+    /// The firmware's UDP port for the robot.
+    pub(super) rsi_port: u16,
+    /// For QEMU's machine protocol.
+    pub(super) monitor: Option<SocketAddr>,
+}
+
 /// A running QEMU. It ends with this value.
 #[derive(Debug)]
 pub(super) struct Emulator {
@@ -50,13 +61,7 @@ impl Emulator {
     ///
     /// # Errors
     /// QEMU cannot be started.
-    pub(super) fn start(
-        chip: Chip,
-        elf: &Path,
-        flash: &Path,
-        (ports, relay): (&Ports, Option<&Relay>),
-        rsi_port: u16,
-    ) -> Result<Self> {
+    pub(super) fn start(chip: Chip, elf: &Path, flash: &Path, wires: &Wires<'_>) -> Result<Self> {
         let mut command = bound_to_this_process();
         command.args(["-nodefaults", "-display", "none", "-monitor", "none"]);
         // The board's PSRAM is the file.
@@ -70,10 +75,13 @@ impl Emulator {
         command.arg("-kernel").arg(elf);
         // UART 0 is the sensor's line, 1 the log, 2 the service.
         let line = |port: Option<SocketAddr>| port.map_or_else(|| "null".to_owned(), tcp);
-        command.args(["-serial", &line(ports.can)]);
+        command.args(["-serial", &line(wires.ports.can)]);
         command.args(["-serial", "stdio"]);
-        command.args(["-serial", &line(ports.service)]);
-        command.args(network(ports, relay, rsi_port));
+        command.args(["-serial", &line(wires.ports.service)]);
+        if let Some(monitor) = wires.monitor {
+            command.args(["-qmp", &tcp(monitor)]);
+        }
+        command.args(network(wires));
         let child = command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -108,7 +116,13 @@ impl Drop for Emulator {
 }
 
 /// The board's network: the robot's, and on a hub with it the way to the EtherCAT segment.
-fn network(ports: &Ports, relay: Option<&Relay>, rsi_port: u16) -> Vec<String> {
+fn network(wires: &Wires<'_>) -> Vec<String> {
+    let Wires {
+        ports,
+        relay,
+        rsi_port,
+        ..
+    } = wires;
     let robot = format!(
         "hostfwd=udp:{}:{}-{BOARD}:{rsi_port}",
         ports.robot.ip(),

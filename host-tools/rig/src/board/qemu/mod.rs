@@ -21,7 +21,7 @@ pub use chip::Chip;
 
 use crate::firmware::{build, emulated_profile};
 use anyhow::{Context, Result, bail};
-use emulator::Emulator;
+use emulator::{Emulator, Wires};
 use log::Log;
 use ports::Ports;
 use segment::Relay;
@@ -56,6 +56,8 @@ pub struct Qemu {
     pub start: bool,
     /// Crash at the first start, for a test.
     pub crash: Option<Crash>,
+    /// TCP address of QEMU's machine protocol (QMP), for a test.
+    pub monitor: Option<SocketAddr>,
     /// The machine.
     pub chip: Chip,
 }
@@ -91,8 +93,13 @@ impl Qemu {
                 (file, Some(locked))
             }
         };
-        let mut emulator =
-            Emulator::start(self.chip, &elf, &file, (&ports, relay.as_ref()), rsi_port)?;
+        let wires = Wires {
+            ports: &ports,
+            relay: relay.as_ref(),
+            rsi_port,
+            monitor: self.monitor,
+        };
+        let mut emulator = Emulator::start(self.chip, &elf, &file, &wires)?;
         let stream = emulator.log()?;
         let mut announced = ports.to_string();
         if let Some(relay) = &relay {

@@ -24,7 +24,7 @@ pub(super) fn checks(answers: &Answers, settings: &Settings) -> Vec<Check> {
     let mut checks: Vec<Check> = stack.iter().map(self::stack).collect();
     checks.extend(ethernet.iter().map(self::ethernet));
     if machine.answers != AnswerTimes::NONE {
-        checks.push(times(&machine.answers, settings.robot.cycle_s));
+        checks.push(times(machine, settings.robot.cycle_s));
     }
     if machine.inputs != InputStatistics::NONE {
         checks.push(noise(&machine.inputs));
@@ -71,11 +71,14 @@ fn ethernet(ethernet: &EthernetHealth) -> Check {
     }
 }
 
-fn times(times: &AnswerTimes, cycle_s: f64) -> Check {
-    let name = "answer time";
+fn times(machine: &Machine, cycle_s: f64) -> Check {
+    let (name, times) = ("answer time", &machine.answers);
+    let work = machine.work.map_or_else(String::new, |work| {
+        format!(", {} cycles of the processor at most", work.most)
+    });
     let share = f64::from(times.longest_us) * 1e-6 / cycle_s;
     let words = format!(
-        "{} µs, at most {} µs since boot ({} of a cycle)",
+        "{} µs, at most {} µs since boot ({} of a cycle){work}",
         times.last_us,
         times.longest_us,
         percent(share, 0)
