@@ -46,9 +46,12 @@ fn a_changed_delay_is_found_in_the_next_contacts() {
             let (e, delay_ms) = (restitutions(&run), delay_ms(&run));
             println!("pause {pause_s}, {cycles:+} cycles: {e:.4?}, {delay_ms:.2} ms");
             let truth_ms = 32.0 + CYCLE_MS * f64::from(cycles);
-            assert!((delay_ms - truth_ms).abs() < 0.6, "{delay_ms}");
+            // The contact is identified where the robot is measured to be, and a rebound that is right shows little of
+            // the rest of a large change.
+            let most_ms = if cycles > 2 { 2.5 } else { 0.6 };
+            assert!((delay_ms - truth_ms).abs() < most_ms, "{delay_ms}");
             // It shows, and it is never energy.
-            assert!(follows(&run) > 0 && e.iter().all(|e| (0.87..1.01).contains(e)));
+            assert!(follows(&run) > 0 && e.iter().all(|e| (0.97..1.01).contains(e)));
             assert!(
                 e[e.len() - 2..].iter().all(|e| (e - 1.0).abs() < 0.007),
                 "{e:?}"

@@ -1,8 +1,9 @@
 //! What the program answered when it was first released, kept: a change of structure changes no bit.
 //!
-//! The three recordings are of version 0.1.0 (`softdock run host-tools/scenarios/spring-rod.toml
-//! --speed-mm-s 10 --law NAME`, 1.4 s); `reproduce.json` is of `softdock reproduce --json`. Where a
-//! number is meant to change, the file is made anew by the same command, and the commit says why.
+//! The recordings are of version 0.1.0 (`softdock run host-tools/scenarios/spring-rod.toml
+//! --speed-mm-s 10 --law NAME`, 1.4 s), but for that of `predictor`, which is made anew with its law;
+//! `reproduce.json` is of `softdock reproduce --json`. Where a number is meant to change, the file is made anew by
+//! the same command, and the commit says why.
 
 use crc::{CRC_64_XZ, Crc};
 use softdock_analysis::recording::Recording;

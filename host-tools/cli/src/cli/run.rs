@@ -94,6 +94,7 @@ pub(super) struct Summary {
     cycles: u64,
     simulated_s: f64,
     real_time_factor: f64,
+    cycles_per_processor_second: f64,
     final_mode: String,
     fault: Option<String>,
     captured: bool,
@@ -197,6 +198,7 @@ impl Run {
             cycles: statistics.cycles,
             simulated_s: statistics.simulated_s,
             real_time_factor: statistics.real_time_factor(),
+            cycles_per_processor_second: statistics.cycles_per_processor_second(),
             final_mode: format!("{:?}", last.mode),
             fault: last.fault.map(|f| {
                 format!(
@@ -333,8 +335,13 @@ fn text(summary: &Summary) -> String {
         [only] => only.clone(),
     };
     format!(
-        "{table}{docked}{fault}{} cycles ({:.1} s) in {files}, {:.0} times real time, mode at the end {}\n",
-        summary.cycles, summary.simulated_s, summary.real_time_factor, summary.final_mode,
+        "{table}{docked}{fault}{} cycles ({:.1} s) in {files}, {:.0} times real time, {:.0} cycles per processor second, \
+         mode at the end {}\n",
+        summary.cycles,
+        summary.simulated_s,
+        summary.real_time_factor,
+        summary.cycles_per_processor_second,
+        summary.final_mode,
     )
 }
 

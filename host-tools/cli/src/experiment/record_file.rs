@@ -3,6 +3,7 @@
 use super::run::{RunStatistics, header, run};
 use super::scenario::Scenario;
 use anyhow::{Result, anyhow};
+use cpu_time::ProcessTime;
 use softdock_analysis::recording::TruthRecord;
 use softdock_analysis::telemetry::Pieces;
 use softdock_app::record::CycleRecord;
@@ -25,6 +26,7 @@ pub fn record_file(
     pieces: &mut Pieces,
     on_cycle: &mut dyn FnMut(&CycleRecord, &TruthRecord) -> ControlFlow<()>,
 ) -> Result<RunStatistics> {
+    let begin = ProcessTime::now();
     pieces.begin(header(scenario)?)?;
     let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
     thread::scope(|scope| {
@@ -62,6 +64,7 @@ pub fn record_file(
             .map_err(|_| anyhow!("the writing thread ended unexpectedly"))?;
         written.and(statistics.map(|statistics| RunStatistics {
             elapsed: statistics.elapsed.saturating_sub(waited),
+            processor: begin.elapsed(),
             ..statistics
         }))
     })

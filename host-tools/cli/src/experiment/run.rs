@@ -2,6 +2,7 @@
 
 use super::scenario::Scenario;
 use anyhow::{Context, Result};
+use cpu_time::ProcessTime;
 use softdock_analysis::identity;
 use softdock_analysis::recording::{Header, Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
@@ -21,6 +22,8 @@ pub struct RunStatistics {
     pub simulated_s: f64,
     /// Time that it took.
     pub elapsed: Duration,
+    /// Time of the processor that all threads of the program took.
+    pub processor: Duration,
     /// When the mechanism's latches caught the spacecraft, s.
     pub captured_s: Option<f64>,
     /// What the robot worked on the mechanism, and where the energy is.
@@ -33,6 +36,11 @@ impl RunStatistics {
     /// Simulated over real time.
     pub fn real_time_factor(&self) -> f64 {
         self.simulated_s / self.elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// Cycles in a second of one processor: the same on a machine that is busy with other work.
+    pub fn cycles_per_processor_second(&self) -> f64 {
+        self.cycles as f64 / self.processor.as_secs_f64().max(1e-9)
     }
 }
 
@@ -66,7 +74,7 @@ pub fn run(
             Vec::new()
         },
     };
-    let start = Instant::now();
+    let (start, begin) = (Instant::now(), ProcessTime::now());
     let mut cycles = 0;
     let rig = simulate(simulation, &mut |record, truth| {
         cycles += 1;
@@ -77,6 +85,7 @@ pub fn run(
         cycles,
         simulated_s,
         elapsed: start.elapsed(),
+        processor: begin.elapsed(),
         captured_s: rig.captured_s(),
         energy: rig.energy(),
         loads: rig.loads().collect(),

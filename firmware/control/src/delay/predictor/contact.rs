@@ -40,6 +40,7 @@ pub(super) struct Contact {
     last: f64,
     noise: f64,
     stiffness: f64,
+    delay_sigma_s: f64,
     cycle_s: f64,
     /// Displacement of the commands' preload so far.
     pub(super) preload: Preload,
@@ -54,6 +55,8 @@ pub(super) struct Onset<'a> {
     pub(super) threshold: f64,
     /// Expected stiffness, N/m.
     pub(super) stiffness: f64,
+    /// Standard deviation of the robot's delay, s.
+    pub(super) delay_sigma_s: f64,
     pub(super) remembered: Option<(usize, &'a Information)>,
     /// Latency that is believed, cycles.
     pub(super) latency: usize,
@@ -65,7 +68,8 @@ impl Contact {
         let load = &observer.load;
         let (h, bh) = direction(&-load, &onset.mobility);
         let closing = h.dot(&onset.velocity).max(0.0);
-        let prior = Prior::new(onset.stiffness, onset.noise, closing, (h, bh));
+        let expected = (onset.stiffness, onset.noise, onset.delay_sigma_s);
+        let prior = Prior::new(expected, closing, (h, bh));
         let travel = closing * onset.cycle_s;
         let deviation =
             (onset.stiffness * travel / ONSET_SPREAD).max(1e-6) + onset.threshold.min(load.norm());
@@ -92,6 +96,7 @@ impl Contact {
             last: 0.0,
             noise: onset.noise,
             stiffness: onset.stiffness,
+            delay_sigma_s: onset.delay_sigma_s,
             cycle_s: onset.cycle_s,
             preload: Preload::default(),
         }
@@ -123,7 +128,8 @@ impl Contact {
     /// What is expected of it, with h and Bh and the error of the present fit, N.
     fn prior(&self, (h, bh): (V6, V6), error: f64) -> Prior {
         let closing = h.dot(&self.velocity);
-        Prior::new(self.stiffness, error.max(self.noise), closing, (h, bh))
+        let expected = (self.stiffness, error.max(self.noise), self.delay_sigma_s);
+        Prior::new(expected, closing, (h, bh))
     }
 
     /// h and Bh: direction of the load with a force part of 1, and velocity per impulse along it.
@@ -229,8 +235,13 @@ impl Contact {
         }
     }
 
-    /// What all its loads say about the restitution, for a velocity of the axes after it.
-    pub(super) fn restitution(&self, latency: usize, after: &V6) -> RestitutionEstimate {
+    /// What all its loads, with their noise (N), say about the restitution, for a velocity of the axes after it.
+    pub(super) fn restitution(
+        &self,
+        latency: usize,
+        after: &V6,
+        noise: f64,
+    ) -> RestitutionEstimate {
         let Hypothesis {
             information,
             estimate,
@@ -238,7 +249,7 @@ impl Contact {
         let direction = self.direction();
         let prior = self.prior(direction, estimate.error);
         let loads = f64::from(self.estimator.loads());
-        let noise = self.noise / direction.0.norm();
+        let noise = noise / direction.0.norm();
         let velocities = (&self.velocity, after);
         RestitutionEstimate::new(information, estimate, &prior, velocities, (loads, noise))
     }

@@ -51,6 +51,8 @@ pub(super) struct Prior {
     direction: V6,
     /// Bh: velocity of the axes per impulse along that direction.
     mobility: V6,
+    /// Standard deviation of the robot's delay, s.
+    delay_s: f64,
 }
 
 /// A contact as identified.
@@ -76,7 +78,11 @@ pub(super) struct Estimate {
 
 impl Prior {
     /// For a contact at a closing velocity (m/s), with the error of a load by noise (N) and h and Bh.
-    pub(super) fn new(stiffness: f64, noise: f64, closing: f64, (h, bh): (V6, V6)) -> Self {
+    pub(super) fn new(
+        (stiffness, noise, delay_s): (f64, f64, f64),
+        closing: f64,
+        (h, bh): (V6, V6),
+    ) -> Self {
         let inverse_mass = h.dot(&bh).max(1e-9);
         let peak = closing.abs() * ComplexField::sqrt(stiffness / inverse_mass);
         let part = MODEL_ERROR * peak;
@@ -85,7 +91,15 @@ impl Prior {
             sigma: ComplexField::sqrt(noise * noise + part * part).max(1e-9),
             direction: h,
             mobility: bh,
+            delay_s,
         }
+    }
+
+    /// Variance of a damping, from that in units of σ²: a delay that is believed too long by Δ looks like a
+    /// damping k Δ.
+    pub(super) fn damping_variance(&self, units: f64, stiffness: f64) -> f64 {
+        let late = stiffness * self.delay_s;
+        (units * self.sigma * self.sigma).max(0.0) + late * late
     }
 
     /// Velocity along the direction per impulse along it, 1/kg.
@@ -207,9 +221,9 @@ impl Information {
         let mut unknowns = factor.solve(&target);
         let column = covariance_of_damping(&factor);
         let c = unknowns[DAMPING];
-        let variance = (column[DAMPING] * prior.sigma * prior.sigma).max(0.0);
-        let most = DAMPING_LIMIT
-            * ComplexField::sqrt(prior.stiffness_of(&unknowns) / prior.inverse_mass());
+        let stiffness = prior.stiffness_of(&unknowns);
+        let variance = prior.damping_variance(column[DAMPING], stiffness);
+        let most = DAMPING_LIMIT * ComplexField::sqrt(stiffness / prior.inverse_mass());
         // Damping that cannot be told from an error of the onset is none.
         let damping = shrunk(c, variance, DAMPING_SIGNIFICANCE).clamp(0.0, most);
         let mut squared_error = 0.0;
@@ -422,6 +436,7 @@ mod tests {
             sigma: 1e-6,
             direction,
             mobility: direction / 500.0,
+            delay_s: 0.0,
         }
     }
 

@@ -29,6 +29,8 @@ use nalgebra::ComplexField;
 pub(super) struct Findings {
     /// Delay beyond the configured one, cycles.
     pub(super) extra_delay: f64,
+    /// Its standard deviation by noise, cycles.
+    pub(super) deviation: f64,
     /// It was at the end of its range.
     pub(super) at_bound: bool,
     /// Standard deviation of a measured progress, m.
@@ -108,44 +110,32 @@ impl Approach {
         let mut sums = OffsetAndDelay::default();
         self.simulate(model, |residual, rate| sums.add(residual, rate));
         let (offset, step) = sums.solve()?;
-        let wanted = (self.findings.extra_delay + step).clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
-        let step = wanted - self.findings.extra_delay;
-        let mut squares = 0.0;
+        let (mut squares, mut noise) = (0.0, Noise::default());
         self.simulate(model, |residual, rate| {
             let rest = residual - offset + step * rate;
             squares += rest * rest;
+            noise.add(rest);
         });
         let rms = ComplexField::sqrt(squares / self.cycles as f64);
-        let noise = self.noise();
+        let noise = noise.deviation();
         let findings = &mut self.findings;
-        findings.at_bound = wanted <= DELAY_RANGE[0] || wanted >= DELAY_RANGE[1];
         let beyond = ComplexField::sqrt((rms * rms - noise * noise).max(0.0));
         findings.misfit = beyond / model.linear.mean_delay.max(1.0);
         findings.noise_m = noise * self.speed * model.cycle_s;
         findings.complete = self.cycles >= APPROACH_WINDOW;
-        let deviation = (rms / sums.leverage()).min(APPROACH_DEVIATION_LIMIT);
-        let significant = step.abs() > APPROACH_DELAY_STEP + APPROACH_SIGNIFICANCE * deviation;
-        if significant || findings.at_bound {
+        findings.deviation = noise / sums.leverage();
+        let unlike = (beyond / sums.leverage()).min(APPROACH_DEVIATION_LIMIT);
+        let variance = findings.deviation * findings.deviation + unlike * unlike;
+        // The settings say where the delay is; what is seen counts as far as it is more than noise.
+        let seen = shrunk(findings.extra_delay + step, variance, APPROACH_SIGNIFICANCE);
+        let wanted = seen.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
+        findings.at_bound = wanted != seen;
+        let step = wanted - findings.extra_delay;
+        let significant = step.abs() > APPROACH_DELAY_STEP;
+        if significant {
             findings.extra_delay = wanted;
         }
         significant.then_some(step)
-    }
-
-    /// Noise of the progress, cycles: from its second differences where it is straight.
-    fn noise(&self) -> f64 {
-        let straight = self.measured.get(..self.cycles).unwrap_or_default();
-        let straight = straight
-            .get(straight.len().saturating_sub(APPROACH_STRAIGHT)..)
-            .unwrap_or_default();
-        let (mut squares, mut count) = (0.0, 0.0);
-        for triple in straight.windows(3) {
-            if let [a, b, c] = triple {
-                let second = a - 2.0 * b + c;
-                squares += second * second;
-                count += 6.0;
-            }
-        }
-        ComplexField::sqrt(squares / f64::max(count, 6.0))
     }
 
     /// Runs the robot model through the commands: measured less model, and the model's rate.
@@ -164,6 +154,31 @@ impl Approach {
             axis.step(&unit, of(k, whole + 1), of(k, whole));
             see(self.measured[k] - axis.position, axis.velocity);
         }
+    }
+}
+
+/// Noise of what a fit leaves, from its second differences: another structure leaves what is smooth.
+#[derive(Clone, Copy, Debug, Default)]
+struct Noise {
+    last: [f64; 2],
+    squares: f64,
+    count: f64,
+}
+
+impl Noise {
+    fn add(&mut self, rest: f64) {
+        let [before, earlier] = self.last;
+        if self.count >= 2.0 {
+            let second = rest - 2.0 * before + earlier;
+            self.squares += second * second;
+        }
+        self.count += 1.0;
+        self.last = [rest, before];
+    }
+
+    /// Standard deviation.
+    fn deviation(&self) -> f64 {
+        ComplexField::sqrt(self.squares / (6.0 * (self.count - 2.0).max(1.0)))
     }
 }
 

@@ -150,8 +150,9 @@ impl Predictor {
             supervisor.approach = Approach::new(observer.measured, &velocity);
             return;
         };
-        let gain = supervisor.observer_gain(&observer.map.velocity(&input.model_end));
-        let command = observer.advance(input, &supervisor.model, gain);
+        let velocity = observer.map.velocity(&input.model_end);
+        let feedback = supervisor.feedback(&velocity, self.contact.is_some());
+        let command = observer.advance(input, &supervisor.model, &feedback);
         if supervisor.approach.is_over() {
             let (error, robot) = (&observer.open_loop_error, &observer.robot);
             let cycle_s = supervisor.model.cycle_s;

@@ -9,6 +9,7 @@
 //! with it: the model is carried on to the time of the force, with commands that are already sent, for each L
 //! at once.
 
+use super::least_squares::shrunk;
 use super::robot_model::{CommandHistory, RobotModel, RobotState};
 use super::tuning::*;
 use super::{M6, V6};
@@ -31,6 +32,9 @@ pub(super) struct Observer {
     /// Measured position less that of the model without feedback, and what feedback has given it, m.
     pub(super) open_loop_error: V6,
     fed_back: V6,
+    noise: PositionNoise,
+    /// Measured position less that of the corrected model as far as it is no noise, m: after a pause of another length, for one.
+    unlike_model: V6,
     /// The robot at the time of the force, and its position a cycle ago.
     pub(super) at_force: AtForce,
     pub(super) previous: [V6; LATENCIES],
@@ -42,6 +46,15 @@ pub(super) struct Observer {
     pub(super) load: V6,
     pub(super) previous_load: V6,
     pub(super) map: AxisMap,
+}
+
+/// How the measured positions correct the robot model.
+pub(super) struct Feedback {
+    /// Part of an error that is taken, and the standard deviation of a position along the approach, m.
+    pub(super) gain: f64,
+    pub(super) noise_m: f64,
+    /// Free flight after the approach: what positions differ by from one cycle to the next is noise.
+    pub(super) in_flight: bool,
 }
 
 /// The robot at the time of the force, for each latency.
@@ -72,6 +85,8 @@ impl Observer {
             measured,
             open_loop_error: V6::zeros(),
             fed_back: V6::zeros(),
+            noise: PositionNoise::default(),
+            unlike_model: V6::zeros(),
             at_force: at_rest,
             previous: at_rest.position,
             believed_at_force: (0, robot),
@@ -87,7 +102,7 @@ impl Observer {
         &mut self,
         input: &LawInput<'_, S>,
         model: &RobotModel,
-        gain: f64,
+        feedback: &Feedback,
     ) -> V6 {
         let (measured, abc) = positions(input.measured);
         self.map = AxisMap::at(input.measured, abc);
@@ -100,8 +115,13 @@ impl Observer {
         self.cycle += 1;
         let error = self.measured - self.robot.position();
         self.open_loop_error = error + self.fed_back;
-        self.fed_back += error * gain;
-        self.robot.shift(&(error * gain));
+        self.noise.take(&error, feedback.in_flight);
+        let corrected = error * feedback.gain;
+        self.fed_back += corrected;
+        self.robot.shift(&corrected);
+        let (left, variance) = (error - corrected, self.noise.variance(feedback.noise_m));
+        self.unlike_model =
+            V6::from_fn(|i, _| shrunk(left[i], variance[i], INNOVATION_SIGNIFICANCE));
         command
     }
 
@@ -110,7 +130,7 @@ impl Observer {
         self.previous = self.at_force.position;
         let mut robot = self.robot;
         for l in 0..LATENCIES {
-            self.at_force.position[l] = robot.position();
+            self.at_force.position[l] = robot.position() + self.unlike_model;
             self.at_force.velocity[l] = robot.velocity();
             self.at_force.resumed[l] = robot.resumed();
             if l == believed {
@@ -255,6 +275,35 @@ fn unwrapped(mut positions: V6, near: &V6) -> V6 {
         positions[i] += turns * turn;
     }
     positions
+}
+
+/// Noise of the measured positions: mean squares of their differences from one cycle to the next.
+#[derive(Clone, Debug, Default)]
+struct PositionNoise {
+    /// Distance from the model, m.
+    apart: V6,
+    squares: V6,
+    count: f64,
+}
+
+impl PositionNoise {
+    /// A cycle's distance, and whether its change is noise.
+    fn take(&mut self, apart: &V6, is_noise: bool) {
+        let change = apart - self.apart;
+        self.apart = *apart;
+        if is_noise {
+            self.squares += change.component_mul(&change);
+            self.count += 1.0;
+        }
+    }
+
+    /// Of a position of each axis, m²; until it is known that of one along the approach, `noise_m`.
+    fn variance(&self, noise_m: f64) -> V6 {
+        if self.count < NOISE_SAMPLES {
+            return V6::repeat(noise_m * noise_m);
+        }
+        self.squares / (2.0 * self.count)
+    }
 }
 
 /// Noise of the load: running mean squares of the six in free flight, about zero, because a load that is there

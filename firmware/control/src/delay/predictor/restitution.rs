@@ -51,7 +51,8 @@ impl RestitutionEstimate {
         let gradient = &estimate.gradient;
         let sigma = prior.sigma;
         let (factor, target) = information.normal_equations(prior, gradient.dot(before));
-        let variance = covariance_of_damping(&factor)[DAMPING] * sigma * sigma;
+        let units = covariance_of_damping(&factor)[DAMPING];
+        let variance = prior.damping_variance(units, estimate.stiffness);
         let damping = factor.solve(&target)[DAMPING].max(0.0);
         let likely = damping * presence(damping * damping / variance.max(f64::MIN_POSITIVE));
         let contact = KelvinVoigt::new(estimate.stiffness, likely, estimate.mass);

@@ -7,7 +7,7 @@ use super::delay_estimator::{Approach, DelayTracker};
 use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
 use super::fallback::Fallback;
 use super::impulse_matching::Reversals;
-use super::observer::{LoadNoise, Observer};
+use super::observer::{Feedback, LoadNoise, Observer};
 use super::reference::Reference;
 use super::robot_model::RobotModel;
 use super::tuning::*;
@@ -16,6 +16,7 @@ use crate::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use crate::delay::{DelaySettings, LawInput, LawOutput};
 use crate::modes::{Fault, FaultCode};
 use crate::scalar::Scalar;
+use nalgebra::ComplexField;
 
 /// What is believed and decided.
 #[derive(Clone, Debug)]
@@ -82,8 +83,17 @@ impl Supervisor {
         }
     }
 
+    /// Feedback of the observer.
+    pub(super) fn feedback(&self, velocity: &V6, in_contact: bool) -> Feedback {
+        Feedback {
+            gain: self.observer_gain(velocity),
+            noise_m: self.approach.findings.noise_m,
+            in_flight: !in_contact && self.approach.is_over(),
+        }
+    }
+
     /// Gain of the observer: noise against the displacement in a delay.
-    pub(super) fn observer_gain(&self, velocity: &V6) -> f64 {
+    fn observer_gain(&self, velocity: &V6) -> f64 {
         let noise = self.approach.findings.noise_m;
         OBSERVER_GAIN / (1.0 + OBSERVER_NOISE_WEIGHT * noise / self.delayed(velocity.norm()))
     }
@@ -225,6 +235,7 @@ impl Supervisor {
             noise: self.noise.sigma(),
             threshold,
             stiffness: self.expected_stiffness(h.dot(&bh)),
+            delay_sigma_s: self.approach.findings.deviation * self.model.cycle_s,
             remembered: self.memory.of(&load),
             latency: self.latency,
             cycle_s: self.model.cycle_s,
@@ -270,7 +281,8 @@ impl Supervisor {
     ) -> V6 {
         let (latency, cycle_s) = (self.latency, self.model.cycle_s);
         let after = velocity + contact.mobility * felt * cycle_s;
-        let outcome = contact.outcome(latency, reference, &after, self.noise.sigma());
+        let noise = self.noise_against_model(contact);
+        let outcome = contact.outcome(latency, reference, &after, noise);
         self.confidence = if outcome.fits() {
             self.memory.keep(contact, latency);
             ConfidenceLevel::Verified
@@ -293,12 +305,24 @@ impl Supervisor {
             self.flags.set(flag);
             missing
         } else if outcome.fits() {
-            outcome.hidden(&contact.restitution(latency, &after))
+            outcome.hidden(&contact.restitution(latency, &after, noise))
         } else {
             0.0
         };
         let (h, _) = contact.direction();
         h * (missing * contact.estimate(latency).mass / cycle_s)
+    }
+
+    /// Noise of a load against that of the identified contact where the robot is believed to be: of the sensor, and
+    /// of the position as the observer leaves it; N.
+    fn noise_against_model(&self, contact: &Contact) -> f64 {
+        let gain = self.observer_gain(&contact.velocity);
+        let position = self.approach.findings.noise_m * ComplexField::sqrt(gain / (2.0 - gain));
+        let (load, apart) = (
+            self.noise.sigma(),
+            contact.estimate(self.latency).stiffness * position,
+        );
+        ComplexField::sqrt(load * load + apart * apart)
     }
 
     /// The command of this cycle.

@@ -87,6 +87,9 @@ pub(super) const OBSERVER_GAIN: f64 = 0.3;
 /// By how much noise lowers it: gain / (1 + this · σ / (v τ)); noise is weighed against the displacement in a
 /// delay. ↑ trusts the model more. Found with 5 and 20 µm of noise.
 pub(super) const OBSERVER_NOISE_WEIGHT: f64 = 112.0;
+/// A robot that is measured within so many standard deviations of its model is where the model says; beyond, the contact estimator
+/// gets the measured position as far as it is no noise. ↑ a pause of another length looks like a damping; ↓ noise does.
+pub(super) const INNOVATION_SIGNIFICANCE: f64 = 4.0;
 /// A load this many standard deviations from zero is significant. ↑ a contact is noticed later; ↓ noise opens
 /// contacts.
 pub(super) const LOAD_SIGNIFICANCE: f64 = 4.5;
@@ -102,15 +105,13 @@ pub(super) const APPROACH_WINDOW: usize = 88;
 /// delay sooner.
 pub(super) const APPROACH_FIRST_FIT: usize = 44;
 pub(super) const APPROACH_FIT_PERIOD: usize = 8;
-/// Cycles at its end in which the motion is straight: second differences are noise there, not motion.
-pub(super) const APPROACH_STRAIGHT: usize = 72;
 /// Range in which the delay is followed around the configured one, cycles: 8 to 72 ms around 32. ↑ explains
 /// other structures by a delay.
 pub(super) const DELAY_RANGE: [f64; 2] = [-6.0, 10.0];
-/// Change of the delay that is significant: cycles, and standard deviations of the fit with the largest
-/// deviation that counts, cycles. ↑ leaves a known error; ↓ moves the model by noise.
+/// Least change of the delay, cycles; within so many standard deviations of the settings it is shrunk to them, as after a
+/// contact; largest deviation by another structure that counts, cycles. ↑ leaves a known error; ↓ moves the model by noise.
 pub(super) const APPROACH_DELAY_STEP: f64 = 0.002;
-pub(super) const APPROACH_SIGNIFICANCE: f64 = 1.5;
+pub(super) const APPROACH_SIGNIFICANCE: f64 = 2.0;
 pub(super) const APPROACH_DEVIATION_LIMIT: f64 = 0.3;
 /// Slowest approach that tells anything, m/s: 0.04 µm in a cycle.
 pub(super) const SLOWEST_APPROACH: f64 = 1e-5;
