@@ -202,13 +202,15 @@ impl LinearDynamics {
         }
         let start = self.output(state);
         let old = *state;
+        let commands = |r: usize| self.from_older[r] * older + self.from_newer[r] * newer;
         // The states that a robot does not have stay zero.
         let row = |r: usize| {
             let [lag, servo, rate] = self.from_state[r];
-            let commands = self.from_older[r] * older + self.from_newer[r] * newer;
-            commands + lag * old[0] + servo * old[1] + rate * old[2]
+            commands(r) + lag * old[0] + servo * old[1] + rate * old[2]
         };
-        *state = [row(0), row(1), row(2)];
+        // No other state feeds the lag.
+        let lag = commands(0) + self.from_state[0][0] * old[0];
+        *state = [lag, row(1), row(2)];
         Segment {
             duration: 1.0,
             start,
