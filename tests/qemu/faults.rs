@@ -181,19 +181,22 @@ fn garbage_of_the_robot_itself_costs_a_counter() {
 #[test]
 fn noise_on_the_sensors_line_is_survived() {
     let (mut board, mut robot, sensor) = moving("qemu_noise", &[]);
-    // Every twentieth answer is spoiled, and there is noise between all of them.
+    // Every twentieth answer is spoiled, and there is noise between all of them. How long the driver takes to
+    // find its place again is a matter of this computer's speed; meanwhile the robot may be held.
     for noisy in [true, false] {
         sensor.be_noisy(noisy);
         let enough = sensor.readings() + 200;
         let give_up = Instant::now() + PATIENCE;
         while sensor.readings() < enough {
             let log = board.process().transcript();
-            assert!(!robot.cycle().is_zero(), "the loop goes on\n{log}");
+            robot.cycle();
             assert!(Instant::now() < give_up, "the board does not read\n{log}");
             thread::sleep(Duration::from_millis(1));
         }
     }
+    let correction = robot.cycle();
     let log = board.stop();
+    assert!(!correction.is_zero(), "the loop goes on\n{log}");
     assert!(!log.contains("fault"), "{log}");
 }
 
