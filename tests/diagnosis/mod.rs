@@ -2,6 +2,7 @@
 
 mod command;
 mod compare_regimes;
+mod drive;
 mod hidden_effects;
 mod import_checks;
 mod import_docking_rig_log;

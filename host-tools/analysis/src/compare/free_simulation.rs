@@ -11,7 +11,7 @@ use crate::model::load::LoadModel;
 use crate::model::load::effects::LoadEffect;
 use crate::model::log::Log;
 use crate::model::prediction::signals::Signals;
-use crate::model::{Axis, Model, WrenchMeaning};
+use crate::model::{Axis, Model};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
@@ -62,7 +62,7 @@ pub(super) fn simulate(
     let [axis] = model.rig.active_axes[..] else {
         return None;
     };
-    let driven = model.sensor.wrench == WrenchMeaning::Commanded && !model.sensor.at_rest;
+    let driven = model.sensor.wrench.drives() && !model.sensor.at_rest;
     if !driven || signals.is_commanded() {
         return None;
     }

@@ -33,6 +33,8 @@ pub enum Law {
     Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
     /// What the sensor feels of its load.
     Load(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
+    /// What is commanded of a force that has to act, where the scale of the commands is a guess.
+    Drive(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// Zero of the sensor, so many seconds after the log began.
     Zero(fn(Values<'_>, f64) -> Wrench<f64>),
     /// By how much the reading comes late.

@@ -73,6 +73,7 @@ pub const CATALOGUE: &[&Effect] = &[
     &sensor::ft_quantisation::EFFECT,
     &sensor::ft_dropout::EFFECT,
     &sensor::ft_latency::EFFECT,
+    &sensor::input_gain::EFFECT,
     &body::sc_mass_error::EFFECT,
     &body::sc_inertia_error::EFFECT,
     &body::clock_jitter::EFFECT,

@@ -124,6 +124,7 @@ fn sensor(text: &mut String, sensor: &SensorModel) {
     let wrench = match sensor.wrench {
         WrenchMeaning::Measured => "measured",
         WrenchMeaning::Commanded => "commanded",
+        WrenchMeaning::Unscaled => "unscaled",
     };
     add(
         text,
@@ -134,7 +135,8 @@ position_m = {:?}  # of S in M
 orientation_wxyz = {:?}
 bias = {:?}  # reading without load: forces, torques
 gravity_m_s2 = {:?}  # in C
-# \"measured\": a sensor's reading. \"commanded\": a motor's force, with reversed sign.
+# \"measured\": a sensor's reading. \"commanded\": a motor's force, with reversed sign. \"unscaled\": the same,
+# from amperes, volts or bar by a guess: its gain is looked for.
 wrench = {wrench:?}
 # true: each row is a measurement of its own at rest, as the poses of a calibration are.
 at_rest = {}

@@ -12,7 +12,8 @@ const TO_FILL_IN: &str = "\
 # A model to start from. Axes and noise are those of the log; the rest is for you to fill in:
 #   [tool] mass_kg       what the sensor carries, or the moved mass of a driven axis; then
 #          dynamic_compensation = true
-#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for a motor's force
+#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for a motor's force,
+#            \"unscaled\" where its scale to newtons is a guess
 #   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
 #   [tolerance]          how well all of these are known
 #

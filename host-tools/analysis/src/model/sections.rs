@@ -109,6 +109,15 @@ pub enum WrenchMeaning {
     Measured,
     /// A force that a motor was told to apply, with reversed sign: it can only be earlier.
     Commanded,
+    /// The same, of which the scale to newtons is a guess (amperes, volts, bar): its gain is looked for.
+    Unscaled,
+}
+
+impl WrenchMeaning {
+    /// Whether the motion follows it, and not it the motion.
+    pub fn drives(self) -> bool {
+        self != Self::Measured
+    }
 }
 
 /// The sensor's place and its zero.

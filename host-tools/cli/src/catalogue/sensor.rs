@@ -45,7 +45,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     };
     Ok(match effect.law {
         Law::Tool(law) => tool(size, |state| law(&p, state)),
-        Law::Load(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
+        Law::Load(law) | Law::Drive(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
         Law::Range(law) => in_a_bounce(Box::new(|load| law(&p, &load))),
         Law::Late(law) => {
             let mut late = Late::new(law(&p), STEP_S, [0.0; 6]);

@@ -1,6 +1,7 @@
 //! The unmodelled wrench, by regression on physical columns.
 
 mod autoregressive;
+mod fitted;
 mod gram;
 mod model_selection;
 mod motions;
@@ -10,18 +11,20 @@ mod problem;
 mod remainder;
 mod saturated;
 mod search;
+mod shaped;
 mod stage;
 mod stiction;
 mod tested;
 mod variants;
 
+pub(crate) use fitted::Fitted;
 pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
 pub(crate) use remainder::{Remainder, Standing, remainder, standings};
 pub(crate) use stage::{Found, search};
-pub(crate) use tested::{Fitted, Tested};
+pub(crate) use tested::Tested;
 
 /// White noise of a standard deviation.
 pub(crate) fn white(sigma: f64) -> autoregressive::AutoregressiveNoise {

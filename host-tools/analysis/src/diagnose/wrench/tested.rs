@@ -1,84 +1,20 @@
 //! A hypothesis with refined shapes.
 
+use super::fitted::Fitted;
 use super::prepared_log::Joint;
-use super::problem::{Problem, Projected, Solution, solve, subtract};
+use super::problem::{Problem, Solution};
 use super::search::{Hypothesis, Part};
+use super::shaped::{ShapeDeviations, Shaped};
 use super::variants::Library;
 use crate::diagnose::finding::Trial;
-use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::optimise::brent;
-use crate::model::load::effects::{LoadEffect, Shape, Sign};
+use crate::model::Channel;
+use crate::model::load::effects::{LoadEffect, Shape, Valued, contribution};
 use crate::model::load::{Column, Scene};
-use crate::model::{Channel, Model};
-use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
 /// Gain in χ² below which shapes are not worth refining.
 const WORTH_REFINING: f64 = 40.0;
-
-/// An effect with fitted parameters.
-#[derive(Clone, Debug)]
-pub(crate) struct Fitted {
-    /// The effect's id.
-    pub id: &'static str,
-    /// Value, standard deviation and unit of each parameter; choices have no deviation.
-    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
-    /// Its amount beside a smooth remainder, of that without.
-    pub beside_remainder: f64,
-}
-
-impl Fitted {
-    /// The effect with one coefficient of its several at a time, where it is their sum.
-    pub(super) fn terms(&self, model: &Model) -> Vec<Self> {
-        let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());
-        let names = effect.iter().flat_map(|effect| &effect.coefficients);
-        let given = |name: &&str| self.parameters.get(name).is_some_and(|p| p.0 != 0.0);
-        let names: Vec<&str> = names.map(|c| c.name).filter(given).collect();
-        if names.len() < 2 {
-            return vec![self.clone()];
-        }
-        let term = |own: &&str| {
-            let mut term = self.clone();
-            for other in names.iter().filter(|name| name != &own) {
-                if let Some((value, _, _)) = term.parameters.get_mut(other) {
-                    *value = 0.0;
-                }
-            }
-            term
-        };
-        names.iter().map(term).collect()
-    }
-
-    /// Takes amount and deviation, a share of all coefficients, from how it stands beside a remainder.
-    pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
-        self.beside_remainder = amount;
-        for (value, sigma, _) in self.parameters.values_mut() {
-            if *sigma > 0.0 {
-                *sigma = sigma.hypot(share * *value);
-            }
-        }
-    }
-
-    /// Whether the logs say more of any coefficient than that it may be 0.
-    pub(crate) fn is_determined(&self, model: &Model) -> bool {
-        let effect = LoadEffect::find(model, self.id);
-        let names = effect.iter().flat_map(|effect| &effect.coefficients);
-        let mut open = names.filter_map(|c| self.parameters.get(c.name));
-        let is_sure = |(value, sigma): (f64, f64)| {
-            let [low, high] = self.interval(value, sigma);
-            low * high > 0.0
-        };
-        effect.is_some_and(|effect| effect.coefficients.is_empty())
-            || open.any(|(value, sigma, _)| is_sure((*value, *sigma)))
-    }
-
-    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one.
-    pub(crate) fn interval(&self, value: f64, sigma: f64) -> [f64; 2] {
-        let beside = self.beside_remainder * value;
-        let reach = INTERVAL_95 * sigma;
-        [value.min(beside) - reach, value.max(beside) + reach]
-    }
-}
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug)]
@@ -130,220 +66,14 @@ impl Tested {
 
     /// Their part of a reading.
     pub(crate) fn contribution(&self, scene: &Scene) -> Column {
-        let mut sum = Column::default();
-        for fitted in &self.effects {
-            let Some(effect) = LoadEffect::find(&scene.model, fitted.id) else {
-                continue;
-            };
-            let values: BTreeMap<String, f64> = fitted
-                .parameters
-                .iter()
-                .map(|(name, (value, _, _))| ((*name).to_owned(), *value))
-                .collect();
-            sum.add(&effect.contribution(scene, &values).0);
-        }
-        sum
-    }
-}
-
-/// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
-/// own part.
-struct Shaped<'a> {
-    joint: &'a Joint,
-    problem: &'a Problem,
-    library: &'a Library,
-    parts: &'a [Part],
-    /// Per part; none where it has nothing to act on.
-    white: Vec<Option<Vec<Projected>>>,
-    /// Products of all columns, in their order.
-    gram: DMatrix<f64>,
-    signs: Vec<Sign>,
-}
-
-impl<'a> Shaped<'a> {
-    fn new(
-        joint: &'a Joint,
-        problem: &'a Problem,
-        library: &'a Library,
-        parts: &'a [Part],
-    ) -> Self {
-        let sign = |part: &'a Part| {
-            let signs = &library.variants[part.variant].signs;
-            part.used.iter().map(|k| signs[*k])
+        let valued = |fitted: &Fitted| {
+            let effect = LoadEffect::find(&scene.model, fitted.id)?;
+            let values = fitted.parameters.iter();
+            let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
+            Some((effect, effect.given(&values.collect())))
         };
-        let mut shaped = Self {
-            joint,
-            problem,
-            library,
-            parts,
-            white: vec![None; parts.len()],
-            gram: DMatrix::zeros(0, 0),
-            signs: parts.iter().flat_map(sign).collect(),
-        };
-        for (i, part) in parts.iter().enumerate() {
-            let variant = &library.variants[part.variant];
-            if std::ptr::eq(problem, &joint.problem) {
-                let known = part.used.iter().map(|k| variant.columns[*k]);
-                let columns = known.map(|c| problem.projected(library.columns[c].clone()));
-                shaped.white[i] = Some(columns.collect());
-            } else {
-                // For small effects, where they are not linear.
-                shaped.white[i] = shaped.built(i, &variant.shapes, &[]);
-            }
-        }
-        shaped.multiply();
-        shaped
-    }
-
-    /// Takes other shapes for a part.
-    fn set(&mut self, i: usize, shapes: &[f64]) {
-        self.white[i] = self.built(i, shapes, &[]);
-        self.multiply();
-    }
-
-    fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
-        let part = &self.parts[i];
-        let effect = self.library.variants[part.variant].effect;
-        let mut columns = self
-            .joint
-            .columns_of(self.problem, effect, shapes, around)?;
-        let used = part.used.iter().map(|k| std::mem::take(&mut columns[*k]));
-        Some(used.map(|column| self.problem.projected(column)).collect())
-    }
-
-    fn multiply(&mut self) {
-        let all: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
-        self.gram = DMatrix::from_fn(all.len(), all.len(), |i, k| match i <= k {
-            true => all[i].product(all[k]),
-            false => 0.0,
-        });
-        self.gram.fill_lower_triangle_with_upper_triangle();
-    }
-
-    fn solution(&self) -> Option<Solution> {
-        self.solution_with(usize::MAX, &[])
-    }
-
-    /// The best solution with other columns for part `i`.
-    fn solution_with(&self, i: usize, own: &[Projected]) -> Option<Solution> {
-        let mut all: Vec<&Projected> = Vec::with_capacity(self.signs.len());
-        let mut changed = 0..0;
-        for (k, white) in self.white.iter().enumerate() {
-            if k == i {
-                changed = all.len()..all.len() + own.len();
-                all.extend(own);
-            } else {
-                all.extend(white.as_ref()?);
-            }
-        }
-        let mut gram = self.gram.clone();
-        if !changed.is_empty() {
-            gram.resize_mut(all.len(), all.len(), 0.0);
-        }
-        for a in changed {
-            for b in 0..all.len() {
-                let product = all[a].product(all[b]);
-                (gram[(a, b)], gram[(b, a)]) = (product, product);
-            }
-        }
-        let right = DVector::from_iterator(all.len(), all.iter().map(|p| p.right));
-        let places: Vec<usize> = (0..all.len()).collect();
-        solve(&gram, &right, &places, &self.signs)
-    }
-
-    /// Columns of the parts that are not linear, around coefficients of all columns.
-    fn set_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) {
-        let mut at = 0;
-        for (i, part) in self.parts.iter().enumerate() {
-            let own = &coefficients[at..at + part.used.len()];
-            at += part.used.len();
-            if !self.library.variants[part.variant].effect.is_linear() {
-                self.white[i] = self.built(i, &shapes[i], own);
-            }
-        }
-        self.multiply();
-    }
-
-    /// By how much χ² really falls with coefficients.
-    fn gain_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<f64> {
-        self.set_around(coefficients, shapes);
-        self.white.iter().all(Option::is_some).then(|| {
-            let sum = self.sum(coefficients);
-            self.problem.gain_of(&sum)
-        })
-    }
-
-    /// What all parts contribute.
-    fn sum(&self, coefficients: &[f64]) -> Column {
-        let mut sum = Column::default();
-        let columns = self.white.iter().flatten().flatten();
-        for (column, factor) in columns.zip(coefficients) {
-            subtract(&mut sum, &column.column, -factor);
-        }
-        sum
-    }
-
-    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
-    /// place, all together: from the products of the columns with the derivatives of what the shapes
-    /// contribute. None if the logs do not determine them.
-    fn deviations(
-        &self,
-        coefficients: &[f64],
-        shapes: &[Vec<f64>],
-    ) -> Option<(Vec<f64>, ShapeDeviations)> {
-        /// Relative step of the derivatives.
-        const STEP: f64 = 0.02;
-        let mut columns: Vec<Projected> = Vec::new();
-        let mut open = Vec::new();
-        for (place, column) in self.white.iter().flatten().flatten().enumerate() {
-            if self.signs[place] != Sign::One {
-                columns.push(column.clone());
-                open.push(place);
-            }
-        }
-        let (mut places, mut at) = (Vec::new(), 0);
-        for (i, part) in self.parts.iter().enumerate() {
-            let own = &coefficients[at..at + part.used.len()];
-            at += part.used.len();
-            let effect = self.library.variants[part.variant].effect;
-            for (k, shape) in effect.shapes.iter().enumerate() {
-                if !has_size(shape, shapes[i][k]) {
-                    continue;
-                }
-                let mut slope = Column::default();
-                for (factor, side) in [(1.0 + STEP, 1.0), (1.0 - STEP, -1.0)] {
-                    let mut moved = shapes[i].clone();
-                    moved[k] *= factor;
-                    for (column, c) in self.built(i, &moved, own)?.iter().zip(own) {
-                        subtract(&mut slope, &column.column, -c * side / (2.0 * STEP));
-                    }
-                }
-                columns.push(self.problem.projected(slope));
-                places.push((i, k));
-            }
-        }
-        let size = columns.len();
-        let products = DMatrix::from_fn(size, size, |i, k| columns[i].product(&columns[k]));
-        let scale: Vec<f64> = (0..size).map(|i| products[(i, i)].sqrt()).collect();
-        let unit = DMatrix::from_fn(size, size, |i, k| products[(i, k)] / (scale[i] * scale[k]));
-        let covariance = unit.cholesky()?.inverse();
-        let sigma = |i: usize| covariance[(i, i)].sqrt() / scale[i];
-        let mut of_coefficients = vec![0.0; coefficients.len()];
-        for (i, place) in open.iter().enumerate() {
-            of_coefficients[*place] = sigma(i);
-        }
-        let of_shapes = places
-            .into_iter()
-            .enumerate()
-            .map(|(n, (i, k))| ((i, k), sigma(open.len() + n) * shapes[i][k]));
-        Some((of_coefficients, of_shapes.collect()))
-    }
-
-    /// By how much χ² falls with other shapes for part `i`.
-    fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
-        let own = self.built(i, shapes, &[]);
-        let solution = own.and_then(|own| self.solution_with(i, &own));
-        solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+        let effects: Vec<Valued<'_>> = self.effects.iter().filter_map(valued).collect();
+        contribution(scene, &effects)
     }
 }
 
@@ -353,9 +83,6 @@ pub(super) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) 
     tested.beyond_rounding = joint.gain_beyond_rounding(&tested);
     tested
 }
-
-/// Standard deviations of shapes, by part and place.
-type ShapeDeviations = BTreeMap<(usize, usize), f64>;
 
 /// How carefully shapes are refined.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -418,7 +145,14 @@ pub(super) fn fitted_to(
     } else {
         exact(solution, &mut shaped, &shapes)
     };
-    let white = shaped.sum(&solution.coefficients);
+    let steps = if rounds > 0 { ROUNDS } else { 0 };
+    let (solution, white) = match shaped.together(&solution, &shapes, steps) {
+        Some(together) => together,
+        None => {
+            let white = shaped.sum(&solution.coefficients);
+            (solution, white)
+        }
+    };
     let mut deviations = solution.sigma.clone();
     if care == Care::Estimating
         && let Some((own, of_shapes)) = shaped.deviations(&solution.coefficients, &shapes)
@@ -508,7 +242,7 @@ fn exact(start: Solution, shaped: &mut Shaped<'_>, shapes: &[Vec<f64>]) -> Solut
 const NEAR: f64 = 1.15;
 
 /// Whether a shape has a size that can be refined: a form of no size has none.
-fn has_size(shape: &Shape, value: f64) -> bool {
+pub(super) fn has_size(shape: &Shape, value: f64) -> bool {
     shape.continuous && value > 0.0
 }
 

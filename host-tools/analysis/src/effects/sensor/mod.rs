@@ -1,5 +1,6 @@
 //! What the force/torque sensor adds to the contact wrench, and how it reads it: weight and inertia
-//! of the tool, then mounting, cross-talk, gain, zero, filter, range, resolution and transmission.
+//! of the tool, then mounting, cross-talk, gain, zero, filter, range, resolution and transmission;
+//! or the gain of a drive whose command is recorded in its place.
 //!
 //! The sensor reads the **load's reaction**: `reading = contact + m g − m a_com`, everything in the
 //! sensor's frame S, torques about its origin.
@@ -18,6 +19,7 @@ pub mod ft_mounting;
 pub mod ft_quantisation;
 pub mod ft_saturation;
 pub mod ft_scale;
+pub mod input_gain;
 pub mod tool;
 pub mod tool_com_error;
 pub mod tool_inertia;

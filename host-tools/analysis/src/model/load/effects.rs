@@ -148,8 +148,18 @@ impl LoadEffect {
     pub fn acts_on_reading(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Load(_) | Law::Zero(_) | Law::Late(_) | Law::Range(_) | Law::Actuator(_)
+            Law::Load(_)
+                | Law::Drive(_)
+                | Law::Zero(_)
+                | Law::Late(_)
+                | Law::Range(_)
+                | Law::Actuator(_)
         )
+    }
+
+    /// Whether what it does depends on what else there is: it acts on what loads the sensor.
+    pub fn acts_on_load(&self) -> bool {
+        self.acts_on_reading() && !matches!(self.effect.law, Law::Zero(_))
     }
 
     /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
@@ -195,9 +205,7 @@ impl LoadEffect {
 
     /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
     pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
-        let part =
-            laws::acts(scene, self.effect).then(|| self.part(scene, &self.given(parameters)));
-        part.flatten().unwrap_or_default()
+        contribution(scene, &[(self, self.given(parameters))])
     }
 
     /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
@@ -217,7 +225,7 @@ impl LoadEffect {
     }
 
     /// Values in the order of the catalogue's parameters.
-    fn values(&self, shapes: &[f64], coefficients: &[f64]) -> Vec<f64> {
+    pub(crate) fn values(&self, shapes: &[f64], coefficients: &[f64]) -> Vec<f64> {
         let (mut shapes, mut coefficients) = (shapes.iter(), coefficients.iter());
         let value = |p: &Parameter| match p.role {
             Role::Linear => coefficients.next(),
@@ -249,13 +257,71 @@ impl LoadEffect {
 
     /// What the effect does to the reading; None for forms that exclude each other.
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
-        let part = laws::part(scene, self.effect, p)?;
+        let part = self.change(scene, &scene.reading, p)?;
+        Some(match self.acts_on_reading() {
+            true => part,
+            false => as_read(scene, part, &[]),
+        })
+    }
+
+    /// By how much it changes a reading that has the effects before it.
+    fn change(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Option<Column> {
+        let part = laws::part(scene, reading, self.effect, p)?;
         let filtered_already = self.acts_on_reading() || laws::is_proportional(self.effect, p);
         Some(match scene.model.sensor.filter {
             Some(filter) if !filtered_already => through(filter, scene.cycle_s, part),
             _ => part,
         })
     }
+
+    /// The same; nothing where the log has nothing for it to act on.
+    fn change_if_any(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Column {
+        let acts = laws::acts(scene, self.effect);
+        let change = acts.then(|| self.change(scene, reading, p)).flatten();
+        change.unwrap_or_default()
+    }
+}
+
+/// An effect with its parameters, in the order of the catalogue.
+pub(crate) type Valued<'a> = (&'a LoadEffect, Vec<f64>);
+
+/// What effects together do to the reading, beside those that the model knows.
+pub(crate) fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
+    let (whole, loads): (Vec<&Valued<'_>>, Vec<_>) =
+        effects.iter().partition(|(law, _)| law.acts_on_reading());
+    let mut load = Column::default();
+    for (law, p) in loads {
+        load.add(&law.change_if_any(scene, &scene.reading, p).0);
+    }
+    as_read(scene, load, &whole)
+}
+
+/// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
+/// all that loads the sensor, first the known effects, then `whole`.
+fn as_read(scene: &Scene, load: Column, whole: &[&Valued<'_>]) -> Column {
+    let known = known(&scene.model, &scene.model.effects, true);
+    if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
+        return load;
+    }
+    let mut reading = scene.load.clone();
+    reading.add(&load.0);
+    for (law, p) in known.iter().chain(whole.iter().copied()) {
+        let change = law.change_if_any(scene, &reading, p);
+        reading.add(&change.0);
+    }
+    Column::of(scene.len(), |n| {
+        std::array::from_fn(|axis| reading.at(axis, n) - scene.reading.at(axis, n))
+    })
+}
+
+/// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.
+fn known(model: &Model, effects: &[EffectModel], whole: bool) -> Vec<Valued<'static>> {
+    let laws = effects.iter().filter_map(|effect| {
+        let law = LoadEffect::find(model, &effect.id)?;
+        Some((law, law.given(&effect.parameters)))
+    });
+    laws.filter(|(law, _)| law.acts_on_reading() == whole)
+        .collect()
 }
 
 /// Through the filter of the import.
@@ -268,18 +334,15 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
 }
 
 /// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a
-/// whole (a delay, a gain) acts last, on all that loads the sensor, wherever it stands in the file.
+/// whole acts last, wherever it stands in the file.
 pub(crate) fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
-    let known: Vec<(&EffectModel, &LoadEffect)> = effects
-        .iter()
-        .filter_map(|effect| Some((effect, LoadEffect::find(&scene.model, &effect.id)?)))
-        .collect();
-    for on_reading in [false, true] {
-        for (effect, law) in &known {
-            if law.acts_on_reading() == on_reading {
-                let part = law.contribution(scene, &effect.parameters);
-                scene.reading.add(&part.0);
-            }
+    for whole in [false, true] {
+        for (law, p) in known(&scene.model, effects, whole) {
+            let change = law.change_if_any(scene, &scene.reading, &p);
+            scene.reading.add(&change.0);
+        }
+        if !whole {
+            scene.load = scene.reading.clone();
         }
     }
 }

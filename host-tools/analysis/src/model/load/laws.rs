@@ -24,8 +24,10 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
             .iter()
             .any(|t| t.penetration.iter().any(|p| *p > 0.0)),
         Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
+        Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
         Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
-        Law::Actuator(_) => live(WrenchMeaning::Commanded),
+        Law::Actuator(_) => sensor.wrench.drives() && !sensor.at_rest,
+        Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(law) if law.acts_on == ActsOn::Contact => scene
             .touches
             .iter()
@@ -73,8 +75,13 @@ pub(super) fn is_proportional(effect: &Effect, p: Values<'_>) -> bool {
     }
 }
 
-/// What the effect does to the reading; None for forms that exclude each other.
-pub(super) fn part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Column> {
+/// What the effect does to a reading; None for forms that exclude each other.
+pub(super) fn part(
+    scene: &Scene,
+    reading: &Column,
+    effect: &Effect,
+    p: Values<'_>,
+) -> Option<Column> {
     let form = |name| effect.place(name).map_or(0.0, |k| p[k]);
     Some(match effect.law {
         Law::Guide(law) | Law::Bearing(law) => guide(scene, &law, p, form("acts_at"))?,
@@ -111,23 +118,28 @@ pub(super) fn part(scene: &Scene, effect: &Effect, p: Values<'_>) -> Option<Colu
         Law::Load(law) => {
             let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
             let zero = Wrench::of(&scene.bias.map(|b| kept * b));
-            changed(scene, |_, reading| {
+            changed(scene, reading, |_, reading| {
                 let load = *reading - zero;
                 law(p, &load) + zero
             })
         }
+        Law::Drive(law) => changed(scene, reading, |_, force| law(p, force)),
         Law::Zero(law) => {
             let start = scene.time_s.first().copied().unwrap_or(0.0);
             Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
         }
-        Law::Range(law) => changed(scene, |_, reading| law(p, reading)),
+        Law::Range(law) => changed(scene, reading, |_, reading| law(p, reading)),
         Law::Late(law) => {
-            let mut late = Late::new(law(p), scene.cycle_s, scene.reading_at(0));
-            changed(scene, |_, reading| Wrench::of(&late.advance(reading.get())))
+            let mut late = Late::new(law(p), scene.cycle_s, reading.row(0));
+            changed(scene, reading, |_, reading| {
+                Wrench::of(&late.advance(reading.get()))
+            })
         }
         Law::Actuator(Some(law)) => {
             let late = law(p);
-            changed(scene, |n, _| Wrench::of(&scene.anticipated(n, &late)))
+            changed(scene, reading, |n, _| {
+                Wrench::of(&scene.anticipated(reading, n, &late))
+            })
         }
         Law::Formula(law) => formula(scene, law, p)?,
         Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,
@@ -237,11 +249,15 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
     })
 }
 
-/// Change of the reading of each cycle.
-fn changed(scene: &Scene, mut read: impl FnMut(usize, &Wrench<f64>) -> Wrench<f64>) -> Column {
+/// Change of a reading in each cycle.
+fn changed(
+    scene: &Scene,
+    reading: &Column,
+    mut read: impl FnMut(usize, &Wrench<f64>) -> Wrench<f64>,
+) -> Column {
     Column::of(scene.len(), |n| {
-        let reading = Wrench::of(&scene.reading_at(n));
-        (read(n, &reading) - reading).get()
+        let before = Wrench::of(&reading.row(n));
+        (read(n, &before) - before).get()
     })
 }
 

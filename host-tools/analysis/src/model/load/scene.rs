@@ -49,6 +49,11 @@ impl Column {
         self.0.iter().all(Vec::is_empty)
     }
 
+    /// All axes in a cycle.
+    pub fn row(&self, n: usize) -> [f64; 6] {
+        std::array::from_fn(|axis| self.at(axis, n))
+    }
+
     /// Adds six series.
     pub fn add(&mut self, series: &[Vec<f64>; 6]) {
         for (own, other) in self.0.iter_mut().zip(series) {
@@ -134,6 +139,8 @@ pub struct Scene {
     pub touches: Vec<Touch>,
     /// Reading in S by the nominal parameters alone.
     nominal: Column,
+    /// What loads the sensor: the same with all known effects but those that act on the reading as a whole.
+    pub(super) load: Column,
     /// Reading in S by the nominal parameters and all effects that are known.
     pub reading: Column,
     /// Zero of the sensor.
@@ -210,6 +217,7 @@ impl Scene {
             touches,
             m_from_c,
             reading: nominal.clone(),
+            load: nominal.clone(),
             nominal,
             bias: model.sensor.bias,
             m_from_s: load.m_from_s,
@@ -315,21 +323,16 @@ impl Scene {
         })
     }
 
-    /// Reading of all axes in a cycle.
-    pub fn reading_at(&self, n: usize) -> [f64; 6] {
-        std::array::from_fn(|axis| self.reading.at(axis, n))
-    }
-
-    /// What has to be commanded in a cycle so that the reading comes, late as it is: the reading of
+    /// What has to be commanded in a cycle so that a reading comes, late as it is: the reading of
     /// a delay later, and the time constant of a lag times its slope.
-    pub fn anticipated(&self, n: usize, late: &Lateness) -> [f64; 6] {
+    pub fn anticipated(&self, reading: &Column, n: usize, late: &Lateness) -> [f64; 6] {
         let last = self.len().saturating_sub(1);
         let at = (n as f64 + late.delay_s / self.cycle_s).clamp(0.0, last as f64);
         let (low, share) = (at.floor() as usize, at.fract());
         let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
         let span_s = (after - before).max(1) as f64 * self.cycle_s;
         std::array::from_fn(|axis| {
-            let value = |k: usize| self.reading.at(axis, k.min(last));
+            let value = |k: usize| reading.at(axis, k.min(last));
             let slope = (value(after) - value(before)) / span_s;
             value(low) + share * (value(low + 1) - value(low)) + late.lag_s * slope
         })

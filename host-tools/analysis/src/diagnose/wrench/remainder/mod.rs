@@ -12,9 +12,10 @@ mod functions;
 
 pub(crate) use functions::Quantity;
 
+use super::fitted::Fitted;
 use super::prepared_log::Joint;
 use super::problem::subtract;
-use super::tested::{Fitted, Tested};
+use super::tested::Tested;
 use crate::diagnose::evidence;
 use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;

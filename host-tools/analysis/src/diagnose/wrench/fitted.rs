@@ -1,0 +1,70 @@
+//! An effect with the parameters that the logs give it.
+
+use crate::diagnose::named::INTERVAL_95;
+use crate::model::Model;
+use crate::model::load::effects::LoadEffect;
+use std::collections::BTreeMap;
+
+/// An effect with fitted parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    /// The effect's id.
+    pub id: &'static str,
+    /// Value, standard deviation and unit of each parameter; choices have no deviation.
+    pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
+    /// Its amount beside a smooth remainder, of that without.
+    pub beside_remainder: f64,
+}
+
+impl Fitted {
+    /// The effect with one coefficient of its several at a time, where it is their sum.
+    pub(super) fn terms(&self, model: &Model) -> Vec<Self> {
+        let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());
+        let names = effect.iter().flat_map(|effect| &effect.coefficients);
+        let given = |name: &&str| self.parameters.get(name).is_some_and(|p| p.0 != 0.0);
+        let names: Vec<&str> = names.map(|c| c.name).filter(given).collect();
+        if names.len() < 2 {
+            return vec![self.clone()];
+        }
+        let term = |own: &&str| {
+            let mut term = self.clone();
+            for other in names.iter().filter(|name| name != &own) {
+                if let Some((value, _, _)) = term.parameters.get_mut(other) {
+                    *value = 0.0;
+                }
+            }
+            term
+        };
+        names.iter().map(term).collect()
+    }
+
+    /// Takes amount and deviation, a share of all coefficients, from how it stands beside a remainder.
+    pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
+        self.beside_remainder = amount;
+        for (value, sigma, _) in self.parameters.values_mut() {
+            if *sigma > 0.0 {
+                *sigma = sigma.hypot(share * *value);
+            }
+        }
+    }
+
+    /// Whether the logs say more of any coefficient than that it may be 0.
+    pub(crate) fn is_determined(&self, model: &Model) -> bool {
+        let effect = LoadEffect::find(model, self.id);
+        let names = effect.iter().flat_map(|effect| &effect.coefficients);
+        let mut open = names.filter_map(|c| self.parameters.get(c.name));
+        let is_sure = |(value, sigma): (f64, f64)| {
+            let [low, high] = self.interval(value, sigma);
+            low * high > 0.0
+        };
+        effect.is_some_and(|effect| effect.coefficients.is_empty())
+            || open.any(|(value, sigma, _)| is_sure((*value, *sigma)))
+    }
+
+    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one.
+    pub(crate) fn interval(&self, value: f64, sigma: f64) -> [f64; 2] {
+        let beside = self.beside_remainder * value;
+        let reach = INTERVAL_95 * sigma;
+        [value.min(beside) - reach, value.max(beside) + reach]
+    }
+}

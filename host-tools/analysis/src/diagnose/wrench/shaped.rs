@@ -1,0 +1,338 @@
+//! The columns of a hypothesis with given shapes.
+
+use super::prepared_log::{Joint, PreparedLog};
+use super::problem::{Problem, Projected, Solution, solve, subtract};
+use super::search::Part;
+use super::tested::has_size;
+use super::variants::Library;
+use crate::model::load::Column;
+use crate::model::load::effects::{LoadEffect, Sign, Valued, contribution};
+use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
+
+/// Rise of the gain in χ² below which steps of Gauss and Newton end.
+const CONVERGED: f64 = 1e-3;
+
+/// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
+/// own part.
+pub(super) struct Shaped<'a> {
+    joint: &'a Joint,
+    problem: &'a Problem,
+    library: &'a Library,
+    parts: &'a [Part],
+    /// Per part; none where it has nothing to act on.
+    white: Vec<Option<Vec<Projected>>>,
+    /// Products of all columns, in their order.
+    gram: DMatrix<f64>,
+    signs: Vec<Sign>,
+}
+
+impl<'a> Shaped<'a> {
+    pub(super) fn new(
+        joint: &'a Joint,
+        problem: &'a Problem,
+        library: &'a Library,
+        parts: &'a [Part],
+    ) -> Self {
+        let sign = |part: &'a Part| {
+            let signs = &library.variants[part.variant].signs;
+            part.used.iter().map(|k| signs[*k])
+        };
+        let mut shaped = Self {
+            joint,
+            problem,
+            library,
+            parts,
+            white: vec![None; parts.len()],
+            gram: DMatrix::zeros(0, 0),
+            signs: parts.iter().flat_map(sign).collect(),
+        };
+        for (i, part) in parts.iter().enumerate() {
+            let variant = &library.variants[part.variant];
+            if std::ptr::eq(problem, &joint.problem) {
+                let known = part.used.iter().map(|k| variant.columns[*k]);
+                let columns = known.map(|c| problem.projected(library.columns[c].clone()));
+                shaped.white[i] = Some(columns.collect());
+            } else {
+                // For small effects, where they are not linear.
+                shaped.white[i] = shaped.built(i, &variant.shapes, &[]);
+            }
+        }
+        shaped.multiply();
+        shaped
+    }
+
+    /// Takes other shapes for a part.
+    pub(super) fn set(&mut self, i: usize, shapes: &[f64]) {
+        self.white[i] = self.built(i, shapes, &[]);
+        self.multiply();
+    }
+
+    fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
+        let part = &self.parts[i];
+        let effect = self.library.variants[part.variant].effect;
+        let mut columns = self
+            .joint
+            .columns_of(self.problem, effect, shapes, around)?;
+        let used = part.used.iter().map(|k| std::mem::take(&mut columns[*k]));
+        Some(used.map(|column| self.problem.projected(column)).collect())
+    }
+
+    fn multiply(&mut self) {
+        let all: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
+        self.gram = DMatrix::from_fn(all.len(), all.len(), |i, k| match i <= k {
+            true => all[i].product(all[k]),
+            false => 0.0,
+        });
+        self.gram.fill_lower_triangle_with_upper_triangle();
+    }
+
+    pub(super) fn solution(&self) -> Option<Solution> {
+        self.solution_with(usize::MAX, &[])
+    }
+
+    /// The best solution with other columns for part `i`.
+    fn solution_with(&self, i: usize, own: &[Projected]) -> Option<Solution> {
+        let mut all: Vec<&Projected> = Vec::with_capacity(self.signs.len());
+        let mut changed = 0..0;
+        for (k, white) in self.white.iter().enumerate() {
+            if k == i {
+                changed = all.len()..all.len() + own.len();
+                all.extend(own);
+            } else {
+                all.extend(white.as_ref()?);
+            }
+        }
+        let mut gram = self.gram.clone();
+        if !changed.is_empty() {
+            gram.resize_mut(all.len(), all.len(), 0.0);
+        }
+        for a in changed {
+            for b in 0..all.len() {
+                let product = all[a].product(all[b]);
+                (gram[(a, b)], gram[(b, a)]) = (product, product);
+            }
+        }
+        let right = DVector::from_iterator(all.len(), all.iter().map(|p| p.right));
+        let places: Vec<usize> = (0..all.len()).collect();
+        solve(&gram, &right, &places, &self.signs)
+    }
+
+    /// Columns of the parts that are not linear, around coefficients of all columns.
+    pub(super) fn set_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) {
+        let mut at = 0;
+        for (i, part) in self.parts.iter().enumerate() {
+            let own = &coefficients[at..at + part.used.len()];
+            at += part.used.len();
+            if !self.library.variants[part.variant].effect.is_linear() {
+                self.white[i] = self.built(i, &shapes[i], own);
+            }
+        }
+        self.multiply();
+    }
+
+    /// By how much χ² really falls with coefficients.
+    pub(super) fn gain_around(&mut self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<f64> {
+        self.set_around(coefficients, shapes);
+        self.white.iter().all(Option::is_some).then(|| {
+            let sum = self.sum(coefficients);
+            self.problem.gain_of(&sum)
+        })
+    }
+
+    /// What all parts contribute.
+    pub(super) fn sum(&self, coefficients: &[f64]) -> Column {
+        let mut sum = Column::default();
+        let columns = self.white.iter().flatten().flatten();
+        for (column, factor) in columns.zip(coefficients) {
+            subtract(&mut sum, &column.column, -factor);
+        }
+        sum
+    }
+
+    /// Coefficients with which parts of which one acts on what the others load the sensor with do most
+    /// together, from `start`, in at most so many steps of Gauss and Newton, and what they then do. The
+    /// columns are their slopes from there on. None if no part acts on another.
+    pub(super) fn together(
+        &mut self,
+        start: &Solution,
+        shapes: &[Vec<f64>],
+        steps: usize,
+    ) -> Option<(Solution, Column)> {
+        let acts = |part: &Part| self.effect(part).acts_on_load();
+        if self.parts.len() < 2 || !self.parts.iter().any(acts) {
+            return None;
+        }
+        let mut best = start.clone();
+        let mut whole = self.whole(&best.coefficients, shapes);
+        best.gain = self.gain_of(&whole);
+        for _ in 0..steps {
+            self.set_slopes(&best, shapes, &whole);
+            let Some(next) = self.stepped(&best.coefficients, &whole) else {
+                break;
+            };
+            let there = self.whole(&next.coefficients, shapes);
+            let gain = self.gain_of(&there);
+            let rise = gain - best.gain;
+            if rise.is_nan() || rise <= 0.0 {
+                break;
+            }
+            best = Solution { gain, ..next };
+            whole = there;
+            if rise < CONVERGED {
+                break;
+            }
+        }
+        Some((best, whole.column))
+    }
+
+    fn effect(&self, part: &Part) -> &'static LoadEffect {
+        self.library.variants[part.variant].effect
+    }
+
+    /// What all parts together do to the reading.
+    fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
+        let mut at = 0;
+        let valued = |(part, shapes): (&Part, &Vec<f64>)| -> Valued<'static> {
+            let effect = self.effect(part);
+            let mut all = vec![0.0; effect.coefficients.len()];
+            for (k, used) in part.used.iter().enumerate() {
+                if let Some(coefficient) = all.get_mut(*used) {
+                    *coefficient = coefficients[at + k];
+                }
+            }
+            at += part.used.len();
+            (effect, effect.values(shapes, &all))
+        };
+        let effects: Vec<Valued<'_>> = self.parts.iter().zip(shapes).map(valued).collect();
+        let of = |log: &PreparedLog| contribution(&log.scene, &effects);
+        let columns: Vec<Column> = self.joint.logs.iter().map(of).collect();
+        let white = self.problem.whitened(&columns.iter().collect::<Vec<_>>());
+        self.problem.projected(white)
+    }
+
+    /// By how much χ² falls with a contribution.
+    fn gain_of(&self, whole: &Projected) -> f64 {
+        2.0 * whole.right - whole.product(whole)
+    }
+
+    /// Takes the slopes of the contribution for the columns of open coefficients.
+    fn set_slopes(&mut self, from: &Solution, shapes: &[Vec<f64>], whole: &Projected) {
+        /// Of a standard deviation.
+        const STEP: f64 = 0.1;
+        let mut at = 0;
+        for i in 0..self.parts.len() {
+            let places = at..at + self.parts[i].used.len();
+            at = places.end;
+            let slope = |place: usize| {
+                let step = STEP * from.sigma[place];
+                let mut moved = from.coefficients.clone();
+                moved[place] += step;
+                let mut slope = self.whole(&moved, shapes).column;
+                subtract(&mut slope, &whole.column, 1.0);
+                slope.scale(1.0 / step);
+                self.problem.projected(slope)
+            };
+            let own = places.map(|place| match self.signs[place] {
+                Sign::One => self.white[i].as_ref().map(|w| w[0].clone()),
+                _ => Some(slope(place)),
+            });
+            self.white[i] = own.collect();
+        }
+        self.multiply();
+    }
+
+    /// The next coefficients, from the slopes at these.
+    fn stepped(&self, coefficients: &[f64], whole: &Projected) -> Option<Solution> {
+        let columns: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
+        let open: Vec<usize> = (0..columns.len())
+            .filter(|place| self.signs[*place] != Sign::One)
+            .collect();
+        let right = DVector::from_iterator(
+            columns.len(),
+            columns.iter().map(|c| c.right - c.product(whole)),
+        );
+        let free = vec![Sign::Free; open.len()];
+        let step = solve(&self.gram, &right, &open, &free)?;
+        let mut next = Solution {
+            gain: 0.0,
+            coefficients: coefficients.to_vec(),
+            sigma: vec![0.0; columns.len()],
+            wrong: Vec::new(),
+        };
+        for (k, &place) in open.iter().enumerate() {
+            next.coefficients[place] += step.coefficients[k];
+            next.sigma[place] = step.sigma[k];
+            if self.signs[place] == Sign::Positive && next.coefficients[place] < 0.0 {
+                next.wrong.push(place);
+            }
+        }
+        Some(next)
+    }
+
+    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
+    /// place, all together: from the products of the columns with the derivatives of what the shapes
+    /// contribute. None if the logs do not determine them.
+    pub(super) fn deviations(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Option<(Vec<f64>, ShapeDeviations)> {
+        /// Relative step of the derivatives.
+        const STEP: f64 = 0.02;
+        let mut columns: Vec<Projected> = Vec::new();
+        let mut open = Vec::new();
+        for (place, column) in self.white.iter().flatten().flatten().enumerate() {
+            if self.signs[place] != Sign::One {
+                columns.push(column.clone());
+                open.push(place);
+            }
+        }
+        let (mut places, mut at) = (Vec::new(), 0);
+        for (i, part) in self.parts.iter().enumerate() {
+            let own = &coefficients[at..at + part.used.len()];
+            at += part.used.len();
+            let effect = self.library.variants[part.variant].effect;
+            for (k, shape) in effect.shapes.iter().enumerate() {
+                if !has_size(shape, shapes[i][k]) {
+                    continue;
+                }
+                let mut slope = Column::default();
+                for (factor, side) in [(1.0 + STEP, 1.0), (1.0 - STEP, -1.0)] {
+                    let mut moved = shapes[i].clone();
+                    moved[k] *= factor;
+                    for (column, c) in self.built(i, &moved, own)?.iter().zip(own) {
+                        subtract(&mut slope, &column.column, -c * side / (2.0 * STEP));
+                    }
+                }
+                columns.push(self.problem.projected(slope));
+                places.push((i, k));
+            }
+        }
+        let size = columns.len();
+        let products = DMatrix::from_fn(size, size, |i, k| columns[i].product(&columns[k]));
+        let scale: Vec<f64> = (0..size).map(|i| products[(i, i)].sqrt()).collect();
+        let unit = DMatrix::from_fn(size, size, |i, k| products[(i, k)] / (scale[i] * scale[k]));
+        let covariance = unit.cholesky()?.inverse();
+        let sigma = |i: usize| covariance[(i, i)].sqrt() / scale[i];
+        let mut of_coefficients = vec![0.0; coefficients.len()];
+        for (i, place) in open.iter().enumerate() {
+            of_coefficients[*place] = sigma(i);
+        }
+        let of_shapes = places
+            .into_iter()
+            .enumerate()
+            .map(|(n, (i, k))| ((i, k), sigma(open.len() + n) * shapes[i][k]));
+        Some((of_coefficients, of_shapes.collect()))
+    }
+
+    /// By how much χ² falls with other shapes for part `i`.
+    pub(super) fn gain_with(&self, i: usize, shapes: &[f64]) -> f64 {
+        let own = self.built(i, shapes, &[]);
+        let solution = own.and_then(|own| self.solution_with(i, &own));
+        solution.map_or(f64::NEG_INFINITY, |s| s.gain)
+    }
+}
+
+/// Standard deviations of shapes, by part and place.
+pub(super) type ShapeDeviations = BTreeMap<(usize, usize), f64>;
