@@ -57,6 +57,14 @@ impl<T> Logs<T> {
         self.fitted % self.all.len().max(1)
     }
 
+    /// A reference to each.
+    pub(super) fn map_refs(&self) -> Logs<&T> {
+        Logs {
+            all: self.all.iter().collect(),
+            fitted: self.fitted,
+        }
+    }
+
     /// The same for each.
     pub(super) fn map<U>(&self, of: impl FnMut(&T) -> U) -> Logs<U> {
         Logs {

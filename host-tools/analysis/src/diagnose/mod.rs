@@ -37,6 +37,7 @@ mod rounding;
 mod sampling;
 mod sentence;
 mod stage_results;
+mod stretches;
 mod structure;
 mod timed_logs;
 mod wrench;
@@ -44,6 +45,7 @@ mod wrench;
 pub use evidence::NAMED;
 pub use finding::*;
 pub(crate) use outcome::levels_of;
+pub use stretches::held_back;
 
 use crate::compare::compare;
 use crate::model::Model;
@@ -52,11 +54,7 @@ use crate::recording::Recording;
 use anyhow::{bail, ensure};
 pub use engine::Logs;
 use engine::{Question, Watch, WrenchFinding};
-use softdock_app::record::CycleRecord;
 use std::time::Instant;
-
-/// Share of a log that is held back where no unseen log is given.
-const HELD_BACK: f64 = 0.4;
 
 /// A diagnosis with what its report draws.
 #[derive(Clone, Debug)]
@@ -162,9 +160,9 @@ fn ask(
     let started = Instant::now();
     ensure!(!train.is_empty(), "expected at least one log to fit on");
     let halves: Vec<(Recording, Recording)>;
-    let recordings = if test.is_empty() {
+    let whole = if test.is_empty() {
         halves = train.iter().map(|log| held_back(log)).collect();
-        if halves.iter().all(moves_enough) {
+        if halves.iter().all(stretches::moves_enough) {
             let (beginnings, ends) = halves.iter().map(|(a, b)| (a, b)).unzip();
             Logs::new(beginnings, ends)
         } else {
@@ -173,10 +171,15 @@ fn ask(
     } else {
         Logs::new(train.to_vec(), test.to_vec())
     };
+    let parts = stretches::of_long(&whole);
+    let recordings = parts.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);
     let stages = engine::run(model, &recordings, question, progress)?;
     progress(0.95, "drawing the conclusion");
     let outcome = outcome::conclude(model, &recordings, &stages, !test.is_empty(), question)?;
     let mut diagnosis = outcome.diagnosis;
+    if parts.is_some() {
+        diagnosis.notes.push(stretches::note(&whole, &recordings));
+    }
     if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
         for (log, recording) in [
             ("the log of the fit", recordings.all[0]),
@@ -202,39 +205,4 @@ fn ask(
 fn much_is_left(found: &WrenchFinding) -> bool {
     let accepted = found.found.accepted.as_ref();
     accepted.is_some_and(|accepted| found.prepared.has_much_left(accepted.gain))
-}
-
-/// Whether what is held back excites what the beginning does.
-fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
-    /// Least motion of the end, as a share of that of the beginning.
-    const ENOUGH: f64 = 0.1;
-    let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
-    let commanded = beginning.cycles.iter().any(sent);
-    let motion = |recording: &Recording| -> f64 {
-        let changes = recording.cycles.windows(2).map(|pair| {
-            let (a, b) = (&pair[0].trace, &pair[1].trace);
-            let of =
-                |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
-            if commanded {
-                of(&a.sent_velocity, &b.sent_velocity)
-            } else {
-                of(&a.pose, &b.pose)
-            }
-        });
-        changes.filter(|c| c.is_finite()).sum()
-    };
-    motion(end) > ENOUGH * motion(beginning)
-}
-
-/// The beginning of a recording to fit on, and its end to judge on.
-pub fn held_back(recording: &Recording) -> (Recording, Recording) {
-    let count = recording.cycles.len();
-    let at = count - (count as f64 * HELD_BACK) as usize;
-    let part = |range: std::ops::Range<usize>| Recording {
-        header: recording.header.clone(),
-        cycles: recording.cycles[range].to_vec(),
-        cut: recording.cut.clone(),
-        ..Recording::default()
-    };
-    (part(0..at), part(at..count))
 }

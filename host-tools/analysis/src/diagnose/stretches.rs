@@ -1,0 +1,128 @@
+//! Which part of its logs a diagnosis looks at.
+
+use super::engine::Logs;
+use crate::recording::Recording;
+use softdock_app::record::CycleRecord;
+use std::ops::Range;
+
+/// Share of a log that is held back where no unseen log is given.
+const HELD_BACK: f64 = 0.4;
+/// Rows of all logs together of which no more are looked at. Time and memory grow with them: two logs of
+/// 50,000 rows take about 45 s of processor time. Four times as many rows make intervals half as wide.
+const MOST_ROWS: usize = 100_000;
+/// Stretches of a long log of which the one that moves most is looked at.
+const STRETCHES: usize = 8;
+
+/// The beginning of a recording to fit on, and its end to judge on.
+pub fn held_back(recording: &Recording) -> (Recording, Recording) {
+    let count = recording.cycles.len();
+    let at = count - (count as f64 * HELD_BACK) as usize;
+    (part(recording, 0..at), part(recording, at..count))
+}
+
+/// Whether what is held back excites what the beginning does.
+pub(super) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
+    /// Least motion of the end, as a share of that of the beginning.
+    const ENOUGH: f64 = 0.1;
+    let commanded = is_commanded(beginning);
+    motion(&end.cycles, commanded) > ENOUGH * motion(&beginning.cycles, commanded)
+}
+
+/// The stretch of each log that moves most, of logs that together are longer than a diagnosis looks at.
+pub(super) fn of_long(logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
+    let rows = rows(&logs.all);
+    let share = MOST_ROWS as f64 / rows.max(1) as f64;
+    (share < 1.0).then(|| logs.map(|log| part(log, liveliest(log, share))))
+}
+
+/// What is said of it.
+pub(super) fn note(whole: &Logs<&Recording>, looked_at: &Logs<&Recording>) -> String {
+    format!(
+        "Of {} rows {} were looked at, in each log the stretch that moves most; errors are those of these rows. \
+         [rows] of the mapping chooses others.",
+        rows(&whole.all),
+        rows(&looked_at.all)
+    )
+}
+
+fn rows(logs: &[&Recording]) -> usize {
+    logs.iter().map(|log| log.cycles.len()).sum()
+}
+
+/// The rows of a share of a log that move most.
+fn liveliest(log: &Recording, share: f64) -> Range<usize> {
+    let count = log.cycles.len();
+    let length = (share * count as f64) as usize;
+    let commanded = is_commanded(log);
+    let starts = (0..STRETCHES).map(|k| k * (count - length) / (STRETCHES - 1));
+    let each = starts.map(|from| from..from + length);
+    let of = |range: &Range<usize>| motion(&log.cycles[range.clone()], commanded);
+    each.max_by(|a, b| of(a).total_cmp(&of(b)))
+        .unwrap_or(0..count)
+}
+
+fn part(recording: &Recording, range: Range<usize>) -> Recording {
+    Recording {
+        header: recording.header.clone(),
+        cycles: recording.cycles[range].to_vec(),
+        cut: recording.cut.clone(),
+        ..Recording::default()
+    }
+}
+
+fn is_commanded(log: &Recording) -> bool {
+    let sent = |c: &CycleRecord| c.trace.sent_velocity.iter().any(|v| *v != 0.0);
+    log.cycles.iter().any(sent)
+}
+
+/// How much changes: the commanded velocity, or without one the pose.
+fn motion(cycles: &[CycleRecord], commanded: bool) -> f64 {
+    let changes = cycles.windows(2).map(|pair| {
+        let (a, b) = (&pair[0].trace, &pair[1].trace);
+        let of = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>();
+        if commanded {
+            of(&a.sent_velocity, &b.sent_velocity)
+        } else {
+            of(&a.pose, &b.pose)
+        }
+    });
+    changes.filter(|c| c.is_finite()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three quarters at rest, then a motion.
+    fn log(rows: usize) -> Recording {
+        let cycle = |n: usize| {
+            let mut cycle = CycleRecord::default();
+            cycle.trace.cycle = n as u64;
+            cycle.trace.pose[0] = n.saturating_sub(3 * rows / 4) as f64;
+            cycle
+        };
+        Recording {
+            cycles: (0..rows).map(cycle).collect(),
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn a_long_log_is_looked_at_where_it_moves() {
+        let (train, test) = (log(MOST_ROWS), log(MOST_ROWS));
+        let whole = Logs::new(vec![&train], vec![&test]);
+        let found = of_long(&whole).expect("too many rows");
+        for part in &found.all {
+            assert_eq!(part.cycles.len(), MOST_ROWS / 2);
+            let last = part.cycles.last().map(|c| c.trace.cycle);
+            assert_eq!(last, Some(MOST_ROWS as u64 - 1));
+        }
+        let said = note(&whole, &found.map_refs());
+        assert!(
+            said.contains("Of 200000 rows 100000 were looked at"),
+            "{said}"
+        );
+        let short = Logs::new(vec![&train], Vec::new());
+        assert!(of_long(&short).is_none());
+    }
+}
