@@ -6,6 +6,7 @@
 
 use super::actuator::{Cost, LogCost, Term};
 use super::optimise::golden;
+use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
 use crate::model::actuator::Reading;
 use crate::model::clock::increments;
@@ -20,13 +21,29 @@ const SIGNIFICANT_LINEAR: f64 = 40.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Clock {
     /// Standard deviation of the duration of a cycle, s.
-    pub jitter_s: f64,
+    pub duration_s: f64,
+    /// Its own deviation, s.
+    pub sigma_s: f64,
+    /// Correlation of a duration with the one before: −1/2 where every instant scatters by itself, 0 where
+    /// every duration does.
+    pub correlation: f64,
     /// 2 Δ log L of the jitter.
     pub jitter_gain: f64,
     /// Relative error of the duration of all cycles, with its standard deviation.
     pub rate: (f64, f64),
     /// By how much the pose is later than the velocity, s, with its standard deviation.
     pub offset_s: (f64, f64),
+}
+
+/// Scatter of the instants of the cycles, as the logs show it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jitter {
+    /// How they scatter.
+    pub scatter: Scatter,
+    /// Standard deviation of the estimate, s.
+    pub sigma_s: f64,
+    /// 2 Δ log L of it.
+    pub gain: f64,
 }
 
 impl Clock {
@@ -39,12 +56,24 @@ impl Clock {
             let (value, variance) = sum.fold((0.0, 0.0), |(v, s), (w, t)| (v + w, s + t * t));
             (value / count, variance.sqrt() / count)
         };
-        let squares: f64 = all.iter().map(|c| c.jitter_s * c.jitter_s).sum();
+        let squares: f64 = all.iter().map(|c| c.duration_s * c.duration_s).sum();
         Self {
-            jitter_s: (squares / count).sqrt(),
+            duration_s: (squares / count).sqrt(),
+            sigma_s: mean(&|c| (0.0, c.sigma_s)).1,
+            correlation: all.iter().map(|c| c.correlation).sum::<f64>() / count,
             jitter_gain: all.iter().map(|c| c.jitter_gain).sum(),
             rate: mean(&|c| c.rate),
             offset_s: mean(&|c| c.offset_s),
+        }
+    }
+
+    /// How the instants scatter.
+    pub(crate) fn jitter(&self, gain: f64) -> Jitter {
+        let scatter = Scatter::of_durations(self.duration_s, self.correlation > -0.25);
+        Jitter {
+            scatter,
+            sigma_s: self.sigma_s * scatter.jitter_s / self.duration_s.max(1e-12),
+            gain,
         }
     }
 
@@ -89,7 +118,8 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     if errors.is_empty() {
         return Clock::default();
     }
-    let (jitter_s, jitter_gain) = jitter(&errors);
+    let found = jitter(&errors);
+    let duration_s = found.value;
     let noise = (errors.iter().map(|e| e.0 * e.0).sum::<f64>() / errors.len() as f64).sqrt();
     let linear = |regressor: &dyn Fn(usize) -> f64| {
         let (mut xx, mut xy) = (0.0, 0.0);
@@ -104,23 +134,46 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         }
     };
     Clock {
-        jitter_s,
-        jitter_gain,
+        duration_s,
+        // Errors of differences follow each other with a correlation of −1/2, which makes half of them worth
+        // less: Σ ρ² = 1.5.
+        sigma_s: 1.5_f64.sqrt() * found.sigma,
+        correlation: correlation(&errors, axes.len(), duration_s),
+        jitter_gain: found.gain,
         rate: linear(&|k| errors[k].1 * log.cycle_s),
         offset_s: linear(&|k| slopes[k]),
     }
 }
 
+/// Correlation of what scatters with the velocity from cycle to cycle: of each error and the next one of its
+/// axis, where the scatter is above the noise.
+fn correlation(errors: &[(f64, f64)], axes: usize, duration_s: f64) -> f64 {
+    let quiet = errors.iter().map(|(e, v)| e * e - (duration_s * v).powi(2));
+    let noise = (quiet.sum::<f64>() / errors.len() as f64).max(0.0);
+    let pairs = errors.iter().zip(&errors[axes..]);
+    let loud = pairs.filter(|((_, v), (_, w))| (duration_s * duration_s * v * w).abs() > noise);
+    let sums = loud.fold((0.0, 0.0), |(products, squares), ((e, v), (f, w))| {
+        let scale = v * w;
+        (
+            products + e * f / scale,
+            squares + 0.5 * (e * e / (v * v) + f * f / (w * w)),
+        )
+    });
+    if sums.1 > 0.0 { sums.0 / sums.1 } else { 0.0 }
+}
+
 /// What scatters in proportion to the velocity in a log whose velocity is the difference of poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Scatter {
+pub(crate) struct PoseScatter {
     /// Standard deviation of the instants of the poses, s.
     pub scatter_s: f64,
+    /// Its own deviation, s.
+    pub sigma_s: f64,
     /// 2 Δ log L of it.
     pub gain: f64,
 }
 
-impl Scatter {
+impl PoseScatter {
     /// Whether it is no chance.
     pub(crate) fn is_significant(&self) -> bool {
         self.gain > SIGNIFICANT
@@ -130,7 +183,7 @@ impl Scatter {
 /// Looks for scattering instants in what terms of an actuator leave of a log. Second differences of
 /// the residual are third ones of the poses, which smooth errors of a model do not reach; of these
 /// every fourth has a draw of its own. What lies far outside is an edge, not a scatter.
-pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Scatter {
+pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> PoseScatter {
     /// Cycles between values that share no pose.
     const APART: usize = 4;
     /// Deviations that are an edge.
@@ -138,7 +191,7 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Sca
     /// Variance of the second difference of a difference of poses, over that of the difference.
     const BY_DIFFERENCES: f64 = 10.0;
     if log.is_sampled() {
-        return Scatter::default();
+        return PoseScatter::default();
     }
     let mut values = Vec::new();
     for axis in (0..6).filter(|axis| cost.active[*axis]) {
@@ -155,14 +208,18 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Sca
     }
     let deviation =
         |(scatter_s, noise): (f64, f64), velocity: f64| noise.hypot(scatter_s * velocity);
-    let (first_s, _) = jitter(&values);
+    let first_s = jitter(&values).value;
     let squares = values
         .iter()
         .map(|(e, v)| e * e / (1.0 + (first_s * v).powi(2)));
     let noise = (squares.sum::<f64>() / values.len().max(1) as f64).sqrt();
     values.retain(|(e, v)| e.abs() < EDGE * deviation((first_s, noise), *v));
-    let (scatter_s, gain) = jitter(&values);
-    Scatter { scatter_s, gain }
+    let found = jitter(&values);
+    PoseScatter {
+        scatter_s: found.value,
+        sigma_s: found.sigma,
+        gain: found.gain,
+    }
 }
 
 /// All velocities later (negative: earlier) than the nominal actuator says.
@@ -219,11 +276,21 @@ pub(crate) fn proportion(cost: &Cost<'_>) -> (f64, f64) {
     (xy / xx.max(1e-300), xx.max(1e-300).sqrt().recip())
 }
 
-/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both.
-fn jitter(errors: &[(f64, f64)]) -> (f64, f64) {
+/// What is found of a scatter in proportion to the velocity.
+#[derive(Clone, Copy, Debug, Default)]
+struct Proportional {
+    value: f64,
+    sigma: f64,
+    /// 2 Δ log L.
+    gain: f64,
+}
+
+/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both; the deviation of s_t from
+/// Fisher's information of both.
+fn jitter(errors: &[(f64, f64)]) -> Proportional {
     let speed = errors.iter().fold(0.0_f64, |m, e| m.max(e.1.abs()));
     if speed <= 0.0 {
-        return (0.0, 0.0);
+        return Proportional::default();
     }
     // −2 log L with the ratio of the two variances given; s is profiled out.
     let cost = |ratio: f64| {
@@ -243,8 +310,26 @@ fn jitter(errors: &[(f64, f64)]) -> (f64, f64) {
     let quiet = cost(0.0);
     let at = golden(-3.0, 6.0, 40, |x| cost(x.exp()).0);
     let best = cost(at.exp());
-    let gain = (quiet.0 - best.0).max(0.0);
-    (at.exp() / speed * best.1.sqrt(), gain)
+    let (noise, value) = (best.1.sqrt(), at.exp() / speed * best.1.sqrt());
+    let information = |a: &dyn Fn(f64) -> f64, b: &dyn Fn(f64) -> f64| -> f64 {
+        let of = errors.iter().map(|(_, v)| {
+            let variance = noise * noise + (value * v).powi(2);
+            2.0 * a(*v) * b(*v) / (variance * variance)
+        });
+        of.sum()
+    };
+    let (of_value, of_noise) = (|v: f64| value * v * v, |_: f64| noise);
+    let own = information(&of_value, &of_value);
+    let (other, both) = (
+        information(&of_noise, &of_noise),
+        information(&of_value, &of_noise),
+    );
+    let left = own - both * both / other.max(1e-300);
+    Proportional {
+        value,
+        sigma: left.max(1e-300).sqrt().recip().min(value),
+        gain: (quiet.0 - best.0).max(0.0),
+    }
 }
 
 #[cfg(test)]
@@ -265,11 +350,14 @@ mod tests {
                 })
                 .collect()
         };
-        let (found, gain) = jitter(&with(1e-3));
+        let found = jitter(&with(1e-3));
         assert!(
-            (found / 1e-3 - 1.0).abs() < 0.05 && gain > 100.0,
-            "{found} {gain}"
+            (found.value / 1e-3 - 1.0).abs() < 0.05 && found.gain > 100.0,
+            "{found:?}"
         );
-        assert!(jitter(&with(0.0)).1 < 1.0);
+        // With no noise at all it would be known to 1/√2n of itself; at half of the speeds there is more noise.
+        let share = found.sigma / found.value * (2.0 * 2000.0_f64).sqrt();
+        assert!((1.0..2.0).contains(&share), "{share}");
+        assert!(jitter(&with(0.0)).gain < 1.0);
     }
 }

@@ -5,6 +5,7 @@
 
 use super::actuator::Search;
 use super::body::{self, BodyRegression, BodySearch};
+use super::clock::Jitter;
 use super::finding::{NoiseFloor, Trial};
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
@@ -100,7 +101,7 @@ impl<T> Logs<anyhow::Result<T>> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockFinding {
     /// Standard deviation of the duration of a cycle, s, and the gain in χ² over all logs.
-    pub jitter: Option<(f64, f64)>,
+    pub jitter: Option<Jitter>,
     /// Relative error, with its deviation.
     pub rate: Option<(f64, f64)>,
     /// Offset of the pose, s, with its deviation.

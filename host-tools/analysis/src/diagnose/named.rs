@@ -155,19 +155,13 @@ fn divide_by_mass(named: &mut [Named]) {
 
 fn clock(stages: &Stages) -> Vec<Named> {
     let clock = &stages.clock;
-    let cycles = stages
-        .logs
-        .train()
-        .iter()
-        .map(|log| log.len())
-        .sum::<usize>() as f64;
     let one = |id: &str, name: &str, value: (f64, f64), unit: &str| {
         Named::new(id, Vec::new()).with(name, value, unit)
     };
-    let jitter = clock.jitter.map(|(jitter_s, _)| {
-        // A standard deviation of n values is known to 1/√2n of itself.
-        let sigma = jitter_s / (2.0 * cycles).sqrt();
-        one("clock_jitter", "jitter_s", (jitter_s, sigma), "s")
+    let jitter = clock.jitter.map(|jitter| {
+        let of_intervals = f64::from(u8::from(jitter.scatter.of_intervals));
+        let estimate = (jitter.scatter.jitter_s, jitter.sigma_s);
+        one("clock_jitter", "jitter_s", estimate, "s").choosing("of_intervals", of_intervals)
     });
     let rate = clock
         .rate

@@ -1,6 +1,7 @@
 //! Hypotheses with their evidence, and the closest rival of what is named.
 
 use super::actuator::Candidate;
+use super::clock::Jitter;
 use super::engine::{Stages, is_shape};
 use super::evidence;
 use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
@@ -77,7 +78,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             .iter()
             .flat_map(|r| against_the_clock(r, fitted)),
     );
-    if let Some((_, gain)) = stages.clock.jitter {
+    if let Some(Jitter { gain, .. }) = stages.clock.jitter {
         all.push(Ranked {
             effects: vec!["clock_jitter".to_owned()],
             beside: Vec::new(),

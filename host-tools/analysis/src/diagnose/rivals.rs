@@ -6,11 +6,12 @@
 //! late, and not faster. Both are therefore followed to the end, and the one that leaves less of
 //! velocity and wrench is believed; where neither does they are tied.
 
-use super::clock::Scatter;
+use super::clock::{Jitter, PoseScatter};
 use super::engine::{ClockFinding, Logs, Question};
 use super::stage_results::StageResults;
 use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
+use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
 use crate::model::actuator::{Reading, Stage};
 use crate::recording::Recording;
@@ -90,11 +91,19 @@ pub(super) fn run_stages(
 }
 
 /// A scatter of the instants that all logs show.
-fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Option<(f64, f64)> {
-    let shown = found.scatter.iter().all(Scatter::is_significant);
+fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Option<Jitter> {
+    let shown = found.scatter.iter().all(PoseScatter::is_significant);
     let gain = found.scatter.iter().map(|s| s.gain).sum();
     let first = found.scatter.first()?;
-    (shown && question.tries(model, "clock_jitter")).then_some((first.scatter_s, gain))
+    let jitter = Jitter {
+        scatter: Scatter {
+            jitter_s: first.scatter_s,
+            of_intervals: false,
+        },
+        sigma_s: first.sigma_s,
+        gain,
+    };
+    (shown && question.tries(model, "clock_jitter")).then_some(jitter)
 }
 
 /// Whether recovered instants explain most of what was left of the velocities.

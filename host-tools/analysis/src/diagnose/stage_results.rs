@@ -1,7 +1,7 @@
 //! What the logs show, with what is believed of their clock.
 
 use super::actuator::{self, Cost, Term};
-use super::clock::{self, CommonDelay, Scatter};
+use super::clock::{self, CommonDelay, PoseScatter};
 use super::engine::{ActuatorFinding, Imitated, Logs, Question, WrenchFinding, is_shape};
 use super::evidence::threshold;
 use super::finding::NoiseFloor;
@@ -25,7 +25,7 @@ pub(super) struct StageResults {
     /// The actuator, where anything was commanded.
     pub actuator: Option<ActuatorFinding>,
     /// Scatter of the poses' instants that is left, in logs without a velocity of their own.
-    pub scatter: Vec<Scatter>,
+    pub scatter: Vec<PoseScatter>,
     /// A common delay of all velocities; None where nothing speaks for it.
     pub common_delay: Option<CommonDelay>,
     /// A common factor of all velocities, less 1, with its deviation.

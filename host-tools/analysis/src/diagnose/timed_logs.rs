@@ -2,6 +2,7 @@
 
 use super::clock::{self, Clock};
 use super::engine::{ClockFinding, Logs, Question};
+use crate::effects::body::clock_jitter::Scatter;
 use crate::model::actuator::Reading;
 use crate::model::clock::recover;
 use crate::model::log::Log;
@@ -102,18 +103,19 @@ impl TimedLogs {
 /// The model with errors of the clock.
 fn with_clock(model: &Model, clock: &ClockFinding) -> Model {
     let mut with = model.clone();
-    let mut add = |id: &str, name: &str, value: Option<f64>| {
-        if let Some(value) = value {
+    let mut add = |id: &str, parameters: Option<BTreeMap<String, f64>>| {
+        if let Some(parameters) = parameters {
             with.effects.push(EffectModel {
                 id: id.to_owned(),
-                parameters: BTreeMap::from([(name.to_owned(), value)]),
+                parameters,
                 ..EffectModel::default()
             });
         }
     };
-    add("clock_jitter", "jitter_s", clock.jitter.map(|j| j.0));
-    add("clock_rate", "rate_error", clock.rate.map(|r| r.0));
-    add("clock_offset", "offset_s", clock.offset_s.map(|o| o.0));
+    let one = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
+    add("clock_jitter", clock.jitter.map(|j| j.scatter.parameters()));
+    add("clock_rate", clock.rate.map(|r| one("rate_error", r.0)));
+    add("clock_offset", clock.offset_s.map(|o| one("offset_s", o.0)));
     with
 }
 
@@ -126,7 +128,7 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
     let jitters = tries("clock_jitter") && gain > clock::SIGNIFICANT;
     ClockFinding {
-        jitter: jitters.then_some((train.jitter_s, gain)),
+        jitter: jitters.then(|| train.jitter(gain)),
         rate: (tries("clock_rate") && each(&|c| c.has_rate_error(RATE_TOLERANCE)))
             .then_some(train.rate),
         offset_s: (tries("clock_offset") && each(&|c| c.has_offset(apart_s)))
@@ -137,9 +139,9 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
 /// True durations of the cycles; empty where they are nominal.
 fn intervals(model: &Model, logs: &Logs<Log>, clock: &ClockFinding) -> Logs<Vec<f64>> {
     let known = model.effects.iter().find(|e| e.id == "clock_jitter");
-    let known_s = known.and_then(|e| e.parameters.get("jitter_s")).copied();
-    match clock.jitter.map(|j| j.0).or(known_s) {
-        Some(jitter_s) => logs.map_at_once(|log| recover(model, log, jitter_s)),
+    let known = known.and_then(|e| Scatter::of(&e.parameters));
+    match clock.jitter.map(|j| j.scatter).or(known) {
+        Some(jitter) => logs.map_at_once(|log| recover(model, log, &jitter)),
         None => logs.map(|_| Vec::new()),
     }
 }

@@ -5,6 +5,7 @@
 //! acts on the velocities of a few cycles only, so the columns of the Jacobian are found together,
 //! each perturbed simulation serving every cycle that is far enough from the next.
 
+use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
 use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::log::Log;
@@ -25,16 +26,12 @@ struct Linear {
 }
 
 /// Durations of all cycles, s; entry n belongs to the cycle that ends with cycle n.
-pub(crate) fn recover(model: &Model, log: &Log, jitter_s: f64) -> Vec<f64> {
+pub(crate) fn recover(model: &Model, log: &Log, jitter: &Scatter) -> Vec<f64> {
     let mut intervals = vec![log.cycle_s; log.len()];
     let chain = model.chain(0);
     let reach = ((chain.delay_s + 5.0 * chain.lag_s) / log.cycle_s) as usize + 2;
     let smallest = 0.05 * log.cycle_s;
-    // Between two instants that scatter a duration scatters more.
-    let spread_s = match log.reading {
-        Reading::Mean => std::f64::consts::SQRT_2 * jitter_s,
-        Reading::AtEnd => jitter_s,
-    };
+    let spread_s = jitter.duration_s();
     for _ in 0..ITERATIONS {
         let linear = linearise(model, log, &intervals, reach);
         let deviation: Vec<f64> = intervals.iter().map(|i| i - log.cycle_s).collect();

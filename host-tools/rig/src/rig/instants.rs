@@ -8,6 +8,7 @@ use anyhow::Result;
 use softdock_analysis::effects::body::clock_jitter::ClockJitter;
 use softdock_analysis::effects::body::clock_offset::ClockOffset;
 use softdock_analysis::statistics::RandomStream;
+use softdock_control::range::in_range;
 use std::collections::VecDeque;
 
 /// Standard deviations of the jitter that the memory of positions reaches back.
@@ -35,7 +36,9 @@ impl Instants {
         let step_s = settings.substep_s();
         let (mut jitter, mut pose_shift_s, mut reach_s) = (None, 0.0, 0.0);
         if let Some(hidden) = hidden::find(&settings.hidden, "clock_jitter") {
-            let built = ClockJitter::new(hidden.value("jitter_s"));
+            // A sum of intervals walks away from the wrench's clock: only logs of others have it.
+            let built = in_range("of_intervals", hidden.value("of_intervals"), 0.0, 0.0)
+                .and_then(|()| ClockJitter::new(hidden.value("jitter_s")));
             jitter = Some((prefixed("rig.hidden clock_jitter.", built)?, noise));
             reach_s += JITTER_REACH * hidden.value("jitter_s");
         }

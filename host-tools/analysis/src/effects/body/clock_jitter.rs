@@ -2,6 +2,7 @@
 
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
 use softdock_control::range::{SettingsError, in_range};
+use std::collections::BTreeMap;
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -10,19 +11,76 @@ pub const EFFECT: Effect = Effect {
     summary: "the real instants of the cycles scatter about the nominal ones",
     group: Group::Body,
     naming: Naming::Cause,
-    equation: "t_n = n step + jitter_s x_n, x_n: independent standard normal",
+    equation: "t_n = n step + jitter_s x_n; of_intervals: t_n = t_(n-1) + step + jitter_s x_n; x_n: independent standard \
+               normal",
     source: "textbook (sampling jitter); real-time behaviour of controllers",
     signature: "increments of the pose scatter in proportion to the velocity, and not at standstill",
     typical: "0.01 to 1 ms on a computer without real-time kernel",
-    parameters: &[Parameter::new("jitter_s", "s", 0.0, 0.02)
-        .hidden(1.5e-4, 4e-4)
-        .pictured(0.0004)],
+    parameters: &[
+        Parameter::new("jitter_s", "s", 0.0, 0.02)
+            .hidden(1.5e-4, 4e-4)
+            .pictured(0.0004),
+        OF_INTERVALS,
+    ],
     confused_with: &["clock_rate", "clock_offset", "ft_dropout"],
     tell_apart: "jog at two constant speeds: the scatter of the pose increments grows with speed, noise of the \
                  measurement does not",
     law: Law::Clock,
     ..Effect::PLAIN
 };
+
+/// Whether the durations of the cycles scatter, each by itself, and not the instants.
+const OF_INTERVALS: Parameter =
+    Parameter::new("of_intervals", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0);
+
+/// How the instants of a log scatter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Standard deviation of the instants, s; of the durations of the cycles if these scatter by themselves.
+    pub jitter_s: f64,
+    /// They do.
+    pub of_intervals: bool,
+}
+
+impl Scatter {
+    /// From the parameters of a model file; None without a jitter.
+    pub fn of(parameters: &BTreeMap<String, f64>) -> Option<Self> {
+        let given = |name: &str| parameters.get(name).copied().unwrap_or(0.0);
+        let jitter_s = given("jitter_s");
+        (jitter_s > 0.0).then(|| Self {
+            jitter_s,
+            of_intervals: given(OF_INTERVALS.name) > 0.5,
+        })
+    }
+
+    /// The same as parameters.
+    pub fn parameters(&self) -> BTreeMap<String, f64> {
+        let of_intervals = f64::from(u8::from(self.of_intervals));
+        let all = [
+            ("jitter_s", self.jitter_s),
+            (OF_INTERVALS.name, of_intervals),
+        ];
+        all.map(|(name, value)| (name.to_owned(), value)).into()
+    }
+
+    /// From the standard deviation of the durations, s.
+    pub fn of_durations(duration_s: f64, of_intervals: bool) -> Self {
+        // Between two instants that scatter, each by itself, a duration scatters more.
+        let instants_s = duration_s * std::f64::consts::FRAC_1_SQRT_2;
+        Self {
+            jitter_s: if of_intervals { duration_s } else { instants_s },
+            of_intervals,
+        }
+    }
+
+    /// Standard deviation of the duration of a cycle, s.
+    pub fn duration_s(&self) -> f64 {
+        match self.of_intervals {
+            true => self.jitter_s,
+            false => std::f64::consts::SQRT_2 * self.jitter_s,
+        }
+    }
+}
 
 /// Instants that scatter.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +104,16 @@ impl ClockJitter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn durations_scatter_more_than_the_instants_between_them() {
+        for of_intervals in [false, true] {
+            let scatter = Scatter::of_durations(2e-4, of_intervals);
+            assert!((scatter.duration_s() - 2e-4).abs() < 1e-12);
+            assert_eq!(Scatter::of(&scatter.parameters()), Some(scatter));
+        }
+        assert!(Scatter::of_durations(2e-4, false).jitter_s < 1.5e-4);
+    }
 
     #[test]
     fn it_scatters_by_its_deviation() {

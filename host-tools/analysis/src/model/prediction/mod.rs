@@ -26,6 +26,7 @@ pub mod wrench;
 use super::load::LoadModel;
 use super::log::Log;
 use super::{Axis, Channel, Model, clock};
+use crate::effects::body::clock_jitter::Scatter;
 use crate::recording::Recording;
 use signals::Signals;
 use softdock_report::number;
@@ -182,15 +183,14 @@ pub(crate) fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
 
 fn jittering(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
     let jitter = model.effects.iter().find(|e| e.id == "clock_jitter");
-    let jitter_s = jitter.and_then(|e| e.parameters.get("jitter_s")).copied();
-    let Some(jitter_s) = jitter_s.filter(|j| *j > 0.0) else {
+    let Some(jitter) = jitter.and_then(|e| Scatter::of(&e.parameters)) else {
         return Vec::new();
     };
     let Ok(log) = Log::of(signals, &model.noise) else {
         return Vec::new();
     };
     let mut all = vec![signals.cycle_s; signals.len()];
-    let recovered = clock::recover(model, &log, jitter_s);
+    let recovered = clock::recover(model, &log, &jitter);
     all.iter_mut()
         .skip(log.first)
         .zip(recovered)
