@@ -1,5 +1,6 @@
 //! Campaigns: the same table however the rows were divided, stopped and carried out.
 
+mod bench;
 mod cluster;
 mod command;
 mod division;

@@ -47,6 +47,22 @@ fn the_series_are_those_that_the_comparison_judges() {
     assert!(head.contains(&"wrench_rz_measured_n_m"), "{head:?}");
     assert_eq!(text.lines().count(), 751);
 
+    assert_eq!(document.get("curves"), None, "750 rows are a file's");
+    let short = [
+        "run",
+        "scenario.toml",
+        "-o",
+        "short.mcap",
+        "--duration-s",
+        "0.8",
+    ];
+    assert_eq!(softdock(&folder, &short).code, Some(0));
+    let short = softdock(&folder, &["compare", "model.toml", "short.mcap", "--json"]);
+    let short: Value = serde_json::from_str(&short.stdout).unwrap();
+    let curves = short["curves"].as_object().unwrap();
+    assert_eq!(curves.len(), 1 + 4 * 6 * 4);
+    assert_eq!(curves["wrench_x_residual_n"].as_array().unwrap().len(), 200);
+
     compare("series.parquet");
     let table = DataTable::read_parquet(&folder.join("series.parquet")).unwrap();
     let column = |what: &str| match table.values(&format!("executed_velocity_x_{what}_m_s")) {

@@ -78,7 +78,7 @@ fn show<'a>(effects: impl Iterator<Item = &'a Effect> + Clone, seeds: &[u64]) {
 
 fn hideable() -> impl Iterator<Item = &'static Effect> + Clone {
     let all = CATALOGUE.iter().copied();
-    all.filter(|effect| !effect.is_of_a_bearing())
+    all.filter(|effect| !effect.is_of_a_bearing() && !effect.is_of_a_docking())
 }
 
 #[test]

@@ -229,11 +229,19 @@ fn all_parameters_are_fitted_as_the_command_fits_them() {
     for key in ["parameters", "undetermined", "steps", "written"] {
         assert_eq!(found[key], expected[key], "{key}");
     }
+    let before = std::fs::read_to_string(folder.join("model.toml")).unwrap();
     let write = json!({"job": 1, "if_match": found["if_match"], "force": true});
     let written = bench.post("/api/models/model.toml/effects", &write);
     assert_eq!(written.status, 200, "{}", written.json());
     let history = bench.get("/api/models/model.toml/history").json();
     assert_eq!(history["steps"][1]["effect"], "refit", "{history}");
+    // And back, byte for byte, once.
+    let undo = json!({"if_match": written.json()["if_match"]});
+    let undone = bench.post("/api/models/model.toml/undo", &undo);
+    assert_eq!(undone.status, 200, "{}", undone.json());
+    let after = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert_eq!(after, before);
+    assert_eq!(bench.post("/api/models/model.toml/undo", &undo).status, 409);
 }
 
 /// The run of the page is the run of the command, into a recording that was not there before.

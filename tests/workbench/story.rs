@@ -115,5 +115,9 @@ fn a_scenario_is_run_and_fitted_by_clicks() {
     browser.until("document.querySelector('#added')");
     let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
     assert!(model.contains("effect = \"refit\""), "{model}");
+    browser.click("#undo");
+    browser.until("!document.querySelector('#added')");
+    let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+    assert!(!model.contains("effect = \"refit\""), "{model}");
     assert_eq!(browser.look().console, Vec::<String>::new());
 }

@@ -74,6 +74,18 @@ impl Kind {
         }
     }
 
+    /// Longest step with which it follows a motion, s. A ring without mass yields as fast as its legs and
+    /// surfaces are stiff; friction and brakes follow the way at any speed.
+    pub fn longest_step_s(&self) -> f64 {
+        match self {
+            Self::SoftCapture(_) => 8e-5,
+            Self::HuntCrossley(_)
+            | Self::EddyCurrent(_)
+            | Self::TwoStage(_)
+            | Self::ProbeCone(_) => 4e-4,
+        }
+    }
+
     fn inner(&self) -> &dyn Mechanism {
         match self {
             Self::HuntCrossley(m) => m,
@@ -203,6 +215,12 @@ impl Docking {
         let on_j = self.booked.advance(&at, step_s).wrench;
         let in_p = on_j.map(|v| at.p_from_j.rotation * v);
         self.loads = self.loads.largest(&Loads::of(&in_p));
+    }
+
+    /// The same for whoever asks for neither energy nor loads.
+    pub fn follow(&mut self, c_from_m: &Pose<f64>, twist: &Twist<f64>, step_s: f64) {
+        let at = self.relative(c_from_m, twist);
+        self.booked.mechanism.advance(&at, step_s);
     }
 
     /// The largest loads so far, at the ends of steps.

@@ -12,6 +12,8 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use softdock_analysis::model::edit::ModelFile;
+use std::collections::HashMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// What a change says.
 #[derive(Serialize)]
@@ -53,6 +55,60 @@ pub(super) async fn add(
         }
         let file = unchanged(&bench, &id, &[&addition.if_match, &prepared.if_match])?;
         let edited = file.edited(&prepared.after)?;
+        edited.save()?;
+        let if_match = fingerprint(edited.text());
+        bench.before.keep(&id, &if_match, file.text());
+        Ok(Json(Changed {
+            written: true,
+            difference: edited.difference().replace(&bench.folder.prefix(), ""),
+            if_match,
+        }))
+    })
+    .await
+}
+
+/// What each model file said before its last addition, and the fingerprint of what it said after.
+#[derive(Default)]
+pub(super) struct Before(Mutex<HashMap<String, [String; 2]>>);
+
+impl Before {
+    fn all(&self) -> MutexGuard<'_, HashMap<String, [String; 2]>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn keep(&self, id: &str, if_match: &str, text: &str) {
+        let pair = [if_match, text].map(str::to_owned);
+        self.all().insert(id.to_owned(), pair);
+    }
+
+    fn text(&self, id: &str, if_match: &str) -> Option<String> {
+        let all = self.all();
+        let [after, text] = all.get(id)?;
+        (after == if_match).then(|| text.clone())
+    }
+}
+
+/// Gives a file the text that it had before its last addition.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Undoing {
+    /// Of the file that the page saw.
+    if_match: String,
+}
+
+pub(super) async fn undo(
+    State(bench): State<Shared>,
+    Path(id): Path<String>,
+    undoing: Result<Json<Undoing>, JsonRejection>,
+) -> Result<Json<Changed>, Problem> {
+    let Json(undoing) = undoing?;
+    work(move || {
+        let file = unchanged(&bench, &id, &[&undoing.if_match])?;
+        let Some(text) = bench.before.text(&id, &undoing.if_match) else {
+            let why = format!("nothing was written to `{id}` here that could be undone");
+            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, why));
+        };
+        let edited = file.with_text(text)?;
         edited.save()?;
         Ok(Json(Changed {
             written: true,

@@ -1,6 +1,7 @@
 //! The server: addresses, and what runs behind them.
 
 use super::access::{self, Reach};
+use super::change::Before;
 use super::connections::{Bounded, MOST};
 use super::files::Files;
 use super::folder::Folder;
@@ -29,6 +30,7 @@ pub(super) struct Workbench {
     pub(super) folder: Folder,
     pub(super) files: Files,
     pub(super) jobs: Jobs,
+    pub(super) before: Before,
     pub(super) live: Live,
     pub(super) simulator: Box<Simulator>,
     pub(super) reach: Reach,
@@ -62,6 +64,7 @@ impl Server {
             folder,
             files: Files::default(),
             jobs: Jobs::start(),
+            before: Before::default(),
             live: Live::default(),
             simulator,
             reach,
@@ -148,6 +151,7 @@ fn router(bench: Shared) -> Router {
         .route("/models/{id}", get(models::one))
         .route("/models/{id}/history", get(models::history))
         .route("/models/{id}/effects", post(change::add))
+        .route("/models/{id}/undo", post(change::undo))
         .route("/models/{id}/effects/{effect}/remove", post(change::remove))
         .route("/compare", post(models::compare))
         .route("/prediction", get(models::prediction))

@@ -74,6 +74,10 @@ pub(super) fn simulate(
     if body.inertia(&Slide::default()) <= 0.0 {
         return None;
     }
+    if !model.contact.docking.is_empty() {
+        let why = "The motion is not simulated forward: a docking mechanism acts on it.";
+        return Some(Err(why.to_owned()));
+    }
     let acting = match Acting::of_model(model) {
         Ok(acting) => acting,
         Err(id) => {

@@ -7,7 +7,7 @@
 //! the nominal load in this motion have next to none.
 
 use super::Source;
-use crate::model::load::LoadModel;
+use crate::model::load::{Docked, LoadModel};
 use crate::model::prediction::Six;
 use crate::model::{Axis, Channel};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -135,6 +135,7 @@ fn loads(
     acceleration: &[Six],
 ) -> Vec<Six> {
     let load = LoadModel::new(source.model);
+    let mut docked = Docked::new(&source.model.contact.docking, source.signals.cycle_s);
     (0..poses.len())
         .map(|n| {
             let at = source.signals.sampled_in(n)?;
@@ -142,7 +143,11 @@ fn loads(
                 velocity: Twist::of(&velocity[at]),
                 acceleration: Twist::of(&acceleration[at]),
             };
-            Some(load.wrench(poses[at].as_ref()?, &motion).get())
+            let pose = poses[at].as_ref()?;
+            docked.advance(pose);
+            let at_m = docked.wrench(pose, &motion.velocity);
+            let reading = load.wrench(pose, &motion) + load.docked(&[at_m], 0);
+            Some(reading.get())
         })
         .map(|wrench| wrench.unwrap_or([f64::NAN; 6]))
         .collect()

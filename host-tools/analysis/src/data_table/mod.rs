@@ -69,7 +69,8 @@ impl DataColumn {
 }
 
 /// The values of a column; `None` where there is none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum Values {
     /// Numbers.
     Number(Vec<Option<f64>>),

@@ -77,6 +77,11 @@ impl Effect {
         matches!(self.law, Law::Bearing(_))
     }
 
+    /// Whether only a docking mechanism has it.
+    pub fn is_of_a_docking(&self) -> bool {
+        matches!(self.law, Law::Docking(_))
+    }
+
     /// Place of a parameter.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)

@@ -8,6 +8,7 @@ use super::formula::Formula;
 use super::sensor::tool::ToolState;
 use nalgebra::Vector3;
 use softdock_control::frames::Wrench;
+use softdock_mechanism::Kind;
 use std::collections::VecDeque;
 
 /// Parameters of a law, in the order of the catalogue entry.
@@ -29,6 +30,8 @@ pub enum Law {
     Depth(fn(Values<'_>, f64, &Facing) -> f64),
     /// Force (N) across the normal, of the wall's push (N) and the sliding velocity (m/s).
     Friction(fn(Values<'_>, f64, &Vector3<f64>) -> Vector3<f64>),
+    /// What a docking mechanism is in place of the nominal one.
+    Docking(fn(Values<'_>, &mut Kind)),
     /// Wrench at S of the tool, beside the nominal one.
     Tool(fn(Values<'_>, &ToolState) -> Wrench<f64>),
     /// What the sensor feels of its load.

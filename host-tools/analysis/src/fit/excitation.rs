@@ -1,12 +1,12 @@
 //! What a recording cannot teach, whatever is done with it.
 
 use crate::model::Model;
-use crate::model::load::Wall;
+use crate::model::load::{Docked, Wall};
 use crate::model::prediction::signals::Signals;
 use crate::recording::Recording;
 use anyhow::bail;
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::Twist;
+use softdock_control::frames::{Twist, Wrench};
 
 /// A name for one of the quantities of a cycle, and its six values.
 type Quantity = (&'static str, fn(&CycleRecord) -> &[f64]);
@@ -79,7 +79,25 @@ fn still(model: &Model, recording: &Recording, name: &str) -> anyhow::Result<Vec
              with contact."
         ));
     }
+    if !model.contact.docking.is_empty() && !docks(model, recording)? {
+        notes.push(format!(
+            "{name}: the docking mechanism is never met, so nothing of it can show; record a run with \
+             contact, from before it."
+        ));
+    }
     Ok(notes)
+}
+
+/// Whether a docking mechanism of the model does anything in any cycle.
+fn docks(model: &Model, recording: &Recording) -> anyhow::Result<bool> {
+    let signals = Signals::new(recording)?;
+    let mut docked = Docked::new(&model.contact.docking, signals.cycle_s);
+    let mut cycles = (0..signals.len()).filter_map(|n| Some((n, signals.pose(n)?)));
+    Ok(cycles.any(|(n, pose)| {
+        docked.advance(&pose);
+        let velocity = signals.velocity_at_pose(n).unwrap_or_else(Twist::zero);
+        docked.wrench(&pose, &velocity) != Wrench::zero()
+    }))
 }
 
 /// Whether the model's tip is inside one of its walls in any cycle.

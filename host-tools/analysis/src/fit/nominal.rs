@@ -1,6 +1,7 @@
 //! The nominal parameters of a model, each with its tolerance.
 
 use super::parameter::{ParameterId, Spacecraft};
+use crate::model::docking::numbers;
 use crate::model::{BodyModel, Model};
 
 /// Takes place, name, unit, value and tolerance of a nominal parameter.
@@ -30,6 +31,7 @@ pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
         tolerance.lag_s,
     );
     contact(model, visit);
+    docking(model, visit);
     tool_and_sensor(model, visit);
     for (spacecraft, name, body) in [
         (Spacecraft::K, "bodies.k", &model.bodies.k),
@@ -94,6 +96,28 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
             value,
             tolerance.guide_position_m,
         );
+    }
+}
+
+fn docking(model: &Model, visit: &mut Visit<'_>) {
+    let tolerance = &model.tolerance;
+    for (i, docking) in model.contact.docking.iter().enumerate() {
+        for number in numbers(docking) {
+            let (name, value) = (number.name(i), number.value);
+            let id = ParameterId::Docking(i, number.pointer);
+            visit(
+                id,
+                name,
+                number.unit,
+                value,
+                tolerance.docking_share * value.abs(),
+            );
+        }
+        for (axis, value) in docking.position_m.into_iter().enumerate() {
+            let name = format!("contact.docking[{i}].position_m[{axis}]");
+            let id = ParameterId::DockingPosition(i, axis);
+            visit(id, name, "m", value, tolerance.docking_position_m);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a fit may move: parameters of added effects, and nominal parameters within tolerances.
 
 use super::nominal::nominal;
+use crate::model::docking;
 use crate::model::edit::rounded;
 use crate::model::{Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters};
 use nalgebra::Vector3;
@@ -47,6 +48,10 @@ pub enum ParameterId {
     GuideDamping,
     /// Centre line of the guide.
     GuidePosition(usize),
+    /// A number of a docking mechanism, by its JSON pointer.
+    Docking(usize, String),
+    /// Place of a docking mechanism.
+    DockingPosition(usize, usize),
     /// Mass of the tool.
     ToolMass,
     /// Centre of mass of the tool.
@@ -165,6 +170,7 @@ fn is_positive(id: &ParameterId) -> bool {
         id,
         ParameterId::WallPosition(_)
             | ParameterId::GuidePosition(_)
+            | ParameterId::DockingPosition(..)
             | ParameterId::ToolCom(_)
             | ParameterId::Bias(_)
             | ParameterId::SensorPosition(_)
@@ -192,6 +198,12 @@ impl Parameter {
             ParameterId::GuideStiffness => with_guide(model, |g| g.stiffness_n_per_m = value),
             ParameterId::GuideDamping => with_guide(model, |g| g.damping_n_s_per_m = value),
             ParameterId::GuidePosition(i) => with_guide(model, |g| g.point_m[*i] = value),
+            ParameterId::Docking(i, pointer) => {
+                docking::set(&mut model.contact.docking[*i], pointer, value);
+            }
+            ParameterId::DockingPosition(i, axis) => {
+                model.contact.docking[*i].position_m[*axis] = value;
+            }
             ParameterId::ToolMass => tool.mass_kg = value,
             ParameterId::ToolCom(i) => tool.com_m[*i] = value,
             ParameterId::ToolInertia(i) => tool.inertia_kg_m2[*i][*i] = value,

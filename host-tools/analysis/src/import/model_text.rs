@@ -2,7 +2,9 @@
 //! every value explained.
 
 use crate::model::{ContactModel, Model, SensorModel, ToleranceModel, WrenchMeaning};
+use softdock_mechanism::DockingSettings;
 use std::fmt::Write;
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table};
 
 /// The text; `origin` says in its first line where the numbers come from. Added effects and the
 /// history are left out: an imported model has none.
@@ -36,6 +38,7 @@ lag_s = {:?}
         actuator.transport_delay_s, actuator.lag_s
     );
     contact(&mut text, &model.contact);
+    docking(&mut text, &model.contact.docking);
     add(
         &mut text,
         format_args!(
@@ -117,6 +120,20 @@ damping_n_s_per_m = {:?}
                 guide.damping_n_s_per_m
             ),
         );
+    }
+}
+
+fn docking(text: &mut String, dockings: &[DockingSettings]) {
+    for docking in dockings {
+        let mut document = DocumentMut::new();
+        let Ok(table) = toml_edit::ser::to_document(docking) else {
+            continue;
+        };
+        let mut each = ArrayOfTables::new();
+        each.push(table.into_table());
+        document["contact"] =
+            Item::Table(Table::from_iter([("docking", Item::ArrayOfTables(each))]));
+        add(text, format_args!("\n# A docking mechanism.\n{document}"));
     }
 }
 
@@ -245,6 +262,8 @@ fn tolerance(text: &mut String, t: &ToleranceModel) {
     line("lag_s", t.lag_s);
     line("wall_position_m", t.wall_position_m);
     line("guide_position_m", t.guide_position_m);
+    line("docking_share", t.docking_share);
+    line("docking_position_m", t.docking_position_m);
     line("tool_mass_kg", t.tool_mass_kg);
     line("tool_com_m", t.tool_com_m);
     line("sensor_position_m", t.sensor_position_m);

@@ -87,6 +87,21 @@ impl ModelFile {
         self.checked(text, &after)
     }
 
+    /// The file with another text: one that it had before.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no model.
+    pub fn with_text(&self, text: String) -> Result<Edited<'_>> {
+        Model::from_toml(&text, &self.path.display().to_string())?;
+        Ok(Edited { file: self, text })
+    }
+
+    /// Its text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     fn checked(&self, text: String, after: &Model) -> Result<Edited<'_>> {
         let name = self.path.display().to_string();
         let written = Model::from_toml(&text, &name)

@@ -7,6 +7,7 @@ pub mod actuator;
 mod board;
 pub mod channel;
 pub(crate) mod clock;
+pub(crate) mod docking;
 pub mod edit;
 mod effects;
 mod hypothesis;

@@ -4,6 +4,7 @@ use super::Axis;
 use crate::statistics::LowPassed;
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::BodySettings;
+use softdock_mechanism::DockingSettings;
 
 /// Axes of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,9 @@ pub struct ContactModel {
     /// A guide that centres the tip at all times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guide: Option<GuideModel>,
+    /// Docking mechanisms, as `[[rig.mechanism.docking]]` describes them; their forces add.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub docking: Vec<DockingSettings>,
 }
 
 /// An elastic, damped wall: `F = n max(0, k p + c min(1, p/d) dp/dt)` with penetration p.

@@ -37,7 +37,7 @@ fn what_is_written_is_read_back() {
                 damping_depth_m: 0.0,
                 tip_m: [0.0; 3],
             }],
-            guide: None,
+            ..ContactModel::default()
         },
         bodies: TwoBodyModel {
             k: BodyModel {

@@ -38,6 +38,10 @@ pub struct ToleranceModel {
     pub guide_damping_n_s_per_m: Option<f64>,
     /// Of the guide's centre line, m.
     pub guide_position_m: f64,
+    /// Of stiffnesses, dampings, forces and friction of docking mechanisms: a share of each.
+    pub docking_share: f64,
+    /// Of the place of each docking mechanism, m.
+    pub docking_position_m: f64,
     /// Of `tool.mass_kg`, kg.
     pub tool_mass_kg: f64,
     /// Of each component of `tool.com_m`, m.
@@ -68,6 +72,8 @@ impl Default for ToleranceModel {
             guide_stiffness_n_per_m: None,
             guide_damping_n_s_per_m: None,
             guide_position_m: 1e-5,
+            docking_share: 1e-2,
+            docking_position_m: 1e-5,
             tool_mass_kg: 0.005,
             tool_com_m: 5e-5,
             tool_inertia_kg_m2: None,

@@ -73,6 +73,15 @@ impl Model {
         if let Some(guide) = &self.contact.guide {
             guide.validate()?;
         }
+        for (i, docking) in self.contact.docking.iter().enumerate() {
+            let named = |e: SettingsError| ModelError::OutOfRange {
+                field: format!("contact.docking[{i}].{}", e.field),
+                received: e.received,
+                low: e.low,
+                high: e.high,
+            };
+            docking.validate().map_err(named)?;
+        }
         self.noise.validate()?;
         self.tolerance.validate()?;
         if let Some(filter) = &self.sensor.filter {
@@ -166,6 +175,8 @@ impl ToleranceModel {
             ("guide_stiffness_n_per_m", self.guide_stiffness_n_per_m),
             ("guide_damping_n_s_per_m", self.guide_damping_n_s_per_m),
             ("guide_position_m", Some(self.guide_position_m)),
+            ("docking_share", Some(self.docking_share)),
+            ("docking_position_m", Some(self.docking_position_m)),
             ("tool_mass_kg", Some(self.tool_mass_kg)),
             ("tool_com_m", Some(self.tool_com_m)),
             ("tool_inertia_kg_m2", self.tool_inertia_kg_m2),

@@ -9,6 +9,9 @@ use statrs::distribution::{ContinuousCDF, Normal as Standard};
 /// Most values of a grid, which all are in memory.
 const MOST_POINTS: u32 = 1_000_000;
 
+/// Values of a list that are said one by one.
+const MOST_SAID: usize = 12;
+
 /// A distribution of values.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
@@ -107,6 +110,11 @@ impl Distribution {
                 let bounds = [bound("from", low), bound("to", high)];
                 let bounds: String = bounds.into_iter().flatten().collect();
                 format!("normal {mean} ± {sigma}{bounds}")
+            }
+            Self::List(values) if values.len() > MOST_SAID => {
+                let ends = [values.first(), values.last()]
+                    .map(|v| v.map_or_else(String::new, Value::to_string));
+                format!("{} values, {} to {}", values.len(), ends[0], ends[1])
             }
             Self::List(values) => {
                 let values: Vec<String> = values.iter().map(Value::to_string).collect();

@@ -1,11 +1,13 @@
 //! The campaign file, as a person writes it.
 
+use super::bench::Bench;
 use super::design::Kind;
 use super::distribution::Distribution;
 use super::outcome;
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use softdock_analysis::input::nearest;
+use softdock_control::delay::LawName;
 use std::collections::BTreeSet;
 
 /// A campaign file.
@@ -16,7 +18,17 @@ pub struct CampaignFile {
     #[serde(default)]
     pub title: String,
     /// The scenario that varies (TOML), from this file's folder.
-    pub scenario: String,
+    #[serde(default)]
+    pub scenario: Option<String>,
+    /// A benchmark in its place.
+    #[serde(default)]
+    pub bench: Option<Bench>,
+    /// Cases of the benchmark, or sweeps of cases; all if there are none.
+    #[serde(default)]
+    pub cases: Vec<String>,
+    /// Laws of `bench = "delay"`; all if there are none.
+    #[serde(default)]
+    pub laws: Vec<LawName>,
     /// Draws of the factors that are drawn; each meets every combination of listed and grid values.
     #[serde(default = "one")]
     pub samples: u64,
@@ -26,7 +38,8 @@ pub struct CampaignFile {
     /// How the draws fill the space.
     #[serde(default)]
     pub design: Kind,
-    /// What varies.
+    /// What varies of a scenario.
+    #[serde(default)]
     pub factors: Vec<Factor>,
     /// What a run must keep to be a success; without any, it must end without a fault.
     #[serde(default)]
@@ -157,9 +170,20 @@ impl CampaignFile {
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<()> {
         ensure!(self.samples > 0, "`samples` is 0; expected 1 or more");
+        match (&self.scenario, self.bench) {
+            (Some(_), None) => ensure!(
+                !self.factors.is_empty(),
+                "no [[factors]]: a campaign varies something"
+            ),
+            (None, Some(_)) => ensure!(
+                self.factors.is_empty(),
+                "[[factors]] vary a scenario; of a `bench`, `cases` and `laws` are chosen"
+            ),
+            _ => bail!("expected either `scenario` or `bench`"),
+        }
         ensure!(
-            !self.factors.is_empty(),
-            "no [[factors]]: a campaign varies something"
+            self.bench.is_some() || (self.cases.is_empty() && self.laws.is_empty()),
+            "`cases` and `laws` are those of a `bench`"
         );
         let mut columns: BTreeSet<String> =
             super::table::own_columns().map(str::to_owned).collect();

@@ -5,12 +5,13 @@
 //! plan.json       plan          the same with everything that a row depends on; row(index) is a pure function
 //!   design, distribution        from an index to numbers between 0 and 1, and from these to values
 //!   setting                     values into the scenario, by dotted names
-//! a row           row, outcome  one run without recording; failures and panics are outcomes
+//! a row           row, outcome  one run without recording, or a row of a benchmark (bench); failures and panics are outcomes
 //! a part          shard         every N-th row, in parallel, with a journal to go on from; whole or not at all
 //! the table       merge         all parts, row by row, or an error that says what is missing
 //! the report      summary, page success, quantiles, worst rows, which factor matters
 //! ```
 
+pub mod bench;
 pub mod design;
 pub mod distribution;
 pub mod file;

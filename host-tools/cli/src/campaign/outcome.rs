@@ -93,6 +93,14 @@ pub struct Outcome {
     pub fault: Option<String>,
     /// Mode at the end.
     pub final_mode: Option<String>,
+    /// Effects that were hidden; this and the following are none but in a benchmark of the diagnosis.
+    pub hidden: Option<String>,
+    /// Verdict, and the effects that were named.
+    pub said: Option<String>,
+    /// Whether both are right.
+    pub right: Option<bool>,
+    /// Share of the removable error that is left on unseen data, %.
+    pub error_left_percent: Option<f64>,
 }
 
 /// A numeric outcome: what a limit, a quantile or a plot can be asked for.
@@ -202,6 +210,11 @@ pub const NUMBERS: &[Number] = &[
         meaning: "misfit that the delay law saw last, as a part of the signal",
         value: |o| o.law_misfit,
     },
+    Number {
+        name: "error_left_percent",
+        meaning: "share of the removable error that a diagnosis leaves on unseen data",
+        value: |o| o.error_left_percent,
+    },
 ];
 
 impl Outcome {
@@ -307,6 +320,7 @@ impl<'a> Observer<'a> {
             law_misfit: Some(self.last.law_status.misfit),
             fault: self.last.fault.map(|fault| format!("{:?}", fault.code)),
             final_mode: Some(format!("{:?}", self.last.mode)),
+            ..Outcome::default()
         }
     }
 }

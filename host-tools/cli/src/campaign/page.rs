@@ -219,6 +219,7 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
     for (title, text) in ["Campaign file", "Scenario, with all defaults"]
         .iter()
         .zip(&results.plan.texts)
+        .filter(|(_, text)| !text.is_empty())
     {
         page.details(title, text);
     }

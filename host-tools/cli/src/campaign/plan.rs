@@ -50,7 +50,8 @@ pub struct Plan {
     pub binary: String,
     /// What varies.
     pub factors: Vec<PlannedFactor>,
-    settings: Settings,
+    /// Of the scenario; none of a benchmark.
+    settings: Option<Settings>,
     design: Design,
     /// Combinations of the values of lists and grids.
     combinations: u64,
@@ -94,9 +95,12 @@ impl Plan {
     pub fn new(path: &Path) -> Result<Self> {
         let campaign: CampaignFile = input::load(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let scenario = Scenario::load(&folder.join(&campaign.scenario))?;
+        let scenario = match &campaign.scenario {
+            Some(scenario) => Scenario::load(&folder.join(scenario))?.to_toml()?,
+            None => String::new(),
+        };
         let text = std::fs::read_to_string(path)?;
-        let plan = Self::of([text, scenario.to_toml()?], this_binary()?);
+        let plan = Self::of([text, scenario], this_binary()?);
         let plan = plan.with_context(|| format!("in {}", path.display()))?;
         plan.check_ends()
             .with_context(|| format!("in {}", path.display()))?;
@@ -106,9 +110,27 @@ impl Plan {
     fn of(texts: [String; 2], binary: String) -> Result<Self> {
         let campaign: CampaignFile = input::parse(&texts[0], "campaign")?;
         campaign.check()?;
-        let base: Scenario = input::parse(&texts[1], "scenario of the campaign")?;
-        let settings = Settings::of(&base)?;
         let (mut factors, mut axes, mut combinations) = (Vec::new(), Vec::new(), 1_u64);
+        let settings = match campaign.bench {
+            Some(bench) => {
+                for (name, distribution) in bench.factors(&campaign)? {
+                    let levels = distribution.levels().unwrap_or_default();
+                    combinations = combinations.saturating_mul(levels.len() as u64);
+                    factors.push(PlannedFactor {
+                        name: name.to_owned(),
+                        settings: vec![name.to_owned()],
+                        distribution,
+                        targets: Vec::new(),
+                        source: Source::Levels(levels),
+                    });
+                }
+                None
+            }
+            None => {
+                let base: Scenario = input::parse(&texts[1], "scenario of the campaign")?;
+                Some(Settings::of(&base)?)
+            }
+        };
         for factor in &campaign.factors {
             let name = factor.column();
             let distribution = factor
@@ -167,6 +189,9 @@ impl Plan {
 
     /// Each end of each factor, the others as in the scenario, is a scenario that is accepted.
     fn check_ends(&self) -> Result<()> {
+        let Some(settings) = &self.settings else {
+            return Ok(());
+        };
         for factor in &self.factors {
             let ends = match &factor.source {
                 Source::Levels(levels) => levels.clone(),
@@ -178,10 +203,10 @@ impl Plan {
             for end in ends {
                 for setting in &factor.settings {
                     let named = || format!("factor `{}`", factor.name);
-                    self.settings.try_one(setting, &end).with_context(named)?;
+                    settings.try_one(setting, &end).with_context(named)?;
                 }
                 let all = factor.targets.iter().map(|target| (target, end.clone()));
-                let scenario = self.settings.with(all)?;
+                let scenario = settings.with(all)?;
                 scenario
                     .validate()
                     .with_context(|| format!("factor `{}` at {end}", factor.name))?;
@@ -301,9 +326,13 @@ impl Plan {
     /// The scenario of a row.
     ///
     /// # Errors
-    /// The values of its factors together leave a range.
+    /// The values of its factors together leave a range, or it is one of a benchmark.
     pub fn scenario(&self, index: u64) -> Result<Scenario> {
         let Conditions { seed, values } = self.conditions(index);
+        let settings = self
+            .settings
+            .as_ref()
+            .context("a row of a benchmark has no scenario")?;
         let values = self.factors.iter().zip(values);
         let values = values.flat_map(|(factor, value)| {
             factor
@@ -311,7 +340,7 @@ impl Plan {
                 .iter()
                 .map(move |target| (target, value.clone()))
         });
-        let mut scenario = self.settings.with(values)?;
+        let mut scenario = settings.with(values)?;
         scenario.seed = seed;
         scenario.validate()?;
         Ok(scenario)

@@ -1,7 +1,7 @@
 //! One row: a run under the conditions of its index.
 
 use super::outcome::{Observer, Outcome, Status};
-use super::plan::Plan;
+use super::plan::{Conditions, Plan};
 use crate::experiment::run::run;
 use crate::experiment::scenario::Scenario;
 use std::ops::ControlFlow;
@@ -9,6 +9,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Carries a row out; whatever happens is its outcome.
 pub fn execute(plan: &Plan, index: u64) -> Outcome {
+    if let Some(bench) = plan.campaign.bench {
+        let Conditions { seed, values } = plan.conditions(index);
+        return guarded(|| bench.execute(seed, &values));
+    }
     guarded(|| match plan.scenario(index) {
         Ok(scenario) => outcome(&scenario),
         Err(error) => Outcome::failure(Status::Refused, format!("{error:#}")),

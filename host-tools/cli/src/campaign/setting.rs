@@ -22,6 +22,7 @@ const UNITS: &[(&str, &str)] = &[
     ("_m_s", "m/s"),
     ("_rad", "rad"),
     ("_cycles", "cycles"),
+    ("_percent", "%"),
     ("_hz", "Hz"),
     ("_kg", "kg"),
     ("_us", "µs"),

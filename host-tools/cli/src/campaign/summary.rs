@@ -1,8 +1,9 @@
 //! What a campaign found, in numbers.
 
+use super::bench::Bench;
 use super::file::Limit;
 use super::outcome::{NUMBERS, Number};
-use super::plan::{Plan, PlannedFactor};
+use super::plan::{Conditions, Plan, PlannedFactor};
 use super::setting::unit;
 use super::statistics::{
     Estimate, SobolIndices, quantile, rank_correlation, rank_ratio, share, sobol_indices,
@@ -18,6 +19,8 @@ use std::path::Path;
 pub const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
 /// How many of the worst rows are named.
 const WORST: usize = 10;
+/// Values of a list that are still looked at one by one.
+const MOST_GROUPS: usize = 50;
 /// The outcome that ranks rows if the campaign names none.
 const DEFAULT_WORST: &str = "peak_force_n";
 
@@ -141,8 +144,13 @@ impl Results<'_> {
 
     /// The outcomes that the report shows.
     pub fn shown(&self) -> impl Iterator<Item = &'static Number> {
-        let wanted = &self.plan.campaign.outcomes;
-        let shown = |number: &&Number| wanted.is_empty() || wanted.iter().any(|w| w == number.name);
+        let campaign = &self.plan.campaign;
+        let named = campaign.outcomes.iter().map(String::as_str);
+        let wanted: Vec<&str> = match (campaign.outcomes.is_empty(), campaign.bench) {
+            (true, Some(bench)) => bench.outcomes().to_vec(),
+            _ => named.collect(),
+        };
+        let shown = move |number: &&Number| wanted.is_empty() || wanted.contains(&number.name);
         NUMBERS.iter().filter(shown)
     }
 
@@ -150,7 +158,8 @@ impl Results<'_> {
     pub fn worst_by(&self) -> (&str, Option<&Limit>) {
         let campaign = &self.plan.campaign;
         let first = campaign.limits.first().map(|limit| limit.outcome.as_str());
-        let name = campaign.worst.as_deref().or(first).unwrap_or(DEFAULT_WORST);
+        let usual = campaign.bench.map_or(DEFAULT_WORST, Bench::worst);
+        let name = campaign.worst.as_deref().or(first).unwrap_or(usual);
         (
             name,
             campaign.limits.iter().find(|limit| limit.outcome == name),
@@ -248,7 +257,8 @@ fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
     let measured = results.numbers(results.worst_by().0)?;
     let mut groups = Vec::new();
     for factor in &results.plan.factors {
-        let Some(levels) = factor.distribution.levels() else {
+        let levels = factor.distribution.levels();
+        let Some(levels) = levels.filter(|levels| levels.len() <= MOST_GROUPS) else {
             continue;
         };
         let texts: Vec<Option<String>> = match results.table.values(&factor.name)? {
@@ -301,10 +311,16 @@ fn worst(results: &Results<'_>, folder: &Path) -> Result<Vec<WorstRow>> {
     let row = |(index, value): (usize, f64)| WorstRow {
         index: index as u64,
         value,
-        rerun: format!(
-            "softdock campaign rerun {} --index {index} -o row-{index}.mcap",
-            folder.display()
-        ),
+        rerun: match results.plan.campaign.bench {
+            Some(bench) => {
+                let Conditions { seed, values } = results.plan.conditions(index as u64);
+                bench.command(seed, &values)
+            }
+            None => format!(
+                "softdock campaign rerun {} --index {index} -o row-{index}.mcap",
+                folder.display()
+            ),
+        },
     };
     Ok(rows.into_iter().take(WORST).map(row).collect())
 }

@@ -1,5 +1,6 @@
 //! Rows as a table: conditions, outcomes, success.
 
+use super::bench::Bench;
 use super::outcome::{NUMBERS, Outcome, Status};
 use super::plan::{Conditions, Plan};
 use super::setting;
@@ -16,7 +17,7 @@ pub const PLAN: &str = "softdock.plan";
 pub const BINARY: &str = "softdock.binary";
 
 /// Columns beside factors and numeric outcomes.
-const OTHERS: [&str; 10] = [
+const OTHERS: [&str; 13] = [
     INDEX,
     "seed",
     "status",
@@ -27,6 +28,9 @@ const OTHERS: [&str; 10] = [
     "cycles",
     "fault",
     "final_mode",
+    "hidden",
+    "said",
+    "right",
 ];
 
 /// Names that no factor can have.
@@ -46,6 +50,7 @@ pub fn is_success(plan: &Plan, outcome: &Outcome) -> bool {
     };
     outcome.status == Status::Completed
         && outcome.fault.is_none()
+        && outcome.right != Some(false)
         && plan.campaign.limits.iter().all(kept)
 }
 
@@ -146,6 +151,23 @@ fn outcome_columns(plan: &Plan, rows: &[(u64, Outcome)]) -> Vec<DataColumn> {
             all(rows, |o| o.final_mode.clone()),
         ),
     ];
+    if plan.campaign.bench == Some(Bench::Diagnose) {
+        columns.extend([
+            DataColumn::new(
+                "hidden",
+                "1",
+                "effects in the logs",
+                all(rows, |o| o.hidden.clone()),
+            ),
+            DataColumn::new(
+                "said",
+                "1",
+                "verdict and named effects",
+                all(rows, |o| o.said.clone()),
+            ),
+            DataColumn::new("right", "1", "both are right", all(rows, |o| o.right)),
+        ]);
+    }
     columns.extend(NUMBERS.iter().map(|number| {
         let unit = setting::unit(number.name);
         DataColumn::new(number.name, unit, number.meaning, all(rows, number.value))

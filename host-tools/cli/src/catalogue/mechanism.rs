@@ -1,5 +1,6 @@
 //! Pictures of the mechanism's effects: forces of guide, contact, cable and manipulator.
 
+use super::docking;
 use super::excitation::{
     BOUNCE_S, Excitation, Motion, PUSH_S, SLIDE_S, STEP_S, WALL_AT_M, between_walls, bounce,
     instants, push, slide, wall_push,
@@ -59,6 +60,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
         Law::Push(law) => bouncing(size, |touch| law(&p, touch)),
         Law::Depth(law) => both_walls(size, |nominal, facing| law(&p, nominal, facing)),
         Law::Friction(law) => contact_friction(size, law, &p),
+        Law::Docking(law) => docking::picture(size, |kind| law(&p, kind))?,
         Law::Spacecraft => manipulator(size)?,
         _ => bail!("the mechanism's effect `{}` has no picture", effect.id),
     })

@@ -18,6 +18,7 @@
 
 mod actuator;
 mod body;
+mod docking;
 mod excitation;
 mod lesson;
 mod mechanism;

@@ -6,9 +6,11 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::compare::{Comparison, SeriesFile, compare};
+use softdock_analysis::data_table::Values;
 use softdock_analysis::input::refuse_overwrite_of;
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::Recording;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Compare a model with a recording: how large is the error, in which channel, and where.
@@ -45,6 +47,21 @@ struct Output<'a> {
     comparison: &'a Comparison,
     #[serde(skip_serializing_if = "Option::is_none")]
     series: Option<SeriesFile>,
+    /// The same numbers, by the names of their columns, where the recording is short.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curves: Option<BTreeMap<String, Values>>,
+}
+
+/// Rows up to which `--json` holds them: 1 s at 4 ms. A longer recording has them in a file of its own.
+const SHORT: usize = 250;
+
+fn curves(comparison: &Comparison) -> Option<BTreeMap<String, Values>> {
+    let table = comparison.series_table();
+    let columns = table
+        .columns
+        .iter()
+        .map(|c| (c.name.clone(), c.values.clone()));
+    (table.rows() <= SHORT).then(|| columns.collect())
 }
 
 impl Compare {
@@ -76,6 +93,7 @@ impl Compare {
             return print_json(&Output {
                 comparison: &comparison,
                 series,
+                curves: curves(&comparison),
             });
         }
         let tables: Vec<String> = comparison

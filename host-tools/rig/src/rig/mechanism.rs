@@ -5,13 +5,14 @@
 //! what a mechanism remembers of the way, which moves on with each integration step.
 
 use super::drive::Axes;
-use super::hidden::Hidden;
+use super::hidden::{self, Hidden};
 use super::settings::MechanismSettings;
 use super::spring_rod::{MAX_WALLS, SpringRod};
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
+use softdock_analysis::effects::{Group, Law};
 use softdock_control::frames::{Pose, Twist, Wrench};
-use softdock_mechanism::{Booked, Docking, EnergyBook, Loads, Relative};
+use softdock_mechanism::{Booked, Docking, DockingSettings, EnergyBook, Loads, Relative};
 
 /// Mechanisms beside the spring rod that a rig can have.
 const MAX_DOCKINGS: usize = 4;
@@ -34,6 +35,17 @@ pub(super) struct Mechanism {
     dockings: Vec<Docking>,
 }
 
+/// A docking mechanism as hidden effects make it.
+fn with_hidden(docking: &DockingSettings, hidden: &[Hidden]) -> DockingSettings {
+    let mut docking = *docking;
+    for (effect, values) in hidden::in_order(hidden, Group::Mechanism) {
+        if let Law::Docking(law) = effect.law {
+            law(&values, &mut docking.kind);
+        }
+    }
+    docking
+}
+
 impl Mechanism {
     /// The mechanism with M at `start`.
     pub(super) fn new(
@@ -48,7 +60,7 @@ impl Mechanism {
             "rig.mechanism.docking: {count} mechanisms, allowed are 0 to {MAX_DOCKINGS}"
         );
         let dockings = settings.docking.iter().enumerate().map(|(i, docking)| {
-            Docking::new(docking)
+            Docking::new(&with_hidden(docking, hidden))
                 .with_context(|| format!("in [[rig.mechanism.docking]] number {}", i + 1))
         });
         Ok(Self {

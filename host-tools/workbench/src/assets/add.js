@@ -53,6 +53,18 @@ export async function remove(effects) {
   }
 }
 
+/** Gives the model file the text that it had before the last fit. */
+async function undo() {
+  try {
+    await openModel();
+    await post(`models/${id(state.model)}/undo`, { if_match: state.file.if_match });
+    written = null;
+    await afterChange();
+  } catch (error) {
+    refused(error);
+  }
+}
+
 function refused(error) {
   trouble(error.message);
   if (error.status === 409) reload().then(() => changed('look'));
@@ -94,7 +106,7 @@ export function draw() {
   byId('addition').hidden = !trial && written?.model !== state.model;
   if (!trial) {
     return fill('addition', written && [h('h2', {}, 'Written'), h('p', { class: 'good', id: 'added' }, `✓ ${written.what} in ${written.model}.`),
-      written.effects.length && h('button', { id: 'undo', onclick: () => remove(written.effects) }, 'Undo')]);
+      h('button', { id: 'undo', onclick: () => (written.effects.length ? remove(written.effects) : undo()) }, 'Undo')]);
   }
   fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(), trial.undetermined && fitted(trial),
     trial.doubt && h('p', { class: 'bad', id: 'doubt' }, trial.doubt),

@@ -94,7 +94,7 @@ impl Rig {
             },
             contact: ContactModel {
                 walls: self.walls.iter().map(wall).collect(),
-                guide: None,
+                ..ContactModel::default()
             },
             tool: ToolModel {
                 mass_kg: TOOL_KG,

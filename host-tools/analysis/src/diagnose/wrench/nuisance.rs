@@ -1,8 +1,8 @@
 //! Nominal parameters that may move within their tolerance.
 
-use crate::model::Model;
 use crate::model::load::effects::LoadEffect;
 use crate::model::load::{Column, Scene};
+use crate::model::{Model, docking};
 use nalgebra::Vector3;
 
 /// A nominal parameter that may move within its tolerance.
@@ -80,6 +80,29 @@ pub(crate) fn all(model: &Model) -> Vec<Nuisance> {
                 guide.point_m[i],
                 tolerance.guide_position_m,
                 Box::new(move |m, step| guide_of(m, |g| g.point_m[i] += step)),
+            );
+        }
+    }
+    for (i, docking) in model.contact.docking.iter().enumerate() {
+        for number in docking::numbers(docking) {
+            let (name, value) = (number.name(i), number.value);
+            let moved = move |m: &mut Model, step: f64| {
+                docking::set(&mut m.contact.docking[i], &number.pointer, value + step);
+            };
+            add(
+                name,
+                value,
+                tolerance.docking_share * value.abs(),
+                Box::new(moved),
+            );
+        }
+        for axis in 0..3 {
+            let moved = move |m: &mut Model, step| m.contact.docking[i].position_m[axis] += step;
+            add(
+                format!("contact.docking[{i}].position_m[{axis}]"),
+                docking.position_m[axis],
+                tolerance.docking_position_m,
+                Box::new(moved),
             );
         }
     }

@@ -1,5 +1,5 @@
-//! Forces on the moving side: of the guide it runs on, of the contact of its tip with a wall, of
-//! the cables that it drags, and of the manipulator that would hold the real spacecraft.
+//! Forces on the moving side: of the guide it runs on, of the contact of its tip with a wall, of its
+//! docking mechanism, of the cables that it drags, and of the manipulator that would hold the real spacecraft.
 
 use super::Parameter;
 
@@ -21,7 +21,17 @@ pub mod contact_coulomb;
 pub mod contact_cubic;
 pub mod contact_damping;
 pub mod contact_deadzone;
+pub mod contact_eddy_current;
+pub mod contact_hertz;
+pub mod contact_preload;
+pub mod contact_second_stage;
 pub mod contact_stiffness;
+pub mod docking_friction;
+pub mod docking_latch_play;
+pub mod docking_latch_slip;
+pub mod docking_leg;
+pub mod docking_preload;
+pub mod docking_stiffness;
 pub mod guide_asymmetry;
 pub mod guide_coulomb;
 pub mod guide_hysteresis;

@@ -109,6 +109,7 @@ fn contact(contact: &Contact, tip_m: [f64; 3], notes: &mut Vec<String>) -> Conta
             stiffness_n_per_m: contact.lateral_stiffness,
             damping_n_s_per_m: contact.lateral_damping,
         }),
+        docking: Vec::new(),
     }
 }
 

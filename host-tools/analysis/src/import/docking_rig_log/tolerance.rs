@@ -18,6 +18,8 @@ fn exact() -> ToleranceModel {
         guide_stiffness_n_per_m: Some(0.0),
         guide_damping_n_s_per_m: Some(0.0),
         guide_position_m: 0.0,
+        docking_share: 0.0,
+        docking_position_m: 0.0,
         tool_mass_kg: 0.0,
         tool_com_m: 0.0,
         tool_inertia_kg_m2: Some(0.0),

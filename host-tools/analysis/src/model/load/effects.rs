@@ -166,7 +166,7 @@ impl LoadEffect {
     /// off depends on all that pushes.
     pub fn is_linear(&self) -> bool {
         match self.effect.law {
-            Law::Push(_) | Law::Depth(_) => false,
+            Law::Push(_) | Law::Depth(_) | Law::Docking(_) => false,
             Law::Formula(law) => law.acts_on != ActsOn::Contact,
             _ => true,
         }
@@ -186,15 +186,16 @@ impl LoadEffect {
     }
 
     /// The columns around given coefficients: times these they are the effect exactly, also where
-    /// it is not linear in them.
+    /// it is not linear in its only one.
     pub fn columns_at(
         &self,
         scene: &Scene,
         shapes: &[f64],
         coefficients: &[f64],
     ) -> Option<Vec<Column>> {
+        let alone = self.coefficients.len() == 1 && !self.is_linear();
         match coefficients {
-            [one] if *one != 0.0 && !self.is_linear() && laws::acts(scene, self.effect) => {
+            [one] if *one != 0.0 && alone && laws::acts(scene, self.effect) => {
                 let mut part = self.part(scene, &self.values(shapes, coefficients))?;
                 part.scale(1.0 / one);
                 Some(vec![part])

@@ -23,6 +23,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
             .touches
             .iter()
             .any(|t| t.penetration.iter().any(|p| *p > 0.0)),
+        Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
         Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
         Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
         Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
@@ -108,6 +109,11 @@ pub(super) fn part(
                 false => Vector3::zeros(),
             }
         }),
+        Law::Docking(law) => {
+            let mut settings = scene.model.contact.docking.clone();
+            settings.iter_mut().for_each(|d| law(p, &mut d.kind));
+            scene.docked_change(&settings)
+        }
         Law::Tool(law) => {
             let mut state = tool_state(scene);
             Column::of(scene.len(), |n| {

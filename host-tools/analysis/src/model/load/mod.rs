@@ -1,11 +1,13 @@
 //! Everything that loads the sensor: contact, guide, weight and inertia of the tool, zero.
 
+mod docked;
 pub mod effects;
 mod guide;
 mod laws;
 mod scene;
 mod wall;
 
+pub use docked::Docked;
 pub use guide::Guide;
 pub use scene::{Column, Scene, Touch};
 pub use wall::Wall;
@@ -53,7 +55,8 @@ impl LoadModel {
         }
     }
 
-    /// Reading of the sensor in S (N, N·m) at a pose of M in C with this motion.
+    /// Reading of the sensor in S (N, N·m) at a pose of M in C with this motion, without docking
+    /// mechanisms: they remember ([`Docked`]).
     pub fn wrench(&self, pose: &Pose<f64>, motion: &Motion<f64>) -> Wrench<f64> {
         let s_from_m = self.m_from_s.inverse();
         let mut wrench = self.free_wrench(pose, motion);
@@ -67,6 +70,13 @@ impl LoadModel {
             wrench = wrench + on_tip(pose, &guide.tip, &force).transferred(&s_from_m);
         }
         wrench
+    }
+
+    /// Reading of what docking mechanisms do at M in a cycle; zero without one.
+    pub fn docked(&self, at_m: &[Wrench<f64>], n: usize) -> Wrench<f64> {
+        let zero = Wrench::zero;
+        at_m.get(n)
+            .map_or_else(zero, |wrench| wrench.transferred(&self.m_from_s.inverse()))
     }
 
     /// The same where nothing touches or guides the tip: zero, weight and inertia.

@@ -1,11 +1,13 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
-use super::{LoadModel, tip_motion};
+use super::{Docked, LoadModel, tip_motion};
 use crate::effects::Lateness;
 use crate::model::Model;
 use nalgebra::{Matrix3, Vector3};
-use softdock_control::frames::{Pose, Wrench};
+use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
 use softdock_control::wrench::Motion;
+use softdock_mechanism::DockingSettings;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
@@ -137,6 +139,8 @@ pub struct Scene {
     pub m_from_c: Vec<Matrix3<f64>>,
     /// Contact with each wall.
     pub touches: Vec<Touch>,
+    /// What the nominal docking mechanisms do at M, in axes of M; empty without one.
+    pub docked: Vec<Wrench<f64>>,
     /// Reading in S by the nominal parameters alone.
     nominal: Column,
     /// What loads the sensor: the same with all known effects but those that act on the reading as a whole.
@@ -211,10 +215,15 @@ impl Scene {
             .iter()
             .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
             .collect();
-        let nominal = Column::of(pose.len(), |n| load.wrench(&pose[n], &motion[n]).get());
+        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion);
+        let nominal = Column::of(pose.len(), |n| {
+            (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
+        });
+        let docking = model.contact.docking.first();
         let mut scene = Self {
             cycle_s,
             touches,
+            docked,
             m_from_c,
             reading: nominal.clone(),
             load: nominal.clone(),
@@ -233,11 +242,15 @@ impl Scene {
                 .as_ref()
                 .map(|g| g.tip)
                 .or(load.walls.first().map(|w| w.tip))
+                .or(docking.map(|d| d.tip_m.into()))
                 .unwrap_or_default(),
-            axis: match (&load.guide, model.bearing()) {
-                (Some(guide), _) => guide.axis,
-                (None, Some(axis)) => Vector3::ith(axis.index() - 3, 1.0),
-                (None, None) => Vector3::x(),
+            axis: match (&load.guide, model.bearing(), docking) {
+                (Some(guide), ..) => guide.axis,
+                (None, Some(axis), _) => Vector3::ith(axis.index() - 3, 1.0),
+                (None, None, Some(d)) => {
+                    orientation_from_abc::<f64>(&d.orientation_abc_rad) * Vector3::x()
+                }
+                (None, None, None) => Vector3::x(),
             },
             position: Vec::new(),
             acceleration: Vec::new(),
@@ -393,9 +406,9 @@ impl Scene {
 
     /// Change of the nominal reading if the model had other parameters.
     pub fn change(&self, model: &Model, factor: f64) -> Column {
-        let load = LoadModel::new(model);
+        let (load, docked) = (LoadModel::new(model), self.docked_of(model));
         Column::of(self.len(), |n| {
-            let other: Wrench<f64> = load.wrench(&self.pose[n], &self.motion[n]);
+            let other = load.wrench(&self.pose[n], &self.motion[n]) + load.docked(&docked, n);
             let mut six = other.get();
             for (axis, value) in six.iter_mut().enumerate() {
                 *value = factor * (*value - self.nominal.at(axis, n));
@@ -406,14 +419,41 @@ impl Scene {
 
     /// Difference of the readings of two models.
     pub fn difference(&self, from: &Model, to: &Model, factor: f64) -> Column {
-        let (from, to) = (LoadModel::new(from), LoadModel::new(to));
+        let of = |model: &Model| (LoadModel::new(model), self.docked_of(model).into_owned());
+        let (from, to) = (of(from), of(to));
         Column::of(self.len(), |n| {
-            let (pose, motion) = (&self.pose[n], &self.motion[n]);
-            let (a, b) = (
-                from.wrench(pose, motion).get(),
-                to.wrench(pose, motion).get(),
-            );
+            let reading = |(load, docked): &(LoadModel, Vec<Wrench<f64>>)| {
+                (load.wrench(&self.pose[n], &self.motion[n]) + load.docked(docked, n)).get()
+            };
+            let (a, b) = (reading(&from), reading(&to));
             std::array::from_fn(|axis| factor * (b[axis] - a[axis]))
+        })
+    }
+
+    /// What the docking mechanisms of another model do at M; the way is only gone again if they differ.
+    fn docked_of(&self, model: &Model) -> Cow<'_, [Wrench<f64>]> {
+        if model.contact.docking == self.model.contact.docking {
+            return Cow::Borrowed(&self.docked);
+        }
+        let docking = &model.contact.docking;
+        Cow::Owned(Docked::over(
+            docking,
+            self.cycle_s,
+            &self.pose,
+            &self.motion,
+        ))
+    }
+
+    /// Change of the reading if other docking mechanisms stood there.
+    pub fn docked_change(&self, settings: &[DockingSettings]) -> Column {
+        if settings == self.model.contact.docking {
+            return Column::default();
+        }
+        let s_from_m = self.m_from_s.inverse();
+        let other = Docked::over(settings, self.cycle_s, &self.pose, &self.motion);
+        Column::of(self.len(), |n| match (other.get(n), self.docked.get(n)) {
+            (Some(other), Some(nominal)) => (*other - *nominal).transferred(&s_from_m).get(),
+            _ => [0.0; 6],
         })
     }
 

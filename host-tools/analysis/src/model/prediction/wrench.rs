@@ -1,5 +1,5 @@
 //! Raw sensor wrench from measured pose and velocity (channel B of docs/docking-rig-log-1.md):
-//! contact + guide + weight of the tool + (if modelled) its inertia + zero, in S.
+//! contact + guide + docking mechanisms + weight of the tool + (if modelled) its inertia + zero, in S.
 //!
 //! The noise of pose and velocity passes through stiffness, damping and tool mass into the
 //! prediction. What to expect of the residual is therefore more than the sensor's noise, and is
@@ -10,7 +10,7 @@ mod added;
 use super::retimed::retimed;
 use super::signals::Signals;
 use super::{ChannelPrediction, Six, six};
-use crate::model::load::{Guide, LoadModel, Wall, on_tip};
+use crate::model::load::{Docked, Guide, LoadModel, Wall, on_tip};
 use crate::model::{Channel, Model};
 use nalgebra::Vector3;
 use softdock_control::frames::Wrench;
@@ -27,9 +27,9 @@ pub fn predict(
     let cycles = retimed(model, signals, intervals_s);
     let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
     let signals = placed.as_ref().unwrap_or(signals);
-    let load = NoisyLoad::new(model, signals);
+    let mut load = NoisyLoad::new(model, signals);
     let mut at: Vec<Option<(Six, Six)>> = (0..signals.len())
-        .map(|n| load.at(signals, n, intervals_s))
+        .map(|n| load.next(signals, n, intervals_s))
         .collect();
     added::add_effects(model, signals, intervals_s, executed, &mut at);
     let sampled = |n| signals.sampled_in(n).and_then(|m| at[m]);
@@ -83,6 +83,7 @@ fn motion_of(signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<Mot
 /// The load, and the noise that it inherits from a measured motion.
 struct NoisyLoad {
     load: LoadModel,
+    docked: Docked,
     noise: MotionNoise,
     /// Variance in free flight: sensor, and acceleration through the tool's mass.
     free_variance: Six,
@@ -107,6 +108,7 @@ impl NoisyLoad {
             .for_each(|(v, i)| *v += i);
         Self {
             load,
+            docked: Docked::new(&model.contact.docking, signals.cycle_s),
             noise: MotionNoise {
                 position_m: model.noise.position_m,
                 velocity_m_s: velocity[0],
@@ -115,8 +117,8 @@ impl NoisyLoad {
         }
     }
 
-    /// Wrench in S and the noise to expect, at the instant of cycle n.
-    fn at(&self, signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<(Six, Six)> {
+    /// Wrench in S and the noise to expect, at the instant of cycle n, the one after the last call's.
+    fn next(&mut self, signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<(Six, Six)> {
         let (pose, motion) = (signals.pose(n)?, motion_of(signals, n, intervals_s)?);
         let s_from_m = self.load.m_from_s.inverse();
         let mut variance = self.free_variance;
@@ -134,7 +136,16 @@ impl NoisyLoad {
                 add_squares(&mut variance, &part.get());
             }
         }
-        let wrench: Wrench<f64> = self.load.wrench(&pose, &motion);
+        let mut wrench: Wrench<f64> = self.load.wrench(&pose, &motion);
+        if !self.docked.is_empty() {
+            self.docked.advance(&pose);
+            let docked = self.docked.wrench(&pose, &motion.velocity);
+            wrench = wrench + docked.transferred(&s_from_m);
+            let noise = [self.noise.position_m, self.noise.velocity_m_s];
+            for part in self.docked.noise(&pose, &motion.velocity, noise) {
+                add_squares(&mut variance, &part.transferred(&s_from_m).get());
+            }
+        }
         Some((wrench.get(), variance.map(f64::sqrt)))
     }
 }

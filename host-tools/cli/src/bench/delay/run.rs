@@ -35,7 +35,11 @@ pub fn rows(cases: &[Case], laws: &[LawName]) -> usize {
     cases.iter().map(|c| c.speeds_mm_s.len()).sum::<usize>() * laws.len()
 }
 
-fn row(case: &Case, speed_mm_s: f64, law: LawName, seed: u64) -> Result<Row> {
+/// One row.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn row(case: &Case, speed_mm_s: f64, law: LawName, seed: u64) -> Result<Row> {
     let speed_m_s = speed_mm_s * 1e-3;
     let one = |touch: usize| -> Result<(f64, Numbers)> {
         let touch_instant = (touch as f64 + 0.5) / case.touches as f64;

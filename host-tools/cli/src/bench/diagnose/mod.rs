@@ -70,15 +70,28 @@ pub fn generated(specs: &[CaseSpec], done: &(dyn Fn() + Sync)) -> anyhow::Result
     let results: Vec<anyhow::Result<Judged>> = specs
         .par_iter()
         .map(|spec| {
-            let case = spec.generate();
-            let logs = docking_rig_log::from_text(&case.meta_json, &case.train_csv, &case.test_csv)
-                .with_context(|| format!("case {}", case.name))?;
-            let judged = judge(case.name, case.truth, &logs)?;
+            let judged = judge_generated(spec)?;
             done();
             Ok(judged)
         })
         .collect();
     collect(results)
+}
+
+/// Diagnoses one generated case.
+///
+/// # Errors
+///
+/// A case that the import refuses.
+pub fn one(spec: &CaseSpec) -> anyhow::Result<Row> {
+    Ok(judge_generated(spec)?.row)
+}
+
+fn judge_generated(spec: &CaseSpec) -> anyhow::Result<Judged> {
+    let case = spec.generate();
+    let logs = docking_rig_log::from_text(&case.meta_json, &case.train_csv, &case.test_csv)
+        .with_context(|| format!("case {}", case.name))?;
+    judge(case.name, case.truth, &logs)
 }
 
 /// Diagnoses the cases of a folder with a `truth.json`.

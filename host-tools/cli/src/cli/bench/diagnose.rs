@@ -29,6 +29,9 @@ pub(super) struct Diagnose {
     /// Only the first N cases
     #[arg(long, value_name = "N")]
     count: Option<usize>,
+    /// Only this case, as h017; may be repeated
+    #[arg(long, value_name = "NAME")]
+    case: Vec<String>,
     /// How small an effect is still found: the same effects at falling sizes
     #[arg(long)]
     ladder: bool,
@@ -96,6 +99,9 @@ impl Diagnose {
             None => suite(self.seed),
         };
         specs.truncate(self.count.unwrap_or(usize::MAX));
+        if !self.case.is_empty() {
+            specs.retain(|spec| self.case.iter().any(|case| case == spec.name()));
+        }
         specs
     }
 

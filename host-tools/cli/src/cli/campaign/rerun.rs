@@ -1,11 +1,11 @@
 //! `softdock campaign rerun`.
 
 use crate::campaign::outcome::Observer;
-use crate::campaign::plan::Plan;
+use crate::campaign::plan::{Conditions, Plan};
 use crate::campaign::{row, table};
 use crate::cli::{print, print_json};
 use crate::experiment::record_file::record_file;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::input::refuse_overwrite;
@@ -44,6 +44,13 @@ impl Rerun {
             rows - 1
         );
         refuse_overwrite(&self.output, self.force)?;
+        if let Some(bench) = plan.campaign.bench {
+            let Conditions { seed, values } = plan.conditions(self.index);
+            bail!(
+                "a row of a benchmark has no recording; `{}` shows it",
+                bench.command(seed, &values)
+            );
+        }
         let scenario = plan
             .scenario(self.index)
             .context("the row has no recording: its settings are refused")?;

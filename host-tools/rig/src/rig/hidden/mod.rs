@@ -12,7 +12,8 @@
 //! Effects of one group act in the catalogue's order, whatever their order in the file. Actuator
 //! effects act on all six axes alike, with m read as rad on A, B and C. Forces of the guide act at
 //! M along the free direction of `rig.mechanism.guide`, or along x of C without one; those of the
-//! cables in all directions. Effects of the contact act on every wall.
+//! cables in all directions. Effects of the contact act on every wall, those of docking mechanisms on
+//! every one.
 
 #[cfg(test)]
 mod load_tests;
@@ -145,12 +146,30 @@ fn moves_the_reading(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
     Ok(law(&effect.values(&hidden.parameters), &state) != Wrench::zero())
 }
 
+/// Whether the rig has a docking mechanism that is another one then; other effects do not ask for one.
+fn changes_a_docking(hidden: &Hidden, settings: &RigSettings) -> Result<bool> {
+    let effect = hidden.effect()?;
+    let Law::Docking(law) = effect.law else {
+        return Ok(true);
+    };
+    let values = effect.values(&hidden.parameters);
+    Ok(settings.mechanism.docking.iter().any(|docking| {
+        let mut kind = docking.kind;
+        law(&values, &mut kind);
+        kind != docking.kind
+    }))
+}
+
 /// Whether the rig has what the effect acts on.
 fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
     let id = hidden.id.as_str();
     ensure!(
         !acts_at_walls(hidden.effect()?) || !settings.mechanism.walls.is_empty(),
         "`{id}` acts in contact, and the rig has no wall; add a [[rig.mechanism.walls]]"
+    );
+    ensure!(
+        changes_a_docking(hidden, settings)?,
+        "`{id}` changes nothing of what the rig docks with; it needs a [[rig.mechanism.docking]] that has it"
     );
     ensure!(
         !hidden.effect()?.is_of_a_bearing(),

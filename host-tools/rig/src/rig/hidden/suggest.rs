@@ -17,7 +17,8 @@ const CHOICE: u64 = 99;
 /// There is no such effect; the error offers the nearest id.
 pub fn suggest(id: &str, seed: u64) -> Result<Hidden> {
     let effect = effect(id)?;
-    let mut hideable = CATALOGUE.iter().filter(|e| !e.is_of_a_bearing());
+    let hideable = CATALOGUE.iter().filter(|e| !e.is_of_a_bearing());
+    let mut hideable = hideable.filter(|e| !e.is_of_a_docking());
     let place = hideable.position(|known| *known == effect);
     let mut noise = RandomStream::new(seed, STREAM + place.unwrap_or(0) as u64);
     let parameters = effect.parameters.iter().filter_map(|parameter| {

@@ -1,0 +1,50 @@
+//! Play of the latches.
+
+use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use softdock_mechanism::Kind;
+
+/// Catalogue entry.
+pub const EFFECT: Effect = Effect {
+    id: "docking_latch_play",
+    title: "Play of the latches",
+    summary: "the latches leave the head of the probe more play than nominal",
+    group: Group::Mechanism,
+    naming: Naming::Cause,
+    equation: "backlash of the socket = nominal backlash_m + play_m",
+    source: "textbook (dead zone)",
+    signature: "after capture the head moves without a force, then is stopped: the ring-down has flat pieces",
+    typical: "0.1 to 2 mm in rotating latches",
+    parameters: &[Parameter::new("play_m", "m", 0.0, 0.05).pictured(0.001)],
+    confused_with: &["docking_latch_slip", "contact_deadzone", "backlash"],
+    tell_apart: "move the captured head slowly to and fro: a play has ends, a slipping latch has none",
+    law: Law::Docking(law),
+    ..Effect::PLAIN
+};
+
+/// Of the socket of a probe.
+fn law(p: &[f64], kind: &mut Kind) {
+    if let Kind::ProbeCone(probe) = kind
+        && let Some(socket) = &mut probe.socket
+    {
+        socket.backlash_m += p[0];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROBE: &str = r#"{"probe_cone": {"half_angle_rad": 0.9, "mouth_radius_m": 0.25, "head_radius_m": 0.04,
+        "surface": {"stiffness_n_per_m": 2e4, "friction_coefficient": 0.25},
+        "socket": {"capture_depth_m": 0.006, "capture_radius_m": 0.008, "latch_stiffness_n_per_m": 5e4}}}"#;
+
+    #[test]
+    fn it_is_added() {
+        let mut kind: Kind = serde_json::from_str(PROBE).unwrap();
+        law(&[0.25], &mut kind);
+        let Kind::ProbeCone(probe) = kind else {
+            panic!("another kind")
+        };
+        assert_eq!(probe.socket.map(|socket| socket.backlash_m), Some(0.25));
+    }
+}
