@@ -94,6 +94,7 @@ fn start() {
     core.DCB.enable_trace();
     DWT::unlock();
     core.DWT.enable_cycle_counter();
+    watchdog::guard_start();
     let p = clocks::start();
     let watchdog = watchdog::start(p.IWDG1);
     let crash = softdock_crash::take_message();
