@@ -39,6 +39,7 @@ mod sentence;
 mod stage_results;
 mod structure;
 mod timed_logs;
+mod verdict;
 mod wrench;
 
 pub use evidence::NAMED;
