@@ -88,6 +88,25 @@ fn the_stack_has_room_whatever_the_board_does() {
     board.end();
 }
 
+/// ethercrab brings the SubDevice up, then the loop is closed over it.
+#[test]
+fn ethercat_leaves_room_on_the_stack() {
+    let mut scenario = Scenario::spring_rod().unwrap().with_law(LawName::Predictor);
+    scenario.board = patient(&scenario.board);
+    scenario.board.ethercat.enabled = true;
+    let settings = scenario.actual_board().unwrap();
+    let toml = to_string_pretty(&settings).unwrap();
+    let arguments = ["--start", "--ethercat", "127.0.0.1:0"];
+    let mut board = QemuBoard::start("qemu_stack_ethercat", &toml, &arguments);
+    let segment = board.ethercat.expect("a port");
+    let mut rig = LockStepRig::connect_ethercat(&scenario, &settings, board.robot, segment);
+    board.process().wait_for("sensor Running");
+    rig.run(CYCLES);
+    deepest(&mut board, "the loop closed over EtherCAT, with a contact");
+    drop(rig);
+    board.stop();
+}
+
 #[test]
 fn a_latched_fault_leaves_room_on_the_stack() {
     let (mut board, mut robot, sensor) = moving("qemu_stack_fault", &[]);

@@ -61,6 +61,11 @@ pub trait DatagramSocket {
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError>;
     /// A further datagram if one is queued already; never waits.
     fn try_receive(&mut self, buffer: &mut [u8]) -> Option<(usize, SocketAddr)>;
+    /// When the newest datagram of `sender` left the network's controller, µs by the board's clock, if that is known:
+    /// it may have waited since.
+    fn came_us(&self, _sender: SocketAddr) -> Option<u64> {
+        None
+    }
     /// Sends a datagram. Waits only for room in the transmit queue.
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError>;
 }

@@ -11,6 +11,7 @@
 //! serial line ([`slcan_bus`]), and with the feature `micro` clock, network and log (`micro`).
 #![cfg_attr(not(test), no_std)]
 
+pub mod arrivals;
 pub mod auto_start;
 pub mod board;
 mod checksum;

@@ -52,13 +52,15 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
                 Err(IoError::Closed) => return,
                 Err(IoError::BusOff | IoError::Lost) => continue,
             };
+            // Before the next one comes.
+            let came_us = socket.came_us(from).unwrap_or(self.link.heard_us());
             let record = self.run_cycle(incoming, clock).await;
             let sent = self.answer(incoming, socket, from).await;
             let (gone_us, gone) = (clock.now_us(), clock.processor_cycles());
             self.publish(record.as_ref(), incoming != Incoming::Ignored);
             if let Some(record) = &record {
                 self.meter.end(gone);
-                self.measure(record, gone_us);
+                self.measure(record, came_us, gone_us);
                 recorder.record(record);
             }
             if sent == Err(IoError::Closed) {
@@ -210,9 +212,9 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
 }
 
 impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
-    fn measure(&mut self, record: &CycleRecord, gone_us: u64) {
-        let (came_us, cycle_us) = (self.link.heard_us(), self.link.cycle_us());
-        self.meter.take(record, came_us, gone_us, cycle_us);
+    fn measure(&mut self, record: &CycleRecord, came_us: u64, gone_us: u64) {
+        self.meter
+            .take(record, came_us, gone_us, self.link.cycle_us());
         let meter = self.meter;
         self.shared.update_machine(|machine| {
             machine.answers = meter.answers();

@@ -48,9 +48,12 @@ pub async fn run<M: RawMutex, B: SensorBus>(
 
 /// Says that the settings name a sensor on a link that this board does not have: there will be no sample.
 pub fn refuse<M: RawMutex>(shared: &Shared<M>) {
-    shared.update_status(|status| {
-        status.sensor = Some(SensorState::Failed(SensorFault::OtherLink));
-    });
+    fail(shared, SensorFault::OtherLink);
+}
+
+/// Says why there will be no sample.
+pub fn fail<M: RawMutex>(shared: &Shared<M>, fault: SensorFault) {
+    shared.update_status(|status| status.sensor = Some(SensorState::Failed(fault)));
 }
 
 /// Sends what is due, then takes what comes first: a frame, the next deadline, a telegram that

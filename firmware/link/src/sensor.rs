@@ -4,6 +4,7 @@
 //! [`SensorDriver::poll_transmit`] hands out, gives every frame that comes to [`SensorDriver::receive`], and calls again
 //! at [`SensorDriver::next_deadline_us`]. Times are microseconds of any monotonic clock.
 
+use crate::can::SAMPLE_POINT_PER_MILLE;
 use crate::ethercat::{
     ATI_VENDOR, INPUT_BYTES, MAX_COUNTS_PER_UNIT, OUTPUT_BYTES, Product, StartUp,
 };
@@ -138,6 +139,13 @@ pub enum SensorFault {
         /// Its vendor number.
         received: u32,
     },
+    /// CAN: the controller makes other bits than the sensor reads.
+    BitTiming {
+        /// Of the controller.
+        bits_per_second: u32,
+        /// Its sample point, ‰ of a bit.
+        per_mille: u32,
+    },
     /// EtherCAT: another product of the maker.
     Product {
         /// Its product code.
@@ -185,6 +193,14 @@ impl fmt::Display for SensorFault {
             Self::CalibrationChanged => {
                 f.write_str("the sensor's scale differs from the one read at start-up")
             }
+            Self::BitTiming {
+                bits_per_second,
+                per_mille,
+            } => write!(
+                f,
+                "the CAN controller makes {bits_per_second} bit/s, sampled at {per_mille} ‰ of a bit, expected {} to {}: do its clock and divisors fit?",
+                SAMPLE_POINT_PER_MILLE.0, SAMPLE_POINT_PER_MILLE.1
+            ),
             Self::NoSubDevice => f.write_str("no SubDevice is on the cable"),
             Self::SubDevices { received } => write!(
                 f,

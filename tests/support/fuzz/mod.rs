@@ -1,8 +1,8 @@
 //! What is fuzzed: the parsers of everything that comes from outside, and whole conversations. A target takes any bytes
 //! and must not panic, hang or break what it promises.
 //!
-//! [`driver`] mutates what the corpus holds, on any tool chain; `tests/fuzz/coverage` hands the same targets to
-//! cargo-fuzz, which is guided by coverage. What was ever found stays in the corpus, which every run begins with.
+//! [`driver`] mutates what the corpus holds, on any tool chain; `fuzz/run` hands the same targets to cargo-fuzz, which is
+//! guided by coverage. What was ever found stays in the corpus, which every run begins with.
 #![allow(
     clippy::unwrap_used,
     reason = "a target that finds something fails the test"

@@ -1,4 +1,5 @@
-//! What all microcontrollers share: [`clock`], [`ethernet_link`], [`udp`], [`telemetry`] and [`service`] over Embassy;
+//! What all microcontrollers share: [`clock`], [`ethernet_link`], [`stamped`], [`udp`], [`telemetry`] and [`service`] over
+//! Embassy;
 //! [`start`], which puts network, robot and telemetry together; [`boot`] and [`monitor`] for the log.
 //! A board adds its clocks, pins and drivers, and the tasks that name their types.
 //!
@@ -11,6 +12,7 @@ pub mod clock;
 pub mod ethernet_link;
 pub mod monitor;
 pub mod service;
+pub mod stamped;
 pub mod start;
 pub mod telemetry;
 pub mod udp;

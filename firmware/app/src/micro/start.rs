@@ -2,6 +2,7 @@
 
 use super::SHARED;
 use super::boot::Identity;
+use super::stamped::Stamped;
 use super::telemetry::{self, Queue, encoder_task, transmitter_task};
 use super::udp::{UdpPort, static_address};
 use crate::auto_start::AutoStart;
@@ -69,6 +70,9 @@ pub fn build_robot<S: Scalar>(
     })
 }
 
+/// The network's task of a board whose driver is `D`.
+pub type NetworkRunner<D> = Runner<'static, Stamped<D>>;
+
 /// What the robot task runs on: its socket, and its end of the telemetry if there is a recorder.
 pub type Io = (UdpPort, Option<Queue>);
 
@@ -81,10 +85,11 @@ pub fn assemble<D: Driver>(
     options: Options,
     spawner: &Spawner,
     background: SendSpawner,
-) -> Option<(Runner<'static, D>, Io)> {
+) -> Option<(NetworkRunner<D>, Io)> {
     static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
     let network = settings.network.build().ok()?;
     let resources = RESOURCES.try_init_with(StackResources::new)?;
+    let driver = Stamped::new(driver, network.rsi_port);
     let (stack, runner) = embassy_net::new(driver, static_address(&network), resources, SEED);
     let port = UdpPort::bind(stack, network.rsi_port)?;
     let telemetry = network.recorder.and_then(|recorder| {

@@ -1,5 +1,6 @@
 //! The robot's UDP socket over `embassy-net`.
 
+use super::stamped::ARRIVALS;
 use crate::board::{DatagramSocket, IoError};
 use crate::robot::TELEGRAM_BYTES;
 use crate::settings::Network;
@@ -85,6 +86,10 @@ impl DatagramSocket for UdpPort {
             Poll::Ready(Ok(received)) => Some(received),
             Poll::Ready(Err(_)) | Poll::Pending => None,
         }
+    }
+
+    fn came_us(&self, sender: SocketAddr) -> Option<u64> {
+        ARRIVALS.newest_us(sender)
     }
 
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {

@@ -63,6 +63,11 @@ mod tests {
             checksum: 0xa0b0_c0d0,
             confirm_within_s: 300,
         };
+        let other = Trial {
+            slot: Slot::A,
+            ..trial
+        };
+        assert_eq!(Trial::decode(&other.encode()), Some(other));
         let bytes = trial.encode();
         assert_eq!(Trial::decode(&bytes), Some(trial));
         for bit in 0..8 * TRIAL_BYTES {

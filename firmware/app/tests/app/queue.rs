@@ -1,6 +1,7 @@
 //! Several datagrams that wait at once.
 
 use crate::bench::{Bench, CRUISE_COUNTS, CYCLE_US, counts, flying, robot, stranger};
+use crate::world::Event;
 use softdock_control::io::Sequence;
 
 const CYCLE_MS: u64 = CYCLE_US / 1000;
@@ -106,4 +107,26 @@ fn a_flood_behind_a_telegram_does_not_hold_its_answer_up() {
     let answers = bench.datagrams(&queue);
     let ipocs: Vec<u64> = answers.iter().map(|a| bench.parse(a).ipoc).collect();
     assert_eq!(ipocs, [ipoc, ipoc + CYCLE_MS]);
+}
+
+/// The robot waits from when it has sent, not from when the board reads what waits in its queue: here for the sample of
+/// the telegram before.
+#[test]
+fn the_time_in_the_queue_belongs_to_an_answer() {
+    let mut bench = Bench::new(&flying(), false);
+    bench.cycles(3);
+    let alone_us = bench.shared.machine().answers.longest_us;
+    assert!(alone_us > 200, "{alone_us}");
+    let (ipoc, came_us) = (bench.says.ipoc, bench.next_at_us + 50);
+    let second = Event::Datagram(bench.telegram_at(ipoc + CYCLE_MS), robot());
+    bench.world().schedule(came_us, second);
+    let first = bench.telegram();
+    let answers = bench.datagrams(&[(&first, robot())]);
+    assert_eq!(answers.len(), 2);
+    let took_us = answers[1].at_us - came_us;
+    assert!(took_us > u64::from(alone_us) + 100, "{took_us}");
+    assert_eq!(
+        u64::from(bench.shared.machine().answers.longest_us),
+        took_us
+    );
 }

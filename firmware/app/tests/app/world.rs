@@ -71,6 +71,7 @@ pub(crate) struct World {
     alarms: Vec<(u64, Waker)>,
     frames: Inbox<Result<Frame, IoError>>,
     datagrams: Inbox<(Vec<u8>, SocketAddr)>,
+    arrivals: Vec<(SocketAddr, u64)>,
     closed: bool,
     pub(crate) sensor: Sensor,
     /// Frames of the board, and when they were sent.
@@ -90,7 +91,10 @@ impl World {
     fn happen(&mut self, event: Event) {
         match event {
             Event::Frame(frame) => self.frames.push(frame),
-            Event::Datagram(bytes, from) => self.datagrams.push((bytes, from)),
+            Event::Datagram(bytes, from) => {
+                self.arrivals.push((from, self.now_us));
+                self.datagrams.push((bytes, from));
+            }
             Event::Close => {
                 self.closed = true;
                 self.frames.wake();
@@ -192,6 +196,12 @@ impl DatagramSocket for Handle {
     fn try_receive(&mut self, buffer: &mut [u8]) -> Option<(usize, SocketAddr)> {
         let (bytes, from) = self.0.borrow_mut().datagrams.items.pop_front()?;
         Some((copy(&bytes, buffer), from))
+    }
+
+    fn came_us(&self, sender: SocketAddr) -> Option<u64> {
+        let world = self.0.borrow();
+        let newest = world.arrivals.iter().rfind(|(from, _)| *from == sender);
+        newest.map(|(_, at_us)| *at_us)
     }
 
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {

@@ -35,7 +35,6 @@ use chip::Number;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SCB;
 use embassy_executor::SendSpawner;
-use embassy_net::Runner;
 use flash::Psram;
 use lan9118::Lan9118;
 use softdock_app::micro::boot::{self, Before, Identity};
@@ -43,7 +42,7 @@ use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
 use softdock_app::micro::start::{
-    Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
+    NetworkRunner, Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
 };
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
@@ -138,7 +137,7 @@ async fn control(
 }
 
 #[embassy_executor::task]
-async fn network_task(mut network: Runner<'static, sensor_link::Network>) -> ! {
+async fn network_task(mut network: NetworkRunner<sensor_link::Network>) -> ! {
     network.run().await
 }
 

@@ -10,12 +10,13 @@ use embassy_stm32::can::{self, BufferedCan, CanConfigurator, OperatingMode, RxBu
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::pac::FDCAN1 as REGISTERS;
 use embassy_stm32::peripherals::{FDCAN1, PD0, PD1};
-use embassy_stm32::{Peri, bind_interrupts};
+use embassy_stm32::{Peri, bind_interrupts, rcc};
 use embassy_time::Timer;
 use softdock_app::board::{IoError, SensorBus};
 use softdock_app::loop_back::loop_back;
 use softdock_app::micro::clock::UptimeClock;
 use softdock_link::can::{BitTiming, Frame, Id};
+use softdock_link::sensor::SensorFault;
 use softdock_link::service::LoopBack;
 use static_cell::ConstStaticCell;
 
@@ -27,6 +28,13 @@ const CLOCK_HZ: u32 = 80_000_000;
 const PRESCALER: NonZeroU16 = NonZeroU16::new(4).unwrap();
 const SEG1: NonZeroU8 = NonZeroU8::new(16).unwrap();
 const SEG2: NonZeroU8 = NonZeroU8::new(3).unwrap();
+const CHOSEN: BitTiming = BitTiming {
+    prescaler: PRESCALER.get(),
+    seg1: SEG1.get(),
+    seg2: SEG2.get(),
+    jump: SEG2.get(),
+};
+const _: () = assert!(CHOSEN.is_as_expected(CLOCK_HZ, BITRATE));
 
 /// Frames that may wait for the sensor's task: the controller's own queue holds three, and a bus that
 /// is full brings one in 47 µs at least.
@@ -47,11 +55,15 @@ pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>);
 
 impl Bus {
     /// Starts the controller.
+    ///
+    /// # Errors
+    /// [`SensorFault::BitTiming`], by its registers and by the clock that it got: no bus is better than one whose
+    /// bits others read wrongly now and then.
     pub(crate) fn start(
         fdcan: Peri<'static, FDCAN1>,
         rx: Peri<'static, PD0>,
         tx: Peri<'static, PD1>,
-    ) -> Self {
+    ) -> Result<Self, SensorFault> {
         static TX: ConstStaticCell<TxBuf<TO_SEND>> = ConstStaticCell::new(TxBuf::new());
         static RX: ConstStaticCell<RxBuf<RECEIVED>> = ConstStaticCell::new(RxBuf::new());
         let mut can = CanConfigurator::new(fdcan, rx, tx, Irqs);
@@ -70,15 +82,9 @@ impl Bus {
                 }),
         );
         let can = can.start(OperatingMode::NormalOperationMode);
-        let timing = BitTiming::from_nbtp(REGISTERS.nbtp().read().0);
-        if !timing.is_as_expected(CLOCK_HZ, BITRATE) {
-            defmt::error!(
-                "CAN: {=u32} bit/s sampled at {=u32} per mille: not what the sensor expects",
-                timing.bits_per_second(CLOCK_HZ),
-                timing.sample_point_per_mille()
-            );
-        }
-        Self(can.buffered(TX.take(), RX.take()))
+        BitTiming::from_nbtp(REGISTERS.nbtp().read().0)
+            .check(rcc::frequency::<FDCAN1>().0, BITRATE)?;
+        Ok(Self(can.buffered(TX.take(), RX.take())))
     }
 
     fn check(&self) -> Result<(), IoError> {

@@ -1,5 +1,7 @@
 //! Clocks: 480 MHz from the 8 MHz that the ST-Link feeds in.
 
+use cortex_m::peripheral::DWT;
+use embassy_stm32::pac::RCC;
 use embassy_stm32::rcc::mux::{Fdcansel, Usart234578sel};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
@@ -8,8 +10,18 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
-/// Starts clocks and time driver.
+/// Time for the ST-Link's clock to show, in cycles of the internal oscillator that the chip starts with (64 MHz):
+/// 0.1 s.
+const PATIENCE: u32 = 6_400_000;
+
+/// Starts clocks and time driver. Without the ST-Link's clock it says so and waits for the watchdog, which starts the
+/// board over until it is there.
 pub(crate) fn start() -> Peripherals {
+    if !has_input() {
+        defmt::error!(
+            "no clock of 8 MHz from the ST-Link: is it supplied, through CN1? Starting over until it comes"
+        );
+    }
     let mut config = Config::default();
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse {
@@ -37,4 +49,17 @@ pub(crate) fn start() -> Peripherals {
     rcc.mux.fdcansel = Fdcansel::PLL1_Q;
     rcc.mux.usart234578sel = Usart234578sel::PCLK1;
     embassy_stm32::init(config)
+}
+
+/// Whether the input is fed.
+fn has_input() -> bool {
+    RCC.cr().modify(|w| w.set_hsebyp(true));
+    RCC.cr().modify(|w| w.set_hseon(true));
+    let begun = DWT::cycle_count();
+    while !RCC.cr().read().hserdy() {
+        if DWT::cycle_count().wrapping_sub(begun) > PATIENCE {
+            return false;
+        }
+    }
+    true
 }

@@ -37,7 +37,6 @@ mod watchdog;
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
 use embassy_executor::SendSpawner;
-use embassy_net::Runner;
 use embassy_stm32::peripherals::RNG;
 use embassy_stm32::rng::{self, Rng};
 use embassy_stm32::{Peri, bind_interrupts};
@@ -48,7 +47,7 @@ use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::monitor::monitor;
 use softdock_app::micro::service::{self, Prepared};
 use softdock_app::micro::start::{
-    Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
+    NetworkRunner, Options, RobotCell, RobotTask, assemble, build_robot, send, spawn,
 };
 use softdock_app::micro::telemetry::Queue;
 use softdock_app::micro::udp::UdpPort;
@@ -94,6 +93,7 @@ fn start() {
     core.DCB.enable_trace();
     DWT::unlock();
     core.DWT.enable_cycle_counter();
+    watchdog::guard_start();
     let p = clocks::start();
     let watchdog = watchdog::start(p.IWDG1);
     let crash = softdock_crash::take_message();
@@ -190,7 +190,7 @@ async fn control(
 }
 
 #[embassy_executor::task]
-async fn network_task(mut network: Runner<'static, sensor_link::Network>) -> ! {
+async fn network_task(mut network: NetworkRunner<sensor_link::Network>) -> ! {
     network.run().await
 }
 

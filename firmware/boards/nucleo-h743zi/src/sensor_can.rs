@@ -8,9 +8,10 @@ use softdock_app::micro::clock::UptimeClock;
 use softdock_app::micro::start::spawn;
 use softdock_app::sensor;
 use softdock_app::settings::BoardSettings;
+use softdock_link::sensor::SensorFault;
 
 /// What the sensor takes beside the Ethernet.
-pub(crate) type Hardware = Bus;
+pub(crate) type Hardware = Result<Bus, SensorFault>;
 /// The robot's network.
 pub(crate) type Network = ethernet::Driver;
 
@@ -21,9 +22,10 @@ pub(crate) async fn start(
     ethernet: ethernet::Driver,
     bus: Hardware,
 ) -> Option<Network> {
-    match settings.ethercat.enabled {
-        true => sensor::refuse(&SHARED),
-        false => spawn(spawner, sensor_task(settings.clone(), bus)),
+    match bus {
+        _ if settings.ethercat.enabled => sensor::refuse(&SHARED),
+        Ok(bus) => spawn(spawner, sensor_task(settings.clone(), bus)),
+        Err(fault) => sensor::fail(&SHARED, fault),
     }
     Some(ethernet)
 }

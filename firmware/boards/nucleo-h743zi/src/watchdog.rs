@@ -1,6 +1,8 @@
 //! The independent watchdog, which only completed work feeds.
 
 use embassy_stm32::Peri;
+use embassy_stm32::pac::IWDG1 as REGISTERS;
+use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::peripherals::IWDG1;
 use embassy_stm32::wdg::IndependentWatchdog;
 use softdock_app::micro::SHARED;
@@ -18,10 +20,18 @@ pub(crate) async fn beat() -> ! {
     HEARTBEAT.run(&UptimeClock).await
 }
 
-/// Lets it run: a start that hangs is caught as well.
+/// Lets it run, first of all: a start that hangs is caught as well, be it for an oscillator that does not come. It has
+/// one of its own, and until [`start`] the period of its registers at reset: 4 times 4096 cycles of 32 kHz (RM0433, IWDG_PR and IWDG_RLR).
+pub(crate) fn guard_start() {
+    REGISTERS.kr().write(|w| w.set_key(Key::START));
+}
+
+/// Gives it its period.
 pub(crate) fn start(iwdg: Peri<'static, IWDG1>) -> Watchdog {
     let mut watchdog = IndependentWatchdog::new(iwdg, RESET_AFTER_US);
     watchdog.unleash();
+    // The new period counts from here.
+    watchdog.pet();
     watchdog
 }
 

@@ -1,5 +1,7 @@
 //! Timing of a bit on the bus: how it is made of time quanta, and where it is sampled.
 
+use crate::sensor::SensorFault;
+
 /// Parts of a bit in time quanta, the synchronisation segment of one quantum left out.
 ///
 /// ```
@@ -20,8 +22,8 @@ pub struct BitTiming {
     pub jump: u8,
 }
 
-/// Where both sensors' manuals and CiA 301 (87.5 %) want the sample point at 1 Mbit/s, ‰ of a bit.
-pub const SAMPLE_POINT_PER_MILLE: core::ops::RangeInclusive<u32> = 850..=875;
+/// Where both sensors' manuals and CiA 301 (87.5 %) want the sample point at 1 Mbit/s, ‰ of a bit: from, to.
+pub const SAMPLE_POINT_PER_MILLE: (u32, u32) = (850, 875);
 
 impl BitTiming {
     /// From FDCAN's nominal bit timing register NBTP (RM0433, 56.5.7), whose fields are less one.
@@ -49,10 +51,25 @@ impl BitTiming {
     }
 
     /// Whether another node at the same rate samples where it is expected.
-    pub fn is_as_expected(self, clock_hz: u32, bits_per_second: u32) -> bool {
+    pub const fn is_as_expected(self, clock_hz: u32, bits_per_second: u32) -> bool {
+        let (from, to) = SAMPLE_POINT_PER_MILLE;
+        let sampled = self.sample_point_per_mille();
         self.bits_per_second(clock_hz) == bits_per_second
-            && SAMPLE_POINT_PER_MILLE.contains(&self.sample_point_per_mille())
+            && from <= sampled
+            && sampled <= to
             && self.jump <= self.seg2
+    }
+
+    /// # Errors
+    /// [`SensorFault::BitTiming`] if it is not [as expected](Self::is_as_expected).
+    pub const fn check(self, clock_hz: u32, bits_per_second: u32) -> Result<(), SensorFault> {
+        if self.is_as_expected(clock_hz, bits_per_second) {
+            return Ok(());
+        }
+        Err(SensorFault::BitTiming {
+            bits_per_second: self.bits_per_second(clock_hz),
+            per_mille: self.sample_point_per_mille(),
+        })
     }
 }
 
@@ -86,8 +103,14 @@ mod tests {
             seg2: 1,
             jump: 1,
         };
-        assert_eq!(late.sample_point_per_mille(), 900);
-        assert!(!late.is_as_expected(CLOCK_HZ, 1_000_000));
+        let (bits_per_second, per_mille) = (1_000_000, 900);
+        assert_eq!(
+            late.check(CLOCK_HZ, bits_per_second),
+            Err(SensorFault::BitTiming {
+                bits_per_second,
+                per_mille
+            })
+        );
         let slow = BitTiming {
             prescaler: 8,
             seg1: 16,
@@ -95,5 +118,31 @@ mod tests {
             jump: 3,
         };
         assert!(!slow.is_as_expected(CLOCK_HZ, 1_000_000));
+        assert!(slow.is_as_expected(2 * CLOCK_HZ, 1_000_000));
+    }
+
+    /// Sampled from 85 to 87.5 %, and a jump that leaves no second segment is none.
+    #[test]
+    fn the_edges_of_what_is_expected() {
+        for (seg1, seg2, jump, expected) in [
+            (15, 4, 1, false),
+            (16, 3, 3, true),
+            (13, 2, 2, true),
+            (16, 3, 4, false),
+            (14, 2, 1, false),
+        ] {
+            let timing = BitTiming {
+                prescaler: 1,
+                seg1,
+                seg2,
+                jump,
+            };
+            let quanta = 1 + u32::from(seg1) + u32::from(seg2);
+            assert_eq!(
+                timing.is_as_expected(quanta * 1_000_000, 1_000_000),
+                expected,
+                "{timing:?}"
+            );
+        }
     }
 }

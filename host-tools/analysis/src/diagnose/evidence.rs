@@ -66,3 +66,49 @@ pub(crate) fn strained(taken: &[f64], informed: f64) -> Vec<usize> {
         .map(|(k, _)| k)
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(received: f64, expected: f64) {
+        assert!(
+            (received - expected).abs() < 1e-9 * expected.abs().max(1.0),
+            "{received} for {expected}"
+        );
+    }
+
+    #[test]
+    fn an_effect_pays_its_prior_odds_and_its_parameters() {
+        near((0.5 * prior()).exp(), CATALOGUE.len() as f64);
+        near(price(1000), 1000_f64.ln());
+        near(price(0), 2_f64.ln());
+    }
+
+    #[test]
+    fn more_has_to_be_said_beside_laws_that_explain_much() {
+        near(threshold(0.0), 20.0);
+        near(threshold(-1e6), 20.0);
+        near(threshold(1e6), 1020.0);
+    }
+
+    /// Odds of three to one are three quarters, of what the catalogue knows at all.
+    #[test]
+    fn evidence_is_twice_the_logarithm_of_the_odds() {
+        near(probability(0.0), 0.49);
+        near(probability(2.0 * 3_f64.ln()), 0.98 * 0.75);
+        near(probability(1e4), 0.98);
+        near(probability(-1e4), 0.0);
+    }
+
+    /// By 4.01 tolerances one of many is off with a probability of 6e-5; all together may not be off by less either.
+    #[test]
+    fn a_parameter_that_is_far_off_is_strained_and_so_are_many_that_are_somewhat() {
+        assert_eq!(strained(&[0.0, 4.1, -1.0, -4.1], 50.0), [1, 3]);
+        assert_eq!(strained(&[3.9, -3.9], 50.0), [0; 0]);
+        let many = [2.5, -2.5, 2.5, 2.0, -1.9, 2.5];
+        assert_eq!(strained(&many, 3.0), [0, 1, 2, 5]);
+        assert_eq!(strained(&many, 30.0), [0; 0], "by chance");
+        assert_eq!(strained(&many, 0.0), [0, 1, 2, 5]);
+    }
+}

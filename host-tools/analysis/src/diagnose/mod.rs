@@ -40,6 +40,7 @@ mod stage_results;
 mod stretches;
 mod structure;
 mod timed_logs;
+mod verdict;
 mod wrench;
 
 pub use evidence::NAMED;

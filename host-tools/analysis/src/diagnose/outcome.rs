@@ -9,6 +9,7 @@ use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Nominal, Remainder, 
 use super::named::{INTERVAL_95, Named};
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
+use super::verdict::Grounds;
 use super::{ranking, regions, sentence};
 use crate::model::actuator::Reading;
 use crate::model::log::Log;
@@ -45,12 +46,7 @@ pub(crate) fn conclude(
     let (reduction, predictions) = ErrorReduction::of(model, recordings, stages)?;
     let after = with_effects(model, reduction.named.iter().map(|n| &n.0));
     let left = left_over(stages, &predictions);
-    // Who asks for one effect gets it, whatever else there is.
-    // That something is left has to show on two logs.
     let in_sample = recordings.all.len() < 2;
-    let unexplained = question.only.is_none()
-        && left.iter().any(Left::any)
-        && (!in_sample || reduction.named.is_empty());
     let found: Vec<String> = reduction
         .named
         .iter()
@@ -66,13 +62,15 @@ pub(crate) fn conclude(
     if let Some(id) = of_one_log.filter(|id| !disagreeing.contains(id)) {
         disagreeing.insert(0, id);
     }
-    let verdict = match (unexplained, found.is_empty()) {
-        _ if lacking(stages).len() == TESTED => Verdict::NotTestable,
-        _ if !disagreeing.is_empty() && question.only.is_none() => Verdict::LogsDisagree,
-        (true, _) => Verdict::Unexplained,
-        (false, false) => Verdict::Named,
-        (false, true) => Verdict::NothingMissing,
+    let grounds = Grounds {
+        testable: lacking(stages).len() < TESTED,
+        found: !found.is_empty(),
+        disagree: !disagreeing.is_empty(),
+        left: left.iter().any(Left::any),
+        in_sample,
+        asked: question.only.is_some(),
     };
+    let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
     let runner_up = found

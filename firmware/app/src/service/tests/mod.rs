@@ -1,5 +1,6 @@
 mod health;
 mod task;
+mod told;
 
 use super::session::AHEAD;
 use super::*;

@@ -170,8 +170,18 @@ fn a_flash_that_does_nothing_is_noticed() {
     let first = change(&mut flash, 11.0);
     write(&mut flash, 5.0, &first).unwrap();
     flash.deaf = true;
-    let outcome = write(&mut flash, 22.0, &first);
-    assert_eq!(outcome, Err(StoreError::ReadBack));
+    // The same settings of before, with another number.
+    let Origin::Flash { sequence, slot } = first else {
+        panic!("{first:?}");
+    };
+    let later = Origin::Flash {
+        sequence: sequence + 8,
+        slot,
+    };
+    for (mass_kg, in_use) in [(22.0, first), (5.0, later)] {
+        let outcome = write(&mut flash, mass_kg, &in_use);
+        assert_eq!(outcome, Err(StoreError::ReadBack), "{mass_kg}");
+    }
     assert_eq!(mass(&boot(&mut flash, None)), 11.0);
 }
 

@@ -48,6 +48,7 @@ fn advice(state: &str) -> &'static str {
     let fault = state.trim_start_matches("Failed(");
     [
         ("OtherLink", "the settings and the image differ in what the sensor is on; `cargo firmware -- --sensor ethercat` builds the other image"),
+        ("BitTiming", "the board's CAN controller does not run at the sensor's rate: this image was built with other clocks"),
         ("NoSubDevice", "frames come back that no sensor has seen: is its IN port connected, without a switch in between?"),
         ("SubDevices", "connect the sensor alone"),
         ("Vendor", "is this the ATI sensor?"),
