@@ -7,7 +7,7 @@ use softdock_control::modes::Mode;
 use softdock_link::ethercat::Product;
 use softdock_rig::board::virtual_time::{Simulation, simulate_disturbed};
 use softdock_rig::ethercat::{Cable, Description, Segment, SubDevice};
-use softdock_rig::rig::Rig;
+use softdock_rig::rig::{Rig, RsiStopped};
 use std::ops::ControlFlow;
 
 /// Cycles of a session: two start-ups and a closed loop.
@@ -27,8 +27,8 @@ pub(super) fn frames(input: &[u8]) {
     }
 }
 
-/// A board whose segment does what the bytes say before each telegram: each is answered, and nothing moves without a
-/// running loop.
+/// A board whose segment does what the bytes say before each telegram: each is answered until the board asks the
+/// robot to stop, which it does in a fault alone, and nothing moves in one.
 pub(super) fn session(input: &[u8]) {
     let mut scenario = Scenario::spring_rod().unwrap();
     scenario.board.ethercat.enabled = true;
@@ -40,23 +40,32 @@ pub(super) fn session(input: &[u8]) {
         commands: Vec::new(),
     };
     let mut script = Script(input);
-    let mut cycles = 0;
+    let (mut telegrams, mut cycles) = (0, 0);
     let mut last = SensorSample::default();
-    simulate_disturbed(
+    let mut mode = Mode::Hold;
+    let rig = simulate_disturbed(
         simulation,
-        &mut |_, segment, _| disturb(segment, &mut script),
+        &mut |before, segment, _| {
+            telegrams = before;
+            disturb(segment, &mut script);
+        },
         &mut |record, _| {
             cycles += 1;
             let fresh = record.inputs.sensor;
             assert!(fresh.wrench.iter().all(|part| part.is_finite()));
             assert!(fresh.counter >= last.counter, "a sample of the past");
             last = fresh;
-            assert!(record.trace.mode != Mode::Fault || record.output.correction == [0; 6]);
+            mode = record.trace.mode;
+            assert!(mode != Mode::Fault || record.output.correction == [0; 6]);
             ControlFlow::Continue(())
         },
     )
     .unwrap();
-    assert_eq!(cycles, CYCLES, "a telegram without an answer");
+    assert_eq!(cycles, telegrams, "a telegram without an answer");
+    match rig.stopped() {
+        None => assert_eq!(cycles, CYCLES),
+        Some(reason) => assert_eq!((reason, mode), (RsiStopped::Requested, Mode::Fault)),
+    }
 }
 
 fn disturb(segment: &mut Segment, script: &mut Script<'_>) {
