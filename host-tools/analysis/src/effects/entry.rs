@@ -82,6 +82,11 @@ impl Effect {
         matches!(self.law, Law::Docking(_))
     }
 
+    /// Whether only a drive has it whose commands are recorded in the place of a sensor's readings.
+    pub fn is_of_a_drive(&self) -> bool {
+        matches!(self.law, Law::Drive(_))
+    }
+
     /// Place of a parameter.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|p| p.name == name)

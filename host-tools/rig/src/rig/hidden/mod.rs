@@ -176,6 +176,10 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         "`{id}` acts about a bearing, and the guide of the simulated rig is straight"
     );
     ensure!(
+        !hidden.effect()?.is_of_a_drive(),
+        "`{id}` acts on the input of a drive, and the simulated rig records a sensor"
+    );
+    ensure!(
         moves_the_reading(hidden, settings)?,
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );

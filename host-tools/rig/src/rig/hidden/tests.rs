@@ -249,13 +249,15 @@ fn mistakes_are_named_with_what_was_probably_meant() {
     let mut no_wall = rig_with(&[hide("contact_cubic", &[("stiffness_n_per_m3", 1.0)])]);
     no_wall.mechanism.walls.clear();
     assert!(format!("{:#}", no_wall.validate().unwrap_err()).contains("the rig has no wall"));
+    let drive = rig_with(&[hide("input_gain", &[("surplus", 0.1)])]);
+    assert!(format!("{:#}", drive.validate().unwrap_err()).contains("input of a drive"));
 }
 
 /// Every effect has a size, a rig accepts it, the same seed draws the same and another does not.
 #[test]
 fn suggested_sizes_are_plausible_and_differ_by_seed() {
-    let straight = CATALOGUE.iter().filter(|e| !e.is_of_a_bearing());
-    for effect in straight.filter(|e| !e.is_of_a_docking()) {
+    let elsewhere = |e: &Effect| e.is_of_a_bearing() || e.is_of_a_docking() || e.is_of_a_drive();
+    for effect in CATALOGUE.iter().filter(|e| !elsewhere(e)) {
         let [first, again, other, third] =
             [1, 1, 2, 3].map(|seed| suggest(effect.id, seed).unwrap());
         first.check().unwrap();
