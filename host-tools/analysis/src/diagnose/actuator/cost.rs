@@ -8,6 +8,8 @@ use crate::model::prediction::retimed::clock_value;
 use crate::model::{Model, ToleranceModel};
 use crate::statistics::{Noise, noise_floor};
 use nalgebra::{SMatrix, SVector};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 /// Tolerances that are spent: more delay, less delay, lag. A delay of whole cycles has another
 /// slope to either side, because it lets another command through.
@@ -65,6 +67,32 @@ pub(crate) struct Cost<'a> {
     pub active: [bool; 6],
     /// Products of the sensitivities.
     normal: [[[f64; NUISANCES]; NUISANCES]; 6],
+    known: Known,
+}
+
+/// Costs of the axes with the actuators that were tried. Most terms act on some axes only, and a
+/// search comes back to the best ones: simulating is what costs.
+#[derive(Default)]
+struct Known([Mutex<HashMap<[u64; 18], AxisCost>>; 6]);
+
+impl Known {
+    fn get_or(&self, axis: usize, chain: &Chain, cost: impl FnOnce() -> AxisCost) -> AxisCost {
+        let known = || self.0[axis].lock().unwrap_or_else(PoisonError::into_inner);
+        let key = chain.bits();
+        if let Some(cost) = known().get(&key).copied() {
+            return cost;
+        }
+        let cost = cost();
+        known().insert(key, cost);
+        cost
+    }
+}
+
+impl Clone for Known {
+    /// Nothing is known: a copy is made to be changed.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl<'a> LogCost<'a> {
@@ -218,6 +246,7 @@ impl<'a> Cost<'a> {
             tolerance: model.tolerance.clone(),
             active,
             normal: Default::default(),
+            known: Known::default(),
         };
         cost.linearise(&[]);
         cost
@@ -307,6 +336,7 @@ impl<'a> Cost<'a> {
     }
 
     fn sum_products(&mut self) {
+        self.known = Known::default();
         let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
         self.normal = std::array::from_fn(|axis| {
             std::array::from_fn(|i| {
@@ -329,13 +359,16 @@ impl<'a> Cost<'a> {
 
     /// Cost of one axis.
     pub(crate) fn of_axis(&self, chain: &Chain, axis: usize) -> AxisCost {
-        let mut cost = AxisCost::default();
-        if self.active[axis] {
+        if !self.active[axis] {
+            return AxisCost::default();
+        }
+        self.known.get_or(axis, chain, || {
+            let mut cost = AxisCost::default();
             for log in &self.logs {
                 log.add_cost(chain, axis, &mut cost);
             }
-        }
-        cost
+            cost
+        })
     }
 
     /// Costs of some axes with these terms; the others count nothing.

@@ -1,13 +1,11 @@
 //! Two stages at once, searched together: the best of each alone need not be the best pair.
 
-use super::cost::{AxisCost, Cost, Term};
+use super::cost::{Cost, Term};
 use super::grid::grid;
 use super::refine::refined;
 use super::search::{Candidate, is_a_cause};
 use super::tried::specs;
-use crate::model::actuator::Stage;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// Rivals that are taken into the search for pairs.
 const PAIRED: usize = 7;
@@ -33,16 +31,14 @@ pub(super) fn best_pair(singles: &[Candidate], cost: &Cost<'_>) -> Option<Candid
     let mut grids: Vec<(f64, PairGrid<'_>)> = pairs
         .par_iter()
         .map(|(a, b)| {
-            let mut grid = PairGrid::new(a, b, cost);
+            let grid = PairGrid::new(a, b, cost);
             (grid.best_line().0, grid)
         })
         .collect();
     grids.sort_by(|a, b| a.0.total_cmp(&b.0));
     grids.truncate(GRIDDED);
-    let mut coarse: Vec<(f64, Vec<Term>)> = grids
-        .into_par_iter()
-        .map(|(_, mut grid)| grid.best())
-        .collect();
+    let mut coarse: Vec<(f64, Vec<Term>)> =
+        grids.into_par_iter().map(|(_, grid)| grid.best()).collect();
     coarse.sort_by(|a, b| a.0.total_cmp(&b.0));
     let refined: Vec<Candidate> = coarse
         .into_par_iter()
@@ -76,35 +72,16 @@ fn around(block: &[Term], cost: &Cost<'_>) -> Vec<Vec<Term>> {
 }
 
 /// A coarse grid around the best values of two stages alone.
-///
-/// Simulating is what costs, and most points differ on some axes only: each axis is simulated once
-/// for each pair of values that it can have.
 struct PairGrid<'a> {
     cost: &'a Cost<'a>,
     variants: [Vec<Vec<Term>>; 2],
-    /// Per axis the first variant that is the same there.
-    same: [Vec<[usize; 6]>; 2],
-    known: [HashMap<(usize, usize), AxisCost>; 6],
 }
 
 impl<'a> PairGrid<'a> {
     fn new(a: &[Term], b: &[Term], cost: &'a Cost<'a>) -> Self {
-        let variants = [around(a, cost), around(b, cost)];
-        let same = [0, 1].map(|block: usize| {
-            let all: &Vec<Vec<Term>> = &variants[block];
-            let first = |v: &[Term]| -> [usize; 6] {
-                std::array::from_fn(|axis| {
-                    let alike = |other: &Vec<Term>| acting(other, axis).eq(acting(v, axis));
-                    all.iter().position(alike).unwrap_or_default()
-                })
-            };
-            all.iter().map(|v| first(v)).collect()
-        });
         Self {
             cost,
-            variants,
-            same,
-            known: Default::default(),
+            variants: [around(a, cost), around(b, cost)],
         }
     }
 
@@ -113,34 +90,23 @@ impl<'a> PairGrid<'a> {
         [&self.variants[0][i][..], &self.variants[1][k]].concat()
     }
 
-    fn of(&mut self, i: usize, k: usize) -> f64 {
-        let terms = self.terms(i, k);
-        let axes = std::array::from_fn(|axis| {
-            let key = (self.same[0][i][axis], self.same[1][k][axis]);
-            *self.known[axis]
-                .entry(key)
-                .or_insert_with(|| self.cost.of_axis(&self.cost.chain(&terms, axis), axis))
-        });
-        self.cost.total(&axes)
-    }
-
     /// Best cost with one of the two as it is best alone.
-    fn best_line(&mut self) -> (f64, Vec<Term>) {
+    fn best_line(&self) -> (f64, Vec<Term>) {
         let (rows, columns) = (self.variants[0].len(), self.variants[1].len());
         let along_first = (0..rows).map(|i| (i, 0));
         self.best_of(along_first.chain((1..columns).map(|k| (0, k))))
     }
 
     /// Best point of the whole grid.
-    fn best(&mut self) -> (f64, Vec<Term>) {
+    fn best(&self) -> (f64, Vec<Term>) {
         let (rows, columns) = (self.variants[0].len(), self.variants[1].len());
         self.best_of((0..rows).flat_map(|i| (0..columns).map(move |k| (i, k))))
     }
 
-    fn best_of(&mut self, points: impl Iterator<Item = (usize, usize)>) -> (f64, Vec<Term>) {
+    fn best_of(&self, points: impl Iterator<Item = (usize, usize)>) -> (f64, Vec<Term>) {
         let mut best = (f64::INFINITY, (0, 0));
         for (i, k) in points {
-            let chi2 = self.of(i, k);
+            let chi2 = self.cost.of(&self.terms(i, k));
             if chi2 < best.0 {
                 best = (chi2, (i, k));
             }
@@ -148,10 +114,4 @@ impl<'a> PairGrid<'a> {
         let (chi2, (i, k)) = best;
         (chi2, self.terms(i, k))
     }
-}
-
-/// What of a block acts on an axis.
-fn acting(block: &[Term], axis: usize) -> impl Iterator<Item = (Stage, &[f64])> {
-    let here = block.iter().filter(move |t| t.axes[axis]);
-    here.map(|t| (t.stage, &t.values[..]))
 }

@@ -106,6 +106,34 @@ impl Chain {
         }
     }
 
+    /// Its values bit by bit, to look up what is known of it.
+    pub(crate) fn bits(&self) -> [u64; 18] {
+        let Self { planner, drive, .. } = self;
+        let mode = self.resonance.map(|r| (r.frequency_hz, r.damping_ratio));
+        let (frequency_hz, damping_ratio) = mode.unwrap_or((0.0, 0.0));
+        let values = [
+            self.delay_s,
+            self.lag_s,
+            self.extra_lag_s,
+            self.gain,
+            self.command_step,
+            frequency_hz,
+            damping_ratio,
+            self.loop_acceleration,
+            planner.velocity,
+            planner.acceleration,
+            planner.jerk,
+            drive.velocity,
+            drive.acceleration,
+            drive.jerk,
+            self.pause_s,
+            f64::from(self.pause_trigger as u8),
+            f64::from(self.pause_kind as u8),
+            self.backlash_m,
+        ];
+        values.map(f64::to_bits)
+    }
+
     /// The command with gain and rounding.
     pub(super) fn shaped(&self, command: f64) -> f64 {
         if self.command_step > 0.0 {

@@ -15,8 +15,9 @@ pub(super) struct LinearStages {
     known: Vec<Response>,
     /// The one that was used last, which is mostly the next one, too.
     last: usize,
-    /// The last duration of a single lag, and what it leaves of an offset.
-    left: (f64, f64),
+    /// The last two durations of a single lag, the newer first, and what each leaves of an offset:
+    /// the arrival of a command cuts a cycle in two.
+    left: [(f64, f64); 2],
     /// Responses of binary digits of a second; none until a duration is asked for only once.
     digits: Vec<Response>,
 }
@@ -54,7 +55,7 @@ impl LinearStages {
             state: [0.0; 4],
             known: Vec::with_capacity(REMEMBERED),
             last: 0,
-            left: (0.0, 1.0),
+            left: [(0.0, 1.0); 2],
             digits: Vec::new(),
         }
     }
@@ -146,10 +147,13 @@ impl LinearStages {
         if lag_s < NO_LAG_S {
             return Moved::constant(input);
         }
-        if self.left.0 != duration_s {
-            self.left = (duration_s, (-duration_s / lag_s).exp());
+        if self.left[0].0 != duration_s {
+            self.left.swap(0, 1);
         }
-        let left = self.left.1;
+        if self.left[0].0 != duration_s {
+            self.left[0] = (duration_s, (-duration_s / lag_s).exp());
+        }
+        let left = self.left[0].1;
         let offset = self.state[0] - input;
         self.state[0] = input + offset * left;
         Moved {
