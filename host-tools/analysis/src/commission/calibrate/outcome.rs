@@ -8,7 +8,7 @@ use super::standstill;
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use serde::Serialize;
-use softdock_control::frames::{Pose, Twist, components, pose_components};
+use softdock_control::frames::{Twist, components, pose_components};
 use softdock_control::settings::SensorSettings;
 use softdock_control::wrench::{Compensation, Motion};
 use softdock_report::number;
@@ -380,13 +380,5 @@ fn left_out(fit: &Solution, group: &Group, unknowns: &Unknowns) -> LeftOut {
         to_s: group.time_s[1],
         force_n: length(0),
         torque_n_m: length(3),
-    }
-}
-
-impl Default for Mounting {
-    fn default() -> Self {
-        Self {
-            m_from_s: Pose::identity(),
-        }
     }
 }

@@ -67,7 +67,7 @@ pub fn one_after_the_other<'a>(
 }
 
 /// The sensor's place on the flange.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mounting {
     /// Pose of S in M.
     pub m_from_s: Pose<f64>,
