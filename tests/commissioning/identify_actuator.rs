@@ -5,8 +5,8 @@ use softdock::experiment::jog_rehearsal::jog;
 use softdock::experiment::scenario::Scenario;
 use softdock_analysis::commission::identify::{Identification, identify};
 use softdock_analysis::model::Axis;
-use softdock_analysis::statistics::RandomStream;
 use softdock_rig::rig::settings::ServoSettings;
+use softdock_statistics::RandomStream;
 
 fn scenario() -> Scenario {
     let mut scenario = Scenario::spring_rod().unwrap();

@@ -3,8 +3,8 @@
 use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_analysis::model::Model;
 use softdock_analysis::recording::{Header, Recording};
-use softdock_analysis::statistics::RandomStream;
 use softdock_app::record::CycleRecord;
+use softdock_statistics::RandomStream;
 
 const TS: f64 = 0.002;
 /// Mass, kg, and spring, N/m: known.

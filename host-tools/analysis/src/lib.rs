@@ -9,7 +9,7 @@
 //! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
 //! | `commission` | calibration of the sensor, identification of the actuator, parameters of a board |
 //! | `data_table` | tables that other programs read: CSV and Parquet |
-//! | `statistics`, `input`, `output`, `identity` | what they share |
+//! | `input`, `output`, `identity` | what they share |
 
 pub mod commission;
 pub mod compare;
@@ -24,5 +24,4 @@ pub mod model;
 pub mod output;
 pub mod recording;
 pub mod replay;
-pub mod statistics;
 pub mod telemetry;

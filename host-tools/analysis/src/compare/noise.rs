@@ -4,9 +4,9 @@ use super::Source;
 use super::regime::quantity;
 use crate::model::prediction::signals::VelocityMeaning;
 use crate::model::{Axis, Channel};
-use crate::statistics::{Noise, noise_floor};
 use serde::Serialize;
 use softdock_report::number;
+use softdock_statistics::{Noise, noise_floor};
 
 /// The data sheet is right within these factors.
 const RIGHT: (f64, f64) = (0.4, 1.6);

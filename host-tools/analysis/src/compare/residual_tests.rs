@@ -4,8 +4,8 @@ use super::Source;
 use super::motion::Motion;
 use super::series::Series;
 use crate::model::{Axis, Channel};
-use crate::statistics::{dependence, whiteness};
 use serde::Serialize;
+use softdock_statistics::{dependence, whiteness};
 
 /// Probability of any false alarm in all tests of a kind: small, for a right model is not to be
 /// doubted once in a hundred recordings.

@@ -8,9 +8,9 @@ use super::actuator::{Cost, LogCost, Term};
 use super::optimise::golden;
 use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
-use crate::model::actuator::Reading;
 use crate::model::clock::increments;
 use crate::model::log::Log;
+use softdock_actuator::Reading;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
 pub(super) const SIGNIFICANT: f64 = 40.0;

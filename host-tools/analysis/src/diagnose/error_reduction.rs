@@ -5,8 +5,8 @@ use super::finding::Step;
 use super::named::{self, Named};
 use super::outcome::levels_of;
 use crate::model::Model;
-use crate::model::actuator::Stage;
 use crate::model::prediction::Prediction;
+use crate::model::stage::Stage;
 use crate::recording::Recording;
 use std::collections::HashMap;
 

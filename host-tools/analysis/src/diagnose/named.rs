@@ -4,7 +4,7 @@ use super::actuator::{Candidate, Search, Term};
 use super::engine::Stages;
 use super::finding::Estimate;
 use super::wrench::Fitted;
-use crate::model::actuator::Stage;
+use crate::model::stage::Stage;
 use crate::model::{Axis, EffectModel, Model};
 use std::collections::BTreeMap;
 

@@ -11,12 +11,12 @@ use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::verdict::Grounds;
 use super::{ranking, regions, sentence};
-use crate::model::actuator::Reading;
 use crate::model::log::Log;
 use crate::model::prediction::{ChannelPrediction, Prediction};
 use crate::model::{Axis, Channel, Model};
 use crate::recording::Recording;
-use crate::statistics::{Noise, noise_floor};
+use softdock_actuator::Reading;
+use softdock_statistics::{Noise, noise_floor};
 use std::collections::BTreeMap;
 
 /// Level of the model velocity over its digits that is no rounding any more.

@@ -13,8 +13,9 @@ use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
 use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
-use crate::model::actuator::{Reading, Stage};
+use crate::model::stage::Stage;
 use crate::recording::Recording;
+use softdock_actuator::Reading;
 
 /// χ² by which the better of two is believed.
 const TOLD_APART: f64 = 12.0;

@@ -1,7 +1,7 @@
 //! What the sensor does to its samples: rounding them, and repeating the last one.
 
 use crate::model::log::Log;
-use crate::statistics::median;
+use softdock_statistics::median;
 
 /// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
 const VISIBLE: f64 = 0.35;

@@ -7,7 +7,7 @@ use super::rounding::Rounded;
 use super::wrench::{Joint, PreparedLog, Remainder, Rest, Tested, sheet_sigma};
 use crate::model::load::Column;
 use crate::model::{Axis, Channel};
-use crate::statistics::{median, periodogram};
+use softdock_statistics::{median, periodogram};
 
 /// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).
 const SLOW: f64 = 3.0;

@@ -3,13 +3,13 @@
 use super::clock::{self, Clock};
 use super::engine::{ClockFinding, Logs, Question};
 use crate::effects::body::clock_jitter::Scatter;
-use crate::model::actuator::Reading;
 use crate::model::clock::recover;
 use crate::model::log::Log;
 use crate::model::prediction::retimed::retimed;
 use crate::model::prediction::signals::Signals;
 use crate::model::{self, EffectModel, Model};
 use crate::recording::Recording;
+use softdock_actuator::Reading;
 use std::collections::BTreeMap;
 
 /// Pose and velocity of an imported log may be sampled this share of a cycle apart.

@@ -3,7 +3,6 @@
 
 pub mod checks;
 pub mod docking_rig_log;
-pub mod filter;
 pub mod mapping;
 pub mod model_text;
 pub mod starter;

@@ -4,8 +4,8 @@ use super::model_text::commented;
 use crate::model::prediction::signals::{Signals, VelocityMeaning};
 use crate::model::{Axis, FilterModel, Model};
 use crate::recording::Recording;
-use crate::statistics::{LowPassed, Noise, noise_floor};
 use softdock_app::record::CycleRecord;
+use softdock_statistics::{LowPassed, Noise, noise_floor};
 
 /// What nobody but the user knows, ahead of the model.
 const TO_FILL_IN: &str = "\

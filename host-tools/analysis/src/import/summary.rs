@@ -96,7 +96,7 @@ impl Summary {
             name: name.to_owned(),
             rows: times.len(),
             seconds: times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0),
-            cycle_s: crate::statistics::median(&mut steps).unwrap_or(0.0),
+            cycle_s: softdock_statistics::median(&mut steps).unwrap_or(0.0),
             channels,
             missing,
         }

@@ -7,9 +7,9 @@
 
 use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
-use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::log::Log;
 use nalgebra::Vector3;
+use softdock_actuator::{Reading, Timing, simulate};
 
 /// Iterations of Gauss and Newton; the problem is nearly linear.
 const ITERATIONS: usize = 4;

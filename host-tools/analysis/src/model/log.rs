@@ -1,12 +1,12 @@
 //! A recording as plain series, one per axis: what the search for effects works on.
 
-use crate::model::actuator::Reading;
 use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{Model, NoiseModel};
 use crate::recording::Recording;
 use anyhow::ensure;
 use nalgebra::{UnitQuaternion, Vector3};
+use softdock_actuator::Reading;
 use softdock_control::frames::Pose;
 
 /// Six series, one per axis.

@@ -3,7 +3,6 @@
 //! The file holds nominal parameters in SI units; a part that is left out takes the value in
 //! [`Model::default`]. [`Model::default_toml`] is a file to start from.
 
-pub mod actuator;
 mod board;
 pub mod channel;
 pub(crate) mod clock;
@@ -15,6 +14,7 @@ pub mod load;
 pub(crate) mod log;
 pub mod prediction;
 mod sections;
+pub(crate) mod stage;
 #[cfg(test)]
 mod tests;
 mod tolerance;

@@ -1,10 +1,10 @@
 //! The sections of `model.toml`.
 
 use super::Axis;
-use crate::statistics::LowPassed;
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::BodySettings;
 use softdock_mechanism::DockingSettings;
+use softdock_statistics::LowPassed;
 
 /// Axes of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@
 
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::statistics::RandomStream;
+use softdock_statistics::RandomStream;
 
 /// Longest sequence and most axes of the Sobol' points.
 const SOBOL: (u64, usize) = (1 << 16, 256);

@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use softdock_analysis::statistics::RandomStream;
 use softdock_analysis::{identity, input, output};
+use softdock_statistics::RandomStream;
 use std::path::Path;
 
 /// Name of the plan in a campaign's folder.

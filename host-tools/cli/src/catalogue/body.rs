@@ -13,7 +13,7 @@ use softdock_analysis::effects::body::clock_offset::ClockOffset;
 use softdock_analysis::effects::body::clock_rate::ClockRate;
 use softdock_analysis::effects::body::sc_inertia_error::InertiaError;
 use softdock_analysis::effects::body::sc_mass_error::MassError;
-use softdock_analysis::statistics::RandomStream;
+use softdock_statistics::RandomStream;
 
 /// Nominal mass of the spacecraft, kg.
 const SPACECRAFT_KG: f64 = 100.0;

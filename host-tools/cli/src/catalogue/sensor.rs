@@ -9,8 +9,8 @@ use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use softdock_analysis::effects::sensor::tool::{LoadMotion, ToolState};
 use softdock_analysis::effects::{Effect, Late, Law};
-use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::Wrench;
+use softdock_statistics::RandomStream;
 
 /// The tool that hangs on the sensor: mass, kg, and centre of mass, m.
 const TOOL_KG: f64 = 5.0;

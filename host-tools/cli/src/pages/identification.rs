@@ -1,9 +1,9 @@
 //! The report of an identification.
 
 use anyhow::Result;
+use softdock_actuator::{Reading, Timing, simulate};
 use softdock_analysis::commission::identify::{AxisActuator, Identification};
 use softdock_analysis::identity;
-use softdock_analysis::model::actuator::{Reading, Timing, simulate};
 use softdock_report::{Mark, Page, Plot, Series, Style};
 
 /// Length of the step response that is drawn, s.

@@ -4,7 +4,7 @@ use super::checks::check;
 use super::drive::Axes;
 use super::settings::RigSettings;
 use anyhow::Result;
-use softdock_analysis::statistics::RandomStream;
+use softdock_statistics::RandomStream;
 use std::f64::consts::{PI, TAU};
 
 /// Poses that the controller remembers: the longest feedback latency is one less.

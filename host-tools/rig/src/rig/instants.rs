@@ -7,8 +7,8 @@ use super::settings::RigSettings;
 use anyhow::Result;
 use softdock_analysis::effects::body::clock_jitter::ClockJitter;
 use softdock_analysis::effects::body::clock_offset::ClockOffset;
-use softdock_analysis::statistics::RandomStream;
 use softdock_control::range::in_range;
+use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 
 /// Standard deviations of the jitter that the memory of positions reaches back.

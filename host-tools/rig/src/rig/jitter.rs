@@ -3,7 +3,7 @@
 use super::checks::check;
 use super::settings::RigSettings;
 use anyhow::Result;
-use softdock_analysis::statistics::RandomStream;
+use softdock_statistics::RandomStream;
 
 /// Deviation of the delay from cycle to cycle.
 #[derive(Clone, Debug)]

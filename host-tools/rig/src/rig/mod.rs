@@ -48,9 +48,9 @@ use jitter::Jitter;
 use load::Load;
 use mechanism::{Contact, Mechanism};
 use sensor::Sensor;
-use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
 use softdock_mechanism::{EnergyBook, Loads};
+use softdock_statistics::RandomStream;
 
 /// Longest history of twists: integration steps per cycle.
 const MAX_SUBSTEPS: usize = 64;

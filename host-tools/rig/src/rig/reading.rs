@@ -5,8 +5,8 @@
 
 use super::hidden::{self, Hidden};
 use softdock_analysis::effects::{Group, Late, Law, Values};
-use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::Wrench;
+use softdock_statistics::RandomStream;
 
 /// Hidden effects on the reading.
 #[derive(Clone, Debug)]

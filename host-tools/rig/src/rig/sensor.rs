@@ -7,8 +7,8 @@ use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::{Result, anyhow};
 use softdock_analysis::effects::{Late, Lateness};
-use softdock_analysis::statistics::RandomStream;
 use softdock_control::frames::{Wrench, vector};
+use softdock_statistics::RandomStream;
 use std::f64::consts::TAU;
 
 /// One reading of all gauges.

@@ -1,8 +1,8 @@
 //! A zero that wanders while the poses are taken: no tool explains it, and no interval knows of it.
 
 use super::outcome::Residual;
-use crate::statistics::autocorrelation;
 use softdock_report::number;
+use softdock_statistics::autocorrelation;
 
 /// Poses from which on a drift can be told from chance.
 const FEWEST: usize = 12;
@@ -63,7 +63,7 @@ fn sentence(axis: usize, range: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statistics::RandomStream;
+    use softdock_statistics::RandomStream;
 
     #[test]
     fn a_drift_is_told_and_noise_is_not() {

@@ -6,10 +6,10 @@
 
 use super::equations::{Group, Observation};
 use super::source::{Mounting, Reading};
-use crate::import::filter::LowPass;
 use anyhow::{Result, ensure};
 use nalgebra::{Vector3, Vector6};
 use softdock_control::frames::Wrench;
+use softdock_statistics::LowPass;
 
 /// Cut-off of the low-pass, Hz: below the resonances of tools and robots, above their motion.
 const CUTOFF_HZ: f64 = 10.0;

@@ -7,9 +7,9 @@
 use super::equations::{Group, Unknowns};
 use super::gravity::Gravity;
 use super::least_squares::{Solution, solve, solve_weighted};
-use crate::statistics::{f_p, median};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
+use softdock_statistics::{f_p, median};
 
 /// Fewer groups than this cannot outvote an outlier.
 const FEWEST: usize = 6;

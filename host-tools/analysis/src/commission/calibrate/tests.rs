@@ -2,11 +2,11 @@
 
 use super::source::{Mounting, Reading};
 use super::{Ask, Calibration, calibrate};
-use crate::statistics::RandomStream;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose, Twist, Wrench};
 use softdock_control::settings::{DynamicCompensation, SensorSettings};
 use softdock_control::wrench::{Compensation, Motion};
+use softdock_statistics::RandomStream;
 
 fn tool() -> SensorSettings {
     SensorSettings {

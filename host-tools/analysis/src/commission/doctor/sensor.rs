@@ -2,10 +2,10 @@
 
 use super::Check;
 use crate::recording::Recording;
-use crate::statistics::{Noise, noise_floor};
 use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
 use softdock_report::number;
+use softdock_statistics::{Noise, noise_floor};
 
 /// Share of cycles without a new sample that a link in order has.
 const WITHOUT: f64 = 0.01;
@@ -163,7 +163,7 @@ fn load(cycles: &[CycleRecord], settings: &Settings) -> Check {
         (x * x + y * y + z * z).sqrt()
     });
     let mut all: Vec<f64> = forces.filter(|f| f.is_finite()).collect();
-    let Some(median) = crate::statistics::median(&mut all) else {
+    let Some(median) = softdock_statistics::median(&mut all) else {
         return Check::warning(name, "no cycle outside of a run is recorded");
     };
     let words = format!("{} N compensated", number::significant(median, 2));

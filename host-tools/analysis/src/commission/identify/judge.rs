@@ -1,7 +1,7 @@
 //! What one structure more is worth.
 
 use super::misfit::Fit;
-use crate::statistics::{Noise, correlated_cycles, noise_floor};
+use softdock_statistics::{Noise, correlated_cycles, noise_floor};
 
 /// 2 Δ log L that a parameter has to bring.
 const PRICE: f64 = 12.0;

@@ -6,10 +6,10 @@
 
 use super::outcome::{AxisActuator, Estimate};
 use super::track::Track;
-use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::log::Log;
-use crate::statistics::{correlated_cycles, f_p};
 use nalgebra::{DMatrix, DVector};
+use softdock_actuator::{Reading, Timing, simulate};
+use softdock_statistics::{correlated_cycles, f_p};
 
 /// A robot moves on the edges of its cycles: a jump of the velocity at an edge belongs to the cycle
 /// behind it, even if the delay is found a little too short. The other way round it would be seen a

@@ -1,12 +1,10 @@
 //! An actuator against what an axis did: where is it, compared with where it should be?
 
 use super::track::Track;
-use crate::model::actuator::{
-    Chain, PauseKind, PauseTrigger, Reading, Resonance, Timing, simulate,
-};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
+use softdock_actuator::{Chain, PauseKind, PauseTrigger, Reading, Resonance, Timing, simulate};
 
 /// What follows the transport delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The answer of an identification.
 
 use crate::model::Axis;
-use crate::model::actuator::Chain;
 use serde::Serialize;
+use softdock_actuator::Chain;
 use softdock_report::number;
 
 /// What is left over the noise from which on something is missing in the structure.

@@ -11,7 +11,7 @@ use super::judge::{Judge, leaves_more_than_noise, noise_of};
 use super::misfit::{DELAY, Fit, Limit, Pause, Response, Structure, fit, residual};
 use super::outcome::AxisActuator;
 use super::track::Track;
-use crate::model::actuator::{Chain, PauseTrigger};
+use softdock_actuator::{Chain, PauseTrigger};
 
 /// Longest delay that is looked for, s, and step of the first search, cycles.
 const LONGEST_S: f64 = 0.24;

@@ -4,7 +4,7 @@ use super::Quantity;
 use crate::compare::motion::Motion;
 use crate::compare::{Phase, Source};
 use crate::model::{Axis, Channel};
-use crate::statistics::{Groups, median};
+use softdock_statistics::{Groups, median};
 use std::ops::Range;
 
 /// Loads below this multiple of the sensor's noise are none.

@@ -4,7 +4,7 @@ use super::candidates::Candidate;
 use super::{Bin, Dependence, Interval, Quantity, Regime, beside_offset, frequency};
 use crate::compare::Source;
 use crate::compare::series::Series;
-use crate::statistics::Fit;
+use softdock_statistics::Fit;
 use std::ops::Range;
 
 /// A mean that explains this share of the error is preferred to a place where the error is large.

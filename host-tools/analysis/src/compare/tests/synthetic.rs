@@ -5,7 +5,6 @@ use crate::model::{
     ActuatorModel, ContactModel, Model, NoiseModel, SensorModel, ToolModel, WallModel,
 };
 use crate::recording::{Header, Recording};
-use crate::statistics::RandomStream;
 use nalgebra::Vector3;
 use softdock_app::record::{Inputs, RobotReport};
 use softdock_app::robot_cycle::RobotCycle;
@@ -13,6 +12,7 @@ use softdock_app::settings::BoardSettings;
 use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::Command;
 use softdock_control::settings::Settings;
+use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 
 /// Cycle time, s.

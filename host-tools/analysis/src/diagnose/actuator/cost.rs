@@ -2,12 +2,13 @@
 
 use super::tried::Scale;
 use crate::diagnose::evidence::strained;
-use crate::model::actuator::{Chain, Reading, Stage, Timing, simulate};
 use crate::model::log::Log;
 use crate::model::prediction::retimed::clock_value;
+use crate::model::stage::Stage;
 use crate::model::{Model, ToleranceModel};
-use crate::statistics::{Noise, noise_floor};
 use nalgebra::{SMatrix, SVector};
+use softdock_actuator::{Chain, Reading, Timing, simulate};
+use softdock_statistics::{Noise, dot, noise_floor};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
@@ -203,12 +204,9 @@ impl<'a> LogCost<'a> {
         let predicted = self.simulate(chain, axis);
         let residual = self.residual(&predicted, axis);
         let scale = 1.0 / self.sigma[axis];
-        for r in &residual {
-            cost.squares += (r * scale) * (r * scale);
-        }
+        cost.squares += scale * scale * dot(&residual, &residual);
         for (gradient, column) in cost.gradient.iter_mut().zip(&self.jacobian[axis]) {
-            let products = residual.iter().zip(column).map(|(r, c)| r * scale * c);
-            *gradient += products.sum::<f64>();
+            *gradient += scale * dot(&residual, column);
         }
     }
 

@@ -3,7 +3,7 @@
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Candidate;
-use crate::model::actuator::Stage;
+use crate::model::stage::Stage;
 use rayon::prelude::*;
 
 /// The same effects in other forms, one effect changed at a time; a form that is best for an effect

@@ -8,7 +8,7 @@ use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Search;
 use crate::diagnose::optimise::golden;
-use crate::model::actuator::Stage;
+use crate::model::stage::Stage;
 use nalgebra::DMatrix;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).

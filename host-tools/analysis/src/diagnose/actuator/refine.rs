@@ -4,7 +4,7 @@ use super::cost::{Cost, Term};
 use super::grid::{place, place_of};
 use super::tried::{Spec, has_plateaus, specs};
 use crate::diagnose::optimise::{golden, nelder_mead};
-use crate::model::actuator::Stage;
+use crate::model::stage::Stage;
 
 /// Improves the parameters of terms from where they are.
 pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {

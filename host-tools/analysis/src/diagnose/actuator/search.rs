@@ -14,7 +14,7 @@ use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, threshold};
 use crate::diagnose::finding::Trial;
 use crate::model::Channel;
-use crate::model::actuator::Stage;
+use crate::model::stage::Stage;
 use rayon::prelude::*;
 
 /// Fall of χ² below which two forms or scopes of a stage are equal.

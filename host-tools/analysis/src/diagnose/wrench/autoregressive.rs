@@ -5,7 +5,7 @@
 //! lies below [`SLOW_HZ`] is replaced by the level just above.
 
 use crate::diagnose::structure::SLOW_HZ;
-use crate::statistics::{median, periodogram};
+use softdock_statistics::{median, periodogram};
 
 /// Order of the model.
 pub(super) const ORDER: usize = 4;
@@ -190,7 +190,7 @@ mod tests {
     /// White noise of which a low-pass has left the lowest quarter is white to its cutoff.
     #[test]
     fn a_filtered_noise_is_white_up_to_the_cutoff() {
-        let filter = crate::import::filter::LowPass::new(4, 0.125);
+        let filter = softdock_statistics::LowPass::new(4, 0.125);
         let noise = filter.zero_phase(&white(5000));
         let noise_model = AutoregressiveNoise::of(&noise, 0.004, 0.01, Some(31.25));
         let plain = AutoregressiveNoise::of(&noise, 0.004, 0.01, None);

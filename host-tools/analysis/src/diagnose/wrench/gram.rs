@@ -28,7 +28,7 @@ pub(super) fn gram(columns: &[impl Borrow<Column> + Sync]) -> DMatrix<f64> {
             for (n, (i, one)) in block.iter().enumerate().take(until(to)).skip(until(from)) {
                 let mut sums = sums.column_mut(i - from);
                 for (k, other) in &block[..=n] {
-                    sums[*k] += dot_series(one, other);
+                    sums[*k] += softdock_statistics::dot(one, other);
                 }
             }
         }
@@ -59,28 +59,8 @@ fn blocks<C: Borrow<Column>>(columns: &[C]) -> Vec<Block<'_>> {
     blocks
 }
 
-/// Product of two columns.
+/// Product of two columns; an axis without values adds nothing.
 pub(crate) fn dot(a: &Column, b: &Column) -> f64 {
-    a.0.iter().zip(&b.0).map(|(a, b)| dot_series(a, b)).sum()
-}
-
-/// Product of two series; zero if one is empty. Eight sums, which the processor adds side by side.
-fn dot_series(a: &[f64], b: &[f64]) -> f64 {
-    if a.is_empty() || b.is_empty() {
-        return 0.0;
-    }
-    let mut sums = [0.0; 8];
-    let (a_parts, b_parts) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a_parts
-        .remainder()
-        .iter()
-        .zip(b_parts.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a_parts.zip(b_parts) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
+    let axes = a.0.iter().zip(&b.0);
+    axes.map(|(a, b)| softdock_statistics::dot(a, b)).sum()
 }

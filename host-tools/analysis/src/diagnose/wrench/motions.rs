@@ -7,7 +7,6 @@
 
 use crate::diagnose::actuator::{Cost, Term};
 use crate::model::Model;
-use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::load::Scene;
 use crate::model::load::effects::add_known;
 use crate::model::log::Log;
@@ -15,6 +14,7 @@ use crate::model::prediction::differences::{
     acceleration_of_means, acceleration_of_samples, velocity_of_means,
 };
 use nalgebra::{UnitQuaternion, Vector3};
+use softdock_actuator::{Reading, Timing, simulate};
 use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::wrench::Motion;
 

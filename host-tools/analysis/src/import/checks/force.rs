@@ -8,10 +8,10 @@ use super::Context;
 use crate::model::prediction::signals::Signals;
 use crate::model::{Axis, Model};
 use crate::recording::Recording;
-use crate::statistics::{correlated_cycles, normal_p};
 use nalgebra::{DVector, Matrix5, Vector5};
 use softdock_control::modes::Mode;
 use softdock_report::number;
+use softdock_statistics::{correlated_cycles, normal_p};
 
 /// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
 /// one that is missing.

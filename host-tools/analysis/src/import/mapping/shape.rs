@@ -3,9 +3,9 @@
 use super::channels::Channels;
 use super::file::Filter;
 use super::stamps::pieces;
-use crate::import::filter::LowPass;
 use anyhow::{bail, ensure};
 use softdock_report::number;
+use softdock_statistics::LowPass;
 
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;

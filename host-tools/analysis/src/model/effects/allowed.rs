@@ -2,8 +2,8 @@
 
 use crate::effects::Effect;
 use crate::model::Model;
-use crate::model::actuator::Stage;
 use crate::model::load::effects::LoadEffect;
+use crate::model::stage::Stage;
 
 /// A parameter that an effect may have in a model file.
 #[derive(Clone, Copy, Debug, PartialEq)]

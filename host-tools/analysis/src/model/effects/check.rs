@@ -4,8 +4,8 @@ use super::{Allowed, EffectError, EffectModel, known};
 use crate::effects::Group;
 use crate::input::nearest;
 use crate::model::Model;
-use crate::model::actuator::Stage;
 use crate::model::load::effects::LoadEffect;
+use crate::model::stage::Stage;
 
 /// Effects on clock, spacecraft and sampling, which [`crate::model::prediction`] knows by their ids.
 const OTHERS: [&str; 8] = [

@@ -7,8 +7,8 @@
 use super::{Column, Scene, laws};
 use crate::effects::formula::ActsOn;
 use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
-use crate::import::filter::LowPass;
 use crate::model::{EffectModel, FilterModel, Model};
+use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
 

@@ -1,15 +1,15 @@
 //! Executed velocity from the velocities that were sent (channel A of docs/docking-rig-log-1.md).
 //!
 //! A velocity, sent in cycle n, is held for a cycle and passes through the actuator of the model
-//! ([`crate::model::actuator`]). A sampled velocity is compared with its end value, the difference
+//! ([`softdock_actuator`]). A sampled velocity is compared with its end value, the difference
 //! of two poses with its mean. With whole cycles d of delay and the lag T this is
 //! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
 
 use super::retimed::pose_delay_s;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six};
-use crate::model::actuator::{Reading, Timing, simulate};
 use crate::model::{Channel, Model};
+use softdock_actuator::{Reading, Timing, simulate};
 
 /// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal.
 pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> ChannelPrediction {

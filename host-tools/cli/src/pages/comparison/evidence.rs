@@ -6,8 +6,8 @@ use softdock_analysis::compare::Series as ErrorSeries;
 use softdock_analysis::compare::Spectrum;
 use softdock_analysis::compare::{Dependence, Regime};
 use softdock_analysis::model::{Axis, Channel};
-use softdock_analysis::statistics::{autocorrelation, whiteness};
 use softdock_report::{Hue, Plot, Series};
+use softdock_statistics::{autocorrelation, whiteness};
 
 /// Longest lag that is drawn, s.
 const LAG_S: f64 = 0.4;

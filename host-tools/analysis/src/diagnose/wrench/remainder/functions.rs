@@ -6,9 +6,9 @@
 
 use crate::diagnose::wrench::prepared_log::PreparedLog;
 use crate::model::load::{Column, Scene};
-use crate::statistics::periodogram;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use softdock_control::frames::Pose;
+use softdock_statistics::periodogram;
 use std::f64::consts::PI;
 
 const POSITION: usize = 12;

@@ -21,8 +21,8 @@ use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;
 use crate::model::load::Column;
 use crate::model::{Axis, Model};
-use crate::statistics::periodogram;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use softdock_statistics::periodogram;
 use std::ops::Range;
 
 /// Rounds in which the variances are found.

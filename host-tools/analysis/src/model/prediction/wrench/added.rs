@@ -4,10 +4,10 @@ use super::super::executed::velocities;
 use super::super::signals::Signals;
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
-use crate::model::actuator::Reading;
 use crate::model::load::Scene;
 use crate::model::load::effects::{LoadEffect, add_known};
 use crate::model::{Axis, Model};
+use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
 

@@ -14,13 +14,11 @@ mod cut;
 mod linear;
 mod moving;
 mod nonlinear;
-mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use chain::{Chain, Limits, PauseKind, PauseTrigger, Resonance};
 pub use cut::Timing;
-pub use stage::Stage;
 
 use cut::Cut;
 use moving::Moving;

@@ -1,12 +1,12 @@
 //! Stages of the actuator that a model file can add, one per effect.
 
-use super::chain::{Chain, PauseKind, PauseTrigger, Resonance};
 use crate::model::{EffectModel, Model};
+use softdock_actuator::{Chain, PauseKind, PauseTrigger, Resonance};
 use std::collections::BTreeMap;
 
 /// A stage of the actuator that the nominal model does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub(crate) enum Stage {
     /// More transport delay.
     Delay,
     /// A second lag.
@@ -46,7 +46,7 @@ type Named = (&'static str, &'static str);
 
 impl Stage {
     /// All stages, the likelier first.
-    pub const ALL: [Self; 21] = [
+    pub(crate) const ALL: [Self; 21] = [
         Self::Delay,
         Self::Lag,
         Self::Pause(PauseTrigger::Output, PauseKind::Resumes),
@@ -71,7 +71,7 @@ impl Stage {
     ];
 
     /// Id in the catalogue.
-    pub fn id(self) -> &'static str {
+    pub(crate) fn id(self) -> &'static str {
         match self {
             Self::Delay => "actuation_delay",
             Self::Lag => "actuation_lag",
@@ -90,7 +90,7 @@ impl Stage {
     }
 
     /// Its parameters for translations, or for rotations: limits have another unit there.
-    pub fn parameters(self, rotation: bool) -> &'static [Named] {
+    pub(crate) fn parameters(self, rotation: bool) -> &'static [Named] {
         match self {
             Self::Delay => &[("extra_delay_s", "s")],
             Self::Lag => &[("extra_lag_s", "s")],
@@ -120,12 +120,12 @@ impl Stage {
     }
 
     /// Whether translations and rotations have parameters of their own.
-    pub fn has_units_of_its_axes(self) -> bool {
+    pub(crate) fn has_units_of_its_axes(self) -> bool {
         self.parameters(true) != self.parameters(false)
     }
 
     /// Which of several forms of an effect it is: names that are 1 in a model file.
-    pub fn form(self) -> &'static [&'static str] {
+    pub(crate) fn form(self) -> &'static [&'static str] {
         match self {
             Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest) => {
                 &["restarts_from_rest"]
@@ -148,7 +148,7 @@ impl Stage {
     }
 
     /// Adds the stage to a chain; values in the order of [`Self::parameters`].
-    pub fn apply(self, chain: &mut Chain, values: &[f64]) {
+    pub(crate) fn apply(self, chain: &mut Chain, values: &[f64]) {
         let first = values.first().copied().unwrap_or(0.0);
         let second = values.get(1).copied().unwrap_or(0.0);
         match self {
@@ -182,7 +182,7 @@ impl Stage {
     }
 
     /// The stage of an effect in a model file; None if it is no effect of the actuator.
-    pub fn of(id: &str, parameters: &BTreeMap<String, f64>) -> Option<Self> {
+    pub(crate) fn of(id: &str, parameters: &BTreeMap<String, f64>) -> Option<Self> {
         let is_set = |name: &&str| parameters.get(*name) == Some(&1.0);
         let fits = |stage: &Self| stage.form().iter().all(is_set);
         Self::ALL

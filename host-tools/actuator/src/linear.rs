@@ -147,10 +147,10 @@ impl LinearStages {
         if lag_s < NO_LAG_S {
             return Moved::constant(input);
         }
-        if self.left[0].0 != duration_s {
+        if !is_as_long(self.left[0].0, duration_s) {
             self.left.swap(0, 1);
         }
-        if self.left[0].0 != duration_s {
+        if !is_as_long(self.left[0].0, duration_s) {
             self.left[0] = (duration_s, (-duration_s / lag_s).exp());
         }
         let left = self.left[0].1;
@@ -163,7 +163,7 @@ impl LinearStages {
     }
 
     fn response(&mut self, duration_s: f64) -> Response {
-        let same = |r: &Response| (r.duration_s - duration_s).abs() < 1e-12;
+        let same = |r: &Response| is_as_long(r.duration_s, duration_s);
         if let Some(last) = self.known.get(self.last).filter(|r| same(r)) {
             return *last;
         }
@@ -221,6 +221,11 @@ impl LinearStages {
             ],
         }
     }
+}
+
+/// Whether two times are one but for rounding: parts of a cycle are differences of sums.
+fn is_as_long(one_s: f64, other_s: f64) -> bool {
+    (one_s - other_s).abs() < 1e-12
 }
 
 /// Exponential of a matrix by scaling and squaring (Moler and Van Loan 2003, method 3) of Taylor's

@@ -1,5 +1,5 @@
-//! What a series of numbers says about itself: noise floor, correlation, spectrum, and whether
-//! another quantity explains it.
+//! What a series of numbers says about itself: noise floor, correlation, spectrum, what is left of it
+//! below a frequency, and whether another quantity explains it.
 //!
 //! A value that is missing is NaN; it is left out, and neighbours across it stay neighbours of
 //! nobody.
@@ -7,7 +7,9 @@
 mod correlation;
 mod dependence;
 mod groups;
+mod low_pass;
 mod noise_floor;
+mod products;
 mod random;
 mod significance;
 mod spectrum;
@@ -15,7 +17,9 @@ mod spectrum;
 pub use correlation::{Whiteness, autocorrelation, correlated_cycles, whiteness};
 pub use dependence::{Dependence, dependence};
 pub use groups::{Fit, Groups};
+pub use low_pass::LowPass;
 pub use noise_floor::{LowPassed, Noise, median, noise_floor};
+pub use products::dot;
 pub use random::RandomStream;
 pub use significance::{chi_square_p, f_p, normal_p};
 pub use spectrum::{periodogram, shape_of};

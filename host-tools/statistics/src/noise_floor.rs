@@ -131,12 +131,12 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::statistics::RandomStream;
+    use crate::RandomStream;
 
     /// Normally distributed numbers with standard deviation 1.
-    pub(in crate::statistics) fn normal(count: usize, seed: u64) -> Vec<f64> {
+    pub(crate) fn normal(count: usize, seed: u64) -> Vec<f64> {
         let mut random = RandomStream::new(seed, 0);
         (0..count).map(|_| random.normal()).collect()
     }
@@ -149,7 +149,7 @@ pub(super) mod tests {
             order: 4,
             cutoff: 0.12,
         };
-        let quiet = crate::import::filter::LowPass::new(4, filter.cutoff).zero_phase(&noise);
+        let quiet = crate::LowPass::new(4, filter.cutoff).zero_phase(&noise);
         let variance = quiet.iter().map(|v| v * v).sum::<f64>() / quiet.len() as f64;
         let floor = noise_floor(&quiet, Noise::White, Some(filter)).unwrap();
         assert!((floor / variance.sqrt() - 1.0).abs() < 0.05, "{floor}");
@@ -196,7 +196,7 @@ pub(super) mod tests {
             cutoff: 0.1,
         };
         let filtered = |values: &[f64]| {
-            let low_pass = crate::import::filter::LowPass::new(filter.order, filter.cutoff);
+            let low_pass = crate::LowPass::new(filter.order, filter.cutoff);
             low_pass.zero_phase(values)
         };
         let quiet = filtered(&noise);

@@ -107,7 +107,7 @@ impl Chain {
     }
 
     /// Its values bit by bit, to look up what is known of it.
-    pub(crate) fn bits(&self) -> [u64; 18] {
+    pub fn bits(&self) -> [u64; 18] {
         let Self { planner, drive, .. } = self;
         let mode = self.resonance.map(|r| (r.frequency_hz, r.damping_ratio));
         let (frequency_hz, damping_ratio) = mode.unwrap_or((0.0, 0.0));
