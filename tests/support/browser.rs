@@ -107,18 +107,35 @@ impl Browser {
     /// # Panics
     /// If there is no such element, or it cannot be pressed.
     pub fn click(&mut self, selector: &str) {
-        self.until(&format!(
-            "document.querySelector({selector:?}) && !document.querySelector({selector:?}).disabled"
-        ));
-        let place = self.evaluate(&format!(
-            "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{block: 'center'}}); \
-             const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()"
-        ));
+        let place = self.place_at_rest(selector);
         for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
             let event = json!({
                 "type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1
             });
             self.tools.call("Input.dispatchMouseEvent", event);
+        }
+    }
+
+    /// Middle of an element that can be pressed and lies under nothing, once it no longer moves: what is loaded
+    /// above it moves it away from under the mouse.
+    fn place_at_rest(&mut self, selector: &str) -> Value {
+        let middle = format!(
+            "(() => {{ const e = document.querySelector({selector:?}); if (!e || e.disabled) return null; \
+             e.scrollIntoView({{block: 'center'}}); const b = e.getBoundingClientRect(); \
+             const place = [b.x + b.width / 2, b.y + b.height / 2]; \
+             return e.contains(document.elementFromPoint(...place)) ? place : null; }})()"
+        );
+        let give_up = Instant::now() + PATIENCE;
+        let mut last = Value::Null;
+        loop {
+            let place = self.evaluate(&middle);
+            if !place.is_null() && place == last {
+                return place;
+            }
+            let text = (Instant::now() > give_up).then(|| self.evaluate("document.body.innerText"));
+            assert!(text.is_none(), "never to be pressed: {selector}\n{text:?}");
+            last = place;
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
