@@ -6,6 +6,7 @@
 use super::actuator::Search;
 use super::body::{self, BodyRegression, BodySearch};
 use super::clock::Jitter;
+use super::evidence::Support;
 use super::finding::{NoiseFloor, Trial};
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
@@ -154,8 +155,8 @@ pub(crate) struct WrenchFinding {
     pub found: wrench::Found,
     /// All logs, ready for further questions.
     pub prepared: Joint,
-    /// What rounds before this one accepted, and the evidence for it.
-    pub earlier: (Vec<Fitted>, Vec<f64>),
+    /// What rounds before this one accepted, and what speaks for it.
+    pub earlier: (Vec<Fitted>, Vec<Support>),
     /// What was tested beside a smooth remainder, if structure is left.
     pub beside_remainder: Option<BesideRemainder>,
 }
@@ -203,9 +204,9 @@ impl WrenchFinding {
         });
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         let effects = self.earlier.0.iter_mut().chain(accepted);
-        let evidence = self.earlier.1.iter_mut().chain(&mut self.found.evidence);
-        for ((effect, evidence), standing) in effects.zip(evidence).zip(each) {
-            *evidence = evidence.min(standing.evidence);
+        let support = self.earlier.1.iter_mut().chain(&mut self.found.support);
+        for ((effect, support), standing) in effects.zip(support).zip(each) {
+            *support = support.at_most(standing.evidence);
             effect.stand(standing.amount);
         }
     }

@@ -41,6 +41,41 @@ pub(crate) fn threshold(explained: f64) -> f64 {
     NAMED + LAW * explained.max(0.0)
 }
 
+/// What the logs say for an effect that is named.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Support {
+    /// Evidence for it beside the others, which stay as they are without it.
+    pub beside: f64,
+    /// Evidence against the best of all that does without it, whatever that has in its place.
+    pub against: f64,
+}
+
+impl Support {
+    /// Of an effect without rivals.
+    pub(crate) const fn alone(evidence: f64) -> Self {
+        Self {
+            beside: evidence,
+            against: evidence,
+        }
+    }
+
+    /// The same beside hypotheses without the effect, the best of which has so much less evidence.
+    pub(crate) fn with_rival(self, behind: f64) -> Self {
+        Self {
+            against: self.against.min(behind),
+            ..self
+        }
+    }
+
+    /// At most so much evidence.
+    pub(crate) fn at_most(self, evidence: f64) -> Self {
+        Self {
+            beside: self.beside.min(evidence),
+            against: self.against.min(evidence),
+        }
+    }
+}
+
 /// Probability of what has this evidence against the best of all that does without it, and of that
 /// the catalogue knows what is missing.
 pub(crate) fn probability(evidence: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::actuator::{Candidate, Search, Term};
 use super::engine::Stages;
+use super::evidence::Support;
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use crate::model::stage::Stage;
@@ -18,8 +19,8 @@ pub(crate) struct Named {
     pub effect: EffectModel,
     /// Its parameters with units and intervals.
     pub estimates: BTreeMap<String, Estimate>,
-    /// Evidence for it beside the others.
-    pub evidence: f64,
+    /// What speaks for it.
+    pub support: Support,
     /// Evidence that the logs do not agree about it.
     pub disagreement: f64,
 }
@@ -33,14 +34,14 @@ impl Named {
                 ..EffectModel::default()
             },
             estimates: BTreeMap::new(),
-            evidence: f64::INFINITY,
+            support: Support::alone(f64::INFINITY),
             disagreement: 0.0,
         }
     }
 
-    fn with_evidence(self, evidence: f64, disagreement: f64) -> Self {
+    fn with_support(self, support: Support, disagreement: f64) -> Self {
         Self {
-            evidence,
+            support,
             disagreement,
             ..self
         }
@@ -84,21 +85,22 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     named.extend(sampling(stages));
     if let Some(found) = &stages.wrench {
         let earlier = found.earlier.0.iter().zip(&found.earlier.1);
-        named.extend(
-            earlier.map(|(fitted, evidence)| reading(fitted).with_evidence(*evidence, 0.0)),
-        );
+        named.extend(earlier.map(|(fitted, support)| reading(fitted).with_support(*support, 0.0)));
         if let Some(accepted) = &found.found.accepted {
             let left = found.prepared.left(accepted.gain);
-            let each = accepted.effects.iter().zip(&found.found.evidence);
+            let each = accepted.effects.iter().zip(&found.found.support);
             let each = each.zip(found.prepared.contrasts(accepted));
-            named.extend(each.map(|((fitted, evidence), (contrast, _))| {
-                reading(fitted).with_evidence(*evidence, most_of(contrast, left))
+            named.extend(each.map(|((fitted, support), (contrast, _))| {
+                reading(fitted).with_support(*support, most_of(contrast, left))
             }));
         }
     }
     for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
-        let mut one = one.with_evidence(fit.evidence, most_of(fit.contrast, fit.left));
+        let mut one = one.with_support(
+            Support::alone(fit.evidence),
+            most_of(fit.contrast, fit.left),
+        );
         for (name, (value, sigma, unit)) in &fit.parameters {
             one = if *sigma > 0.0 {
                 one.with(name, (*value, *sigma), unit)
@@ -195,9 +197,9 @@ fn actuator(stages: &Stages) -> Vec<Named> {
             // Translations and rotations with a limit each are one effect.
             Some(at) => named.remove(at),
             None => {
-                let of_id = found.search.evidence.iter().find(|(other, _)| *other == id);
-                Named::new(id, axes_of(term, &active)).with_evidence(
-                    of_id.map_or(f64::INFINITY, |(_, evidence)| *evidence),
+                let of_id = found.search.support.iter().find(|(other, _)| *other == id);
+                Named::new(id, axes_of(term, &active)).with_support(
+                    of_id.map_or(Support::alone(f64::INFINITY), |(_, support)| *support),
                     most_of(
                         found.search.disagreement,
                         found.search.reached() - found.count as f64,

@@ -55,7 +55,7 @@ pub(crate) fn conclude(
     let cycles = stages.logs.all.iter().map(Log::len).sum::<usize>();
     let amount = evidence::price(cycles);
     let disagree =
-        |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.evidence);
+        |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.support.beside);
     let of_one_log = stages.wrench.as_ref().and_then(|w| w.found.of_one_log);
     let named = reduction.named.iter().filter(disagree);
     let mut disagreeing: Vec<&str> = named.map(|n| n.0.effect.id.as_str()).collect();
@@ -73,9 +73,7 @@ pub(crate) fn conclude(
     let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
-    let runner_up = found
-        .first()
-        .and_then(|id| ranking::runner_up(id, &found, &ranked));
+    let runner_up = ranking::runner_up(&found, &ranked);
     let mut looks_like = ranking::shapes(stages);
     let regions = if unnamed {
         looks_like.extend(found.iter().cloned());
@@ -105,7 +103,12 @@ pub(crate) fn conclude(
             .named
             .iter()
             .filter(|_| !unnamed)
-            .map(|(n, _)| (n.effect.id.clone(), evidence::probability(n.evidence)))
+            .map(|(n, _)| {
+                (
+                    n.effect.id.clone(),
+                    evidence::probability(n.support.against),
+                )
+            })
             .collect(),
         nominal: nominal(stages),
         remainder,

@@ -2,7 +2,7 @@
 
 use super::actuator::Candidate;
 use super::clock::Jitter;
-use super::engine::{Stages, is_shape};
+use super::engine::{Stages, WrenchFinding, is_shape};
 use super::evidence;
 use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
 use super::named::NEARLY_AS_GOOD;
@@ -43,22 +43,6 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             });
         }
     }
-    if let Some(found) = &stages.wrench {
-        for tested in &found.found.ranked {
-            let wrong = (!tested.wrong.is_empty())
-                .then(|| format!("physics forbids {}", tested.wrong.join(", ")));
-            all.push(Ranked {
-                effects: tested.ids(),
-                beside: tested.beside.clone(),
-                channel: Channel::Wrench,
-                gain_train: fit(&tested.gains),
-                gain_test: unseen(&tested.gains),
-                parameters: tested.parameters,
-                as_good_as: None,
-                refused: wrong,
-            });
-        }
-    }
     all.extend(in_place(stages));
     for body in &stages.body.accepted {
         all.push(Ranked {
@@ -90,28 +74,53 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             refused: None,
         });
     }
-    let both = |r: &Ranked| r.gain_train + r.gain_test;
     // By the price by which the search decides, so that what is named stands before what only fits a
     // little better with more effects.
     let price = evidence::price(stages.logs.all.iter().map(|log| log.len()).sum());
     let worth = |r: &Ranked| {
         let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;
-        both(r) - paid
+        fall(r) - paid
     };
-    let order = |r: &Ranked| (r.refused.is_some(), -worth(r));
-    all.sort_by(|a, b| {
-        let ((refused_a, a), (refused_b, b)) = (order(a), order(b));
-        refused_a.cmp(&refused_b).then(a.total_cmp(&b))
+    let mut all: Vec<(f64, Ranked)> = all.into_iter().map(|r| (worth(&r), r)).collect();
+    all.extend(stages.wrench.iter().flat_map(|w| of_wrench(w, fitted)));
+    all.sort_by(|(a, one), (b, other)| {
+        let refused = |r: &Ranked| r.refused.is_some();
+        refused(one).cmp(&refused(other)).then(b.total_cmp(a))
     });
     let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
+    let mut all: Vec<Ranked> = all.into_iter().map(|(_, one)| one).collect();
     all.retain(|one| {
         let key = (one.effects.clone(), one.beside.clone());
         let new = !seen.contains(&key);
         seen.push(key);
         new
     });
-    all.retain(|one| both(one) > 10.0);
+    all.retain(|one| fall(one) > 10.0);
     shortened(all)
+}
+
+/// Fall of χ² over all logs.
+fn fall(ranked: &Ranked) -> f64 {
+    ranked.gain_train + ranked.gain_test
+}
+
+/// Hypotheses on the reading, with their evidence.
+fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64, Ranked)> {
+    let of = move |tested: &Tested| {
+        let forbidden = tested.wrong.join(", ");
+        let ranked = Ranked {
+            effects: tested.ids(),
+            beside: tested.beside.clone(),
+            channel: Channel::Wrench,
+            gain_train: tested.gains.iter().take(fitted).sum(),
+            gain_test: tested.gains.iter().skip(fitted).sum(),
+            parameters: tested.parameters,
+            as_good_as: None,
+            refused: (!forbidden.is_empty()).then(|| format!("physics forbids {forbidden}")),
+        };
+        (tested.evidence, ranked)
+    };
+    stage.found.ranked.iter().map(of)
 }
 
 /// The largest evidence of any effect of each stage.
@@ -216,39 +225,50 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
     kept
 }
 
-/// The best rival of what is named: one that explains as much in the place of a named effect, else
-/// the best single hypothesis in the place of the first, `id`, against the best one with that and
-/// nothing that is not named.
-pub(super) fn runner_up(id: &str, named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
-    let both = |r: &Ranked| r.gain_train + r.gain_test;
+/// The closest rival of what is named: one that explains as much in the place of a named effect, else
+/// the best single hypothesis against the best one with a named effect and nothing that is not named.
+pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
         let alone = |r: &&Ranked| r.beside == rival.beside && r.effects == [of.clone()];
-        Some((ranked.iter().find(alone)?, rival))
+        Some((of, ranked.iter().find(alone)?, rival))
     });
-    let (winner, rival) = tie.or_else(|| {
-        let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
-        let with_it = ranked.iter().filter(is_named);
-        let winner = with_it
-            .filter(|r| r.effects.iter().any(|e| e == id))
-            .max_by(|a, b| both(a).total_cmp(&both(b)))?;
-        let rival = ranked.iter().find(|r| {
-            r.effects.len() == 1
-                && r.channel == winner.channel
-                && r.beside == winner.beside
-                && !named.contains(&r.effects[0])
-                && r.refused.is_none()
-        })?;
-        Some((winner, rival))
+    let (of, winner, rival) = tie.or_else(|| {
+        let in_the_place_of = |id| in_the_place_of(id, named, ranked);
+        let behind = |pair: &(&String, &Ranked, &Ranked)| fall(pair.1) - fall(pair.2);
+        let each = named.iter().filter_map(in_the_place_of);
+        each.min_by(|a, b| behind(a).total_cmp(&behind(b)))
     })?;
     // What fits a little better, and was not taken for other reasons, ties.
-    let behind = (both(winner) - both(rival)).max(0.0);
+    let behind = (fall(winner) - fall(rival)).max(0.0);
     Some(RunnerUp {
         effect: rival.effects[0].clone(),
-        of: winner.effects[0].clone(),
+        of: of.clone(),
         behind,
         told_apart: behind > TOLD_APART && rival.as_good_as.is_none(),
     })
+}
+
+/// The best hypothesis with an effect and nothing that is not named, and the best single one that
+/// would do without all of these.
+fn in_the_place_of<'a>(
+    id: &'a String,
+    named: &[String],
+    ranked: &'a [Ranked],
+) -> Option<(&'a String, &'a Ranked, &'a Ranked)> {
+    let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
+    let with_it = ranked.iter().filter(is_named);
+    let winner = with_it
+        .filter(|r| r.effects.contains(id))
+        .max_by(|a, b| fall(a).total_cmp(&fall(b)))?;
+    let rival = ranked.iter().find(|r| {
+        r.effects.len() == 1
+            && r.channel == winner.channel
+            && r.beside == winner.beside
+            && !named.contains(&r.effects[0])
+            && r.refused.is_none()
+    })?;
+    Some((id, winner, rival))
 }
 
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.

@@ -172,7 +172,7 @@ fn wrench_rounds(
         }
         next.earlier = finding.earlier;
         next.earlier.0.extend(accepted.effects.iter().cloned());
-        next.earlier.1.extend(finding.found.evidence);
+        next.earlier.1.extend(finding.found.support);
         next.found.ranked.extend(finding.found.ranked);
         next.found.rivals.extend(finding.found.rivals);
         finding = next;

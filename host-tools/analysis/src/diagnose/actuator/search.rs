@@ -11,7 +11,7 @@ use super::refine::{improved, refined};
 use super::steps::best_step;
 use super::tried::specs;
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, threshold};
+use crate::diagnose::evidence::{self, Support, threshold};
 use crate::diagnose::finding::Trial;
 use crate::model::Channel;
 use crate::model::stage::Stage;
@@ -86,8 +86,8 @@ pub(crate) struct Search {
     pub singles: Vec<Candidate>,
     /// What is accepted, if anything: its parameters are those of the logs of the fit.
     pub accepted: Option<Candidate>,
-    /// Evidence for each of its effects beside the others.
-    pub evidence: Vec<(&'static str, f64)>,
+    /// What speaks for each of its effects.
+    pub support: Vec<(&'static str, Support)>,
     /// Evidence that the logs do not have the same parameters.
     pub disagreement: f64,
     /// Other forms of what is accepted that explain the logs as well.
@@ -177,16 +177,16 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         equal_forms = choose_form(candidate, cost);
         prefer_exact_nominal(candidate, cost);
     }
-    let evidence = accepted
+    let support = accepted
         .iter()
-        .flat_map(|c| each(c, &nominal, cost))
+        .flat_map(|c| support(c, &singles, &nominal, cost))
         .collect();
     let disagreement = accepted.as_ref().map_or(0.0, |c| disagreement(c, cost));
     Search {
         accepted: accepted.map(|c| of_fit(c, cost, ask.fitted)),
         nominal,
         singles,
-        evidence,
+        support,
         disagreement,
         equal_forms,
     }
@@ -264,6 +264,23 @@ fn each(candidate: &Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Vec<(&'s
         )
     })
     .collect()
+}
+
+/// What speaks for each effect: also against the stages alone that do without it.
+fn support(
+    candidate: &Candidate,
+    singles: &[Candidate],
+    nominal: &Candidate,
+    cost: &Cost<'_>,
+) -> Vec<(&'static str, Support)> {
+    let priced = candidate.priced(cost);
+    let of = |(id, beside): (&'static str, f64)| {
+        let lacks_it = |c: &&Candidate| is_a_cause(c, cost) && !c.ids().contains(&id);
+        let rivals = singles.iter().filter(lacks_it).map(|c| c.priced(cost));
+        let best = rivals.fold(f64::INFINITY, f64::min);
+        (id, Support::alone(beside).with_rival(best - priced))
+    };
+    each(candidate, nominal, cost).into_iter().map(of).collect()
 }
 
 /// Without the effects that are not worth their price beside the others.
@@ -381,12 +398,34 @@ fn best_single(
     let hopeless = cost.of(beside) - cost.of(&all) < NEGLIGIBLE_GAIN && !slips_through(stage);
     let all = if hopeless {
         all
-    } else if stage.has_units_of_its_axes() || !beside.is_empty() {
+    } else if stage.has_units_of_its_axes() {
         refined(all, cost)
     } else {
-        on_all_axes(refined(all, cost), cost)
+        let scoped = rescoped(refined(all, cost), scopes, cost);
+        if beside.is_empty() {
+            on_all_axes(scoped, cost)
+        } else {
+            scoped
+        }
     };
     Some(Candidate::new(all, cost))
+}
+
+/// The last term on other axes, where these explain clearly more: the grid that they were chosen on
+/// is coarse, and a mode that is not quite right there is no better on the axes that have it.
+fn rescoped(terms: Vec<Term>, scopes: &[[bool; 6]], cost: &Cost<'_>) -> Vec<Term> {
+    let on = |scope: &[bool; 6]| {
+        let mut terms = terms.clone();
+        if let Some(last) = terms.last_mut() {
+            last.axes = *scope;
+        }
+        (cost.of(&terms), terms)
+    };
+    let best = scopes.iter().map(on).min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((chi2, other)) if chi2 + TOLD_APART < cost.of(&terms) => refined(other, cost),
+        _ => terms,
+    }
 }
 
 /// What the grid saw on some axes only may be on all of them, with a value between its own.

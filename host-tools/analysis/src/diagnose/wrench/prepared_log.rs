@@ -295,13 +295,17 @@ impl Joint {
         Some((0..count).map(column).collect())
     }
 
-    /// By how much a contribution, in units of the noise, lets χ² of each log fall.
+    /// By how much a contribution, in units of the noise, lets χ² of each log fall, with what the
+    /// tolerances no longer have to take.
     pub(super) fn gains(&self, problem: &Problem, white: &Column) -> Vec<f64> {
         let squares = |white: &Column| -> Vec<f64> {
-            let rest = problem.rest(white, &problem.tolerances_with(white));
+            let taken = problem.tolerances_with(white);
+            let rest = problem.rest(white, &taken);
+            // What the tolerances cost is of no log more than of another.
+            let shared = taken.norm_squared() / self.logs.len().max(1) as f64;
             let of = |k: usize| -> f64 {
                 let part = problem.part(&rest, k);
-                part.0.iter().flatten().map(|r| r * r).sum()
+                shared + part.0.iter().flatten().map(|r| r * r).sum::<f64>()
             };
             (0..self.logs.len()).map(of).collect()
         };

@@ -4,13 +4,14 @@
 //! adding, exchanging and removing one effect at a time as long as the evidence rises. What is left
 //! at the end is worth its price beside all others.
 
+use super::fitted::Fitted;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
 use super::prepared_log::Joint;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, threshold};
+use crate::diagnose::evidence::{self, Support, threshold};
 use crate::model::load::Column;
 use crate::model::load::effects::Sign;
 use rayon::prelude::*;
@@ -37,8 +38,8 @@ const NEGLIGIBLE_GAIN: f64 = 15.0;
 pub(crate) struct Found {
     /// What is accepted, if anything: its parameters are those of the logs of the fit.
     pub accepted: Option<Tested>,
-    /// Evidence for each accepted effect beside the others.
-    pub evidence: Vec<f64>,
+    /// What speaks for each accepted effect.
+    pub support: Vec<Support>,
     /// All that were tried, best first.
     pub ranked: Vec<Tested>,
     /// Effects of the same kind in the place of one of several that are accepted.
@@ -113,12 +114,12 @@ fn searched(joint: &Joint, library: &Library, forced: bool, watch: Watch<'_>) ->
     if forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
     }
-    let evidence = accepted.as_ref().map_or_else(Vec::new, |t| work.each(t));
+    let support = accepted.as_ref().map_or_else(Vec::new, |t| work.support(t));
     let rivals = accepted.as_ref().map_or_else(Vec::new, |t| work.rivals(t));
     let of_one_log = work.of_one_log(accepted.as_ref());
     Found {
         accepted: accepted.map(|all| work.of_fit(all)),
-        evidence,
+        support,
         ranked,
         rivals,
         ended_after,
@@ -245,6 +246,20 @@ impl Work<'_> {
             }
         };
         (0..now.effects.len()).into_par_iter().map(of).collect()
+    }
+
+    /// What speaks for each effect: also against all that was tested and does without it.
+    fn support(&self, now: &Tested) -> Vec<Support> {
+        let beside = self.each(now);
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let possible: Vec<&Tested> = known.values().filter(|t| self.is_possible(t)).collect();
+        let of = |(beside, own): (f64, &Fitted)| {
+            let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
+            let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);
+            let best = rivals.fold(0.0, f64::max);
+            Support::alone(beside).with_rival(now.evidence - best)
+        };
+        beside.into_iter().zip(&now.effects).map(of).collect()
     }
 
     /// Without the effects that are not worth their price beside the others.
