@@ -39,6 +39,23 @@ fn a_sample_of_the_generated_logs_is_judged_right() {
 }
 
 #[test]
+fn written_logs_are_judged_as_the_generated_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = folder.path().join("cases");
+    let specs = cases(Level::Single, 1);
+    diagnose::write(&specs, &written, &|| ()).unwrap();
+    let said = |mut bench: Bench| {
+        let row = &mut bench.rows[0];
+        row.seconds = 0.0;
+        // Read from JSON the last digit may differ.
+        row.size = (row.size * 1e9).round();
+        serde_json::to_value(row).unwrap()
+    };
+    let read = diagnose::folder(&written, &|| ()).unwrap();
+    assert_eq!(said(read), said(score(&specs)));
+}
+
+#[test]
 #[ignore = "long: eight diagnoses"]
 fn logs_with_nothing_hidden_are_clean() {
     let mut specs = cases(Level::Null, 4);

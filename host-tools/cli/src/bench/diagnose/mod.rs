@@ -14,7 +14,9 @@ use serde::Serialize;
 use softdock_analysis::diagnose::{self, Diagnosis, StrongestEvidence};
 use softdock_analysis::import::{ImportedLogs, docking_rig_log};
 use softdock_hidden_effects::score::{Answer, Rate, Scores, error_drop_percent};
-use softdock_hidden_effects::{CaseSpec, Level, NoiseRange, Truth, Verdict, parse_truth};
+use softdock_hidden_effects::{
+    CaseSpec, Level, NoiseRange, Truth, Verdict, parse_truth, truth_json,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 use truth::Interval;
@@ -92,6 +94,36 @@ fn judge_generated(spec: &CaseSpec) -> anyhow::Result<Judged> {
     let logs = docking_rig_log::from_text(&case.meta_json, &case.train_csv, &case.test_csv)
         .with_context(|| format!("case {}", case.name))?;
     judge(case.name, case.truth, &logs)
+}
+
+/// Writes generated cases into a new folder as [`folder`] reads them; `done` is called after each.
+///
+/// # Errors
+///
+/// A folder that exists, or that cannot be written.
+pub fn write(specs: &[CaseSpec], folder: &Path, done: &(dyn Fn() + Sync)) -> anyhow::Result<()> {
+    let named = |what: &Path| format!("cannot write {}", what.display());
+    std::fs::create_dir(folder).with_context(|| named(folder))?;
+    let one = |spec: &CaseSpec| -> anyhow::Result<(String, Truth)> {
+        let case = spec.generate();
+        let own = folder.join(&case.name);
+        std::fs::create_dir(&own).with_context(|| named(&own))?;
+        let texts = [
+            ("meta.json", &case.meta_json),
+            ("train.csv", &case.train_csv),
+            ("test.csv", &case.test_csv),
+        ];
+        for (name, text) in texts {
+            let file = own.join(name);
+            std::fs::write(&file, text).with_context(|| named(&file))?;
+        }
+        done();
+        Ok((case.name, case.truth))
+    };
+    let truths: Vec<(String, Truth)> = specs.par_iter().map(one).collect::<Result<_, _>>()?;
+    let text = truth_json(truths.iter().map(|(name, truth)| (name.as_str(), truth)));
+    let file = folder.join("truth.json");
+    std::fs::write(&file, text).with_context(|| named(&file))
 }
 
 /// Diagnoses the cases of a folder with a `truth.json`.

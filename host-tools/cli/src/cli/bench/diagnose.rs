@@ -21,7 +21,9 @@ use std::path::PathBuf;
 #[command(after_help = "Example: softdock bench diagnose --seed 3
          softdock bench diagnose --ladder
          softdock bench diagnose --nothing-hidden 300
-         softdock bench diagnose --folder cases")]
+         softdock bench diagnose --folder cases
+         softdock bench diagnose --seed 3 --case h017 --write cases
+Then:    softdock import cases/h017 -o h017")]
 pub(super) struct Diagnose {
     /// Seed of the generator
     #[arg(long, default_value_t = 1)]
@@ -41,6 +43,9 @@ pub(super) struct Diagnose {
     /// A folder of docking-rig-log/1 cases with their truth.json, instead of the generator
     #[arg(long, value_name = "DIR", conflicts_with_all = ["count", "ladder", "nothing_hidden"])]
     folder: Option<PathBuf>,
+    /// Write the cases into a new folder instead of diagnosing them, for `import` and --folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["folder", "all", "json"])]
+    write: Option<PathBuf>,
     /// Print every case, not only those that went wrong
     #[arg(long)]
     all: bool,
@@ -74,6 +79,12 @@ struct Score {
 
 impl Diagnose {
     pub(super) fn execute(self) -> Result<()> {
+        if let Some(folder) = &self.write {
+            let specs = self.specs();
+            let bar = counter(specs.len() as u64, "writing");
+            diagnose::write(&specs, folder, &|| bar.inc(1))?;
+            return print(&format!("{} cases in {}.\n", specs.len(), folder.display()));
+        }
         let scored = match &self.folder {
             Some(folder) => {
                 let bar = counter(diagnose::truths(folder)?.len() as u64, "diagnosing");
