@@ -5,6 +5,7 @@ use super::engine::Stages;
 use super::evidence::Support;
 use super::finding::Estimate;
 use super::wrench::Fitted;
+use crate::effects::by_id;
 use crate::model::stage::Stage;
 use crate::model::{Axis, EffectModel, Model};
 use std::collections::BTreeMap;
@@ -76,6 +77,25 @@ impl Named {
         }
         self
     }
+
+    /// Ends each interval where its parameter's range ends: a curvature knows nothing of a time
+    /// constant that cannot be negative.
+    fn bounded(mut self) -> Self {
+        let Some(effect) = by_id(&self.effect.id) else {
+            return self;
+        };
+        for (name, [low, high]) in &mut self.effect.interval_95 {
+            let (Some(at), Some(estimate)) = (effect.place(name), self.estimates.get_mut(name))
+            else {
+                continue;
+            };
+            let range = &effect.parameters[at];
+            *low = low.max(range.low.min(estimate.value));
+            *high = high.min(range.high.max(estimate.value));
+            (estimate.low, estimate.high) = (*low, *high);
+        }
+        self
+    }
 }
 
 /// All accepted effects, in the order of the stages.
@@ -113,7 +133,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     if model.tool.mass_kg == 0.0 {
         divide_by_mass(&mut named);
     }
-    named
+    named.into_iter().map(Named::bounded).collect()
 }
 
 /// A disagreement of the logs, if it is most of what is left; what else is left is no matter of one

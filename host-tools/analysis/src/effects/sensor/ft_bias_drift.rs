@@ -13,19 +13,21 @@ pub const EFFECT: Effect = Effect {
     naming: Naming::Cause,
     equation: "W(t) = W_nominal + (fx_n, .., tz_n_m) (1 - exp(-t/time_constant_s)), t from the last zeroing",
     source: "strain-gauge data sheets (drift of the zero with temperature); first-order warming",
-    signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp",
+    signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp, of which only the rate, value over time constant, is known",
     typical: "0.5 to 3 N over some seconds to minutes after the load or the temperature has changed",
+    // Of a ramp only the rate, last value over time constant, is known: the last values may be as
+    // large as a plausible rate, 1 N/s, times the longest time constant.
     parameters: &[
-        Parameter::new("fx_n", "N", -100.0, 100.0)
+        Parameter::new("fx_n", "N", -1e4, 1e4)
             .hidden(1.0, 2.0)
             .either_sign()
             .pictured(2.0),
-        Parameter::new("fy_n", "N", -100.0, 100.0),
-        Parameter::new("fz_n", "N", -100.0, 100.0),
-        Parameter::new("tx_n_m", "N·m", -20.0, 20.0),
-        Parameter::new("ty_n_m", "N·m", -20.0, 20.0),
-        Parameter::new("tz_n_m", "N·m", -20.0, 20.0),
-        Parameter::new("time_constant_s", "s", 0.1, 1000.0)
+        Parameter::new("fy_n", "N", -1e4, 1e4),
+        Parameter::new("fz_n", "N", -1e4, 1e4),
+        Parameter::new("tx_n_m", "N·m", -1e3, 1e3),
+        Parameter::new("ty_n_m", "N·m", -1e3, 1e3),
+        Parameter::new("tz_n_m", "N·m", -1e3, 1e3),
+        Parameter::new("time_constant_s", "s", 0.1, 1e4)
             .shape(&[0.7, 1.2, 2.0, 3.0, 4.0, 5.5, 8.0, 12.0, 25.0, 1e3], 1e3)
             .hidden(3.0, 8.0)
             .pictured(15.0),
