@@ -187,6 +187,8 @@ mod tests {
     proptest! {
         #[test]
         fn significant_reads_back_within_half_a_digit(value in proptest::num::f64::NORMAL, digits in 1usize..=15) {
+            // Rounded up it would be beyond the largest number.
+            prop_assume!(value.abs() < 1e308);
             let text = significant(value, digits);
             let read: f64 = text.parse().unwrap();
             let tolerance = 0.500_001 * 10f64.powi(1 - digits as i32) + 1e-15;
