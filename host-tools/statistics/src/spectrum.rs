@@ -1,6 +1,6 @@
 //! Spectra.
 
-use rustfft::FftPlanner;
+use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ pub fn periodogram(series: &[f64]) -> Vec<f64> {
         .iter()
         .map(|v| Complex::new(if v.is_finite() { *v } else { 0.0 }, 0.0))
         .collect();
-    FftPlanner::new()
+    FftPlannerScalar::new()
         .plan_fft_forward(series.len())
         .process(&mut buffer);
     buffer[1..=series.len() / 2]
