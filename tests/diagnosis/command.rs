@@ -349,10 +349,12 @@ fn a_log_that_teaches_little_says_so() {
             cycle.trace.pose[..3].iter_mut().for_each(|v| *v *= 1000.0);
         }
     });
-    assert!(
-        millimetres.stderr.contains("is the position in mm?"),
-        "{}",
-        millimetres.stderr
+    assert_failure(
+        &millimetres,
+        &[
+            "bad.mcap: position x changes 1000",
+            "is the position in mm?",
+        ],
     );
 }
 

@@ -8,7 +8,7 @@ mod force;
 mod timing;
 mod units;
 
-use crate::model::Model;
+use crate::model::{Axis, Model};
 use crate::recording::Recording;
 use softdock_app::record::CycleRecord;
 
@@ -79,6 +79,20 @@ pub enum CheckError {
         /// Found, s.
         received_s: f64,
     },
+    /// Position and velocity are in different units.
+    #[error(
+        "{name}: position {axis} changes {ratio:.4} times as fast as its velocity says: {hint}"
+    )]
+    Units {
+        /// The recording.
+        name: String,
+        /// The axis.
+        axis: Axis,
+        /// Change of the position over its velocity.
+        ratio: f64,
+        /// What to do.
+        hint: String,
+    },
     /// Nothing changes.
     #[error(
         "{name}: no velocity, pose or wrench changes in the whole log; expected a test in which \
@@ -95,7 +109,7 @@ pub enum CheckError {
 /// # Errors
 ///
 /// [`CheckError`]: too short, times that do not rise or contradict the promised sample time,
-/// nothing that changes.
+/// position and velocity in different units, nothing that changes.
 pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>, CheckError> {
     let cycles = recording.cycles.as_slice();
     let expected = context.fewest_rows.unwrap_or(if context.at_rest() {
@@ -117,7 +131,7 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
             name: context.name.to_owned(),
         });
     }
-    units::check(cycles, sample_time_s, context, &mut warnings);
+    units::check(cycles, sample_time_s, context, &mut warnings)?;
     force::check(recording, context, &mut warnings);
     Ok(warnings)
 }

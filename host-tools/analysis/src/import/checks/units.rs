@@ -1,6 +1,6 @@
 //! Are the numbers of the size that their unit says? Hints for the user, no corrections.
 
-use super::Context;
+use super::{CheckError, Context};
 use crate::model::Axis;
 use softdock_app::record::CycleRecord;
 
@@ -14,6 +14,9 @@ const FASTEST_RAD_S: f64 = 50.0;
 const LARGEST_LOAD: f64 = 1e5;
 /// A force that never exceeds this is below the resolution of any sensor of a rig, N.
 const SMALLEST_FORCE_N: f64 = 1e-3;
+/// Position over velocity, or the other way, from which on it is a matter of units: degrees make a factor of 57,
+/// millimetres one of 1000, and no gain or lever of a rig one of 10.
+const OTHER_UNITS: f64 = 10.0;
 /// How far a quaternion's length may be from 1: what four decimals leave.
 const UNIT_LENGTH: f64 = 1e-3;
 
@@ -25,15 +28,30 @@ pub(super) fn check(
     sample_time_s: f64,
     context: &Context<'_>,
     warnings: &mut Vec<String>,
-) {
+) -> Result<(), CheckError> {
     let name = context.name;
     let mut warn = |text: String| warnings.push(format!("{name}: {text}"));
     sizes(cycles, &mut warn);
     quaternion(cycles, &mut warn);
     same_numbers(cycles, &mut warn);
-    if !context.at_rest() {
-        velocity_of_position(cycles, sample_time_s, &mut warn);
+    if context.at_rest() {
+        return Ok(());
     }
+    for (axis, ratio, hint) in velocities_of_positions(cycles, sample_time_s) {
+        if !(1.0 / OTHER_UNITS..OTHER_UNITS).contains(&ratio.abs()) {
+            let name = name.to_owned();
+            return Err(CheckError::Units {
+                name,
+                axis,
+                ratio,
+                hint,
+            });
+        }
+        warn(format!(
+            "position {axis} changes {ratio:.4} times as fast as its velocity says: {hint}"
+        ));
+    }
+    Ok(())
 }
 
 /// Largest absolute value of a part of all rows; 0 where nothing is measured.
@@ -141,8 +159,9 @@ fn same_numbers(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     }
 }
 
-/// Steps of the position against the velocity: a factor between the two is a wrong unit.
-fn velocity_of_position(cycles: &[CycleRecord], sample_time_s: f64, warn: &mut impl FnMut(String)) {
+/// Steps of the position against the velocity: a factor between the two is a wrong unit. Axis, factor, what to do.
+fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(Axis, f64, String)> {
+    let mut found = Vec::new();
     for axis in [Axis::X, Axis::Y, Axis::Z] {
         let i = axis.index();
         let (mut dp_dp, mut dp_v, mut v_v) = (0.0, 0.0, 0.0);
@@ -178,8 +197,7 @@ fn velocity_of_position(cycles: &[CycleRecord], sample_time_s: f64, warn: &mut i
             ),
             _ => continue,
         };
-        warn(format!(
-            "position {axis} changes {ratio:.4} times as fast as its velocity says: {hint}"
-        ));
+        found.push((axis, ratio, hint));
     }
+    found
 }
