@@ -35,24 +35,19 @@ fn law(p: &[f64], kind: &mut Kind) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::probe;
     use super::*;
-
-    const PROBE: &str = r#"{"probe_cone": {"half_angle_rad": 0.9, "mouth_radius_m": 0.25, "head_radius_m": 0.04,
-        "surface": {"stiffness_n_per_m": 2e4, "friction_coefficient": 0.25},
-        "socket": {"capture_depth_m": 0.006, "capture_radius_m": 0.008, "latch_stiffness_n_per_m": 5e4}}}"#;
 
     #[test]
     fn the_smaller_force_counts() {
-        let mut kind: Kind = serde_json::from_str(PROBE).unwrap();
-        for (force_n, expected) in [(30.0, 30.0), (50.0, 30.0), (20.0, 20.0)] {
-            law(&[force_n], &mut kind);
-            let Kind::ProbeCone(probe) = &kind else {
-                panic!("another kind")
-            };
-            assert_eq!(
-                probe.socket.and_then(|s| s.latch_slips_at_n),
-                Some(expected)
-            );
+        for (forces_n, expected) in [
+            (&[30.0][..], 30.0),
+            (&[30.0, 50.0], 30.0),
+            (&[30.0, 20.0], 20.0),
+        ] {
+            let probe = probe(|kind| forces_n.iter().for_each(|f| law(&[*f], kind)));
+            let slips_at_n = probe.socket.and_then(|s| s.latch_slips_at_n);
+            assert_eq!(slips_at_n, Some(expected));
         }
     }
 }

@@ -44,19 +44,12 @@ fn law(p: &[f64], kind: &mut Kind) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::probe;
     use super::*;
-
-    const PROBE: &str = r#"{"probe_cone": {"half_angle_rad": 0.9, "mouth_radius_m": 0.25, "head_radius_m": 0.04,
-        "surface": {"stiffness_n_per_m": 2e4, "friction_coefficient": 0.25},
-        "socket": {"capture_depth_m": 0.006, "capture_radius_m": 0.008, "latch_stiffness_n_per_m": 5e4}}}"#;
 
     #[test]
     fn a_share_of_the_nominal_one() {
-        let mut kind: Kind = serde_json::from_str(PROBE).unwrap();
-        law(&[-0.5], &mut kind);
-        let Kind::ProbeCone(probe) = kind else {
-            panic!("another kind")
-        };
+        let probe = probe(|kind| law(&[-0.5], kind));
         assert_eq!(probe.surface.stiffness_n_per_m, 1e4);
     }
 }

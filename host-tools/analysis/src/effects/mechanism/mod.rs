@@ -41,3 +41,24 @@ pub mod guide_viscous;
 pub mod hunt_crossley;
 pub mod manipulator_resistance;
 pub mod wall_position;
+
+#[cfg(test)]
+mod tests {
+    use softdock_mechanism::{Kind, ProbeCone};
+
+    /// A probe in a cone with a socket, as `change` leaves it.
+    pub(super) fn probe(change: impl FnOnce(&mut Kind)) -> ProbeCone {
+        let mut kind: Kind = serde_json::from_str(
+            r#"{"probe_cone": {"half_angle_rad": 0.9, "mouth_radius_m": 0.25, "head_radius_m": 0.04,
+                "surface": {"stiffness_n_per_m": 2e4, "friction_coefficient": 0.25},
+                "socket": {"capture_depth_m": 0.006, "capture_radius_m": 0.008,
+                           "latch_stiffness_n_per_m": 5e4}}}"#,
+        )
+        .unwrap();
+        change(&mut kind);
+        match kind {
+            Kind::ProbeCone(probe) => probe,
+            _ => panic!("another kind"),
+        }
+    }
+}
