@@ -72,12 +72,7 @@ impl Case {
 
     /// The loop, running: its next step is the first of the start ramp.
     pub(crate) fn start<S: Scalar>(&self) -> ClosedLoop<S> {
-        let mut rig = ClosedLoop::new(&self.settings, &self.plant, 0);
-        while rig.cycle.mode() != Mode::Running {
-            assert!(rig.cycles < 4);
-            rig.step();
-        }
-        rig
+        ClosedLoop::started(&self.settings, &self.plant)
     }
 
     /// The contact that the plant has, N/m and N·s/m.

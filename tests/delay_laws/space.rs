@@ -74,7 +74,7 @@ fn error(law: LawName, flight: &Flight) -> f64 {
         rig.step();
         let over = rig.plant.log().contacts.first();
         if over.is_some_and(|c| c.release_s.is_some())
-            && rig.cycle.cycle().bodies().1.k.velocity.linear.x < SPEED_M_S
+            && rig.driver.cycle.cycle().bodies().1.k.velocity.linear.x < SPEED_M_S
         {
             break;
         }

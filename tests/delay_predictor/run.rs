@@ -26,7 +26,7 @@ pub(crate) struct Run {
 
 /// Runs for a time with the loop closed, or to the first fault.
 pub(crate) fn run(settings: &Settings, plant: &PlantSettings, duration_s: f64) -> Run {
-    let mut rig = ClosedLoop::<f64>::new(settings, plant, 1);
+    let mut rig = ClosedLoop::<f64>::started(settings, plant);
     let mut records = Vec::new();
     for _ in 0..(duration_s / settings.robot.cycle_s) as usize {
         let record = rig.step();

@@ -8,7 +8,7 @@ use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
-use softdock_tests::driver::{Driver, flying};
+use softdock_tests::driver::{CycleDriver, flying, idle};
 use softdock_tests::in_three_scalars;
 
 /// Longest jog that the settings allow, cycles.
@@ -17,15 +17,15 @@ const LONGEST: usize = 6000;
 const DIGIT: [f64; 2] = [1e-7, 1e-4 * std::f64::consts::PI / 180.0];
 
 /// A driver in hold whose robot goes where the corrections send it.
-fn holding<S: Scalar>(settings: &Settings) -> Driver<S> {
-    let mut driver = Driver::new(settings);
+fn holding<S: Scalar>(settings: &Settings) -> CycleDriver<S> {
+    let mut driver = idle(settings);
     driver.step();
     driver.command(Command::Hold);
     driver
 }
 
 /// Every place that the robot was told to go to until the jog was over: displacement and angles.
-fn jogged<S: Scalar>(driver: &mut Driver<S>, jog: Jog) -> (Vec<[f64; 6]>, Vec<CycleRecord>) {
+fn jogged<S: Scalar>(driver: &mut CycleDriver<S>, jog: Jog) -> (Vec<[f64; 6]>, Vec<CycleRecord>) {
     let mut record = driver.command(Command::Jog(jog));
     assert_eq!(record.trace.refusal, None, "{jog:?}");
     let (mut place, mut places, mut records) = ([0_i64; 6], Vec::new(), Vec::new());
@@ -104,7 +104,7 @@ fn a_jog_without_room_is_refused<S: Scalar>() {
     assert_eq!(at([0.0, 0.0, 0.0, 0.28, 0.0, 0.0], Jog::A), no_room);
     // Near B = 90° the angles cannot be told apart.
     settings.limits.box_rad = 1.5;
-    let mut driver = Driver::<S>::new(&settings);
+    let mut driver = idle::<S>(&settings);
     driver.inputs.robot.pose = Some([0.0, 0.0, 0.0, 0.0, 1.35, 0.0]);
     driver.step();
     driver.command(Command::Hold);

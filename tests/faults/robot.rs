@@ -6,14 +6,14 @@ use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::CorrectionMode;
-use softdock_tests::driver::{Driver, cruising, flying};
+use softdock_tests::driver::{CycleDriver, cruising, flying, idle};
 use softdock_tests::in_three_scalars;
 
 const SPEED_M_S: f64 = 0.01;
 /// Correction X of one cycle at that speed: 0.04 mm of 4 decimals.
 const CRUISE_COUNTS: i64 = 400;
 
-fn assert_fault(driver: &Driver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
+fn assert_fault(driver: &CycleDriver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
     assert_eq!(driver.cycle.mode(), Mode::Fault);
     assert_eq!(
         driver.cycle.fault(),
@@ -36,12 +36,12 @@ fn lost_telegrams_do_not_multiply_the_correction<S: Scalar>() {
 
 /// A new RSI run: Running faults, Armed falls back to Hold, the others stay.
 fn a_new_run_never_moves<S: Scalar>() {
-    let new_run = |driver: &mut Driver<S>| {
+    let new_run = |driver: &mut CycleDriver<S>| {
         let record = driver.step_with(|inputs| inputs.robot.sequence = Sequence::NewRun);
         assert_eq!(record.output.correction, [0; 6]);
         record.trace.mode
     };
-    let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+    let mut driver = idle::<S>(&flying(SPEED_M_S));
     driver.step();
     assert_eq!(new_run(&mut driver), Mode::Idle);
     driver.command(Command::Hold);
@@ -56,9 +56,9 @@ fn a_new_run_never_moves<S: Scalar>() {
 
 /// Only the rise since the start counts.
 fn late_answers_fault<S: Scalar>() {
-    let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+    let mut driver = idle::<S>(&flying(SPEED_M_S));
     driver.inputs.robot.late_answers = 1000;
-    driver.start();
+    driver.start().unwrap();
     for _ in 0..100 {
         driver.step();
     }

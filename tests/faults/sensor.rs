@@ -5,14 +5,14 @@ use softdock_control::io::SensorSample;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
-use softdock_tests::driver::{Driver, cruising, flying};
+use softdock_tests::driver::{CycleDriver, cruising, flying, idle, started};
 use softdock_tests::in_three_scalars;
 
 const SPEED_M_S: f64 = 0.01;
 /// Correction X of one cycle at that speed: 0.04 mm of 4 decimals.
 const CRUISE_COUNTS: i64 = 400;
 
-fn assert_fault(driver: &Driver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
+fn assert_fault(driver: &CycleDriver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
     assert_eq!(driver.cycle.mode(), Mode::Fault);
     assert_eq!(
         driver.cycle.fault(),
@@ -170,12 +170,12 @@ fn an_unhealthy_sample_latches_at_once<S: Scalar>() {
 /// The same while armed; before that, a bad sample only keeps the rig from being armed.
 fn an_unhealthy_sample_counts_when_armed_and_not_before<S: Scalar>() {
     for (spoil, code, ..) in at_once() {
-        let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
-        driver.arm();
+        let mut driver = idle::<S>(&flying(SPEED_M_S));
+        driver.arm().unwrap();
         driver.step_with(|inputs| spoil(&mut inputs.sensor));
         assert_eq!(driver.cycle.fault().map(|f| f.code), Some(code));
 
-        let mut driver = Driver::<S>::new(&flying(SPEED_M_S));
+        let mut driver = idle::<S>(&flying(SPEED_M_S));
         driver.command(Command::Hold);
         driver.step_with(|inputs| spoil(&mut inputs.sensor));
         assert_eq!(driver.cycle.fault(), None);
@@ -226,8 +226,7 @@ fn an_overload_is_over_with_its_reset<S: Scalar>() {
 fn contact_during_the_start_ramp_faults<S: Scalar>() {
     let settings = flying(SPEED_M_S);
     let touch = |inputs: &mut Inputs| inputs.sensor.wrench[0] = -25.0;
-    let mut driver = Driver::<S>::new(&settings);
-    driver.start();
+    let mut driver = started::<S>(&settings);
     driver.step();
     let record = driver.step_with(touch);
     assert_fault(&driver, FaultCode::ContactAtStart, 20.0, 25.0);

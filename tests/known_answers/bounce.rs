@@ -5,7 +5,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
-use softdock_tests::driver::Driver;
+use softdock_tests::driver::idle;
 use softdock_tests::in_three_scalars;
 
 const CYCLE_S: f64 = 0.004;
@@ -44,8 +44,8 @@ fn flight() -> Settings {
 
 /// Runs through one contact; answers the last cycle.
 fn bounce<S: Scalar>(settings: &Settings, contact: &Contact) -> CycleRecord {
-    let mut driver = Driver::<S>::new(settings);
-    let mut record = driver.start();
+    let mut driver = idle::<S>(settings);
+    let mut record = driver.start().unwrap();
     let mut touched = false;
     for cycle in 0.. {
         assert!(cycle < 2000, "no bounce: {:?}", record.trace);

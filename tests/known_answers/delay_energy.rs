@@ -6,7 +6,7 @@
 use softdock_control::delay::LawName;
 use softdock_control::scalar::Scalar;
 use softdock_tests::in_three_scalars;
-use softdock_tests::rig::{Case, restitution};
+use softdock_tests::walls::Case;
 
 const DELAY_S: f64 = 0.032;
 
@@ -28,8 +28,8 @@ const PURE_DELAY: [(f64, f64); 10] = [
 fn gains_energy<S: Scalar>(tolerance: f64) {
     for (phi, known) in PURE_DELAY {
         let mut case = Case::new(phi / DELAY_S, 0.005);
-        case.plant.delay_s = DELAY_S;
-        let e = restitution::<S>(&case);
+        case.actuator.delay_s = DELAY_S;
+        let e = case.restitution::<S>();
         assert!(
             (e / known - 1.0).abs() < tolerance,
             "phi {phi}: {e}, known {known}"
@@ -39,7 +39,7 @@ fn gains_energy<S: Scalar>(tolerance: f64) {
 
 fn comes_back_three_times_as_fast<S: Scalar>(tolerance: f64) {
     for speed_mm_s in [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0] {
-        let e = restitution::<S>(&Case::scenario_s(speed_mm_s * 1e-3, LawName::None));
+        let e = Case::scenario_s(speed_mm_s * 1e-3, LawName::None).restitution::<S>();
         assert!((e - 2.814).abs() < tolerance, "{speed_mm_s} mm/s: {e}");
     }
 }

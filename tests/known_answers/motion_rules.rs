@@ -4,10 +4,10 @@
 use softdock_app::record::CycleRecord;
 use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
-use softdock_tests::driver::{Driver, cruising, flying};
+use softdock_tests::driver::{CycleDriver, cruising, flying, idle};
 
 /// Lets the robot be where the corrections have taken it.
-fn follow(driver: &mut Driver<f64>, record: &CycleRecord) {
+fn follow(driver: &mut CycleDriver<f64>, record: &CycleRecord) {
     if let Some(pose) = &mut driver.inputs.robot.pose {
         for (p, counts) in pose.iter_mut().zip(record.output.correction).take(3) {
             *p += counts as f64 * 1e-7;
@@ -37,7 +37,7 @@ fn a_fading_stop_is_guarded_like_a_run() {
 
 #[test]
 fn at_rest_in_hold_nothing_latches() {
-    let mut driver = Driver::<f64>::new(&flying(0.01));
+    let mut driver = idle::<f64>(&flying(0.01));
     driver.command(Command::Hold);
     let record = driver.step_with(|inputs| inputs.sensor.saturated = true);
     assert_eq!(record.trace.mode, Mode::Hold);
@@ -48,9 +48,9 @@ fn the_box_is_around_the_start_of_the_rsi_run_not_of_each_arming() {
     let mut settings = flying(0.2);
     settings.limits.box_m = [0.1; 3];
     settings.limits.clamp_fault_cycles = 10_000;
-    let mut driver = Driver::<f64>::new(&settings);
+    let mut driver = idle::<f64>(&settings);
     for _ in 0..2 {
-        driver.start();
+        driver.start().unwrap();
         for _ in 0..150 {
             let record = driver.step();
             follow(&mut driver, &record);
@@ -67,19 +67,19 @@ fn the_box_is_around_the_start_of_the_rsi_run_not_of_each_arming() {
 
 #[test]
 fn a_robot_that_was_moved_after_arming_is_armed_again() {
-    let mut driver = Driver::<f64>::new(&flying(0.01));
-    driver.arm();
+    let mut driver = idle::<f64>(&flying(0.01));
+    driver.arm().unwrap();
     driver.inputs.robot.pose = Some([0.002, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let record = driver.command(Command::Start);
     assert_eq!(record.trace.refusal, Some(Refusal::MovedSinceArmed));
     assert_eq!(record.trace.mode, Mode::Armed);
     driver.command(Command::Hold);
-    driver.start();
+    driver.start().unwrap();
 }
 
 #[test]
 fn zero_needs_a_steady_mean_and_does_not_hide_a_contact() {
-    let mut driver = Driver::<f64>::new(&flying(0.01));
+    let mut driver = idle::<f64>(&flying(0.01));
     let record = driver.command(Command::Hold);
     assert_eq!(record.trace.refusal, None);
     let record = driver.command(Command::Zero);
@@ -105,7 +105,7 @@ fn the_request_to_stop_ends_with_the_run() {
 
 #[test]
 fn a_gap_does_not_look_like_an_acceleration() {
-    let mut driver = Driver::<f64>::new(&flying(0.0));
+    let mut driver = idle::<f64>(&flying(0.0));
     let speed = 0.3;
     let mut x = 0.0;
     for n in 0..200 {

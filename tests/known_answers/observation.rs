@@ -4,7 +4,7 @@ use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use softdock_control::delay::LawName;
 use softdock_control::frames::Pose;
 use softdock_control::settings::Settings;
-use softdock_tests::driver::Driver;
+use softdock_tests::driver::{idle, started};
 
 /// Two turning spacecraft: the relative velocity of the surfaces is the derivative of their pose.
 #[test]
@@ -19,8 +19,7 @@ fn the_relative_velocity_is_the_derivative_of_the_relative_pose() {
     settings.frames.j_position_m = [0.6, 0.1, 0.0];
     settings.frames.j_orientation_wxyz = [0.6, 0.0, 0.0, 0.8];
     settings.frames.p_position_m = [-0.7, 0.0, 0.2];
-    let mut driver = Driver::<f64>::new(&settings);
-    driver.start();
+    let mut driver = started::<f64>(&settings);
     let traces: Vec<_> = (0..200).map(|_| driver.step().trace.docking).collect();
     let pose = |p: &[f64; 7]| {
         let q = nalgebra::Quaternion::new(p[3], p[4], p[5], p[6]);
@@ -47,7 +46,7 @@ fn before_the_start_the_initial_conditions_are_seen() {
     settings.body_q.position_m = [1.0, 0.0, 0.0];
     settings.frames.j_position_m = [0.25, 0.0, 0.0];
     settings.frames.p_position_m = [-0.25, 0.0, 0.0];
-    let driver = Driver::<f64>::new(&settings);
+    let driver = idle::<f64>(&settings);
     let seen = driver.cycle.cycle().observe().p_from_j.translation.vector;
     assert!(
         (seen - Vector3::new(-0.5, 0.0, 0.0)).norm() < 1e-12,

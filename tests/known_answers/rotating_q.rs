@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use softdock_control::delay::LawName;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
-use softdock_tests::driver::Driver;
+use softdock_tests::driver::idle;
 use softdock_tests::in_three_scalars;
 
 fn isometry([x, y, z, w, i, j, k]: [f64; 7]) -> Isometry3<f64> {
@@ -33,10 +33,10 @@ fn flight() -> Settings {
 
 /// Five seconds of free flight; tolerances: m, rad.
 fn follows<S: Scalar>((metres, radians): (f64, f64)) {
-    let mut driver = Driver::<S>::new(&flight());
+    let mut driver = idle::<S>(&flight());
     let start = [0.9, -0.3, 1.2, 0.5, -0.4, 0.3];
     driver.inputs.robot.pose = Some(start);
-    let first = driver.start().trace;
+    let first = driver.start().unwrap().trace;
     // Q stands in the laboratory so that M is where it is measured.
     let relative = |trace: &softdock_control::io::Trace| {
         isometry(trace.body_q.pose).inverse() * isometry(trace.body_k.pose)

@@ -3,15 +3,14 @@
 //! Speeds are those of the model; scenario S is a pure delay of 32 ms, a pause of 16 ms and a
 //! contact of 150 ms.
 
-use nalgebra::Vector3;
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::scalar::Scalar;
+use softdock_tests::closed_loop::ClosedLoop;
 use softdock_tests::in_three_scalars;
-use softdock_tests::plant::CYCLE_S;
-use softdock_tests::rig::{Case, Rig, restitution};
+use softdock_tests::walls::{CYCLE_S, Case};
 
 /// (speed in mm/s, restitution) of the law as set by default; touch in the middle of a cycle.
 const SCENARIO_S: [(f64, f64); 8] = [
@@ -38,7 +37,7 @@ fn cured(mut case: Case) -> Case {
 
 fn reaches_its_restitution<S: Scalar>(tolerance: f64) {
     for (speed, known) in SCENARIO_S {
-        let e = restitution::<S>(&scenario_s(speed));
+        let e = scenario_s(speed).restitution::<S>();
         assert!(
             (e - known).abs() < tolerance,
             "{speed} mm/s: {e}, known {known}"
@@ -59,8 +58,8 @@ fn restitution_depends_on_the_place_of_the_touch_within_a_cycle() {
     for (speed, _) in SCENARIO_S {
         for eighth in 0..8 {
             let mut case = scenario_s(speed);
-            case.plant.right_m += (f64::from(eighth) / 8.0 - 0.5) * CYCLE_S * speed * 1e-3;
-            worst = worst.max((restitution::<f64>(&case) - 1.0).abs());
+            case.right_m += (f64::from(eighth) / 8.0 - 0.5) * CYCLE_S * speed * 1e-3;
+            worst = worst.max((case.restitution::<f64>() - 1.0).abs());
         }
     }
     assert!((0.16..0.19).contains(&worst), "{worst}");
@@ -77,12 +76,12 @@ fn without_preprocessing_the_spacecraft_sticks_at_higher_speeds() {
         (15.0, -0.16),
     ] {
         let mut case = Case::new(23.0, speed * 1e-3);
-        case.plant.delay_s = 0.032;
-        case.plant.pause_s = 0.012;
+        case.actuator.delay_s = 0.032;
+        case.actuator.pause_s = 0.012;
         case.settings.delay.law = LawName::Seed;
         let seed = &mut case.settings.delay.seed;
         (seed.threshold_mm_s, seed.saturation_mm_s, seed.low_pass_hz) = (0.01, 10.0, 1000.0);
-        let e = restitution::<f64>(&case);
+        let e = case.restitution::<f64>();
         assert!((e - known).abs() < 0.02, "{speed} mm/s: {e}, known {known}");
     }
 }
@@ -97,16 +96,18 @@ fn an_offset_remains_after_the_contact() {
         (5.0, -0.871, -1.28),
         (15.0, -1.121, -0.71),
     ] {
-        let mut rig = Rig::<f64>::new(&scenario_s(speed));
-        rig.bounce(20.0);
+        let case = scenario_s(speed);
+        let mut rig = case.start::<f64>();
+        case.bounce(&mut rig, 20.0);
         let relative = |t: &Trace| {
             (
                 t.model_velocity[0] * 1e3 / speed,
                 t.law_velocity[0] * 1e3 / speed,
             )
         };
-        let after =
-            |rig: &mut Rig<f64>, cycles| (1..cycles).fold(rig.step(), |_, _| rig.step()).trace;
+        let after = |rig: &mut ClosedLoop<f64>, cycles| {
+            (1..cycles).fold(rig.step(), |_, _| rig.step()).trace
+        };
         let (v_model, v_cmd) = relative(&after(&mut rig, 20));
         assert!(
             (v_model - model).abs() < 0.01,
@@ -130,8 +131,9 @@ fn an_offset_remains_after_the_contact() {
 /// The cures remove the offset.
 #[test]
 fn reset_sums_let_command_and_model_coincide() {
-    let mut rig = Rig::<f64>::new(&cured(scenario_s(5.0)));
-    rig.bounce(20.0);
+    let case = cured(scenario_s(5.0));
+    let mut rig = case.start::<f64>();
+    case.bounce(&mut rig, 20.0);
     let last = (0..100).fold(rig.step(), |_, _| rig.step()).trace;
     let offset = last.law_velocity[0] - last.model_velocity[0];
     assert!(offset.abs() < 1e-3 * 5e-3, "{offset}");
@@ -139,11 +141,11 @@ fn reset_sums_let_command_and_model_coincide() {
 
 /// Speed ratios after up to ten bounces between two walls; ends early when the run faults.
 fn bounces(mut case: Case) -> Vec<f64> {
-    case.plant.right_m = 0.02;
-    case.plant.left_m = 0.02;
+    case.right_m = 0.02;
+    case.left_m = 0.02;
     let speed = case.speed_m_s();
-    let mut rig = Rig::<f64>::new(&case);
-    let ratios = (0..10).map_while(|_| rig.bounce(60.0));
+    let mut rig = case.start::<f64>();
+    let ratios = (0..10).map_while(|_| case.bounce(&mut rig, 60.0));
     ratios.map(|v| (v / speed).abs()).collect()
 }
 
@@ -169,14 +171,15 @@ fn reset_and_gated_sums_survive_repeated_bounces() {
 /// v_cmd − v_model (mm/s) after 10 s of free flight with white noise on the force.
 fn drift(case: &Case, noise_n: f64) -> f64 {
     let mut case = case.clone();
-    case.plant.right_m = 1e3;
+    case.right_m = 1e3;
     let mut rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     // Twelve uniform numbers make a normal one of unit deviation.
     let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
     let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-    let mut rig = Rig::<f64>::new(&case);
+    let mut rig = case.start::<f64>();
     let mut step = || {
-        rig.step_disturbed(Vector3::x() * (noise_n * normal()))
+        let noise_n = noise_n * normal();
+        rig.step_with(|inputs| inputs.sensor.wrench[0] += noise_n)
             .trace
     };
     let last = (1..2500).fold(step(), |_, _| step());
@@ -211,11 +214,15 @@ fn an_oblique_normal_changes_the_restitution() {
         (15.0, 0.99),
     ];
     for (speed, known) in known_at_45_deg {
-        let e = restitution::<f64>(&scenario_s(speed).turned(45_f64.to_radians()));
+        let e = scenario_s(speed)
+            .turned(45_f64.to_radians())
+            .restitution::<f64>();
         assert!((e - known).abs() < 0.01, "{speed} mm/s: {e}, known {known}");
     }
-    let straight = restitution::<f64>(&scenario_s(15.0));
-    let oblique = restitution::<f64>(&scenario_s(15.0).turned(45_f64.to_radians()));
+    let straight = scenario_s(15.0).restitution::<f64>();
+    let oblique = scenario_s(15.0)
+        .turned(45_f64.to_radians())
+        .restitution::<f64>();
     assert!(straight - oblique > 0.1, "{straight} {oblique}");
 }
 
@@ -225,8 +232,8 @@ fn mirrored_bounce() {
     let case = scenario_s(5.0);
     let mut mirrored = case.clone();
     mirrored.settings.body_k.velocity_m_s[0] *= -1.0;
-    (mirrored.plant.left_m, mirrored.plant.right_m) = (case.plant.right_m, case.plant.left_m);
-    let (mut rig, mut other) = (Rig::<f64>::new(&case), Rig::<f64>::new(&mirrored));
+    (mirrored.left_m, mirrored.right_m) = (case.right_m, case.left_m);
+    let (mut rig, mut other) = (case.start::<f64>(), mirrored.start::<f64>());
     for _ in 0..250 {
         let (a, b) = (rig.step(), other.step());
         assert_eq!(a.output.correction[0], -b.output.correction[0]);

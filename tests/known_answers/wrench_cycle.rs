@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, V
 use proptest::prelude::*;
 use softdock_control::scalar::{Fixed, Scalar};
 use softdock_control::settings::{DynamicCompensation, SensorSettings, Settings};
-use softdock_tests::driver::Driver;
+use softdock_tests::driver::idle;
 use softdock_tests::in_three_scalars;
 
 const CYCLE_S: f64 = 0.004;
@@ -50,7 +50,7 @@ fn reading(c_from_s: &Isometry3<f64>, force_c: Vector3<f64>, torque_s: Vector3<f
 }
 
 fn weight_leaves_nothing<S: Scalar>(pose: [f64; 6], tolerance: f64) -> Result<(), TestCaseError> {
-    let mut driver = Driver::<S>::new(&settings(DynamicCompensation::Off));
+    let mut driver = idle::<S>(&settings(DynamicCompensation::Off));
     driver.inputs.robot.pose = Some(pose);
     let weight = Vector3::new(0.0, 0.0, -9.81 * MASS_KG);
     driver.inputs.sensor.wrench = reading(&c_from_s(pose), weight, Vector3::zeros());
@@ -90,7 +90,7 @@ fn accelerated(time_s: f64) -> [f64; 6] {
 
 /// Largest force and torque that the cycle leaves at the end of a second of acceleration.
 fn left_over<S: Scalar>(compensation: DynamicCompensation) -> (f64, f64) {
-    let mut driver = Driver::<S>::new(&settings(compensation));
+    let mut driver = idle::<S>(&settings(compensation));
     let mut left = [0.0; 6];
     for n in 0..250 {
         let time_s = f64::from(n) * CYCLE_S;

@@ -9,7 +9,7 @@ use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::scalar::{Fixed, Scalar};
 use softdock_tests::every_setting::every_setting;
-use softdock_tests::rig::{Case, Rig};
+use softdock_tests::walls::Case;
 
 /// Approach speeds, m/s.
 const SPEEDS_M_S: [f64; 4] = [0.001, 0.003, 0.005, 0.015];
@@ -75,27 +75,20 @@ fn spring_rod(speed_m_s: f64, law: LawName) -> Case {
     case.settings.sensor.tool_mass_kg = 0.0;
     case.settings.sensor.position_m = [0.02, 0.05, 0.1];
     case.settings.body_k.angular_velocity_rad_s = [0.002, -0.001, 0.003];
-    if law == LawName::Predictor {
-        // It would refuse this robot, which does not turn.
-        case.settings.sensor.position_m = [0.0; 3];
-        case.settings.body_k.angular_velocity_rad_s = [0.0; 3];
-    }
-    case.plant.metres_per_count =
-        1e-3 * 0.1_f64.powi(case.settings.robot.correction_decimals.into());
     // A quarter of a second of free flight behind the start ramp.
     let ramp_s = 0.5 * f64::from(case.settings.start.ramp_cycles) * case.settings.robot.cycle_s;
-    case.plant.right_m += ramp_s * speed_m_s;
+    case.right_m += ramp_s * speed_m_s;
     case
 }
 
 /// All cycles of a run, and the restitution.
 fn run<S: Scalar>(case: &Case) -> (Vec<Trace>, f64) {
-    let mut rig = Rig::<S>::new(case);
+    let mut rig = case.start::<S>();
     let traces: Vec<Trace> = (0..CYCLES).map(|_| rig.step().trace).collect();
     assert!(traces.iter().all(|t| t.fault.is_none()));
     let along = |t: &Trace| {
         let [x, y, z, ..] = t.body_k.velocity;
-        case.plant.normal.dot(&nalgebra::Vector3::new(x, y, z))
+        case.normal.dot(&nalgebra::Vector3::new(x, y, z))
     };
     let last = traces.last().unwrap();
     let touched = traces.iter().any(|t| t.wrench_at_m[0].abs() > 1.0);

@@ -7,9 +7,9 @@ use softdock_control::delay::LawName;
 use softdock_control::frames::abc_from_orientation;
 use softdock_control::modes::FaultCode;
 use softdock_control::scalar::Scalar;
-use softdock_tests::driver::{Driver, flying};
+use softdock_tests::driver::{flying, idle};
 use softdock_tests::in_three_scalars;
-use softdock_tests::rig::{Case, Rig};
+use softdock_tests::walls::Case;
 
 /// Correction per metre and per degree at 4 decimals of mm and degrees.
 const COUNTS_PER_M: f64 = 1e7;
@@ -28,14 +28,13 @@ fn add(sum: &mut Correction, correction: &Correction) {
 fn bouncing<S: Scalar>(digits: f64) {
     let mut case = Case::new(15.0, 0.01).turned(0.4);
     case.settings.robot.correction_decimals = 4;
-    case.plant.metres_per_count = 1.0 / COUNTS_PER_M;
-    case.plant.left_m = 0.001;
-    case.plant.right_m = 0.001;
+    case.left_m = 0.001;
+    case.right_m = 0.001;
     // A damped law would come to rest, a late robot would run away: ideal robot, no law.
     case.settings.delay.law = LawName::None;
     case.settings.delay.model_velocity = softdock_control::delay::ModelVelocity::End;
     case.settings.start.ramp_cycles = 1;
-    let mut rig = Rig::<S>::new(&case);
+    let mut rig = case.start::<S>();
     let mut sum = [0; 6];
     let mut touched = 0;
     for n in 0..150_000 {
@@ -59,10 +58,10 @@ fn turning<S: Scalar>((digits, digits_of_angle): (f64, f64)) {
     let mut settings = flying(0.003);
     settings.body_k.angular_velocity_rad_s = [0.004, -0.003, 0.005];
     settings.limits.box_rad = 1.0;
-    let mut driver = Driver::<S>::new(&settings);
+    let mut driver = idle::<S>(&settings);
     let start = [1.2, -0.7, 0.9, 3.1, 0.6, -2.9];
     driver.inputs.robot.pose = Some(start);
-    let mut sum = driver.start().output.correction;
+    let mut sum = driver.start().unwrap().output.correction;
     for n in 0..15_000 {
         let record = driver.step();
         assert_eq!(record.trace.fault, None);
@@ -94,9 +93,9 @@ fn steps_near_the_singularity<S: Scalar>() {
         let mut settings = flying(0.0);
         settings.body_k.angular_velocity_rad_s = spin;
         settings.limits.box_rad = 1.5;
-        let mut driver = Driver::<S>::new(&settings);
+        let mut driver = idle::<S>(&settings);
         driver.inputs.robot.pose = Some([0.0, 0.0, 0.0, 0.3, 1.2, -0.2]);
-        driver.start();
+        driver.start().unwrap();
         let fault = (0..3000).find_map(|_| {
             let record = driver.step();
             let [.., a, b, c] = record.output.correction.map(|v| v as f64 / COUNTS_PER_DEG);

@@ -14,7 +14,7 @@ use softdock_link::decimal::Decimal;
 use softdock_link::rsi::{
     Corrections, Counts, SEN_MAX_BYTES, SenTelegram, Tags, parse_sen, write_sen,
 };
-use softdock_tests::driver::Driver;
+use softdock_tests::driver::idle;
 
 const CYCLES: u64 = 900_000;
 const CYCLE_S: f64 = 0.004;
@@ -162,10 +162,10 @@ fn an_hour<S: Scalar>(
 ) -> Hour {
     let robot = &settings.robot;
     let mut robot = TextRobot::new(robot.correction_mode, robot.correction_decimals);
-    let mut driver = Driver::<S>::new(settings);
+    let mut driver = idle::<S>(settings);
     let (mut hour, mut integral) = (Hour::default(), Integral::default());
     let mut turned = UnitQuaternion::identity();
-    let mut record = driver.start();
+    let mut record = driver.start().unwrap();
     for _ in 0..CYCLES {
         assert_eq!(record.trace.fault, None);
         assert_eq!(record.trace.limits, LimitFlags::default());
@@ -252,7 +252,7 @@ fn f32_relative_with_3_decimals() {
 fn restarts<S: Scalar>(mode: CorrectionMode) {
     let settings = settings(mode, 4);
     let mut robot = TextRobot::new(mode, 4);
-    let mut driver = Driver::<S>::new(&settings);
+    let mut driver = idle::<S>(&settings);
     for _ in 0..50 {
         let start = robot.offset();
         driver.inputs.robot.pose = Some(start);

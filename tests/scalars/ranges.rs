@@ -8,7 +8,7 @@ use softdock_control::frames::{Twist, Wrench, pose};
 use softdock_control::limits::LimitFlags;
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::{BodySettings, DynamicCompensation, FrameSettings, Settings};
-use softdock_tests::driver::{Driver, cruising};
+use softdock_tests::driver::{cruising, idle};
 use softdock_tests::in_three_scalars;
 
 fn lightest(place_m: f64) -> BodySettings {
@@ -102,7 +102,7 @@ fn a_pose_that_jumps<S: Scalar>() {
     settings.sensor.tool_inertia_kg_m2 = [[2000.0, 0.0, 0.0], [0.0, 1000.0, 0.0], [0.0; 3]];
     settings.sensor.acceleration_bandwidth_hz = 60.0;
     settings.robot.cycle_s = 0.001;
-    let mut driver = Driver::<S>::new(&settings);
+    let mut driver = idle::<S>(&settings);
     for n in 0..1000 {
         let sign = if n % 7 < 3 { 1.0 } else { -1.0 };
         let angle = 10.0 * sign;

@@ -2,7 +2,7 @@
 //! finite and within its declared range, no correction is larger than its limits, and only a
 //! closed or a fading loop moves the robot.
 
-use crate::driver::Driver;
+use crate::driver::{CycleDriver, idle};
 use nalgebra::Vector3;
 use softdock_app::record::{CycleRecord, Inputs};
 use softdock_control::frames::orientation_from_abc;
@@ -18,7 +18,7 @@ const FASTEST: (f64, f64) = (100.001, 20.001);
 /// The bench.
 pub struct Bench<S: Scalar> {
     /// The cycle under test.
-    pub driver: Driver<S>,
+    pub driver: CycleDriver<S>,
     settings: Settings,
     /// Counts that the robot stands away from its start.
     offset: [i64; 6],
@@ -37,7 +37,7 @@ impl<S: Scalar> Bench<S> {
         let decimals = settings.robot.correction_decimals;
         let digit = 0.1_f64.powi(decimals.into());
         Self {
-            driver: Driver::new(settings),
+            driver: idle(settings),
             settings: settings.clone(),
             offset: [0; 6],
             start,
@@ -77,7 +77,7 @@ impl<S: Scalar> Bench<S> {
             .try_for_each(|word| self.cycle(|inputs| inputs.command = Some(word)).map(|_| ()))
     }
 
-    fn checked(&mut self, step: impl FnOnce(&mut Driver<S>) -> CycleRecord) -> Verdict {
+    fn checked(&mut self, step: impl FnOnce(&mut CycleDriver<S>) -> CycleRecord) -> Verdict {
         let before = self.pose();
         self.driver.inputs.robot.pose = Some(before);
         let record = step(&mut self.driver);

@@ -1,67 +1,72 @@
 //! The control cycle in closed loop with a plant that shares no code with it.
 
+use crate::driver::{CycleDriver, idle};
 use softdock_app::record::{CycleRecord, Inputs};
-use softdock_app::robot_cycle::RobotCycle;
-use softdock_control::io::Sequence;
-use softdock_control::modes::Command;
+use softdock_control::modes::{Command, Mode};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
-use softdock_delay_plants::{Axes, Plant, PlantSettings};
+use softdock_delay_plants::{Plant, PlantSettings, Sample};
 
 /// Commands that start a test, one a cycle.
 const START: [Command; 3] = [Command::Hold, Command::Arm, Command::Start];
 
 /// Cycle and plant.
+#[derive(Clone, Debug)]
 pub struct ClosedLoop<S: Scalar> {
     /// The board.
-    pub cycle: RobotCycle<S>,
+    pub driver: CycleDriver<S>,
     /// Robot and contact.
     pub plant: Plant,
-    inputs: Inputs,
-    /// m/s and rad/s per count of a correction.
-    units: [f64; 2],
-    /// Cycles before the first command.
-    idle: usize,
     /// Cycles that have run.
     pub cycles: usize,
 }
 
 impl<S: Scalar> ClosedLoop<S> {
     /// Before its first cycle.
-    pub fn new(settings: &Settings, plant: &PlantSettings, idle: usize) -> Self {
+    ///
+    /// # Panics
+    /// If the settings are not valid.
+    pub fn new(settings: &Settings, plant: &PlantSettings) -> Self {
         let mut plant = Plant::new(plant);
         let sample = plant.first_sample();
-        let mut inputs = Inputs::default();
-        inputs.robot.pose = Some(sample.position);
-        inputs.robot.sequence = Sequence::NewRun;
-        inputs.sensor.wrench = sample.wrench;
-        let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
-        let cycle_s = settings.robot.cycle_s;
-        Self {
-            cycle: RobotCycle::new(settings).unwrap(),
+        let mut closed = Self {
+            driver: idle(settings),
             plant,
-            inputs,
-            units: [digit * 1e-3, digit.to_radians()].map(|unit| unit / cycle_s),
-            idle,
             cycles: 0,
-        }
+        };
+        closed.measure(&sample);
+        closed
     }
 
-    /// One cycle of both: idle, hold, arm and start first, then the test.
+    /// After hold, arm and start, one a cycle: the next step is the first of the start ramp.
+    ///
+    /// # Panics
+    /// If the settings are not valid, or the board does not start.
+    pub fn started(settings: &Settings, plant: &PlantSettings) -> Self {
+        let mut closed = Self::new(settings, plant);
+        let last = START.map(|word| closed.step_with(|inputs| inputs.command = Some(word)))[2];
+        assert_eq!(last.trace.mode, Mode::Running, "{:?}", last.trace);
+        closed
+    }
+
+    /// One cycle of both.
     pub fn step(&mut self) -> CycleRecord {
-        self.inputs.robot.counter += 4;
-        self.inputs.sensor.counter += 1;
-        self.inputs.sensor.counts[5] ^= 1;
-        let command = self.cycles.checked_sub(self.idle);
-        self.inputs.command = command.and_then(|n| START.get(n).copied());
-        let record = self.cycle.step(&self.inputs);
-        let counts = record.output.correction;
-        let velocity: Axes = core::array::from_fn(|i| counts[i] as f64 * self.units[i / 3]);
-        let sample = self.plant.step(velocity);
-        self.inputs.robot.pose = Some(sample.position);
-        self.inputs.robot.sequence = Sequence::Next;
-        self.inputs.sensor.wrench = sample.wrench;
+        self.step_with(|_| {})
+    }
+
+    /// One cycle whose inputs are spoiled by `change`.
+    pub fn step_with(&mut self, change: impl FnOnce(&mut Inputs)) -> CycleRecord {
+        let record = self.driver.step_with(change);
+        let sample = self
+            .plant
+            .step(self.driver.velocity(&record.output.correction));
+        self.measure(&sample);
         self.cycles += 1;
         record
+    }
+
+    fn measure(&mut self, sample: &Sample) {
+        self.driver.inputs.robot.pose = Some(sample.position);
+        self.driver.inputs.sensor.wrench = sample.wrench;
     }
 }

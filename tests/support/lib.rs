@@ -15,9 +15,10 @@ pub mod every_setting;
 pub mod fuzz;
 pub mod lockstep;
 pub mod peers;
-pub mod plant;
+
 pub mod process;
-pub mod rig;
+
 pub mod scalars;
 pub mod synthetic;
 pub mod twist_robot;
+pub mod walls;

@@ -1,7 +1,7 @@
 //! Steps with everything that a rig goes through: flight, contacts, commands in every mode, faults
 //! of the sensor and of the line, strangers, garbage.
 
-use crate::rig::{Case, Rig};
+use crate::walls::Case;
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::ModelVelocity;
@@ -23,11 +23,11 @@ const DECIMALS: u8 = 6;
 /// If the telegrams cannot be written.
 pub fn story(settings: &BoardSettings, cycles: usize) -> Vec<Step> {
     let mut case = Case::new(15.0, 0.01).turned(0.4);
-    case.plant.left_m = 0.002;
-    case.plant.right_m = 0.002;
+    case.left_m = 0.002;
+    case.right_m = 0.002;
     // Each bounce as fast as the one before.
     case.settings.delay.model_velocity = ModelVelocity::End;
-    let mut rig = Rig::<f64>::new(&case);
+    let mut rig = case.start::<f64>();
     let mut steps = Vec::with_capacity(cycles);
     let mut kept = Step::default();
     for n in 0..cycles {

@@ -3,12 +3,10 @@
 use super::loop_stability::Contact;
 use super::rig_file::Rig;
 use anyhow::{Result, anyhow};
-use softdock_app::record::Inputs;
-use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
-use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, Fault, Mode};
 use softdock_control::settings::{BodySettings, RobotSettings, SensorSettings, Settings};
+use softdock_rig::board::cycle_driver::CycleDriver;
 use softdock_rig::rig::drive::Drive;
 use std::collections::VecDeque;
 
@@ -126,11 +124,9 @@ fn alone(law: LawName, settings: &Settings, rig: &Rig) -> Settings {
 /// A running test.
 struct Test<'a> {
     rig: &'a Rig,
-    cycle: RobotCycle<f64>,
-    cycle_s: f64,
+    board: CycleDriver<f64>,
     drive: Drive,
     wall_m: f64,
-    inputs: Inputs,
     /// Poses that are not reported yet.
     reports: VecDeque<f64>,
     bounce: Bounce,
@@ -149,30 +145,25 @@ impl<'a> Test<'a> {
         let flight_s = (ramp + FLIGHT_CYCLES + touch_instant) * cycle_s;
         let mut test = Self {
             rig,
-            cycle: RobotCycle::new(settings)?,
-            cycle_s,
+            board: CycleDriver::new(settings)?,
             drive: Drive::new(&robot, [0.0; 6])?,
             wall_m: rig.approach_speed_m_s * flight_s,
-            inputs: Inputs::default(),
             reports: VecDeque::from(vec![0.0; rig.feedback_latency_cycles.into()]),
             bounce: Bounce::default(),
             touched: false,
         };
-        for command in [Command::Hold, Command::Arm] {
-            test.inputs.command = Some(command);
-            test.step();
-        }
+        test.step(Some(Command::Hold));
+        test.step(Some(Command::Arm));
         for _ in 0..REST_CYCLES {
-            test.step();
+            test.step(None);
         }
-        test.inputs.command = Some(Command::Start);
-        test.step();
-        if test.cycle.mode() == Mode::Running {
+        test.step(Some(Command::Start));
+        if test.board.cycle.mode() == Mode::Running {
             Ok(test)
         } else {
             Err(anyhow!(
                 "the board does not start in this computation: it is in {:?}",
-                test.cycle.mode()
+                test.board.cycle.mode()
             ))
         }
     }
@@ -181,11 +172,11 @@ impl<'a> Test<'a> {
         let contact = &self.rig.contact;
         let longest_s = LONGEST_CONTACTS * (contact.contact_time_s() + self.rig.mean_delay_s());
         let flight_s = self.wall_m / self.rig.approach_speed_m_s;
-        let cycles = ((2.0 * flight_s + longest_s) / self.cycle_s) as u32 + AFTER_CYCLES;
+        let cycles = ((2.0 * flight_s + longest_s) / self.board.cycle_s()) as u32 + AFTER_CYCLES;
         let mut after = 0;
         for _ in 0..cycles {
-            let velocity = self.step();
-            if self.cycle.fault().is_some() {
+            let velocity = self.step(None);
+            if self.board.cycle.fault().is_some() {
                 break;
             }
             let clear = self.touched && self.force() == 0.0;
@@ -196,34 +187,31 @@ impl<'a> Test<'a> {
                 break;
             }
         }
-        self.bounce.fault = self.cycle.fault();
+        self.bounce.fault = self.board.cycle.fault();
         self.bounce
     }
 
     /// One cycle; the model's velocity after it, m/s.
-    fn step(&mut self) -> f64 {
+    fn step(&mut self, command: Option<Command>) -> f64 {
         let x = self.drive.position(0.0)[0];
         self.reports.push_back(x);
         let reported = self.reports.pop_front().unwrap_or(x);
-        let inputs = &mut self.inputs;
-        inputs.robot.pose = Some([reported, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        inputs.sensor.counter += 1;
-        inputs.sensor.wrench[0] = -force(&self.rig.contact, &self.drive, self.wall_m);
-        let record = self.cycle.step(inputs);
-        inputs.command = None;
-        inputs.robot.sequence = Sequence::Next;
-        inputs.robot.counter += (self.cycle_s * 1e3).round() as u64;
+        let force_n = self.force();
+        let record = self.board.step_with(|inputs| {
+            inputs.robot.pose = Some([reported, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            inputs.sensor.wrench[0] = -force_n;
+            inputs.command = command;
+        });
         let impulse = record.trace.unaccounted_impulse[0];
         let momentum = 2.0 * self.rig.contact.mass_kg * self.rig.approach_speed_m_s;
         self.bounce.unaccounted += impulse / momentum;
-        let step_m = record.output.correction[0] as f64 * 1e-3 * 10f64.powi(-i32::from(DECIMALS));
-        self.move_robot(step_m / self.cycle_s);
+        self.move_robot(self.board.velocity(&record.output.correction)[0]);
         record.trace.body_k.velocity[0]
     }
 
     fn move_robot(&mut self, velocity_m_s: f64) {
         self.drive.push([velocity_m_s, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let step_s = self.cycle_s / f64::from(SUB_STEPS);
+        let step_s = self.board.cycle_s() / f64::from(SUB_STEPS);
         for step in 0..SUB_STEPS {
             self.drive.advance(f64::from(step) * step_s, 0.0);
             let force = self.force();
@@ -235,18 +223,15 @@ impl<'a> Test<'a> {
         }
     }
 
+    /// Force of the wall, N: k x + b v, never pulling.
     fn force(&self) -> f64 {
-        force(&self.rig.contact, &self.drive, self.wall_m)
+        let depth_m = self.drive.position(0.0)[0] - self.wall_m;
+        if depth_m <= 0.0 {
+            return 0.0;
+        }
+        let contact = &self.rig.contact;
+        let velocity_m_s = self.drive.twist().linear.x;
+        let force = contact.stiffness_n_per_m * depth_m + contact.damping_n_s_per_m * velocity_m_s;
+        force.max(0.0)
     }
-}
-
-/// Force of the wall, N: k x + b v, never pulling.
-fn force(contact: &Contact, drive: &Drive, wall_m: f64) -> f64 {
-    let depth_m = drive.position(0.0)[0] - wall_m;
-    if depth_m <= 0.0 {
-        return 0.0;
-    }
-    let velocity_m_s = drive.twist().linear.x;
-    let force = contact.stiffness_n_per_m * depth_m + contact.damping_n_s_per_m * velocity_m_s;
-    force.max(0.0)
 }

@@ -6,6 +6,7 @@
 use critical_section as _;
 
 mod block_on;
+pub mod cycle_driver;
 pub mod flash;
 pub mod process;
 pub mod qemu;

@@ -4,13 +4,11 @@ use super::case::Case;
 use super::scene::End;
 use anyhow::{Result, anyhow};
 use nalgebra::Vector3;
-use softdock_app::record::Inputs;
-use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::{LawName, ModelVelocity};
-use softdock_control::io::Sequence;
 use softdock_control::modes::{Command, Fault, Mode};
 use softdock_control::settings::Settings;
 use softdock_delay_plants::{Axes, Log, Measurement, Plant, PlantSettings, RobotPose, Sample};
+use softdock_rig::board::cycle_driver::CycleDriver;
 
 /// The robot stands still before the start, in cycles: as an operator would let it, and long enough
 /// for laws that look at the resting robot.
@@ -109,7 +107,7 @@ pub fn run(setup: &Setup<'_>) -> Result<Trial> {
     let Setup { case, .. } = *setup;
     let settings = settings(case, setup.law, setup.speed_m_s);
     let cycle_s = settings.robot.cycle_s;
-    let mut board = Board::new(&settings)?;
+    let mut board = CycleDriver::new(&settings)?;
     let flight_s = flight_s(setup.touch_instant, cycle_s);
     let mut plant = Plant::new(&PlantSettings {
         cycle_s,
@@ -123,11 +121,11 @@ pub fn run(setup: &Setup<'_>) -> Result<Trial> {
     let mut sample = plant.first_sample();
     let mut moments = Vec::new();
     for n in 0..cycles(case, &settings, flight_s) {
-        let (velocity, moment) = board.cycle(n, &sample)?;
+        let (velocity, moment) = cycle(&mut board, n, &sample)?;
         if n > REST_CYCLES {
             moments.push(moment);
         }
-        if board.fault().is_some() {
+        if board.cycle.fault().is_some() {
             break;
         }
         sample = plant.step(velocity);
@@ -135,7 +133,7 @@ pub fn run(setup: &Setup<'_>) -> Result<Trial> {
     Ok(Trial {
         moments,
         distance_m: setup.speed_m_s * flight_s,
-        fault: board.fault(),
+        fault: board.cycle.fault(),
         log: plant.log().clone(),
     })
 }
@@ -157,79 +155,41 @@ fn cycles(case: &Case, settings: &Settings, flight_s: f64) -> usize {
     REST_CYCLES + start as usize + flown
 }
 
-/// The board with the healthy inputs that it gets.
-struct Board {
-    cycle: RobotCycle<f64>,
-    inputs: Inputs,
-    cycle_s: f64,
-    /// Metres and radians of the last digit of a correction.
-    digit: [f64; 2],
-}
-
-impl Board {
-    fn new(settings: &Settings) -> Result<Self> {
-        let digit = 0.1_f64.powi(settings.robot.correction_decimals.into());
-        let cycle = RobotCycle::new(settings).map_err(|error| anyhow!("{error:?}"))?;
-        Ok(Self {
-            cycle,
-            inputs: Inputs::default(),
-            cycle_s: settings.robot.cycle_s,
-            digit: [digit * 1e-3, digit.to_radians()],
-        })
-    }
-
-    fn fault(&self) -> Option<Fault> {
-        self.cycle.fault()
-    }
-
-    /// One cycle: the velocity of X Y Z A B C that goes to the robot.
-    fn cycle(&mut self, n: usize, sample: &Sample) -> Result<(Axes, Moment)> {
-        let inputs = &mut self.inputs;
-        inputs.robot.counter += (self.cycle_s * 1e3).round() as u64;
-        inputs.robot.sequence = if n == 0 {
-            Sequence::NewRun
-        } else {
-            Sequence::Next
-        };
+/// One cycle of the board: the velocity of X Y Z A B C that goes to the robot.
+fn cycle(board: &mut CycleDriver<f64>, n: usize, sample: &Sample) -> Result<(Axes, Moment)> {
+    let command = match n {
+        0 => Some(Command::Hold),
+        1 => Some(Command::Arm),
+        REST_CYCLES => Some(Command::Start),
+        _ => None,
+    };
+    let record = board.step_with(|inputs| {
         inputs.robot.pose = Some(sample.position);
-        inputs.sensor.counter += 1;
         inputs.sensor.wrench = sample.wrench;
-        // A real gauge flickers.
-        inputs.sensor.counts[5] ^= 1;
-        inputs.command = match n {
-            0 => Some(Command::Hold),
-            1 => Some(Command::Arm),
-            REST_CYCLES => Some(Command::Start),
-            _ => None,
-        };
-        let record = self.cycle.step(inputs);
-        if let Some(refusal) = record.trace.refusal {
-            return Err(anyhow!(
-                "the board refuses {:?}: {refusal:?}",
-                inputs.command
-            ));
-        }
-        if n == REST_CYCLES && record.trace.mode != Mode::Running {
-            return Err(anyhow!(
-                "the board does not start: {:?}",
-                record.trace.fault
-            ));
-        }
-        let counts = record.output.correction;
-        let velocity = std::array::from_fn(|i| counts[i] as f64 * self.digit[i / 3] / self.cycle_s);
-        let halves = |v: [f64; 6]| {
-            [
-                Vector3::from_column_slice(&v[..3]),
-                Vector3::from_column_slice(&v[3..]),
-            ]
-        };
-        let moment = Moment {
-            time_s: n as f64 * self.cycle_s,
-            k: halves(record.trace.body_k.velocity),
-            q: halves(record.trace.body_q.velocity),
-            force: RobotPose::new(&sample.position, &[0.0; 6]).rotation * halves(sample.wrench)[0],
-            sent: halves(velocity)[0],
-        };
-        Ok((velocity, moment))
+        inputs.command = command;
+    });
+    if let Some(refusal) = record.trace.refusal {
+        return Err(anyhow!("the board refuses {command:?}: {refusal:?}"));
     }
+    if n == REST_CYCLES && record.trace.mode != Mode::Running {
+        return Err(anyhow!(
+            "the board does not start: {:?}",
+            record.trace.fault
+        ));
+    }
+    let velocity = board.velocity(&record.output.correction);
+    let halves = |v: [f64; 6]| {
+        [
+            Vector3::from_column_slice(&v[..3]),
+            Vector3::from_column_slice(&v[3..]),
+        ]
+    };
+    let moment = Moment {
+        time_s: n as f64 * board.cycle_s(),
+        k: halves(record.trace.body_k.velocity),
+        q: halves(record.trace.body_q.velocity),
+        force: RobotPose::new(&sample.position, &[0.0; 6]).rotation * halves(sample.wrench)[0],
+        sent: halves(velocity)[0],
+    };
+    Ok((velocity, moment))
 }

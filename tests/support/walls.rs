@@ -1,13 +1,14 @@
-//! The closed loop: whole cycle, late robot, elastic walls.
+//! A late robot between elastic walls: the test of the known answers about the delay.
 
-use crate::driver::Driver;
-use crate::plant::{CYCLE_S, Plant, PlantSettings};
+use crate::closed_loop::ClosedLoop;
 use nalgebra::Vector3;
-use softdock_app::record::CycleRecord;
 use softdock_control::delay::{LawName, ModelVelocity};
 use softdock_control::scalar::Scalar;
 use softdock_control::settings::Settings;
+use softdock_delay_plants::{Actuator, Contact, PlantSettings, Wall};
 
+/// Interpolation cycle of the robot, s.
+pub const CYCLE_S: f64 = 0.004;
 /// Mass of the simulated spacecraft, kg.
 pub const MASS_KG: f64 = 500.0;
 
@@ -16,8 +17,16 @@ pub const MASS_KG: f64 = 500.0;
 pub struct Case {
     /// Settings of the cycle.
     pub settings: Settings,
-    /// The plant.
-    pub plant: PlantSettings,
+    /// The robot.
+    pub actuator: Actuator,
+    /// Stiffness of the walls, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Unit normal: from the left wall to the right one, axes of C.
+    pub normal: Vector3<f64>,
+    /// Distance of the right wall from the start along the normal, m.
+    pub right_m: f64,
+    /// Distance of the left wall against the normal, m; infinite for none.
+    pub left_m: f64,
 }
 
 impl Case {
@@ -35,25 +44,21 @@ impl Case {
         settings.delay.model_velocity = ModelVelocity::Mean;
         Self {
             settings,
-            plant: PlantSettings {
-                delay_s: 0.0,
-                pause_s: 0.0,
-                stiffness_n_per_m: MASS_KG * frequency_rad_s * frequency_rad_s,
-                normal: Vector3::x(),
-                // A quarter second of free flight behind the start; the touch comes in the middle of a
-                // cycle, half-way between two samples of the force.
-                right_m: 0.252 * speed_m_s,
-                left_m: f64::INFINITY,
-                metres_per_count: 1e-9,
-            },
+            actuator: Actuator::ideal(),
+            stiffness_n_per_m: MASS_KG * frequency_rad_s * frequency_rad_s,
+            normal: Vector3::x(),
+            // A quarter second of free flight behind the start; the touch comes in the middle of a
+            // cycle, half-way between two samples of the force.
+            right_m: 0.252 * speed_m_s,
+            left_m: f64::INFINITY,
         }
     }
 
     /// Scenario S: pure delay 32 ms, pause 16 ms, 21 rad/s (contact of 150 ms).
     pub fn scenario_s(speed_m_s: f64, law: LawName) -> Self {
         let mut case = Self::new(21.0, speed_m_s);
-        case.plant.delay_s = 0.032;
-        case.plant.pause_s = 0.016;
+        case.actuator.delay_s = 0.032;
+        case.actuator.pause_s = 0.016;
         case.settings.delay.law = law;
         case
     }
@@ -63,7 +68,7 @@ impl Case {
         let normal = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
         let speed = self.settings.body_k.velocity_m_s[0];
         self.settings.body_k.velocity_m_s = (normal * speed).into();
-        self.plant.normal = normal;
+        self.normal = normal;
         self
     }
 
@@ -71,55 +76,32 @@ impl Case {
     pub fn speed_m_s(&self) -> f64 {
         Vector3::from(self.settings.body_k.velocity_m_s).norm()
     }
-}
 
-/// The closed loop.
-#[derive(Clone, Debug)]
-pub struct Rig<S: Scalar> {
-    /// The cycle and its inputs.
-    pub driver: Driver<S>,
-    /// The robot between the walls.
-    pub plant: Plant,
-    normal: Vector3<f64>,
-}
-
-impl<S: Scalar> Rig<S> {
-    /// Running.
-    pub fn new(case: &Case) -> Self {
-        let mut driver = Driver::new(&case.settings);
-        let first = driver.start();
-        let mut plant = Plant::new(case.plant);
-        plant.advance(&first.output.correction);
-        Self {
-            driver,
-            plant,
-            normal: case.plant.normal,
-        }
-    }
-
-    /// One cycle under the wall's force and a disturbance (N, axes of C) that only the sensor
-    /// sees.
-    pub fn step_disturbed(&mut self, disturbance: Vector3<f64>) -> CycleRecord {
-        let force = self.plant.force() + disturbance;
-        let at = self.plant.position();
-        self.driver.inputs.sensor.wrench = [force.x, force.y, force.z, 0.0, 0.0, 0.0];
-        self.driver.inputs.robot.pose = Some([at.x, at.y, at.z, 0.0, 0.0, 0.0]);
-        let record = self.driver.step();
-        self.plant.advance(&record.output.correction);
-        record
-    }
-
-    /// One cycle.
-    pub fn step(&mut self) -> CycleRecord {
-        self.step_disturbed(Vector3::zeros())
+    /// The loop, running.
+    pub fn start<S: Scalar>(&self) -> ClosedLoop<S> {
+        let sides = [(self.right_m, self.normal), (self.left_m, -self.normal)];
+        let near = sides.into_iter().filter(|(away_m, _)| away_m.is_finite());
+        let walls = near.map(|(away_m, towards)| {
+            let (point, normal) = ((towards * away_m).into(), (-towards).into());
+            Wall::elastic(point, normal, self.stiffness_n_per_m).into()
+        });
+        let plant = PlantSettings {
+            actuator: self.actuator,
+            contact: Contact {
+                probes: vec![[0.0; 3]],
+                surfaces: walls.collect(),
+            },
+            ..PlantSettings::default()
+        };
+        ClosedLoop::started(&self.settings, &plant)
     }
 
     /// Runs until the next contact is over; answers the velocity of the model along the normal,
     /// m/s, or none if that takes more than `limit_s`.
-    pub fn bounce(&mut self, limit_s: f64) -> Option<f64> {
+    pub fn bounce<S: Scalar>(&self, closed: &mut ClosedLoop<S>, limit_s: f64) -> Option<f64> {
         let mut touched = false;
         for _ in 0..(limit_s / CYCLE_S) as usize {
-            let record = self.step();
+            let record = closed.step();
             if record.trace.fault.is_some() {
                 return None;
             }
@@ -132,13 +114,13 @@ impl<S: Scalar> Rig<S> {
         }
         None
     }
-}
 
-/// Restitution of the first bounce.
-///
-/// # Panics
-/// If the spacecraft does not come back within 20 s.
-pub fn restitution<S: Scalar>(case: &Case) -> f64 {
-    let out = Rig::<S>::new(case).bounce(20.0);
-    -out.expect("the spacecraft comes back") / case.speed_m_s()
+    /// Restitution of the first bounce.
+    ///
+    /// # Panics
+    /// If the spacecraft does not come back within 20 s.
+    pub fn restitution<S: Scalar>(&self) -> f64 {
+        let out = self.bounce(&mut self.start::<S>(), 20.0);
+        -out.expect("the spacecraft comes back") / self.speed_m_s()
+    }
 }
