@@ -160,7 +160,7 @@ fn fixed_point(law: LawName) -> Deviation {
         ..usual
     };
     match law {
-        LawName::Polynomial | LawName::Ats | LawName::Smith => some_digits,
+        LawName::Polynomial | LawName::Ats | LawName::Smith | LawName::SmithDeadZone => some_digits,
         LawName::Passivity => Deviation {
             position_m: 1e-5,
             orientation_rad: 3e-6,
