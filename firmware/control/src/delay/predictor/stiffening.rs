@@ -51,7 +51,10 @@ impl Stiffening {
     /// The parabola, if it is one; `origin` is the depth at the way 0, `sigma` the error that is expected of a load, N.
     pub(super) fn curve(&self, estimate: &Estimate, origin: f64, sigma: f64) -> Option<Curve> {
         let count = self.powers[0];
-        if count < STIFFENING_LOADS || estimate.error < STIFFENING_SEEN * sigma {
+        if count < STIFFENING_LOADS
+            || estimate.error < STIFFENING_SEEN * sigma
+            || estimate.misfit > STIFFENING_MISFIT
+        {
             return None;
         }
         let scale = ComplexField::sqrt(self.powers[2] / count).max(1e-9);

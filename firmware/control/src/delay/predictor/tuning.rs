@@ -190,6 +190,8 @@ pub(super) const STIFFENING_LOADS: f64 = 8.0;
 /// leave. ↑, ↓ a wrong delay or friction passes for stiffening.
 pub(super) const STIFFENING_SEEN: f64 = 3.0;
 pub(super) const STIFFENING_LEAVES: f64 = 0.25;
+/// Misfit of the spring from which a contact is too far from one for a parabola to make up for it.
+pub(super) const STIFFENING_MISFIT: f64 = 0.1;
 
 // Multiple-model latency estimator.
 
