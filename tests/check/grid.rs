@@ -103,8 +103,9 @@ fn every_law_at(every: usize) -> usize {
             let highest = all.clone().fold(f64::MIN, f64::max);
             let spread = highest - all.fold(f64::MAX, f64::min);
             // A saw-tooth over the place of the touch, seen at eight places in two ways. The Smith
-            // predictor does not identify damping: behind a damped wall each place is another.
-            let blind = law == LawName::Smith && case.damping_ratio > 0.0;
+            // predictors do not identify damping: behind a damped wall each place is another.
+            let smith = matches!(law, LawName::Smith | LawName::SmithDeadZone);
+            let blind = smith && case.damping_ratio > 0.0;
             let seen = if blind {
                 0.5 * spread + 0.05
             } else {

@@ -105,5 +105,5 @@ fn a_robot_that_stands_still_is_a_fault() {
 fn the_state_is_small() {
     let bytes = size_of::<Predictor>();
     println!("{bytes} bytes");
-    assert!(bytes <= 16 * 1024);
+    assert!(bytes <= 17 * 1024);
 }

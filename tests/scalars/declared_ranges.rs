@@ -283,7 +283,7 @@ fn grid(names: &[&str], all: &[Field], base: Settings) -> Vec<Settings> {
 fn others_are_untouched(settings: &Settings, before: &Settings) -> bool {
     let (now, before) = (&settings.delay, &before.delay);
     (now.law == LawName::Seed || now.seed == before.seed)
-        && (now.law == LawName::Smith || now.smith == before.smith)
+        && (matches!(now.law, LawName::Smith | LawName::SmithDeadZone) || now.smith == before.smith)
         && (now.law == LawName::Predictor || now.predictor == before.predictor)
 }
 

@@ -36,7 +36,7 @@ impl Processor {
     /// [`TooSlow`]: the law must not be armed on this board.
     pub fn accepts(self, settings: &BoardSettings) -> Result<(), TooSlow> {
         match (self, settings.control.delay.law) {
-            (Self::Integer, law @ LawName::Predictor) => Err(TooSlow(law)),
+            (Self::Integer, law) if law.needs_double_precision() => Err(TooSlow(law)),
             _ => Ok(()),
         }
     }
@@ -47,13 +47,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_predictor_needs_floating_point() {
+    fn laws_that_compute_in_f64_need_floating_point() {
         let mut settings = BoardSettings::default();
         for law in LawName::ALL {
             settings.control.delay.law = law;
             assert!(Processor::DoublePrecision.accepts(&settings).is_ok());
             let integer = Processor::Integer.accepts(&settings);
-            assert_eq!(integer.is_err(), law == LawName::Predictor, "{law:?}");
+            assert_eq!(integer.is_err(), law.needs_double_precision(), "{law:?}");
         }
     }
 }

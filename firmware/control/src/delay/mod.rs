@@ -18,6 +18,7 @@ pub mod actuator;
 pub mod ats;
 mod axes;
 mod contact;
+pub mod desired_restitution;
 mod energy_bound;
 pub mod guarded;
 pub mod lead;
@@ -26,7 +27,9 @@ pub mod polynomial;
 pub mod predictor;
 pub mod seed;
 pub mod smith;
+pub mod smith_dead_zone;
 pub mod status;
+pub mod switching_gain;
 
 use crate::described::Description;
 use crate::dynamics::{TwoBody, TwoBodyState};
@@ -36,6 +39,7 @@ use crate::range::SettingsError;
 use crate::scalar::Scalar;
 use actuator::ActuatorSettings;
 use ats::{Ats, AtsSettings};
+use desired_restitution::{DesiredRestitution, DesiredRestitutionSettings};
 use lead::{Lead, LeadSettings};
 use nalgebra::UnitQuaternion;
 use passivity::{Passivity, PassivitySettings};
@@ -43,7 +47,9 @@ use polynomial::{Polynomial, PolynomialSettings};
 use predictor::{Predictor, PredictorSettings};
 use seed::{Seed, SeedCoefficients, SeedSettings};
 use smith::{Smith, SmithSettings};
+use smith_dead_zone::{SmithDeadZone, SmithDeadZoneSettings};
 use status::LawStatus;
+use switching_gain::{SwitchingGain, SwitchingGainSettings};
 
 /// Commands kept for laws that look into the pipeline: 64 cycles are 256 ms, several times the
 /// delay of an industrial robot (about 32 ms).
@@ -74,18 +80,27 @@ pub enum LawName {
     /// Model predictive control with a robot model, a contact estimator and impulse matching.
     #[default]
     Predictor,
+    /// Smith predictor behind a dead zone of the force, with an observer of what that swallows.
+    SmithDeadZone,
+    /// Virtual damping towards a desired restitution.
+    DesiredRestitution,
+    /// Force lead with a gain that an energy observer switches.
+    SwitchingGain,
 }
 
 impl LawName {
     /// Every law, in the order of tables.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::None,
         Self::Seed,
         Self::Lead,
         Self::Polynomial,
         Self::Ats,
         Self::Smith,
+        Self::SmithDeadZone,
         Self::Passivity,
+        Self::DesiredRestitution,
+        Self::SwitchingGain,
         Self::Predictor,
     ];
 
@@ -100,6 +115,9 @@ impl LawName {
             Self::Smith => "smith",
             Self::Passivity => "passivity",
             Self::Predictor => "predictor",
+            Self::SmithDeadZone => "smith_dead_zone",
+            Self::DesiredRestitution => "desired_restitution",
+            Self::SwitchingGain => "switching_gain",
         }
     }
 
@@ -108,12 +126,28 @@ impl LawName {
         Self::ALL.into_iter().find(|law| law.name() == name)
     }
 
+    /// Whether the law computes in f64 whatever the scalar of the cycle is: it is of no use on a processor without a
+    /// floating-point unit for it.
+    pub const fn needs_double_precision(self) -> bool {
+        matches!(
+            self,
+            Self::Predictor | Self::DesiredRestitution | Self::SwitchingGain
+        )
+    }
+
     /// Whether the law works with the measured pose: it is of no use on a robot that does not
     /// report where it is, or that reports what it was told.
     pub const fn needs_position(self) -> bool {
         match self {
-            Self::None | Self::Seed | Self::Lead | Self::Polynomial => false,
-            Self::Ats | Self::Smith | Self::Passivity | Self::Predictor => true,
+            Self::None | Self::Seed | Self::Lead | Self::Polynomial | Self::DesiredRestitution => {
+                false
+            }
+            Self::Ats
+            | Self::Smith
+            | Self::SmithDeadZone
+            | Self::Passivity
+            | Self::SwitchingGain
+            | Self::Predictor => true,
         }
     }
 }
@@ -159,6 +193,12 @@ pub struct DelaySettings {
     pub passivity: PassivitySettings,
     /// Settings of the predictor.
     pub predictor: PredictorSettings,
+    /// Settings of the Smith predictor behind a dead zone.
+    pub smith_dead_zone: SmithDeadZoneSettings,
+    /// Settings of the damping towards a desired restitution.
+    pub desired_restitution: DesiredRestitutionSettings,
+    /// Settings of the switched force lead.
+    pub switching_gain: SwitchingGainSettings,
 }
 }
 
@@ -175,6 +215,9 @@ impl DelaySettings {
         SmithSettings::DESCRIPTION,
         PassivitySettings::DESCRIPTION,
         PredictorSettings::DESCRIPTION,
+        SmithDeadZoneSettings::DESCRIPTION,
+        DesiredRestitutionSettings::DESCRIPTION,
+        SwitchingGainSettings::DESCRIPTION,
     ];
 
     /// Checks every field.
@@ -186,6 +229,9 @@ impl DelaySettings {
         self.polynomial.validate()?;
         self.ats.validate()?;
         self.smith.validate()?;
+        self.smith_dead_zone.validate()?;
+        self.desired_restitution.validate()?;
+        self.switching_gain.validate()?;
         self.passivity.validate()
     }
 
@@ -284,6 +330,12 @@ pub enum Law<S: Scalar> {
     Passivity(Passivity<S>),
     /// The predictor.
     Predictor(Predictor),
+    /// Smith predictor behind a dead zone.
+    SmithDeadZone(SmithDeadZone<S>),
+    /// Damping towards a desired restitution.
+    DesiredRestitution(DesiredRestitution<S>),
+    /// Switched force lead.
+    SwitchingGain(SwitchingGain<S>),
 }
 
 impl<S: Scalar> Law<S> {
@@ -299,6 +351,11 @@ impl<S: Scalar> Law<S> {
             LawName::Smith => Self::Smith(Smith::new(settings, cycle_s)),
             LawName::Passivity => Self::Passivity(Passivity::new(settings, cycle_s)),
             LawName::Predictor => Self::Predictor(Predictor::new(settings, cycle_s)),
+            LawName::SmithDeadZone => Self::SmithDeadZone(SmithDeadZone::new(settings, cycle_s)),
+            LawName::DesiredRestitution => {
+                Self::DesiredRestitution(DesiredRestitution::new(settings, cycle_s))
+            }
+            LawName::SwitchingGain => Self::SwitchingGain(SwitchingGain::new(settings, cycle_s)),
         }
     }
 
@@ -323,6 +380,9 @@ impl<S: Scalar> Law<S> {
             Self::Smith(law) => law.condition(input),
             Self::Passivity(law) => law.condition(input, *input.wrench),
             Self::Predictor(law) => law.condition(input),
+            Self::SmithDeadZone(law) => law.condition(input),
+            Self::DesiredRestitution(law) => law.condition(input),
+            Self::SwitchingGain(law) => law.condition(input),
         }
     }
 
@@ -340,6 +400,15 @@ impl<S: Scalar> Law<S> {
                 ..LawOutput::of(input.model)
             },
             Self::Predictor(law) => law.step(input),
+            Self::SmithDeadZone(law) => law.step(input),
+            Self::DesiredRestitution(law) => LawOutput {
+                status: law.status(),
+                ..LawOutput::of(input.model)
+            },
+            Self::SwitchingGain(law) => LawOutput {
+                status: law.status(),
+                ..LawOutput::of(input.model)
+            },
         }
     }
 }

@@ -43,6 +43,8 @@ impl LawFlags {
     pub const SPEED_LIMIT: Self = Self(1 << 6);
     /// The robot's delay was found to be another one in a contact, and is followed.
     pub const DELAY_FOLLOWED: Self = Self(1 << 7);
+    /// A contact has ended as an undamped one, and noise hides a damping that would have slowed the rebound.
+    pub const DAMPING_IN_NOISE: Self = Self(1 << 8);
 
     /// Adds flags.
     pub fn set(&mut self, flags: Self) {

@@ -325,6 +325,12 @@ fn text(summary: &Summary) -> String {
         [] => String::new(),
         _ => format!("{table}\n"),
     };
+    let hidden = match summary.impacts.iter().any(|impact| impact.damping_in_noise) {
+        true => {
+            "the predictor took a contact for an undamped one; noise may hide a damping of it\n"
+        }
+        false => "",
+    };
     let docked = docked(summary);
     let files = match summary.pieces.as_slice() {
         [] => summary.recording.clone(),
@@ -335,7 +341,7 @@ fn text(summary: &Summary) -> String {
         [only] => only.clone(),
     };
     format!(
-        "{table}{docked}{fault}{} cycles ({:.1} s) in {files}, {:.0} times real time, {:.0} cycles per processor second, \
+        "{table}{hidden}{docked}{fault}{} cycles ({:.1} s) in {files}, {:.0} times real time, {:.0} cycles per processor second, \
          mode at the end {}\n",
         summary.cycles,
         summary.simulated_s,

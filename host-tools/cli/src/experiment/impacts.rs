@@ -43,6 +43,9 @@ pub struct Impact {
     /// (∫ F dt of the measured force − m Δv of the model) / (2 m v): momentum along the normal that the law gave
     /// without a measured force.
     pub impulse_unaccounted: f64,
+    /// The law took the contact for an undamped one, and noise may hide a damping that would have slowed the rebound.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub damping_in_noise: bool,
 }
 
 /// The analytic bounce against one wall.
@@ -155,6 +158,8 @@ struct Sample {
     added: Vector3<f64>,
     /// The law still follows the contact; its guard acts at the end.
     law_in_contact: bool,
+    /// The law says that noise may hide a damping.
+    damping_in_noise: bool,
 }
 
 impl Sample {
@@ -163,6 +168,7 @@ impl Sample {
             UnitQuaternion::new_normalize(Quaternion::new(pose[3], pose[4], pose[5], pose[6]))
         };
         let force = Vector3::from_column_slice(&truth.contact_wrench[..3]);
+        let flags = record.trace.law_status.flags;
         Self {
             time_s: record.trace.time_s,
             running: record.trace.mode == Mode::Running,
@@ -171,7 +177,8 @@ impl Sample {
             force: orientation(&truth.pose) * force,
             added: orientation(&record.trace.pose)
                 * Vector3::from_column_slice(&record.trace.unaccounted_impulse[..3]),
-            law_in_contact: record.trace.law_status.flags.has(LawFlags::CONTACT),
+            law_in_contact: flags.has(LawFlags::CONTACT),
+            damping_in_noise: flags.has(LawFlags::DAMPING_IN_NOISE),
         }
     }
 
@@ -198,6 +205,7 @@ struct Contact {
     push: Vector3<f64>,
     /// Sum of what the law added, N·s.
     added: Vector3<f64>,
+    damping_in_noise: bool,
 }
 
 /// Finds the impacts of a simulated run while it runs.
@@ -235,6 +243,7 @@ impl<'a> ImpactFinder<'a> {
         } else if let Some(contact) = &mut self.contact {
             contact.free_cycles += 1;
             contact.added += sample.added;
+            contact.damping_in_noise |= sample.damping_in_noise;
             if !sample.law_in_contact {
                 contact.settled_cycles += 1;
             }
@@ -279,11 +288,13 @@ impl<'a> ImpactFinder<'a> {
             peak_force_n: 0.0,
             push: Vector3::zeros(),
             added: Vector3::zeros(),
+            damping_in_noise: false,
         });
         contact.cycles += contact.free_cycles + 1;
         (contact.free_cycles, contact.settled_cycles) = (0, 0);
         contact.after = None;
         contact.added += sample.added;
+        contact.damping_in_noise |= sample.damping_in_noise;
         contact.peak_force_n = contact.peak_force_n.max(sample.force.norm());
         contact.push += sample.force;
     }
@@ -297,6 +308,7 @@ impl<'a> ImpactFinder<'a> {
             peak_force_n,
             push,
             added,
+            damping_in_noise,
             ..
         }) = self.contact.take()
         else {
@@ -326,6 +338,7 @@ impl<'a> ImpactFinder<'a> {
             contact_time_s,
             impulse_unaccounted: Vector3::from(wall.normal).normalize().dot(&added)
                 / (2.0 * analytic.mass_kg * speed_in),
+            damping_in_noise,
         });
     }
 }

@@ -10,6 +10,7 @@ use super::contact_estimator::{
 use super::observer::{AtForce, Observer};
 use super::reference::{Preload, Reference};
 use super::restitution::{Outcome, RestitutionEstimate};
+use super::stiffening::{Curve, Stiffening};
 use super::tuning::*;
 use super::{M6, V6};
 use nalgebra::ComplexField;
@@ -44,6 +45,10 @@ pub(super) struct Contact {
     cycle_s: f64,
     /// Displacement of the commands' preload so far.
     pub(super) preload: Preload,
+    /// What the estimator's spring does not say, by the positions at a latency.
+    stiffening: (usize, Stiffening),
+    /// Error of a load that was expected at the onset, N.
+    sigma: f64,
 }
 
 /// What a new contact begins with.
@@ -71,13 +76,11 @@ impl Contact {
         let expected = (onset.stiffness, onset.noise, onset.delay_sigma_s);
         let prior = Prior::new(expected, closing, (h, bh));
         let travel = closing * onset.cycle_s;
-        let deviation =
-            (onset.stiffness * travel / ONSET_SPREAD).max(1e-6) + onset.threshold.min(load.norm());
         let estimator = LatencyEstimator::new(
             &observer.previous,
             &observer.at_force,
             &prior,
-            (closing, deviation),
+            (closing, travel, onset.threshold.min(load.norm())),
             onset.remembered,
         );
         let per_cycle = (onset.stiffness * travel).max(f64::MIN_POSITIVE);
@@ -99,6 +102,8 @@ impl Contact {
             delay_sigma_s: onset.delay_sigma_s,
             cycle_s: onset.cycle_s,
             preload: Preload::default(),
+            stiffening: (onset.latency, Stiffening::default()),
+            sigma: prior.sigma,
         }
     }
 
@@ -123,6 +128,29 @@ impl Contact {
         let prior = self.prior(direction, self.estimate(latency).error);
         let known = (&prior, &self.velocity);
         self.estimator.add(at_force, self.last, known, only);
+        self.add_to_parabola(at_force, latency);
+    }
+
+    /// The last load, less that of the damping, at the way since the first one.
+    fn add_to_parabola(&mut self, at_force: &AtForce, latency: usize) {
+        if self.stiffening.0 != latency {
+            self.stiffening = (latency, Stiffening::default());
+        }
+        let l = latency.min(LATENCIES - 1);
+        let estimate = self.estimate(latency);
+        let along = |motion: V6| estimate.gradient.dot(&motion);
+        let way = along(at_force.position[l] - self.first_position[l]);
+        let elastic = self.last - estimate.damping * along(at_force.velocity[l]);
+        self.stiffening.1.add(way, elastic);
+    }
+
+    /// The stiffening of the contact, if it has one.
+    pub(super) fn curve(&self, latency: usize) -> Option<Curve> {
+        let estimate = self.estimate(latency);
+        let origin = estimate
+            .gradient
+            .dot(&self.first_position[latency.min(LATENCIES - 1)]);
+        self.stiffening.1.curve(estimate, origin, self.sigma)
     }
 
     /// What is expected of it, with h and Bh and the error of the present fit, N.

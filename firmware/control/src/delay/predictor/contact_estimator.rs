@@ -98,8 +98,13 @@ impl Prior {
     /// Variance of a damping, from that in units of σ²: a delay that is believed too long by Δ looks like a
     /// damping k Δ.
     pub(super) fn damping_variance(&self, units: f64, stiffness: f64) -> f64 {
+        self.noise_variance(units, self.sigma, stiffness)
+    }
+
+    /// Likewise by a noise of the loads alone, N.
+    pub(super) fn noise_variance(&self, units: f64, noise: f64, stiffness: f64) -> f64 {
         let late = stiffness * self.delay_s;
-        (units * self.sigma * self.sigma).max(0.0) + late * late
+        (units * noise * noise).max(0.0) + late * late
     }
 
     /// Velocity along the direction per impulse along it, 1/kg.
@@ -290,6 +295,12 @@ fn kappa(unknowns: &Unknowns) -> V6 {
     V6::from_iterator(unknowns.iter().take(6).copied())
 }
 
+/// Deviation of the load where the contact began, N, by a stiffness (N/m), the displacement between the samples beside it
+/// (m) and the threshold of a load (N).
+fn onset_deviation(stiffness: f64, (travel, threshold): (f64, f64)) -> f64 {
+    (stiffness * travel / ONSET_SPREAD).max(1e-6) + threshold
+}
+
 /// a, from the unknowns and their stiffness within its bounds.
 fn gradient(unknowns: &Unknowns, stiffness: f64, prior: &Prior) -> V6 {
     let kappa = kappa(unknowns);
@@ -323,19 +334,27 @@ pub(super) struct LatencyEstimator {
     hypotheses: [Hypothesis; LATENCIES],
     loads: u32,
     /// The latency is beyond doubt.
-    settled: bool,
+    pub(super) settled: bool,
+    /// The largest latency that is not refuted.
+    pub(super) latest: usize,
+    /// Displacement between the last free and the first loaded sample, m, and the error of the onset's load beside it, N.
+    onset: (f64, f64),
+    /// Error of a load that was expected then, N.
+    sigma: f64,
 }
 
 impl LatencyEstimator {
-    /// A new contact: it began between the positions before and now, with a closing velocity (m/s); there
-    /// is no force there, to a deviation (N).
+    /// A new contact: it began between the positions before and now, with a closing velocity (m/s), a displacement (m)
+    /// apart; there is no force there, to a threshold (N).
     pub(super) fn new(
         previous: &[V6; LATENCIES],
         now: &AtForce,
         prior: &Prior,
-        (closing, deviation): (f64, f64),
+        (closing, travel, threshold): (f64, f64, f64),
         remembered: Option<(usize, &Information)>,
     ) -> Self {
+        let onset = (travel, threshold);
+        let deviation = onset_deviation(prior.stiffness, onset);
         let hypothesis = |l: usize| {
             let middle = (previous[l] + now.position[l]) * 0.5;
             let mut information = Information::new(middle);
@@ -355,6 +374,9 @@ impl LatencyEstimator {
             hypotheses: core::array::from_fn(hypothesis),
             loads: 0,
             settled: false,
+            latest: LATENCIES - 1,
+            onset,
+            sigma: prior.sigma,
         }
     }
 
@@ -384,6 +406,10 @@ impl LatencyEstimator {
             let (position, velocity) = (&now.position[l], &now.velocity[l]);
             let gradient = estimate.gradient;
             information.add(position, gradient.dot(&(velocity - before)), load);
+            // Where the contact began is known to a displacement: the load there less well if it is stiffer than expected.
+            let stiffness = estimate.stiffness.max(prior.stiffness);
+            let ratio = self.sigma / onset_deviation(stiffness, self.onset);
+            information.onset = ratio * ratio;
             *estimate = information.solve(prior, gradient.dot(before));
         }
     }
@@ -401,6 +427,8 @@ impl LatencyEstimator {
         let better_than = |l: usize, factor: f64| cost(l) > factor * cost(best);
         // A latency does not change; what disturbs the fit later, such as a pause, says nothing about it.
         self.settled = (0..LATENCIES).all(|l| l == best || better_than(l, LATENCY_SETTLED));
+        let possible = |l: &usize| !better_than(*l, LATENCY_EVIDENCE);
+        self.latest = (0..LATENCIES).rev().find(possible).unwrap_or(best);
         if better_than(present, LATENCY_EVIDENCE) {
             best
         } else {

@@ -19,6 +19,7 @@ use super::impulse_matching::{ImpulseMatching, Reversals};
 use super::least_squares::Ldlt;
 use super::reference::{Deviation, Preload, Reference};
 use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::stiffening::Curve;
 use super::tuning::*;
 use nalgebra::{SMatrix, SVector};
 
@@ -158,6 +159,10 @@ pub(super) struct ControlProblem<'a> {
     pub(super) contact: Option<Estimate>,
     /// Axes that have reversed in it.
     pub(super) reversals: Reversals,
+    /// The largest latency that the pose may have, cycles.
+    pub(super) latest: usize,
+    /// Its load over depth, where it is no spring.
+    pub(super) curve: Option<Curve>,
 }
 
 /// The answer.
@@ -207,10 +212,12 @@ impl ControlProblem<'_> {
             limited(base + moves + preload, &self.reference.velocity);
         let mut reversals = self.reversals;
         if self.contact.is_some() && self.model.pause > 0.0 && self.model.linear.is_dead_time {
-            let answered = now + self.delay() + 0.5 * self.model.pause;
+            let soonest = self.soonest(&free);
+            let answered = now + soonest + 0.5 * self.model.pause;
             let [then] = self.reference.deviations(answered, cycle_s);
             let since = now - self.reference.onset;
-            velocity = reversals.allow(&velocity, &self.reference, &then, since, cycle_s);
+            let known = (since, soonest >= self.delay());
+            velocity = reversals.allow(&velocity, &self.reference, &then, known, cycle_s);
         }
         Command {
             velocity,
@@ -235,12 +242,19 @@ impl ControlProblem<'_> {
             return 0.0;
         }
         let tracked = tracking.tracked(&free.error);
+        let straight = Curve {
+            surface: contact.surface,
+            stiffness: contact.stiffness,
+            stiffening: 0.0,
+        };
+        let curve = self.curve.unwrap_or(straight);
         let depth: Trajectory =
-            core::array::from_fn(|t| free.position[t] + tracked[t] - contact.surface);
+            core::array::from_fn(|t| free.position[t] + tracked[t] - curve.surface);
         let matching = ImpulseMatching {
             depth: &depth,
             preload: &self.matrix.preload(self.cycle, &self.reference.preload),
-            stiffness: contact.stiffness,
+            stiffness: curve.stiffness,
+            stiffening: curve.stiffening,
             damping: contact.damping,
             inverse_mass: 1.0 / contact.mass,
             velocity: contact.gradient.dot(&self.velocity),
@@ -248,6 +262,32 @@ impl ControlProblem<'_> {
             cycle_s: self.model.cycle_s,
         };
         matching.solve(SPEED_LIMIT * self.reference.closing.max(SPEED_LIMIT_BASE))
+    }
+
+    /// Delay after which the robot may answer at the soonest, cycles: of a pose that may be older than believed.
+    ///
+    /// Turning too early costs a pause and the rest of the contact, turning late only what the robot goes meanwhile. So a
+    /// reversal waits for what is not refuted, as long as the contact bears it: as long as a robot that goes on until then,
+    /// stands for a pause, and retreats as fast as it came, gets no more than a part of the rebound.
+    fn soonest(&self, free: &FreeResponse) -> f64 {
+        let latest = self.latest.min(self.latency + OLDER_POSE);
+        let soonest = self.model.execution_delay(latest.max(self.latency));
+        let Some(contact) = self.contact.filter(|_| soonest < self.delay()) else {
+            return self.delay();
+        };
+        let depth =
+            |t: usize| (free.position[t.min(PREDICTION_HORIZON)] - contact.surface).max(0.0);
+        let (now, then) = (depth(0), depth(soonest as usize));
+        let (cycle_s, closing) = (self.model.cycle_s, self.reference.closing);
+        let waited = (0.5 * (now + then) * soonest + then * self.model.pause) * cycle_s;
+        let retreat = 0.5 * then * then / closing.max(f64::MIN_POSITIVE);
+        let impulse = contact.stiffness * (waited + retreat) - contact.damping * now;
+        let left = contact.gradient.dot(&self.velocity) - impulse / contact.mass;
+        if left > -WAITING_TAKES * self.reference.restitution() * closing {
+            soonest
+        } else {
+            self.delay()
+        }
     }
 
     /// Velocity of the reference, a delay ahead of this cycle.

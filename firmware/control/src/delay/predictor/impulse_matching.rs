@@ -7,7 +7,7 @@
 //! is found such that
 //!
 //! ```text
-//! v − (1/m) Σ ∫ max(0, k δ + c δ') dt  =  velocity of the reference at the end of the horizon
+//! v − (1/m) Σ ∫ max(0, k δ + q δ² + c δ') dt  =  velocity of the reference at the end of the horizon
 //! ```
 //!
 //! along the predicted depth δ. The earlier the preload, the less displacement it takes.
@@ -23,7 +23,9 @@ pub(super) struct ImpulseMatching<'a> {
     pub(super) depth: &'a Trajectory,
     /// Change of the depth by a preload of 1, cycles.
     pub(super) preload: &'a Trajectory,
+    /// k and q, N/m and N/m².
     pub(super) stiffness: f64,
+    pub(super) stiffening: f64,
     pub(super) damping: f64,
     /// Velocity per impulse, 1/kg.
     pub(super) inverse_mass: f64,
@@ -52,6 +54,21 @@ impl ImpulseMatching<'_> {
     /// Velocity at the end of the horizon beyond the target.
     #[inline(never)]
     fn trial(&self, preload: f64) -> Trial {
+        // A spring, nearly always: its loop does without the product.
+        let impulse = if self.stiffening == 0.0 {
+            self.impulse::<false>(preload)
+        } else {
+            self.impulse::<true>(preload)
+        };
+        Trial {
+            excess: self.velocity - impulse * self.inverse_mass - self.target,
+            preload,
+        }
+    }
+
+    /// Impulse to come, N·s.
+    #[inline]
+    fn impulse<const STIFFENING: bool>(&self, preload: f64) -> f64 {
         let drag = self.damping / self.cycle_s;
         let per_cycle = preload * self.cycle_s;
         let mut twice = 0.0;
@@ -60,27 +77,30 @@ impl ImpulseMatching<'_> {
         for (depth, change) in depths.iter().zip(changes) {
             let now = depth + per_cycle * change;
             if before > 0.0 || now > 0.0 {
-                twice += self.force(before, now, drag * (now - before));
+                twice += self.force::<STIFFENING>(before, now, drag * (now - before));
             }
             before = now;
         }
-        let impulse = 0.5 * self.cycle_s * twice;
-        Trial {
-            excess: self.velocity - impulse * self.inverse_mass - self.target,
-            preload,
-        }
+        0.5 * self.cycle_s * twice
     }
 
-    /// Twice the mean of max(0, k δ + c δ') over a cycle in which the depth goes straight, partly at
+    /// Twice the mean of max(0, k δ + q δ² + c δ') over a cycle in which the depth goes straight, partly at
     /// least in contact, N; `drag` is c δ'.
     #[inline]
-    fn force(&self, before: f64, now: f64, drag: f64) -> f64 {
-        let last = self.stiffness * now + drag;
+    fn force<const STIFFENING: bool>(&self, before: f64, now: f64, drag: f64) -> f64 {
+        let spring = |depth: f64| {
+            if STIFFENING {
+                (self.stiffness + self.stiffening * depth) * depth
+            } else {
+                self.stiffness * depth
+            }
+        };
+        let last = spring(now) + drag;
         if before < 0.0 {
             // It begins within the cycle.
             return now / (now - before) * positive_part(drag, last);
         }
-        positive_part(self.stiffness * before + drag, last)
+        positive_part(spring(before) + drag, last)
     }
 
     /// The best preload within ± `most`, m/s: the sign change of the excess is sought with growing steps.
@@ -173,19 +193,19 @@ pub(super) struct Reversals {
 
 impl Reversals {
     /// The command with no more than one reversal, `since` cycles after the onset and with the
-    /// reference as it will be when the robot answers.
+    /// reference as it will be when the robot answers, at the soonest; `sure` if that time is known.
     pub(super) fn allow(
         &mut self,
         command: &V6,
         reference: &Reference,
         then: &Deviation,
-        since: f64,
+        (since, sure): (f64, bool),
         cycle_s: f64,
     ) -> V6 {
         let contact = reference.contact.as_ref();
         let damped = contact.is_some_and(|contact| contact.zeta > FREE_REVERSAL_DAMPING);
-        self.free |= damped;
-        if damped {
+        self.free |= damped && sure;
+        if damped && sure {
             return onward(command, reference);
         }
         if self.free {

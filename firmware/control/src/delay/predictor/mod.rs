@@ -34,6 +34,7 @@
 //! | `observer` | robot, load and model in the robot's axes; noise of the load |
 //! | `delay_estimator` | delay, noise and structure of the robot, from the approach and from its reversals |
 //! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact; latency of the pose |
+//! | `stiffening` | a contact that is no spring: a parabola through its loads |
 //! | `contact` | the course of a contact, and what is remembered of it |
 //! | `restitution` | what noise hides of a rebound, and the guard |
 //! | `reference` | the motion that is wanted |
@@ -54,6 +55,7 @@ mod observer;
 mod reference;
 mod restitution;
 mod robot_model;
+mod stiffening;
 mod supervisor;
 mod tuning;
 

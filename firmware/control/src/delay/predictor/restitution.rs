@@ -36,6 +36,8 @@ pub(super) struct RestitutionEstimate {
     sigma_m_s: f64,
     /// How much of the residuals is noise.
     noise_share: f64,
+    /// The contact passes for an undamped one, and with the damping that noise hides it would give back less.
+    pub(super) hides_damping: bool,
 }
 
 impl RestitutionEstimate {
@@ -54,8 +56,11 @@ impl RestitutionEstimate {
         let units = covariance_of_damping(&factor)[DAMPING];
         let variance = prior.damping_variance(units, estimate.stiffness);
         let damping = factor.solve(&target)[DAMPING].max(0.0);
-        let likely = damping * presence(damping * damping / variance.max(f64::MIN_POSITIVE));
-        let contact = KelvinVoigt::new(estimate.stiffness, likely, estimate.mass);
+        let presence = presence(damping * damping / variance.max(f64::MIN_POSITIVE));
+        let with = |damping| KelvinVoigt::new(estimate.stiffness, damping, estimate.mass);
+        let contact = with(damping * presence);
+        let in_noise = ComplexField::sqrt(prior.noise_variance(units, noise, estimate.stiffness));
+        let unseen = with(DAMPING_SEEN * in_noise).restitution;
         // e a·V + a·v changes with a, but not with its length, which makes a·d 1.
         let sum = after + before * contact.restitution;
         let mut weights = Unknowns::zeros();
@@ -69,6 +74,7 @@ impl RestitutionEstimate {
             restitution: contact.restitution,
             sigma_m_s: sigma * ComplexField::sqrt(spread) / estimate.stiffness,
             noise_share: (noise * noise * usual / squares).min(1.0),
+            hides_damping: presence < 0.5 && unseen < 1.0 - GUARD_GAIN,
         }
     }
 
@@ -148,6 +154,7 @@ mod tests {
         restitution: 1.0,
         sigma_m_s: 0.0,
         noise_share: 1.0,
+        hides_damping: false,
     };
 
     #[test]

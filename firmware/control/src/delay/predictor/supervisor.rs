@@ -27,6 +27,8 @@ pub(super) struct Supervisor {
     /// Latency that is believed, and whether it is known.
     pub(super) latency: usize,
     latency_known: bool,
+    /// It was beyond doubt in an earlier contact.
+    latency_found: bool,
     /// This cycle was observed already.
     pub(super) observed: bool,
     pub(super) approach: Approach,
@@ -67,6 +69,7 @@ impl Supervisor {
             model,
             latency,
             latency_known: actuator.feedback_latency_known,
+            latency_found: false,
             observed: false,
             approach: Approach::new(V6::zeros(), &V6::zeros()),
             tracker: DelayTracker::default(),
@@ -283,6 +286,7 @@ impl Supervisor {
         let after = velocity + contact.mobility * felt * cycle_s;
         let noise = self.noise_against_model(contact);
         let outcome = contact.outcome(latency, reference, &after, noise);
+        self.latency_found |= contact.estimator.settled;
         self.confidence = if outcome.fits() {
             self.memory.keep(contact, latency);
             ConfidenceLevel::Verified
@@ -305,7 +309,11 @@ impl Supervisor {
             self.flags.set(flag);
             missing
         } else if outcome.fits() {
-            outcome.hidden(&contact.restitution(latency, &after, noise))
+            let estimate = contact.restitution(latency, &after, noise);
+            if estimate.hides_damping {
+                self.flags.set(LawFlags::DAMPING_IN_NOISE);
+            }
+            outcome.hidden(&estimate)
         } else {
             0.0
         };
@@ -362,6 +370,15 @@ impl Supervisor {
             reference,
             contact: estimate,
             reversals: self.reversals,
+            latest: match &contact {
+                Some(contact) if !self.latency_known && !self.latency_found => {
+                    contact.estimator.latest
+                }
+                _ => self.latency,
+            },
+            curve: contact
+                .as_ref()
+                .and_then(|contact| contact.curve(self.latency)),
         };
         let trusted = self.confidence != ConfidenceLevel::Fallback;
         let command = self.fallback.command(&problem, contact.is_some(), trusted);
@@ -404,8 +421,8 @@ impl Supervisor {
             let taken_back = has_dead_time && zeta <= FREE_REVERSAL_DAMPING;
             taken_back.then_some(end + TAKEN_BACK_LATER)
         } else {
-            // What it was told with another latency makes it late: it is to end in time, if it can.
-            let taken_back = self.model.linear.is_dead_time && zeta <= ELASTIC;
+            // What it was told with another latency makes it late: it is to end in time.
+            let taken_back = self.model.linear.is_dead_time && zeta <= FREE_REVERSAL_DAMPING;
             taken_back.then_some(end)
         };
         reference.pressed(&contact.preload, executed, end)

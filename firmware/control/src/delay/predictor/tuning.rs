@@ -182,6 +182,17 @@ pub(super) const ONSET_SPREAD: f64 = 3.5;
 /// Earliest onset before the first significant load, cycles. ↓ misses what a threshold far above noise hides.
 pub(super) const EARLIEST_ONSET: f64 = 8.0;
 
+// Stiffening.
+
+/// Loads before a parabola counts: a dead time of 8. ↓ is carried on far beyond the depths that it was seen at.
+pub(super) const STIFFENING_LOADS: f64 = 8.0;
+/// What a spring must leave to be none, by the error that is expected of a load, and part of its squares that a parabola may
+/// leave. ↑, ↓ a wrong delay or friction passes for stiffening.
+pub(super) const STIFFENING_SEEN: f64 = 3.0;
+pub(super) const STIFFENING_LEAVES: f64 = 0.25;
+/// Misfit of the spring from which a contact is too far from one for a parabola to make up for it.
+pub(super) const STIFFENING_MISFIT: f64 = 0.1;
+
 // Multiple-model latency estimator.
 
 /// Loads before it may decide. ↓ decides by noise.
@@ -236,8 +247,6 @@ pub(super) const PRELOAD_DECAY: f64 = 0.5;
 /// Cycles after the end of the contact until which a preload is taken back. ↑ 8: contact time 0.3 % off instead of
 /// 0.2 %; ↓ 0: 0.02 %, and the rebound of damped contacts and of a robot with jitter a quarter worse.
 pub(super) const TAKEN_BACK_LATER: f64 = 5.0;
-/// Damping ratio of a contact that gives back nearly all.
-pub(super) const ELASTIC: f64 = 0.05;
 /// Cycles of a preload that are remembered: the longest mean delay of a robot that answers at once (servo of 5 Hz).
 pub(super) const PRELOAD_HISTORY: usize = 24;
 /// Least displacement of a one-cycle command of 1 within the rest of the contact, cycles: below it there is
@@ -269,6 +278,12 @@ pub(super) const REVERSAL_SPEED_M_S: f64 = 2.5e-5;
 pub(super) const RETREAT_SPEED: f64 = 0.15;
 pub(super) const RETREAT_CYCLES: f64 = 2.0;
 pub(super) const RETREAT_PART: f64 = 0.25;
+/// Cycles by which a pose may be older than believed that a reversal waits for, as long as nothing refutes them. ↑ serves
+/// poses four cycles late, and stiff contacts turn too late where the belief was right.
+pub(super) const OLDER_POSE: usize = 2;
+/// Part of the rebound that a contact may have given back to a robot that waits so long: the other half is left to steer
+/// with. ↑ waits in stiff contacts as well.
+pub(super) const WAITING_TAKES: f64 = 0.5;
 /// Damping ratio from which on a contact needs an early retreat, and axes may turn freely. ↑ a damped rebound
 /// is too fast; ↓ estimates that waver cost a pause.
 pub(super) const FREE_REVERSAL_DAMPING: f64 = 0.25;
@@ -282,6 +297,8 @@ pub(super) const AXIS_SHARE: f64 = 0.02;
 /// How much more likely no damping is than one that happens to lie where it is found. ↑ hides small damping;
 /// ↓ noise passes for it.
 pub(super) const UNDAMPED_ODDS: f64 = 1000.0;
+/// Standard deviations at which a damping is as likely as none: √(2 ln odds).
+pub(super) const DAMPING_SEEN: f64 = 3.717;
 /// Unknowns that a fit takes from its loads.
 pub(super) const FITTED_UNKNOWNS: f64 = 3.0;
 /// Standard deviations of a mean square that are still noise.

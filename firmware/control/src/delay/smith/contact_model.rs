@@ -20,6 +20,8 @@ const FASTEST_REBOUND: f64 = 1.1;
 const DEEPEST_MM: f64 = 100.0;
 const FASTEST_MM_S: f64 = 1e4;
 const LARGEST_MM_S2: f64 = 1e5;
+/// Largest force that is told, N.
+const LARGEST_N: f64 = 1e5;
 /// Largest stiffness per mass, 1/s²: a natural frequency of 300 rad/s, beyond what a cycle of 4 ms
 /// can follow.
 const STIFFEST: f64 = 1e5;
@@ -253,6 +255,15 @@ impl<S: Scalar> Replay<S> {
     pub(super) fn reported_depth(&self) -> Option<S> {
         let surface = self.spring?.surface?;
         Some(self.reported - surface)
+    }
+
+    /// F̂ where the robot was last seen, N; none before the surface is known.
+    pub(super) fn expected_n(&self) -> Option<S> {
+        let last = self.known.checked_sub(1)?;
+        let (depth, _, speed) = self.sample(last);
+        let spring = self.spring?;
+        let push = spring.push(depth - spring.surface?, speed).get();
+        Some(S::of((push * 1e-3 * self.mass_kg).min(LARGEST_N)))
     }
 
     /// Stiffness of the present or last contact, N/m; 0 before the first.

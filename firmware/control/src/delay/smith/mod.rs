@@ -186,6 +186,21 @@ impl<S: Scalar> Smith<S> {
         -(missing * self.catch_up_per_s).clamp(-fastest, fastest)
     }
 
+    /// In an open contact, N along it: the part of a wrench, and what the contact model expects where the robot was last
+    /// seen.
+    pub(super) fn expected(&self, wrench: &Wrench<S>) -> Option<(S, S)> {
+        if !self.line.is_open() {
+            return None;
+        }
+        let expected = self.replay.expected_n()?;
+        Some((self.line.load(wrench), expected))
+    }
+
+    /// A force along the contact as a wrench at M, axes of M.
+    pub(super) fn along(&self, force: S) -> Wrench<S> {
+        self.line.wrench(force)
+    }
+
     fn status(&self) -> LawStatus {
         let mut flags = LawFlags::default();
         if self.line.is_open() {

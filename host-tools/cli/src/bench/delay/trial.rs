@@ -1,7 +1,7 @@
 //! One run: the board's own cycle in a closed loop with a plant.
 
 use super::case::Case;
-use super::scene::End;
+use super::scene::{End, MASS_KG, OMEGA_RAD_S};
 use anyhow::{Result, anyhow};
 use nalgebra::Vector3;
 use softdock_control::delay::{LawName, ModelVelocity};
@@ -80,9 +80,14 @@ pub fn settings(case: &Case, law: LawName, speed_m_s: f64) -> Settings {
     settings.delay.actuator = case.believed.clone();
     settings.delay.predictor.interlock = case.interlock;
     let quiet_n = BEYOND_NOISE * case.measurement.force_noise_n;
+    // This law must be told the stiffness: that of the canonical contact.
+    settings.delay.desired_restitution.stiffness_n_per_m = MASS_KG * OMEGA_RAD_S * OMEGA_RAD_S;
     for threshold_n in [
         &mut settings.delay.smith.threshold_n,
+        &mut settings.delay.smith_dead_zone.dead_zone_n,
         &mut settings.delay.passivity.threshold_n,
+        &mut settings.delay.desired_restitution.threshold_n,
+        &mut settings.delay.switching_gain.threshold_n,
     ] {
         *threshold_n = threshold_n.max(quiet_n);
     }

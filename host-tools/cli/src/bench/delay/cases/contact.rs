@@ -5,7 +5,7 @@ use super::super::scene::{End, MASS_KG, OMEGA_RAD_S, Scene, Shape};
 
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for factor in [0.3, 0.5, 2.0, 3.0] {
+    for factor in [0.3, 0.5, 2.0, 3.0, 5.0] {
         let mut case = Case::new("stiffness", format!("stiffness_x{factor}"));
         case.scene.law.stiffness *= factor;
         case.quick = factor == 0.3 || factor == 2.0;
@@ -19,7 +19,26 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(phases());
     cases.extend(dampings());
     cases.extend(power_laws());
+    cases.extend(as_commissioned());
     cases.push(ten_bounces());
+    cases
+}
+
+/// Stiffer and stiffening contacts with the latency of the pose as commissioning leaves it: 0, and not known to be.
+fn as_commissioned() -> Vec<Case> {
+    let stiffer = [2.0, 3.0].map(|factor| {
+        let mut case = Case::new("as_commissioned", format!("stiffness_x{factor}_unknown"));
+        case.scene.law.stiffness *= factor;
+        case
+    });
+    let stiffening = power_laws().into_iter().map(|mut case| {
+        (case.sweep, case.name) = ("as_commissioned", format!("{}_unknown", case.name));
+        case
+    });
+    let mut cases: Vec<Case> = stiffer.into_iter().chain(stiffening).collect();
+    for case in &mut cases {
+        case.believed.feedback_latency_known = false;
+    }
     cases
 }
 
