@@ -7,8 +7,8 @@
 //! sticks: the velocity at the end of a step is the one at which force, load and inertia balance.
 
 use crate::effects::{Direction, Guide, Late, Lateness, Law, Slide};
-use crate::model::load::LoadModel;
 use crate::model::load::effects::LoadEffect;
+use crate::model::load::{LoadModel, positions};
 use crate::model::log::Log;
 use crate::model::prediction::signals::Signals;
 use crate::model::{Axis, Model};
@@ -157,17 +157,7 @@ impl Body {
 
     /// Position along the axis, or the angle about it with its whole turns.
     fn positions(&self, log: &Log) -> Vec<f64> {
-        use std::f64::consts::TAU;
-        let mut turned = 0.0;
-        let at = |pose: &Pose<f64>| match self.axis.is_rotation() {
-            false => self.direction.dot(&pose.translation.vector),
-            true => {
-                let angle = self.direction.dot(&pose.rotation.scaled_axis());
-                turned = angle + TAU * ((turned - angle) / TAU).round();
-                turned
-            }
-        };
-        log.pose.iter().map(at).collect()
+        positions(&log.pose, &self.direction, self.axis.is_rotation())
     }
 
     /// What a reading means along or about the axis.

@@ -1,6 +1,7 @@
 //! Catalogue entries: what is known about an effect before any data.
 
 use super::Law;
+use super::formula::ActsOn;
 use std::collections::BTreeMap;
 
 /// An effect's catalogue entry: everything that anybody has to know about it.
@@ -75,6 +76,15 @@ impl Effect {
     /// Whether only a bearing has it.
     pub fn is_of_a_bearing(&self) -> bool {
         matches!(self.law, Law::Bearing(_))
+    }
+
+    /// Whether it is a law of a contact with a wall.
+    pub fn is_of_a_contact(&self) -> bool {
+        match self.law {
+            Law::Push(_) | Law::Depth(_) => true,
+            Law::Formula(law) => law.acts_on == ActsOn::Contact,
+            _ => false,
+        }
     }
 
     /// Whether only a docking mechanism has it.

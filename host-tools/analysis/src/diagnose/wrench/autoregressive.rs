@@ -71,16 +71,17 @@ impl AutoregressiveNoise {
     /// Whitens a series and divides it by the noise.
     pub(crate) fn whiten(&self, series: &[f64]) -> Vec<f64> {
         let scale = 1.0 / self.sigma;
+        let before_first = |n: usize| {
+            let past = series[..n].iter().rev().zip(&self.coefficients);
+            past.fold(series[n], |value, (before, a)| value - a * before)
+        };
         let mut out = Vec::with_capacity(series.len());
-        for n in 0..series.len() {
-            let mut value = series[n];
-            for (k, a) in self.coefficients.iter().enumerate() {
-                if n > k {
-                    value -= a * series[n - 1 - k];
-                }
-            }
-            out.push(value * scale);
-        }
+        out.extend((0..series.len().min(ORDER)).map(|n| before_first(n) * scale));
+        let [a, b, c, d] = self.coefficients;
+        let whole = |[fourth, third, second, first, now]: &[f64; ORDER + 1]| {
+            (now - a * first - b * second - c * third - d * fourth) * scale
+        };
+        out.extend(series.array_windows().map(whole));
         out
     }
 }

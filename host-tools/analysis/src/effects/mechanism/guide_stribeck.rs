@@ -10,8 +10,9 @@ pub const EFFECT: Effect = Effect {
     summary: "dry friction that is higher at low speed, until the lubricant carries",
     group: Group::Mechanism,
     naming: Naming::Cause,
-    equation: "F = -(coulomb_n + excess_n exp(-(v/stribeck_speed_m_s)^2)) sign(v)",
-    source: "Stribeck curve; Armstrong-Helouvry, Dupont and Canudas de Wit 1994 (Automatica 30)",
+    equation: "F = -(coulomb_n + excess_n exp(-|v/stribeck_speed_m_s|^exponent)) sign(v)",
+    source: "Stribeck curve; exponent 1 (Tustin 1947) to 2 (Armstrong-Helouvry, Dupont and Canudas de Wit 1994, \
+             Automatica 30)",
     signature: "force against velocity is a step at zero whose edges stand up: slow motion is braked more",
     typical: "excess of 20 to 100 % of the dry friction, gone above 1 to 20 mm/s",
     parameters: &[
@@ -28,6 +29,7 @@ pub const EFFECT: Effect = Effect {
         // Coarse: the speed dependence is searched as well.
         SMOOTHING.form_size(&[0.0, 8e-4, 5e-3], 0.0),
         ACTS_AT,
+        Parameter::new("exponent", "-", 0.5, 4.0).form_size(&[2.0], 2.0),
     ],
     confused_with: &["guide_coulomb", "guide_hysteresis", "zero_cross_pause"],
     tell_apart: "creep at a tenth of the usual speed: Stribeck friction is higher there; an excess that comes out \
@@ -37,9 +39,9 @@ pub const EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// The excess fades with the square of the speed.
+/// The excess fades with a power of the speed.
 fn force(p: &[f64], slide: &Slide) -> f64 {
-    let left = (-(slide.velocity / p[2].max(1e-6)).powi(2)).exp();
+    let left = (-(slide.velocity / p[2].max(1e-6)).abs().powf(p[5])).exp();
     -(p[0] + p[1] * left) * slide.direction
 }
 
@@ -53,7 +55,7 @@ mod tests {
 
     #[test]
     fn known_points_of_the_curve() {
-        let at = |v: f64| force(&[2.0, 1.5, 0.01, 0.0, 0.0], &Slide::at_velocity(v));
+        let at = |v: f64| force(&[2.0, 1.5, 0.01, 0.0, 0.0, 2.0], &Slide::at_velocity(v));
         assert!((at(0.01) + 2.0 + 1.5 * (-1.0_f64).exp()).abs() < 1e-12);
         assert!((at(-1e-5) - 3.5).abs() < 1e-4 && (at(3.0) + 2.0).abs() < 1e-8);
         assert_eq!(at(0.0), 0.0);

@@ -5,7 +5,6 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, laws};
-use crate::effects::formula::ActsOn;
 use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
@@ -165,11 +164,7 @@ impl LoadEffect {
     /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
     /// off depends on all that pushes.
     pub fn is_linear(&self) -> bool {
-        match self.effect.law {
-            Law::Push(_) | Law::Depth(_) | Law::Docking(_) => false,
-            Law::Formula(law) => law.acts_on != ActsOn::Contact,
-            _ => true,
-        }
+        !self.effect.is_of_a_contact() && !matches!(self.effect.law, Law::Docking(_))
     }
 
     /// The columns as they stand in the log, through the filter of its import if it had one; None if

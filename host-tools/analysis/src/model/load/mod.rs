@@ -9,6 +9,7 @@ mod wall;
 
 pub use docked::Docked;
 pub use guide::Guide;
+pub(crate) use scene::positions;
 pub use scene::{Column, Scene, Touch};
 pub use wall::Wall;
 

@@ -169,6 +169,22 @@ pub struct Scene {
     pub model: Model,
 }
 
+/// Where each pose is along an axis of C, m, or how far it has turned about it, rad: the whole turn that
+/// is nearest to the pose before.
+pub(crate) fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>, turns: bool) -> Vec<f64> {
+    if !turns {
+        let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
+        return poses.iter().map(along).collect();
+    }
+    let mut turned = 0.0;
+    let angle = |pose: &Pose<f64>| {
+        let angle = axis.dot(&pose.rotation.scaled_axis());
+        turned = angle + TAU * ((turned - angle) / TAU).round();
+        turned
+    };
+    poses.iter().map(angle).collect()
+}
+
 /// A point of M on which a guide may act.
 #[derive(Clone, Debug, Default)]
 struct Guided {
@@ -260,25 +276,11 @@ impl Scene {
             pose,
             motion,
         };
-        scene.position = scene.positions();
+        let turns = scene.model.bearing().is_some();
+        scene.position = positions(&scene.pose, &scene.axis, turns);
         scene.acceleration = scene.accelerations();
         scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
         scene
-    }
-
-    fn positions(&self) -> Vec<f64> {
-        if self.model.bearing().is_none() {
-            let along = |pose: &Pose<f64>| self.axis.dot(&pose.translation.vector);
-            return self.pose.iter().map(along).collect();
-        }
-        let mut turned = 0.0;
-        let angle = |pose: &Pose<f64>| {
-            // The whole turn that is nearest to the cycle before.
-            let angle = self.axis.dot(&pose.rotation.scaled_axis());
-            turned = angle + TAU * ((turned - angle) / TAU).round();
-            turned
-        };
-        self.pose.iter().map(angle).collect()
     }
 
     fn accelerations(&self) -> Vec<f64> {
