@@ -20,7 +20,7 @@ use std::process::Command;
 /// Cycles of the story: every mode, faults of the sensor and of the line, strangers, garbage.
 const CYCLES: usize = 25_000;
 /// Checksum of all answers to them.
-const ANSWERS: u64 = 0x9c3b_191d_3cca_f957;
+const ANSWERS: u64 = 0x1e5e_8a7e_e1c5_e036;
 
 fn kept(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/golden");
