@@ -352,7 +352,7 @@ fn a_log_that_teaches_little_says_so() {
     assert_failure(
         &millimetres,
         &[
-            "bad.mcap: position x changes 1000",
+            "bad.mcap: position x changes 999.9",
             "is the position in mm?",
         ],
     );

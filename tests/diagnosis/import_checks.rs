@@ -101,12 +101,11 @@ fn errors_carry_their_numbers() {
 #[test]
 fn what_looks_wrong_is_told() {
     type Change = fn(usize, &mut CycleRecord);
-    let cases: [(Change, &str); 10] = [
-        (|_, c| c.trace.pose[0] *= 1e3, "a position of 99."),
-        (|_, c| c.trace.pose[0] *= 1e3, "position x changes 1000.0"),
+    let cases: [(Change, &str); 9] = [
+        (|_, c| c.trace.pose[0] += 99.0, "a position of 99."),
         (
-            |_, c| c.trace.executed_velocity[0] *= 1e3,
-            "is the velocity in mm/s?",
+            |_, c| c.trace.executed_velocity[0] *= 2.0,
+            "position x changes 0.5000 times",
         ),
         (|_, c| c.trace.executed_velocity[0] *= -1.0, "wrong sign"),
         (
@@ -139,6 +138,23 @@ fn what_looks_wrong_is_told() {
                 .any(|w| w.starts_with("log") && w.contains(expected)),
             "expected {expected} in {warnings:?}"
         );
+    }
+}
+
+#[test]
+fn position_and_velocity_in_other_units_are_refused() {
+    for (scale, expected) in [
+        (1e3, "is the position in mm?"),
+        (1e-3, "is the velocity in mm/s?"),
+        (57.3, "`scale = 57.3"),
+        (-57.3, "wrong sign"),
+    ] {
+        let error = refused(&recording(1000, |_, c| c.trace.pose[0] *= scale));
+        let CheckError::Units { ratio, hint, .. } = &error else {
+            panic!("{error}");
+        };
+        assert!((ratio / scale - 1.0).abs() < 1e-3, "{ratio}");
+        assert!(hint.contains(expected), "{error}");
     }
 }
 

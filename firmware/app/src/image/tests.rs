@@ -91,7 +91,7 @@ fn the_schema_changes_only_with_the_settings() {
 }
 
 /// See [`the_schema_changes_only_with_the_settings`].
-const SCHEMA_OF_THIS_VERSION: u32 = 0x7c09_a877;
+const SCHEMA_OF_THIS_VERSION: u32 = 0x67c6_b1ae;
 
 proptest! {
     #[test]

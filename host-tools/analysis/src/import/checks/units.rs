@@ -174,8 +174,9 @@ fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(A
             dp_v += dp * v;
             v_v += v * v;
         }
-        // Only where the two clearly belong together is their ratio worth a word.
-        if dp_v * dp_v < 0.8 * dp_dp * v_v || dp_dp == 0.0 {
+        // Only where the two clearly belong together is their ratio worth a word; what is no number is none of the units'.
+        let together = dp_v * dp_v >= 0.8 * dp_dp * v_v;
+        if !together || dp_dp == 0.0 {
             continue;
         }
         let ratio = dp_v / v_v;
