@@ -52,6 +52,22 @@ impl Served {
         &self.board.folder
     }
 
+    /// Whether hold, arm and start lead to Running. A robot in real time on a busy computer may be silent for as long as
+    /// makes the board refuse, rightly.
+    fn starts(&self) -> bool {
+        let words = [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")];
+        words.iter().all(|(word, mode)| {
+            let run = params(self.folder(), &self.port, &["mode", word, "--json"]);
+            if run.stderr.contains("the robot sends no telegrams") {
+                return false;
+            }
+            assert_eq!(run.code, Some(0), "{word}: {}", run.stderr);
+            let reached: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+            assert_eq!(reached["mode"], *mode);
+            true
+        })
+    }
+
     fn json(&self, arguments: &[&str]) -> serde_json::Value {
         let run = params(
             self.folder(),
@@ -104,9 +120,7 @@ fn an_operator_arms_and_starts_over_serial() {
         served.board.process().wait_for("sensor Running");
         let robot = RunningRobot::start(served.board.robot);
         served.board.process().wait_for("robot connected");
-        for (command, mode) in [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")] {
-            assert_eq!(served.json(&["mode", command])["mode"], mode);
-        }
+        assert!((0..10).any(|_| served.starts()), "no robot for long enough");
         let refused = params(served.folder(), &served.port, &["set", MASS, "3.0"]);
         assert_eq!(refused.code, Some(1));
         assert!(

@@ -236,8 +236,7 @@ fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
     if axes.is_empty() {
         return None;
     }
-    let beside = wrench::Beside::new(&finding.prepared, &finding.earlier.0, accepted, &axes);
-    let each = beside.standings();
+    let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
     let model = &finding.prepared.logs.first()?.scene.model;
     let effects = finding.earlier.0.iter().chain(&accepted.effects);
     let all: f64 = each.iter().map(|one| one.evidence.max(0.0)).sum();
@@ -259,7 +258,8 @@ fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
     let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
     let fails = least(weak).or_else(|| least(undetermined.collect()));
     if fails.is_none() {
-        let remainder = beside.remainder();
+        let (earlier, _) = &finding.earlier;
+        let remainder = wrench::remainder(&finding.prepared, earlier, accepted, &axes);
         finding.stand(&each, remainder);
     }
     fails

@@ -22,7 +22,7 @@ pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
-pub(crate) use remainder::{Beside, Remainder, Standing};
+pub(crate) use remainder::{Remainder, Standing, remainder, standings};
 pub(crate) use stage::{Found, search};
 pub(crate) use tested::Tested;
 

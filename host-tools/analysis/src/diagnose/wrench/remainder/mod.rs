@@ -12,8 +12,6 @@ mod functions;
 
 pub(crate) use functions::Quantity;
 
-use functions::Group;
-
 use super::fitted::Fitted;
 use super::prepared_log::Joint;
 use super::problem::subtract;
@@ -27,11 +25,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use softdock_statistics::periodogram;
 use std::ops::Range;
 
-/// Most rounds in which the variances are found.
+/// Rounds in which the variances are found.
 const ROUNDS: usize = 40;
-/// Rise of the evidence in a round below which they are found: the rounds that are left would add less than
-/// a fiftieth of what an effect needs.
-const CONVERGED: f64 = 0.01;
 /// Precisions, over what the logs say of a function, from which the variances are looked for: of a
 /// remainder that explains all it can, and of one that explains little.
 const STARTS: [f64; 2] = [1e-4, 1e-1];
@@ -55,6 +50,31 @@ impl Standing {
     }
 }
 
+/// How effects stand beside a remainder on these axes: first the `earlier` ones, which the residual is
+/// already without, then those of a hypothesis.
+pub(crate) fn standings(
+    joint: &Joint,
+    earlier: &[Fitted],
+    tested: &Tested,
+    axes: &[Axis],
+) -> Vec<Standing> {
+    let regression = Regression::new(joint, earlier, tested, axes);
+    let all: Vec<usize> = (0..regression.effects.len()).collect();
+    let with = regression.fit(&all);
+    let amounts = regression.amounts(&with);
+    let price = evidence::price(joint.problem.count);
+    let standing = |&k: &usize| {
+        let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
+        let without = regression.fit(&others);
+        let paid = price * regression.effects[k].len() as f64 + evidence::prior();
+        Standing {
+            evidence: with.evidence - without.evidence - paid,
+            amount: amounts[k],
+        }
+    };
+    all.iter().map(standing).collect()
+}
+
 /// The smooth remainder itself.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Remainder {
@@ -75,63 +95,32 @@ impl Remainder {
     }
 }
 
-/// Effects beside a smooth remainder on some axes.
-pub(crate) struct Beside<'a> {
-    joint: &'a Joint,
-    regression: Regression,
-    with_all: Fit,
-}
-
-impl<'a> Beside<'a> {
-    /// First the `earlier` effects, which the residual is already without, then those of a hypothesis.
-    pub(crate) fn new(
-        joint: &'a Joint,
-        earlier: &[Fitted],
-        tested: &Tested,
-        axes: &[Axis],
-    ) -> Self {
-        let regression = Regression::new(joint, earlier, tested, axes);
-        let with_all = regression.fit(&regression.all());
-        Self {
-            joint,
-            regression,
-            with_all,
-        }
-    }
-
-    /// How each effect stands beside the remainder.
-    pub(crate) fn standings(&self) -> Vec<Standing> {
-        let (regression, all) = (&self.regression, self.regression.all());
-        let amounts = regression.amounts(&self.with_all);
-        let price = evidence::price(self.joint.problem.count);
-        let standing = |&k: &usize| {
-            let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
-            let without = regression.fit(&others);
-            let paid = price * regression.effects[k].len() as f64 + evidence::prior();
-            Standing {
-                evidence: self.with_all.evidence - without.evidence - paid,
-                amount: amounts[k],
-            }
-        };
-        all.iter().map(standing).collect()
-    }
-
-    /// The remainder beside the effects as they are.
-    pub(crate) fn remainder(&self) -> Remainder {
-        let (amplitudes, shares) = self.regression.amplitudes(&self.with_all);
-        let mut of_logs = vec![Column::default(); self.joint.logs.len()];
-        let (mut follows, mut amplitudes) = (Vec::new(), amplitudes.into_iter());
-        for ((axis, group), share) in self.regression.smooth.iter().zip(shares) {
-            follows.push((*axis, group.quantity, share));
-            for (function, amplitude) in group.functions.iter().zip(&mut amplitudes) {
-                for (sum, column) in of_logs.iter_mut().zip(function) {
-                    subtract(sum, column, -amplitude);
-                }
+/// The remainder on these axes beside effects as they are.
+pub(crate) fn remainder(
+    joint: &Joint,
+    earlier: &[Fitted],
+    tested: &Tested,
+    axes: &[Axis],
+) -> Remainder {
+    let regression = Regression::new(joint, earlier, tested, axes);
+    let all: Vec<usize> = (0..regression.effects.len()).collect();
+    let (amplitudes, shares) = regression.amplitudes(&regression.fit(&all));
+    let mut of_logs = vec![Column::default(); joint.logs.len()];
+    let groups = axes.iter().flat_map(|axis| {
+        let groups = functions::of_axis(&joint.logs, axis.index());
+        groups.into_iter().map(|group| (*axis, group))
+    });
+    let (mut follows, mut amplitudes) = (Vec::new(), amplitudes.into_iter());
+    for ((axis, group), share) in groups.zip(shares) {
+        follows.push((axis, group.quantity, share));
+        for (function, amplitude) in group.functions.iter().zip(&mut amplitudes) {
+            for (sum, column) in of_logs.iter_mut().zip(function) {
+                subtract(sum, column, -amplitude);
             }
         }
-        follows.sort_by(|a, b| b.2.total_cmp(&a.2));
-        Remainder { of_logs, follows }
     }
+    follows.sort_by(|a, b| b.2.total_cmp(&a.2));
+    Remainder { of_logs, follows }
 }
 
 /// The regression of effects and remainder, in units of the noise, with the tolerances spent.
@@ -144,8 +133,6 @@ struct Regression {
     effects: Vec<Range<usize>>,
     /// Groups of functions, counted from the first function.
     groups: Vec<Range<usize>>,
-    /// The same, as they stand in the logs.
-    smooth: Vec<(Axis, Group)>,
 }
 
 /// The best remainder beside some effects.
@@ -170,16 +157,13 @@ impl Regression {
             effects.push(from..columns.len());
         }
         let first = columns.len();
-        let mut smooth: Vec<(Axis, Group)> = Vec::new();
-        for axis in axes {
-            let groups = functions::of_axis(&joint.logs, axis.index()).into_iter();
-            smooth.extend(groups.map(|group| (*axis, group)));
-        }
         let mut groups = Vec::new();
-        for (_, group) in &smooth {
-            let from = columns.len() - first;
-            columns.extend(group.functions.iter().map(|function| whole(function)));
-            groups.push(from..columns.len() - first);
+        for axis in axes {
+            for group in functions::of_axis(&joint.logs, axis.index()) {
+                let from = columns.len() - first;
+                columns.extend(group.functions.iter().map(|function| whole(function)));
+                groups.push(from..columns.len() - first);
+            }
         }
         let (gram, mut right) = problem.after_tolerances(&problem.all_products(&columns));
         for k in effects[..earlier.len()].iter().flat_map(Range::clone) {
@@ -191,16 +175,11 @@ impl Regression {
             right,
             effects,
             groups,
-            smooth,
         };
-        let every_value = regression.fit(&regression.all());
+        let all: Vec<usize> = (0..regression.effects.len()).collect();
+        let every_value = regression.fit(&all);
         regression.count_less(regression.left_over(joint, earlier.len(), axes, &every_value));
         regression
-    }
-
-    /// All effects.
-    fn all(&self) -> Vec<usize> {
-        (0..self.effects.len()).collect()
     }
 
     /// Number of terms.
@@ -244,27 +223,16 @@ impl Regression {
             let prior: f64 = both.map(|(group, p)| group.len() as f64 * p.ln()).sum();
             let determinant = 2.0 * normal.l_dirty().diagonal().map(f64::ln).sum();
             let evidence = gain + right.dot(&mean) - determinant + prior;
-            let rise = evidence - best.evidence;
-            if rise > 0.0 {
+            if evidence > best.evidence {
                 best = Fit {
                     evidence,
                     precisions: precisions.clone(),
                 };
             }
-            if rise.abs() < CONVERGED {
-                break;
-            }
-            // Of the inverse only the diagonal is asked: the squares of the columns of the factor's.
-            let size = mean.len();
-            let Some(below) = normal
-                .l_dirty()
-                .solve_lower_triangular(&DMatrix::identity(size, size))
-            else {
-                break;
-            };
+            let inverse = normal.inverse();
             for (group, precision) in self.groups.iter().zip(&mut precisions) {
                 let squares: f64 = group.clone().map(|i| mean[i] * mean[i]).sum();
-                let trace: f64 = group.clone().map(|i| below.column(i).norm_squared()).sum();
+                let trace: f64 = group.clone().map(|i| inverse[(i, i)]).sum();
                 let informed = (group.len() as f64 - *precision * trace).max(1e-6);
                 *precision = (informed / squares).clamp(1e-12, 1e12);
             }
