@@ -98,7 +98,7 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
     ] {
         let named = found.parameters.get(effect);
         let said = &named.unwrap_or_else(|| panic!("{effect}: {}", found.sentence))[parameter];
-        // The interval of the weight ends at the truth, to a rounding of the spectrum.
+        // The interval of the weight ends 4e-5 N·m short of the truth; why there is not understood.
         let edge = 0.01 * (said.high - said.low);
         assert!(
             (said.low - edge..said.high + edge).contains(&truth),
