@@ -2,9 +2,9 @@
 
 use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::commission::doctor::{Check, State, of_recording, of_settings, worst};
 use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
+use softdock_commissioning::doctor::{Check, State, of_recording, of_settings, worst};
 use softdock_control::io::Sequence;
 use softdock_control::modes::{Fault, FaultCode, Mode};
 

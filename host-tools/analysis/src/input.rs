@@ -388,7 +388,7 @@ fn plain(expected: &str) -> String {
 }
 
 /// `name:line: what`, the line's text, a hint.
-pub(crate) fn report(
+pub fn report(
     text: &str,
     name: &str,
     span: Option<std::ops::Range<usize>>,

@@ -7,11 +7,9 @@
 //! | `effects` | the catalogue of physical effects, one file each |
 //! | `model` | the model file, its effects, and what it predicts |
 //! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
-//! | `commission` | calibration of the sensor, identification of the actuator, parameters of a board |
 //! | `data_table` | tables that other programs read: CSV and Parquet |
-//! | `input`, `output`, `identity` | what they share |
+//! | `input`, `output`, `identity`, `optimise` | what they share |
 
-pub mod commission;
 pub mod compare;
 pub mod data_table;
 pub mod diagnose;
@@ -21,6 +19,7 @@ pub mod identity;
 pub mod import;
 pub mod input;
 pub mod model;
+pub mod optimise;
 pub mod output;
 pub mod recording;
 pub mod replay;

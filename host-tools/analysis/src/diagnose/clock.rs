@@ -5,11 +5,11 @@
 //! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
 
 use super::actuator::{Cost, LogCost, Term};
-use super::optimise::golden;
 use crate::effects::body::clock_jitter::Scatter;
 use crate::model::Model;
 use crate::model::clock::increments;
 use crate::model::log::Log;
+use crate::optimise::golden;
 use softdock_actuator::Reading;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).

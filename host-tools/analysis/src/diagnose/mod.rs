@@ -28,7 +28,6 @@ mod error_reduction;
 mod evidence;
 mod finding;
 mod named;
-pub(crate) mod optimise;
 mod outcome;
 mod ranking;
 mod regions;

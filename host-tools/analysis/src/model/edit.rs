@@ -146,7 +146,7 @@ impl Edited<'_> {
 /// # Errors
 ///
 /// The file was changed by somebody else in the meantime, or cannot be replaced.
-pub(crate) fn replace(path: &Path, before: &str, after: &str) -> Result<()> {
+pub fn replace(path: &Path, before: &str, after: &str) -> Result<()> {
     if read(path)? != before {
         bail!(
             "{} was changed by another program in the meantime and is left as it is; run the \
@@ -162,10 +162,7 @@ fn read(path: &Path) -> Result<String> {
 }
 
 /// Edits text whose lines end as a TOML writer ends them, and gives it its own line ends back.
-pub(crate) fn with_its_line_ends(
-    text: &str,
-    edit: impl FnOnce(&str) -> Result<String>,
-) -> Result<String> {
+pub fn with_its_line_ends(text: &str, edit: impl FnOnce(&str) -> Result<String>) -> Result<String> {
     if !text.contains("\r\n") {
         return edit(text);
     }

@@ -10,11 +10,11 @@ use softdock_actuator::Reading;
 use softdock_control::frames::Pose;
 
 /// Six series, one per axis.
-pub(crate) type Series = [Vec<f64>; 6];
+pub type Series = [Vec<f64>; 6];
 
 /// The longest stretch of a recording without a gap.
 #[derive(Clone, Debug)]
-pub(crate) struct Log {
+pub struct Log {
     /// Cycle time, s.
     pub cycle_s: f64,
     /// Time of each cycle, s.
@@ -45,7 +45,7 @@ impl Log {
     /// # Errors
     ///
     /// Those of [`Signals::new`], and a recording without a whole stretch.
-    pub(crate) fn new(model: &Model, recording: &Recording) -> anyhow::Result<Self> {
+    pub fn new(model: &Model, recording: &Recording) -> anyhow::Result<Self> {
         Self::of(&Signals::new(recording)?, &model.noise)
     }
 
@@ -111,12 +111,12 @@ impl Log {
     }
 
     /// Position of M in C.
-    pub(crate) fn position(&self, n: usize) -> Vector3<f64> {
+    pub fn position(&self, n: usize) -> Vector3<f64> {
         self.pose[n].translation.vector
     }
 
     /// Orientation of M in C.
-    pub(crate) fn rotation(&self, n: usize) -> UnitQuaternion<f64> {
+    pub fn rotation(&self, n: usize) -> UnitQuaternion<f64> {
         self.pose[n].rotation
     }
 }

@@ -11,7 +11,7 @@ pub mod edit;
 mod effects;
 mod hypothesis;
 pub mod load;
-pub(crate) mod log;
+pub mod log;
 pub mod prediction;
 mod sections;
 pub(crate) mod stage;

@@ -2,8 +2,8 @@
 
 use super::progress::Progress;
 use anyhow::{Context, Result};
-use softdock_analysis::commission::fragment::Fragment;
-use softdock_analysis::commission::live::LiveBoard;
+use softdock_commissioning::fragment::Fragment;
+use softdock_commissioning::live::LiveBoard;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -7,8 +7,8 @@
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Search;
-use crate::diagnose::optimise::golden;
 use crate::model::stage::Stage;
+use crate::optimise::golden;
 use nalgebra::DMatrix;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).

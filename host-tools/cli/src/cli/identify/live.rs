@@ -6,10 +6,10 @@ use crate::cli::live::{raised_by_ctrl_c, upload};
 use crate::cli::progress::Progress;
 use anyhow::{Result, ensure};
 use clap::Args;
-use softdock_analysis::commission::identify::identify;
-use softdock_analysis::commission::identify::live::Jogs;
-use softdock_analysis::commission::live::{LiveBoard, LiveRecorder};
-use softdock_analysis::commission::parameters::BAUD_RATE;
+use softdock_commissioning::identify::identify;
+use softdock_commissioning::identify::live::Jogs;
+use softdock_commissioning::live::{LiveBoard, LiveRecorder};
+use softdock_commissioning::parameters::BAUD_RATE;
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 

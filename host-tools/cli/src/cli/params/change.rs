@@ -5,7 +5,7 @@ use crate::cli::agree::agree;
 use crate::cli::{print, print_json};
 use anyhow::{Context, Result, ensure};
 use serde::Serialize;
-use softdock_analysis::commission::parameters::{Difference, Setting, missing};
+use softdock_commissioning::parameters::{Difference, Setting, missing};
 use softdock_link::service::{Form, Origin};
 
 /// What has become of the board's settings.

@@ -4,10 +4,8 @@ use super::{Board, File};
 use crate::cli::{print, print_json};
 use anyhow::{Context, Result};
 use serde::Serialize;
-use softdock_analysis::commission::parameters::{
-    self, Difference, Setting, differences, found, missing,
-};
 use softdock_analysis::input::refuse_overwrite;
+use softdock_commissioning::parameters::{self, Difference, Setting, differences, found, missing};
 use softdock_report::{Cell, Column, Table};
 use std::path::Path;
 

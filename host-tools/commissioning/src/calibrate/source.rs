@@ -1,0 +1,140 @@
+//! Where readings come from.
+
+use anyhow::Result;
+use nalgebra::UnitQuaternion;
+use softdock_analysis::model::prediction::signals::{Signals, Step};
+use softdock_analysis::recording::Recording;
+use softdock_control::frames::{self, Pose, Wrench};
+use softdock_control::settings::SensorSettings;
+
+/// Time between two recordings that are read one after the other, s.
+const BETWEEN_S: f64 = 1.0;
+
+/// A raw reading of the sensor with the pose in which it was read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Time, s.
+    pub time_s: f64,
+    /// Follows the reading before it after one cycle; else something lies between the two.
+    pub continues: bool,
+    /// Pose of M in C.
+    pub pose: Pose<f64>,
+    /// Raw wrench in S.
+    pub wrench: Wrench<f64>,
+}
+
+/// Something that delivers readings one by one.
+pub trait Source {
+    /// The next reading; None at the end.
+    ///
+    /// # Errors
+    ///
+    /// The source fails.
+    fn next_reading(&mut self) -> Result<Option<Reading>>;
+
+    /// All readings that are left.
+    ///
+    /// # Errors
+    ///
+    /// The source fails.
+    fn readings(&mut self) -> Result<Vec<Reading>> {
+        let mut all = Vec::new();
+        while let Some(reading) = self.next_reading()? {
+            all.push(reading);
+        }
+        Ok(all)
+    }
+}
+
+/// The readings of recordings as if they had been made one after the other.
+///
+/// # Errors
+///
+/// Those of [`RecordedReadings`].
+pub fn one_after_the_other<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+) -> Result<Vec<Reading>> {
+    let mut all: Vec<Reading> = Vec::new();
+    for recording in recordings {
+        let mut own = RecordedReadings::new(recording)?.readings()?;
+        if let (Some(last), Some(first)) = (all.last(), own.first()) {
+            let later_s = last.time_s + BETWEEN_S - first.time_s;
+            own.iter_mut().for_each(|reading| reading.time_s += later_s);
+        }
+        all.extend(own);
+    }
+    Ok(all)
+}
+
+/// The sensor's place on the flange.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mounting {
+    /// Pose of S in M.
+    pub m_from_s: Pose<f64>,
+}
+
+impl Mounting {
+    /// As the settings say.
+    pub fn new(settings: &SensorSettings) -> Self {
+        Self {
+            m_from_s: frames::pose(&settings.position_m, &settings.orientation_wxyz),
+        }
+    }
+
+    /// Orientation of S in C for a pose of M.
+    pub fn c_from_s(&self, c_from_m: &Pose<f64>) -> UnitQuaternion<f64> {
+        c_from_m.rotation * self.m_from_s.rotation
+    }
+}
+
+/// The readings of a recording: cycles with a pose and a new, healthy sample.
+#[derive(Debug)]
+pub struct RecordedReadings<'a> {
+    signals: Signals<'a>,
+    next: usize,
+    /// The last cycle that was delivered.
+    last: Option<usize>,
+}
+
+impl<'a> RecordedReadings<'a> {
+    /// Of a recording.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Signals::new`].
+    pub fn new(recording: &'a Recording) -> Result<Self> {
+        Ok(Self {
+            signals: Signals::new(recording)?,
+            next: 0,
+            last: None,
+        })
+    }
+
+    fn at(&self, n: usize) -> Option<Reading> {
+        let cycle = &self.signals.cycles[n];
+        let sensor = &cycle.inputs.sensor;
+        let good = !sensor.saturated && sensor.status == 0;
+        let pose = self.signals.pose(n)?;
+        (good && self.signals.sampled_in(n) == Some(n)).then(|| Reading {
+            time_s: cycle.trace.time_s,
+            continues: self.last.is_some_and(|last| last + 1 == n)
+                && self.signals.steps[n] == Step::Next,
+            pose,
+            wrench: Wrench::of(&sensor.wrench),
+        })
+    }
+}
+
+impl Source for RecordedReadings<'_> {
+    fn next_reading(&mut self) -> Result<Option<Reading>> {
+        while self.next < self.signals.len() {
+            let n = self.next;
+            self.next += 1;
+            if let Some(reading) = self.at(n) {
+                self.last = Some(n);
+                return Ok(Some(reading));
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,187 @@
+//! The sensor's samples.
+
+use super::Check;
+use softdock_analysis::recording::Recording;
+use softdock_app::record::CycleRecord;
+use softdock_control::settings::Settings;
+use softdock_report::number;
+use softdock_statistics::{Noise, noise_floor};
+
+/// Share of cycles without a new sample that a link in order has.
+const WITHOUT: f64 = 0.01;
+/// Noise beyond which a force is hardly worth controlling with, over the force that forbids a start.
+const NOISY: f64 = 0.1;
+/// Noise below this is round-off, N.
+const UNSEEN_N: f64 = 1e-6;
+/// Velocity below which the robot rests, m/s and rad/s.
+const RESTS: f64 = 1e-3;
+/// Cycles at rest at either end between which a drift is judged.
+const ENDS: usize = 50;
+
+pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<Check> {
+    let cycles = recording.cycles.as_slice();
+    let measured = |c: &&CycleRecord| c.inputs.sensor.wrench.iter().all(|v| v.is_finite());
+    if !cycles.iter().any(|c| measured(&c)) {
+        return vec![Check::bad("sensor", "no reading of a sensor is recorded")];
+    }
+    // Before the first sample there is nothing, and the tool's weight was taken from it.
+    let first = cycles.iter().position(|c| c.inputs.sensor.counter > 0);
+    let cycles = cycles.get(first.unwrap_or(0)..).unwrap_or_default();
+    let defaults = Settings::default();
+    let settings = settings.unwrap_or(&defaults);
+    vec![
+        rate(cycles, settings),
+        status(cycles, settings),
+        noise(cycles, settings),
+        drift(cycles, settings),
+        load(cycles, settings),
+    ]
+}
+
+fn rate(cycles: &[CycleRecord], settings: &Settings) -> Check {
+    let name = "sensor rate";
+    let old = cycles.iter().filter(|c| c.trace.sensor_age > 0).count();
+    let oldest = cycles.iter().map(|c| c.trace.sensor_age).max().unwrap_or(0);
+    let share = old as f64 / cycles.len().max(1) as f64;
+    let words = format!(
+        "a new sample in {} of the cycles, the oldest {oldest} cycles old",
+        number::percent(1.0 - share, 1)
+    );
+    if oldest > settings.sensor.stale_after_cycles {
+        Check::bad(
+            name,
+            format!("{words}: look at the CAN bus, its termination and its supply"),
+        )
+    } else if share > WITHOUT {
+        Check::warning(name, format!("{words}; is another node busy on the bus?"))
+    } else {
+        Check::good(name, words)
+    }
+}
+
+fn status(cycles: &[CycleRecord], settings: &Settings) -> Check {
+    let name = "sensor status";
+    let bits = cycles.iter().fold(0, |all, c| all | c.inputs.sensor.status);
+    let saturated = cycles.iter().filter(|c| c.inputs.sensor.saturated).count();
+    if saturated > 0 {
+        return Check::bad(
+            name,
+            format!("a gauge was at its range in {saturated} cycles: all six axes were wrong then"),
+        );
+    }
+    if bits & !settings.sensor.ignored_status_bits != 0 {
+        return Check::bad(name, format!("status bits {bits:#06x} were set"));
+    }
+    if bits != 0 {
+        return Check::warning(
+            name,
+            format!("status bits {bits:#06x} were set and are ignored"),
+        );
+    }
+    let words = |c: &CycleRecord| c.inputs.sensor.counts;
+    let counted = cycles.iter().any(|c| words(c) != [0; 6]);
+    let frozen = counted
+        && cycles
+            .windows(2)
+            .all(|pair| words(&pair[0]) == words(&pair[1]));
+    if frozen && cycles.len() > ENDS {
+        return Check::warning(
+            name,
+            "no gauge ever changed by a count: is it simulated, or stuck?",
+        );
+    }
+    Check::good(name, "no error bit, no saturated gauge")
+}
+
+fn noise(cycles: &[CycleRecord], settings: &Settings) -> Check {
+    let name = "sensor noise";
+    let of_axis = |axis: usize| {
+        let series: Vec<f64> = cycles
+            .iter()
+            .map(|c| c.inputs.sensor.wrench[axis])
+            .collect();
+        noise_floor(&series, Noise::White, None)
+    };
+    let worst = (0..3).filter_map(of_axis).fold(0.0, f64::max);
+    if worst < UNSEEN_N {
+        return Check::good(name, "none is seen");
+    }
+    let words = format!(
+        "{} N, one sigma of the worst force",
+        number::significant(worst, 2)
+    );
+    if worst > NOISY * settings.start.max_force_n {
+        Check::warning(
+            name,
+            format!("{words}: look at shield and grounding, and at the robot's drives"),
+        )
+    } else {
+        Check::good(name, words)
+    }
+}
+
+fn drift(cycles: &[CycleRecord], settings: &Settings) -> Check {
+    let name = "sensor drift";
+    let rests = |c: &&CycleRecord| {
+        let v = c.trace.executed_velocity;
+        !c.trace.mode.moves() && v.iter().all(|v| v.abs() < RESTS)
+    };
+    let still: Vec<&CycleRecord> = cycles.iter().filter(rests).collect();
+    if still.len() < 4 * ENDS {
+        return Check::warning(
+            name,
+            "the robot hardly rests outside of a run: record some seconds in `hold` to see it",
+        );
+    }
+    let mean = |part: &[&CycleRecord], axis: usize| {
+        part.iter().map(|c| c.trace.wrench_at_m[axis]).sum::<f64>() / part.len() as f64
+    };
+    let ends = (&still[..ENDS], &still[still.len() - ENDS..]);
+    let change = |axis: usize| (mean(ends.1, axis) - mean(ends.0, axis)).abs();
+    let worst = (0..3).map(change).fold(0.0, f64::max);
+    let lasts_s = still[still.len() - 1].trace.time_s - still[0].trace.time_s;
+    let words = format!(
+        "the compensated force at rest changed by {} N in {lasts_s:.0} s",
+        number::significant(worst, 2)
+    );
+    if worst > NOISY * settings.start.max_force_n {
+        Check::warning(
+            name,
+            format!("{words}: warm up, take the zero, or calibrate the tool's weight"),
+        )
+    } else {
+        Check::good(name, words)
+    }
+}
+
+/// A robot in free space feels nothing; a force at rest is a wrong weight or zero.
+fn load(cycles: &[CycleRecord], settings: &Settings) -> Check {
+    let name = "force at rest";
+    let resting = cycles.iter().filter(|c| !c.trace.mode.moves());
+    let forces = resting.map(|c| {
+        let [x, y, z, ..] = c.trace.wrench_at_m;
+        (x * x + y * y + z * z).sqrt()
+    });
+    let mut all: Vec<f64> = forces.filter(|f| f.is_finite()).collect();
+    let Some(median) = softdock_statistics::median(&mut all) else {
+        return Check::warning(name, "no cycle outside of a run is recorded");
+    };
+    let words = format!("{} N compensated", number::significant(median, 2));
+    let most = settings.start.max_force_n;
+    if median > most {
+        Check::bad(
+            name,
+            format!(
+                "{words}, arming needs less than {most} N: `softdock calibrate sensor`, or in hold `softdock params \
+                 mode zero`"
+            ),
+        )
+    } else if median > 0.5 * most {
+        Check::warning(
+            name,
+            format!("{words}, not far from the {most} N that forbid arming"),
+        )
+    } else {
+        Check::good(name, words)
+    }
+}

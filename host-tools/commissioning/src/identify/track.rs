@@ -1,0 +1,166 @@
+//! What one axis was told, and where it went.
+
+use super::reversals::Steps;
+use softdock_analysis::model::Axis;
+use softdock_analysis::model::log::Log;
+use softdock_report::number;
+
+/// Longest past that a robot remembers, s: what was sent before the recording is not known.
+const PAST_S: f64 = 0.3;
+/// Cycles that are judged at least.
+const FEWEST_CYCLES: usize = 50;
+/// Share of the fastest sent velocity that is a motion.
+const MOVES: f64 = 0.02;
+/// Sent velocity over its noise floor below which an axis rests: a fraction of the fastest axis of
+/// its kind.
+const RESTS: f64 = 1e-3;
+
+/// One axis.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    /// Which.
+    pub axis: Axis,
+    /// Cycle, s.
+    pub cycle_s: f64,
+    /// Velocity sent in each cycle, m/s or rad/s.
+    pub sent: Vec<f64>,
+    /// Measured position at each cycle, m or rad.
+    pub position: Vec<f64>,
+    /// First cycle of which everything that acts in it is known.
+    pub first: usize,
+    /// Steps of the position that no actuator has to explain.
+    pub steps: Steps,
+}
+
+impl Track {
+    /// Fastest sent velocity.
+    pub(super) fn fastest(&self) -> f64 {
+        self.sent.iter().fold(0.0, |m, v| m.max(v.abs()))
+    }
+
+    /// Largest change of the sent velocity from one cycle to the next.
+    pub(super) fn largest_step(&self) -> f64 {
+        let steps = self.sent.windows(2).map(|w| (w[1] - w[0]).abs());
+        steps.fold(0.0, f64::max)
+    }
+
+    /// Whether the sign of the sent velocity changes.
+    pub(super) fn reverses(&self) -> bool {
+        let moving = self
+            .sent
+            .iter()
+            .filter(|v| v.abs() > MOVES * self.fastest());
+        let signs: Vec<f64> = moving.map(|v| v.signum()).collect();
+        signs.windows(2).any(|pair| pair[0] != pair[1])
+    }
+
+    /// Number of positions that are judged.
+    pub(super) fn judged(&self) -> usize {
+        self.position.len() - self.first
+    }
+
+    /// The same with room for what is not known of the reversals: the axis is `late_s` late, and its
+    /// positions have this `noise`, m or rad.
+    pub(super) fn with_uncertain_reversals(&self, late_s: f64, noise: f64) -> Self {
+        let late = (late_s / self.cycle_s).round() as usize;
+        let sent = &self.sent[self.first..];
+        Self {
+            steps: Steps::at_reversals(sent, late, MOVES * self.fastest(), noise),
+            ..self.clone()
+        }
+    }
+
+    /// The unit of its velocity.
+    pub(super) fn unit(&self) -> &'static str {
+        if self.axis.index() < 3 {
+            "m/s"
+        } else {
+            "rad/s"
+        }
+    }
+}
+
+/// The axes that move and are told to, and why the others do not count.
+pub(super) fn tracks(log: &Log) -> (Vec<Track>, Vec<String>) {
+    let (mut tracks, mut refused) = (Vec::new(), Vec::new());
+    let positions = positions(log);
+    for axis in Axis::ALL {
+        let track = Track {
+            axis,
+            cycle_s: log.cycle_s,
+            sent: log.sent[axis.index()].clone(),
+            position: positions[axis.index()].clone(),
+            first: 0,
+            steps: Steps::origin(log.time_s.len()),
+        };
+        match checked(track, log) {
+            Ok(track) => tracks.push(track),
+            Err(reason) => refused.push(reason),
+        }
+    }
+    // Of a pure translation, the rounding of the angles is no motion.
+    let fastest = |kind: bool| {
+        let of_kind = tracks
+            .iter()
+            .filter(|t: &&Track| (t.axis.index() < 3) == kind);
+        of_kind.map(Track::fastest).fold(0.0, f64::max)
+    };
+    let (linear, angular) = (fastest(true), fastest(false));
+    tracks.retain(|t| {
+        let of_kind = if t.axis.index() < 3 { linear } else { angular };
+        t.fastest() > RESTS * of_kind
+    });
+    (tracks, refused)
+}
+
+/// The track, if it shows anything.
+fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
+    let axis = track.axis;
+    if track.fastest() == 0.0 {
+        return Err(format!("{axis} was sent no velocity"));
+    }
+    let at_rest = track.sent.first().is_some_and(|v| *v == 0.0);
+    track.first = if at_rest {
+        0
+    } else {
+        (PAST_S / log.cycle_s).ceil() as usize
+    };
+    if track.sent.len() < track.first + FEWEST_CYCLES {
+        return Err(format!(
+            "{axis} was recorded for {} cycles, at least {} are needed",
+            track.sent.len(),
+            track.first + FEWEST_CYCLES
+        ));
+    }
+    track.steps = Steps::origin(track.judged());
+    let judged = &track.sent[track.first.saturating_sub(1)..];
+    let (low, high) = judged
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    if high - low < 1e-9 * track.fastest() {
+        return Err(format!(
+            "{axis} was sent one velocity all the time ({} {})",
+            number::significant(low, 2),
+            track.unit()
+        ));
+    }
+    Ok(track)
+}
+
+/// Position of each axis: position in C, and the sum of the small turns about the axes of M.
+fn positions(log: &Log) -> [Vec<f64>; 6] {
+    let mut positions: [Vec<f64>; 6] =
+        std::array::from_fn(|_| Vec::with_capacity(log.time_s.len()));
+    let mut turned = nalgebra::Vector3::zeros();
+    for n in 0..log.time_s.len() {
+        if n > 0 {
+            turned += (log.rotation(n - 1).inverse() * log.rotation(n)).scaled_axis();
+        }
+        let position = log.position(n);
+        for axis in 0..3 {
+            positions[axis].push(position[axis]);
+            positions[axis + 3].push(turned[axis]);
+        }
+    }
+    positions
+}

@@ -1,0 +1,68 @@
+//! What a command of this group reads: a recording of ours, or anything that can be imported.
+
+use anyhow::{Context, Result, ensure};
+use softdock_analysis::import::{docking_rig_log, mapping};
+use softdock_analysis::model::Model;
+use softdock_analysis::recording::{Recording, import_csv};
+use std::path::Path;
+
+/// Rows that can tell anything.
+const FEWEST_ROWS: usize = 3;
+
+/// A recording with what is known about it.
+#[derive(Debug)]
+pub struct Read {
+    /// The recording.
+    pub recording: Recording,
+    /// Rows that the mapping keeps back as unseen.
+    pub unseen: Option<Recording>,
+    /// The model that belongs to it.
+    pub model: Option<Model>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Reads a recording (MCAP), a table that `softdock export` wrote, a docking-rig-log/1 folder, or
+/// with a mapping any table.
+///
+/// # Errors
+///
+/// Those of the import.
+pub fn read(path: &Path, mapping_file: Option<&Path>) -> Result<Read> {
+    if let Some(mapping_file) = mapping_file {
+        let logs = mapping::import_at_least(path, mapping_file, Some(FEWEST_ROWS))?;
+        return Ok(Read {
+            recording: logs.train,
+            unseen: logs.test,
+            model: logs.model.map(|(model, _)| model),
+            notes: logs.warnings,
+        });
+    }
+    if path.is_dir() {
+        let logs = docking_rig_log::read(path)?;
+        return Ok(Read {
+            recording: logs.train,
+            unseen: None,
+            model: Some(logs.model),
+            notes: logs.warnings,
+        });
+    }
+    let is_table = path.extension().is_some_and(|e| e == "csv" || e == "txt");
+    let recording = if is_table {
+        import_csv(path)
+            .context("for a table of another program, say with --mapping what its columns are")?
+    } else {
+        Recording::open(path)?
+    };
+    ensure!(
+        !recording.cycles.is_empty(),
+        "{} holds no cycle; record again",
+        path.display()
+    );
+    Ok(Read {
+        notes: recording.cut.clone().into_iter().collect(),
+        recording,
+        unseen: None,
+        model: None,
+    })
+}
