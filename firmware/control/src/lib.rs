@@ -17,6 +17,7 @@ pub mod cycle;
 pub mod delay;
 pub mod described;
 pub mod dynamics;
+pub mod flags;
 pub mod frames;
 pub mod health;
 pub mod io;

@@ -91,40 +91,25 @@ impl LimitSettings {
     }
 }
 
-/// Which limits acted in a cycle, one bit each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LimitFlags(pub u16);
-
-impl LimitFlags {
+crate::flags! {
+/// Which limits acted in a cycle.
+pub struct LimitFlags {
     /// Speed or step.
-    pub const SPEED: Self = Self(1);
+    0 => SPEED,
     /// Acceleration.
-    pub const ACCELERATION: Self = Self(1 << 1);
+    1 => ACCELERATION,
     /// Box around the start pose, or B near ±90°.
-    pub const BOX: Self = Self(1 << 2);
+    2 => BOX,
     /// The robot reports that it clamps; the model's integration is frozen.
-    pub const ROBOT_CLAMP: Self = Self(1 << 3);
+    3 => ROBOT_CLAMP,
     /// The sensor is stale; the rate is ramped down.
-    pub const SENSOR_STALE: Self = Self(1 << 4);
+    4 => SENSOR_STALE,
     /// The model is at the edge of its declared ranges, where it saturates.
-    pub const MODEL: Self = Self(1 << 5);
+    5 => MODEL,
     /// A measured number was beyond its declared range and was taken at the edge: the wrench, or
     /// the motion of the robot.
-    pub const MEASURED: Self = Self(1 << 6);
-
-    /// Adds flags.
-    pub fn set(&mut self, flags: Self) {
-        self.0 |= flags.0;
-    }
-    /// These flags less others.
-    pub fn without(self, flags: Self) -> Self {
-        Self(self.0 & !flags.0)
-    }
-    /// Whether any of `flags` is set.
-    pub fn has(self, flags: Self) -> bool {
-        self.0 & flags.0 != 0
-    }
+    6 => MEASURED,
+}
 }
 
 /// Share of the acceleration limit that brakes an axis: the end of [`Limits::stopping_speed`] takes

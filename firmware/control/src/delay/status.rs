@@ -21,40 +21,28 @@ pub enum ConfidenceLevel {
     Fallback,
 }
 
-/// What a law noticed or did in a cycle, one bit each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LawFlags(pub u16);
-
-impl LawFlags {
+crate::flags! {
+/// What a law noticed or did in a cycle.
+pub struct LawFlags {
     /// A contact is going on.
-    pub const CONTACT: Self = Self(1);
+    0 => CONTACT,
     /// A spurious load, in free flight and not the beginning of a contact, was left out.
-    pub const SPURIOUS_LOAD: Self = Self(1 << 1);
+    1 => SPURIOUS_LOAD,
     /// The rebound was corrected to the one that the identified contact has.
-    pub const GUARD_IDENTIFIED: Self = Self(1 << 2);
+    2 => GUARD_IDENTIFIED,
     /// The rebound was bounded to what a passive contact can give; the identification did not fit.
-    pub const GUARD_PASSIVE: Self = Self(1 << 3);
+    3 => GUARD_PASSIVE,
     /// A contact that is remembered is expected.
-    pub const MEMORY: Self = Self(1 << 4);
+    4 => MEMORY,
     /// The robot's delay was followed to the end of the range in which it is followed.
-    pub const DELAY_AT_BOUND: Self = Self(1 << 5);
+    5 => DELAY_AT_BOUND,
     /// The command is at the largest speed that the law asks for.
-    pub const SPEED_LIMIT: Self = Self(1 << 6);
+    6 => SPEED_LIMIT,
     /// The robot's delay was found to be another one in a contact, and is followed.
-    pub const DELAY_FOLLOWED: Self = Self(1 << 7);
+    7 => DELAY_FOLLOWED,
     /// A contact has ended as an undamped one, and noise hides a damping that would have slowed the rebound.
-    pub const DAMPING_IN_NOISE: Self = Self(1 << 8);
-
-    /// Adds flags.
-    pub fn set(&mut self, flags: Self) {
-        self.0 |= flags.0;
-    }
-
-    /// Whether any of `flags` is set.
-    pub fn has(self, flags: Self) -> bool {
-        self.0 & flags.0 != 0
-    }
+    8 => DAMPING_IN_NOISE,
+}
 }
 
 /// State of a law that finds things out; zeros for the others.

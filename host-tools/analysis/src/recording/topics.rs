@@ -314,10 +314,7 @@ fn law_status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> 
         misfit,
     } = &mut trace.law_status;
     word(v, ("rung", "confidence level of the law"), confidence)?;
-    let about = "what the law noticed or did, one bit each: 0 contact, 1 spurious force left out, \
-                 2 rebound corrected as identified, 3 rebound bounded, 4 wall remembered, 5 delay at \
-                 the end of its range, 6 largest speed";
-    scalar(v, ("flags", Unit::NONE, about), flags)?;
+    scalar(v, ("flags", Unit::NONE, LawFlags::MEANING), flags)?;
     let about = "identified along the direction of contact";
     scalar(
         v,
@@ -372,10 +369,8 @@ fn status<V: Visitor>(v: &mut V, trace: &mut Trace) -> Result<(), V::Error> {
 
     let about = "why a command was refused in this cycle";
     word(v, ("refusal", about), &mut trace.refusal)?;
-    let about = "limits that acted, one bit each: 0 speed, 1 acceleration, 2 box, \
-                 3 clamped by the robot, 4 stale sensor";
     let LimitFlags(limits) = &mut trace.limits;
-    scalar(v, ("limits", Unit::NONE, about), limits)?;
+    scalar(v, ("limits", Unit::NONE, LimitFlags::MEANING), limits)?;
     let about = "cycles since the newest sensor sample";
     let age = &mut trace.sensor_age;
     scalar(v, ("sensor_age", Unit::CYCLES, about), age)
