@@ -57,10 +57,6 @@ fn no_limit_acts_in_a_contact() {
 #[test]
 fn number_types_agree() {
     for law in LawName::ALL {
-        // It switches by the sign of an energy that begins as rounding.
-        if law == LawName::SwitchingGain {
-            continue;
-        }
         for zeta in [0.0, 0.1] {
             let mut case = Case::scenario_s(law);
             case.damping_ratio = zeta;

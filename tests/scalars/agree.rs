@@ -113,8 +113,8 @@ fn deviation<S: Scalar>(case: &Case) -> Deviation {
     deviation
 }
 
-/// All laws, by the names that a settings file may have, but for the one that switches by the sign of an energy that
-/// begins as rounding.
+/// All laws, by the names that a settings file may have, but for the one whose differentiator switches: of it only the
+/// rebounds agree.
 fn laws() -> Vec<LawName> {
     let all = every_setting();
     let law = all.iter().find(|f| f.name == "delay.law").unwrap();

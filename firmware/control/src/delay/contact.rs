@@ -3,10 +3,11 @@
 //! The measured wrench itself tells the direction: its force and its lever, averaged over some
 //! cycles. Along a contact a law works with numbers instead of vectors, in any pose and for two
 //! free spacecraft. A contact opens when the force exceeds a threshold while they approach, and is
-//! followed until the law closes it. A load that is a torque alone is no contact here.
+//! followed until the force is gone and the law lets it close. A load that is a torque alone is no contact here.
 
 use super::LawInput;
 use super::actuator::ActuatorSettings;
+use super::status::{LawFlags, LawStatus};
 use crate::frames::{Pose, Twist, Wrench};
 use crate::scalar::Scalar;
 use nalgebra::Vector3;
@@ -17,6 +18,8 @@ const FORGETTING_FACTOR: f64 = 0.9;
 const LARGEST_N: f64 = 1e5;
 /// Largest lever, m.
 const LONGEST_M: f64 = 1e2;
+/// Cycles below the threshold after which a contact is over: an impact's force may cross zero in between.
+const QUIET_CYCLES: u32 = 8;
 /// Latencies of the reported pose that are made up for, cycles.
 pub(super) const LATENCIES: usize = 9;
 
@@ -98,15 +101,26 @@ impl<S: Scalar> ContactLine<S> {
         self.open
     }
 
-    /// Cycles since the force was last above the threshold.
-    pub(super) fn quiet_cycles(&self) -> u32 {
-        self.quiet_cycles
+    /// What every law along a contact says of itself: whether one is open.
+    pub(super) fn status(&self) -> LawStatus {
+        let mut status = LawStatus::default();
+        if self.open {
+            status.flags.set(LawFlags::CONTACT);
+        }
+        status
     }
 
-    /// The contact is over.
-    pub(super) fn close(&mut self) {
-        self.open = false;
-        self.average = Wrench::zero();
+    /// The contact is over if the force has long been below the threshold.
+    pub(super) fn close_when_quiet(&mut self) {
+        self.close_after(QUIET_CYCLES);
+    }
+
+    /// The contact is over if the force has been below the threshold for more cycles than that.
+    pub(super) fn close_after(&mut self, cycles: u32) {
+        if self.quiet_cycles > cycles {
+            self.open = false;
+            self.average = Wrench::zero();
+        }
     }
 
     /// A force along the contact as a wrench at M, axes of M.

@@ -19,15 +19,13 @@
 //! - Stiffness, damping of the wall (none) and delay are given, the mass is that along the contact.
 
 use super::contact::ContactLine;
-use super::status::{LawFlags, LawStatus};
+use super::status::LawStatus;
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
-/// Quiet cycles after which a contact is over.
-const QUIET_CYCLES: u32 = 8;
 /// Longest integration step, in 1/ω, and most steps of a contact.
 const LONGEST_STEP: f64 = 0.05;
 const MOST_STEPS: usize = 400;
@@ -110,9 +108,7 @@ impl<S: Scalar> DesiredRestitution<S> {
         let Some(along) = self.line.update(input) else {
             return measured;
         };
-        if self.line.quiet_cycles() > QUIET_CYCLES {
-            self.line.close();
-        }
+        self.line.close_when_quiet();
         let mobility = along.mobility.get();
         if mobility <= 1e-8 {
             return measured;
@@ -131,15 +127,10 @@ impl<S: Scalar> DesiredRestitution<S> {
 
     /// What it knows: whether a contact is open.
     pub fn status(&self) -> LawStatus {
-        let mut flags = LawFlags::default();
-        if self.line.is_open() {
-            flags.set(LawFlags::CONTACT);
-        }
         LawStatus {
-            flags,
             stiffness_n_per_m: self.settings.stiffness_n_per_m,
             delay_s: self.delay_s,
-            ..LawStatus::default()
+            ..self.line.status()
         }
     }
 }

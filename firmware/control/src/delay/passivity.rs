@@ -31,8 +31,6 @@ use crate::frames::Wrench;
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
-/// Quiet cycles after which a contact is over.
-const QUIET_CYCLES: u32 = 8;
 /// Ranges in which energy per mass, mm²/s², speed, mm/s, and acceleration, mm/s², stay.
 const LARGEST_ENERGY: f64 = 1e8;
 const FASTEST_MM_S: f64 = 1e4;
@@ -119,9 +117,7 @@ impl<S: Scalar> Passivity<S> {
         let pull = self.pull(self.line.load(&felt), &along);
         let after = saturated(velocity + pull * self.ts, FASTEST_MM_S);
         self.observe(&along, velocity, after);
-        if self.line.quiet_cycles() > QUIET_CYCLES {
-            self.line.close();
-        }
+        self.line.close_when_quiet();
         let Some(slower) = self.damp(after) else {
             return felt;
         };
@@ -143,17 +139,11 @@ impl<S: Scalar> Passivity<S> {
 
     /// What it knows: contact and whether it damps in this cycle.
     pub fn status(&self) -> LawStatus {
-        let mut flags = LawFlags::default();
-        if self.line.is_open() {
-            flags.set(LawFlags::CONTACT);
-        }
+        let mut status = self.line.status();
         if self.damped {
-            flags.set(LawFlags::GUARD_PASSIVE);
+            status.flags.set(LawFlags::GUARD_PASSIVE);
         }
-        LawStatus {
-            flags,
-            ..LawStatus::default()
-        }
+        status
     }
 
     /// Acceleration along the contact by a force, mm/s².

@@ -3,7 +3,7 @@
 //! ```text
 //! F = F_meas + K τ Ḟ         Ḟ from a tracking differentiator
 //! E = Σ F (v_model − v_exec) Ts
-//! K = K₀ + γ E/E₀ while the loop has made energy (E > 0), else 0
+//! K = K₀ + γ max(E, 0)/E₀ unless the loop has lost energy (E < −E₀/100), then 0
 //! ```
 //!
 //! "Stability Analysis and Delay Compensation for Space Instable Target Simulator", Actuators 13 (2024) 123: a switching
@@ -11,21 +11,22 @@
 //! linear gain. Only the abstract was at hand. It leaves open:
 //! - what the gain multiplies: here the force's rate over the delay, as in the force leads that it is compared with;
 //! - the energy that is observed: here what the model takes from the contact beyond what the robot was paid, over E₀, the
-//!   energy of the approach; and the law from energy to gain: here linear, switched off where no energy was made;
+//!   energy of the approach; and the law from energy to gain: here linear, switched off where more than a hundredth of E₀ was
+//!   lost: in the beginning of a contact the sign of E is one of rounding;
 //! - the differentiator: here Han's, with the time-optimal feedback of a double integrator,
 //!   Han, "From PID to active disturbance rejection control", IEEE Trans. Ind. Electron. 56 (2009) 900;
 //! - the numbers K₀, γ, and those of the differentiator.
 
 use super::contact::ContactLine;
-use super::status::{LawFlags, LawStatus};
+use super::status::LawStatus;
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
-/// Quiet cycles after which a contact is over.
-const QUIET_CYCLES: u32 = 8;
+/// −E/E₀ that counts as energy lost.
+const LEAST_SHARE: f64 = 0.01;
 /// Largest gain, and largest force that the lead adds, N.
 const LARGEST_GAIN: f64 = 5.0;
 const LARGEST_N: f64 = 1e5;
@@ -36,7 +37,7 @@ crate::described! {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct SwitchingGainSettings {
-    /// K₀: gain as soon as energy is made; 1 leads by the delay.
+    /// K₀: gain where no energy was lost; 1 leads by the delay.
     pub gain: f64,
     /// γ: gain more for energy as large as that of the approach.
     pub gain_by_energy: f64,
@@ -113,9 +114,7 @@ impl<S: Scalar> SwitchingGain<S> {
         let Some(along) = self.line.update(input) else {
             return measured;
         };
-        if self.line.quiet_cycles() > QUIET_CYCLES {
-            self.line.close();
-        }
+        self.line.close_when_quiet();
         let (load, velocity) = (along.load.get(), along.velocity.get());
         if along.opened {
             (self.tracked, self.rate, self.made) = (0.0, 0.0, 0.0);
@@ -132,11 +131,11 @@ impl<S: Scalar> SwitchingGain<S> {
 
     /// K.
     fn gain(&self) -> f64 {
-        if self.made <= 0.0 {
+        let share = self.made / self.brought.max(f64::MIN_POSITIVE);
+        if share < -LEAST_SHARE {
             return 0.0;
         }
-        let share = self.made / self.brought.max(f64::MIN_POSITIVE);
-        let gain = self.settings.gain + self.settings.gain_by_energy * share;
+        let gain = self.settings.gain + self.settings.gain_by_energy * share.max(0.0);
         gain.min(LARGEST_GAIN)
     }
 
@@ -153,14 +152,9 @@ impl<S: Scalar> SwitchingGain<S> {
 
     /// What it knows: whether a contact is open.
     pub fn status(&self) -> LawStatus {
-        let mut flags = LawFlags::default();
-        if self.line.is_open() {
-            flags.set(LawFlags::CONTACT);
-        }
         LawStatus {
-            flags,
             delay_s: self.delay_s,
-            ..LawStatus::default()
+            ..self.line.status()
         }
     }
 }

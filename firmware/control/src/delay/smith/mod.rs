@@ -30,16 +30,14 @@
 mod contact_model;
 
 use super::contact::{Along, ContactLine, saturated};
-use super::status::{LawFlags, LawStatus};
+use super::status::LawStatus;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::{Twist, Wrench};
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use contact_model::Replay;
 
-/// Quiet cycles after which a contact that the model has left is over.
-const QUIET_CYCLES: u32 = 8;
-/// Likewise if the model stays in it: a false start.
+/// Quiet cycles after which a contact is over though the model stays in it: a false start.
 const LONGEST_QUIET_CYCLES: u32 = 64;
 
 crate::described! {
@@ -137,10 +135,10 @@ impl<S: Scalar> Smith<S> {
         self.replay.run();
         let wanted = -self.replay.velocity() * S::of(1e-3);
         let wrench = self.added(&along, wanted);
-        let quiet = self.line.quiet_cycles();
-        let left = quiet > QUIET_CYCLES && self.replay.depth() < S::zero();
-        if left || quiet > LONGEST_QUIET_CYCLES {
-            self.line.close();
+        if self.replay.depth() < S::zero() {
+            self.line.close_when_quiet();
+        } else {
+            self.line.close_after(LONGEST_QUIET_CYCLES);
         }
         measured + wrench
     }
@@ -202,18 +200,13 @@ impl<S: Scalar> Smith<S> {
     }
 
     fn status(&self) -> LawStatus {
-        let mut flags = LawFlags::default();
-        if self.line.is_open() {
-            flags.set(LawFlags::CONTACT);
-        }
         LawStatus {
-            flags,
             stiffness_n_per_m: self.replay.stiffness_n_per_m(),
             damping_n_s_per_m: self.settings.damping_n_s_per_m,
             delay_s: self.lead.get() * self.cycle_s,
             latency_cycles: self.latency_cycles.into(),
             misfit: self.replay.misfit().get(),
-            ..LawStatus::default()
+            ..self.line.status()
         }
     }
 }
