@@ -10,19 +10,30 @@ static WHOLE: LazyLock<Recording> = LazyLock::new(|| Source(7).recording(130, tr
 static CYCLES: LazyLock<Vec<String>> = LazyLock::new(|| WHOLE.cycles.iter().map(exact).collect());
 static FILE: LazyLock<Vec<u8>> = LazyLock::new(|| file_of(&WHOLE));
 
+/// Begin and end of each chunk: records of MCAP are opcode, length and content.
+static PLACES: LazyLock<Vec<(usize, usize)>> = LazyLock::new(|| {
+    let (mut places, mut begin) = (Vec::new(), mcap::MAGIC.len());
+    while let Some((opcode, rest)) = FILE[begin..].split_first() {
+        let Some(length) = rest.first_chunk() else {
+            break;
+        };
+        let end = begin + 9 + u64::from_le_bytes(*length) as usize;
+        if *opcode == mcap::records::op::CHUNK {
+            places.push((begin, end));
+        }
+        begin = end;
+    }
+    places
+});
+
 /// End of each chunk in the file and the cycles up to there.
 static CHUNKS: LazyLock<Vec<(usize, usize)>> = LazyLock::new(|| {
-    let summary = mcap::Summary::read(&FILE).unwrap().unwrap();
-    let ends = summary.chunk_indexes.iter();
-    let ends = ends.map(|chunk| (chunk.chunk_start_offset + chunk.chunk_length) as usize);
+    let ends = PLACES.iter().map(|(_, end)| *end);
     ends.zip([64, 128, 130]).collect()
 });
 
 /// Where the first chunk begins.
-static HEADER_END: LazyLock<usize> = LazyLock::new(|| {
-    let summary = mcap::Summary::read(&FILE).unwrap().unwrap();
-    summary.chunk_indexes[0].chunk_start_offset as usize
-});
+static HEADER_END: LazyLock<usize> = LazyLock::new(|| PLACES[0].0);
 
 /// What is left is whole, and it is all that can be left.
 fn check_cut_at(byte: usize) {

@@ -118,8 +118,10 @@ fn other_programs_find_their_way() {
     recording.wall_clock = None;
     let file = file_of(&recording);
     let summary = mcap::Summary::read(&file).unwrap().unwrap();
-    assert_eq!(summary.chunk_indexes.len(), 3);
+    // What a reader without an index needs: it goes through the file.
+    assert!(summary.chunk_indexes.is_empty());
     let stats = summary.stats.unwrap();
+    assert_eq!(stats.chunk_count, 3);
     assert_eq!(stats.channel_message_counts.len(), 15);
     assert!(stats.channel_message_counts.values().all(|n| *n == 130));
     assert_eq!(stats.message_end_time, 129 * 4_000_000);
