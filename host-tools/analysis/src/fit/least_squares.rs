@@ -91,16 +91,22 @@ fn columns(
         .collect()
 }
 
-/// The values with the smallest χ², from those of the model file on.
-pub(super) fn minimise(residuals: &Residuals<'_>, model: &Model, free: &[Parameter]) -> Solution {
+/// The values with the smallest χ², from `values` on.
+pub(super) fn minimise(
+    residuals: &Residuals<'_>,
+    model: &Model,
+    free: &[Parameter],
+    values: &[f64],
+) -> Solution {
     if free.is_empty() {
         return Solution::start(free);
     }
+    let steps = free.iter().zip(values).map(|(p, v)| (v - p.value) / p.step);
     let problem = Problem {
         residuals,
         model,
         free,
-        steps: DVector::zeros(free.len()),
+        steps: DVector::from_iterator(free.len(), steps),
     };
     let search = LevenbergMarquardt::new()
         .with_patience(MAX_STALLED_STEPS)

@@ -112,22 +112,22 @@ pub fn refit(
         "there is nothing to fit: the model has no effects, and all of its tolerances are 0"
     );
     let mut residuals = Residuals::new(model, &signals);
+    let mut solution = Solution::start(&free);
     let mut held: Vec<(Parameter, Doubt)> = Vec::new();
     progress(0.05, "looking for what the log determines");
     let at_start = least_squares::jacobian(&residuals, model, &free);
     let doubts = determined::alone(&at_start, &free);
-    hold(&mut free, &mut held, doubts);
-    let mut solution = Solution::start(&free);
+    hold(&mut free, &mut solution.values, &mut held, doubts);
     for round in 0..ROUNDS {
         loop {
             let share = 0.1 + 0.8 * round as f64 / ROUNDS as f64;
             progress(share, &format!("fitting {} parameters", free.len()));
-            solution = minimise(&residuals, model, &free);
+            solution = minimise(&residuals, model, &free, &solution.values);
             let doubts = determined::together(&solution, &free);
             if doubts.is_empty() {
                 break;
             }
-            hold(&mut free, &mut held, doubts);
+            hold(&mut free, &mut solution.values, &mut held, doubts);
         }
         residuals.weigh(&solution.model(model, &free));
     }
@@ -135,9 +135,10 @@ pub fn refit(
     Ok(result(model, &free, held, &solution, residuals.believed))
 }
 
-/// Takes what is in doubt out of the fit.
+/// Takes what is in doubt out of the fit, and its value out of the values from which that goes on.
 fn hold(
     free: &mut Vec<Parameter>,
+    values: &mut Vec<f64>,
     held: &mut Vec<(Parameter, Doubt)>,
     doubts: Vec<(usize, Doubt)>,
 ) {
@@ -145,6 +146,7 @@ fn hold(
     // From the end, so that the places of the others stay.
     for (k, doubt) in doubts.into_iter().rev() {
         held.insert(at, (free.remove(k), doubt));
+        values.remove(k);
     }
 }
 
