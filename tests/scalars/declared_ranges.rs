@@ -155,12 +155,27 @@ impl<S: Scalar> Ordeal<S> {
     }
 }
 
-/// In all three scalars; answers how many cycles ran closed.
+/// In all three scalars; answers the most cycles that ran closed.
 fn endure(name: &str, settings: &Settings, cycles: std::ops::Range<usize>) -> usize {
-    let outcome = Ordeal::<f64>::new(settings, false)
-        .run(cycles.clone())
-        .and_then(|_| Ordeal::<f32>::new(settings, false).run(cycles.clone()))
-        .and_then(|_| Ordeal::<Fixed>::new(settings, true).run(cycles));
+    let runs = (0..SCALARS).map(|scalar| endure_in(scalar, name, settings, cycles.clone()));
+    runs.max().unwrap_or_default()
+}
+
+/// f64, f32 and fixed point.
+const SCALARS: usize = 3;
+
+/// In one of the scalars.
+fn endure_in(
+    scalar: usize,
+    name: &str,
+    settings: &Settings,
+    cycles: std::ops::Range<usize>,
+) -> usize {
+    let outcome = match scalar % SCALARS {
+        0 => Ordeal::<f64>::new(settings, false).run(cycles),
+        1 => Ordeal::<f32>::new(settings, false).run(cycles),
+        _ => Ordeal::<Fixed>::new(settings, true).run(cycles),
+    };
     match outcome {
         Ok(running) => running,
         Err(error) => panic!("{name}: {error}\n{settings:?}"),
@@ -206,9 +221,19 @@ fn a_value_beyond_its_range_is_refused_by_name() {
     }
 }
 
-/// One field at a time at each end of its range, beside settings that use everything.
 #[test]
-fn every_setting_at_the_ends_of_its_range() {
+fn every_setting_at_the_ends_of_its_range_in_a_scalar_by_turns() {
+    every_setting_at_the_ends_of_its_range(1);
+}
+
+#[test]
+#[ignore = "long: every setting at the ends of its range in three number types"]
+fn every_setting_at_the_ends_of_its_range_in_every_scalar() {
+    every_setting_at_the_ends_of_its_range(SCALARS);
+}
+
+/// One field at a time at each end of its range, beside settings that use everything; in so many scalars.
+fn every_setting_at_the_ends_of_its_range(scalars: usize) {
     let all = every_setting();
     let laws = laws(&all);
     let mut running = 0;
@@ -223,7 +248,9 @@ fn every_setting_at_the_ends_of_its_range() {
                 continue;
             };
             let name = format!("`{}` = {corner}", field.name);
-            running += endure(&name, &settings, 0..ORDEAL);
+            for scalar in 0..scalars {
+                running += endure_in(i + j + scalar, &name, &settings, 0..ORDEAL);
+            }
         }
     }
     assert!(running > 20_000, "hardly ever closed: {running} cycles");
@@ -287,9 +314,19 @@ fn others_are_untouched(settings: &Settings, before: &Settings) -> bool {
         && (now.law == LawName::Predictor || now.predictor == before.predictor)
 }
 
-/// Every word and every flag with every other.
 #[test]
-fn all_combinations_of_words_and_flags() {
+fn all_combinations_of_words_and_flags_in_a_scalar_by_turns() {
+    all_combinations_of_words_and_flags(1);
+}
+
+#[test]
+#[ignore = "long: all combinations of words and flags in three number types"]
+fn all_combinations_of_words_and_flags_in_every_scalar() {
+    all_combinations_of_words_and_flags(SCALARS);
+}
+
+/// Every word and every flag with every other, in so many scalars.
+fn all_combinations_of_words_and_flags(scalars: usize) {
     let all = every_setting();
     let choices: Vec<_> = all
         .iter()
@@ -305,8 +342,10 @@ fn all_combinations_of_words_and_flags() {
         let is_there = different.iter().any(|s| s.delay.law == law);
         assert!(is_there, "{law:?} is left out");
     }
-    for settings in different {
-        endure("words and flags", settings, BLOCK..BLOCK + 150);
+    for (n, settings) in different.into_iter().enumerate() {
+        for scalar in 0..scalars {
+            endure_in(n + scalar, "words and flags", settings, BLOCK..BLOCK + 150);
+        }
     }
 }
 
