@@ -139,6 +139,9 @@ pub struct Parameter {
     /// Least share of the weighed tool that it can be.
     #[serde(skip)]
     pub of_the_tool: f64,
+    /// It stands for all other linear parameters at once: a diagnosis names it alone, or the others.
+    #[serde(skip)]
+    pub common: bool,
 }
 
 /// How a parameter enters the law of its effect.
@@ -202,6 +205,7 @@ impl Parameter {
             hidden: None,
             pictured: 0.0,
             of_the_tool: 0.0,
+            common: false,
         }
     }
 
@@ -257,6 +261,14 @@ impl Parameter {
     pub const fn pictured(self, value: f64) -> Self {
         Self {
             pictured: value,
+            ..self
+        }
+    }
+
+    /// It stands for all other linear parameters at once.
+    pub const fn common(self) -> Self {
+        Self {
+            common: true,
             ..self
         }
     }

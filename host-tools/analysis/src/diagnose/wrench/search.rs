@@ -84,8 +84,28 @@ pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Optio
     })
 }
 
-/// Columns of a separable variant that are worth having beside given columns.
+/// Columns of a separable variant that are worth having beside given columns: one that is common to all axes alone, or
+/// one for each. Beside a common gain that of an axis would be a deviation from it, which nobody reads as such.
 fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign]) -> Vec<usize> {
+    let coefficients = &variant.effect.coefficients;
+    let common = |k: &usize| coefficients.get(*k).is_some_and(|c| c.common);
+    let all: Vec<usize> = (0..variant.columns.len()).collect();
+    let used = grown_from(&all, library, variant, beside, signs);
+    if used.len() < 2 || !used.iter().any(common) {
+        return used;
+    }
+    let own: Vec<usize> = all.into_iter().filter(|k| !common(k)).collect();
+    grown_from(&own, library, variant, beside, signs)
+}
+
+/// Those of `allowed` columns.
+fn grown_from(
+    allowed: &[usize],
+    library: &Library,
+    variant: &Variant,
+    beside: &[usize],
+    signs: &[Sign],
+) -> Vec<usize> {
     let mut used: Vec<usize> = Vec::new();
     let gain = |used: &[usize]| -> f64 {
         let mut columns = beside.to_vec();
@@ -104,8 +124,9 @@ fn grown(library: &Library, variant: &Variant, beside: &[usize], signs: &[Sign])
             .map_or(f64::NEG_INFINITY, |s| s.gain)
     };
     let mut reached = if beside.is_empty() { 0.0 } else { gain(&[]) };
-    while used.len() < variant.columns.len() {
-        let best = (0..variant.columns.len())
+    while used.len() < allowed.len() {
+        let open = allowed.iter().copied();
+        let best = open
             .filter(|k| !used.contains(k))
             .map(|k| {
                 let mut more = used.clone();

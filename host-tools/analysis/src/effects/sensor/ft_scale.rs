@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("ty", "-", -0.3, 0.3),
         Parameter::new("tz", "-", -0.3, 0.3),
         // One gain for all, as a wrong calibration of the supply makes it.
-        Parameter::new("all_axes", "-", -0.3, 0.3),
+        Parameter::new("all_axes", "-", -0.3, 0.3).common(),
         WITH_ZERO,
     ],
     confused_with: &[

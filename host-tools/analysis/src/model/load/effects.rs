@@ -31,6 +31,8 @@ pub struct Coefficient {
     pub unit: &'static str,
     /// What it may be.
     pub sign: Sign,
+    /// It stands for all others at once.
+    pub common: bool,
 }
 
 /// A parameter that shapes the columns.
@@ -128,6 +130,7 @@ impl LoadEffect {
                     } else {
                         Sign::Positive
                     },
+                    common: p.common,
                 })
                 .collect(),
             shapes: shaping

@@ -94,9 +94,12 @@ fn values(id: &str, hidden: Option<&BTreeMap<String, f64>>, model: &Model) -> Va
             derived("jitter_s", get("jitter_sigma_s"));
         }
         "ft_scale" => {
-            for axis in AXES {
-                derived(axis, get(&format!("gain_{axis}")).map(|gain| gain - 1.0));
+            let gains = AXES.map(|axis| get(&format!("gain_{axis}")).map(|gain| gain - 1.0));
+            for (axis, gain) in AXES.into_iter().zip(gains) {
+                derived(axis, gain);
             }
+            let alike = gains.iter().all(|gain| *gain == gains[0]);
+            derived("all_axes", gains[0].filter(|_| alike));
         }
         // The end of a ramp is not the asymptote that the catalogue means.
         "ft_bias_drift" if get("tau_s").is_some() => {
