@@ -194,9 +194,10 @@ fn noise_on_the_sensors_line_is_survived() {
             thread::sleep(Duration::from_millis(1));
         }
     }
-    let correction = robot.cycle();
+    // A reading that is late on a busy computer holds the robot for a moment.
+    let goes_on = (0..100).any(|_| !robot.cycle().is_zero());
     let log = board.stop();
-    assert!(!correction.is_zero(), "the loop goes on\n{log}");
+    assert!(goes_on, "the loop goes on\n{log}");
     assert!(!log.contains("fault"), "{log}");
 }
 

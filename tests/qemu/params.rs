@@ -52,20 +52,34 @@ impl Served {
         &self.board.folder
     }
 
-    /// Whether hold, arm and start lead to Running. A robot in real time on a busy computer may be silent for as long as
-    /// makes the board refuse, rightly.
-    fn starts(&self) -> bool {
+    /// Whether a word leads to a mode. A robot in real time on a busy computer may be silent for as long as makes the
+    /// board refuse, rightly.
+    fn goes(&self, word: &str, mode: &str) -> bool {
+        let run = params(self.folder(), &self.port, &["mode", word, "--json"]);
+        if run.stderr.contains("the robot sends no telegrams") {
+            return false;
+        }
+        assert_eq!(run.code, Some(0), "{word}: {}", run.stderr);
+        let reached: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!(reached["mode"], mode);
+        true
+    }
+
+    /// From hold to a running loop, where a change of the tool is refused, and back; false if the robot was silent in
+    /// between.
+    fn runs_and_stops(&self) -> bool {
         let words = [("hold", "Hold"), ("arm", "Armed"), ("start", "Running")];
-        words.iter().all(|(word, mode)| {
-            let run = params(self.folder(), &self.port, &["mode", word, "--json"]);
-            if run.stderr.contains("the robot sends no telegrams") {
-                return false;
-            }
-            assert_eq!(run.code, Some(0), "{word}: {}", run.stderr);
-            let reached: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-            assert_eq!(reached["mode"], *mode);
-            true
-        })
+        if !words.iter().all(|(word, mode)| self.goes(word, mode)) {
+            return false;
+        }
+        let refused = params(self.folder(), &self.port, &["set", MASS, "3.0"]);
+        if refused.code == Some(0) || !self.goes("stop", "Hold") {
+            return false;
+        }
+        let said = &refused.stderr;
+        assert_eq!(refused.code, Some(1), "{said}");
+        assert!(said.contains("robot moves or is armed"), "{said}");
+        true
     }
 
     fn json(&self, arguments: &[&str]) -> serde_json::Value {
@@ -120,15 +134,8 @@ fn an_operator_arms_and_starts_over_serial() {
         served.board.process().wait_for("sensor Running");
         let robot = RunningRobot::start(served.board.robot);
         served.board.process().wait_for("robot connected");
-        assert!((0..10).any(|_| served.starts()), "no robot for long enough");
-        let refused = params(served.folder(), &served.port, &["set", MASS, "3.0"]);
-        assert_eq!(refused.code, Some(1));
-        assert!(
-            refused.stderr.contains("robot moves or is armed"),
-            "{}",
-            refused.stderr
-        );
-        assert_eq!(served.json(&["mode", "stop"])["mode"], "Hold");
+        let ran = (0..10).any(|_| served.runs_and_stops());
+        assert!(ran, "no robot for long enough");
         robot.stop();
         drop(sensor);
         served.board.stop();
