@@ -96,8 +96,8 @@ impl<W: Write> RecordingWriter<W> {
             // This writer ends its chunks itself: between two cycles.
             .chunk_size(None)
             .disable_seeking(true)
-            // 16 bytes for each message, uncompressed: a quarter of the file. Of chunks alone an index is of no use:
-            // Foxglove takes one without the other for an error, and reads a file without either from its start.
+            // 16 bytes for each message, uncompressed: half of the file. An index of chunks alone is an error to MCAP's
+            // reader in TypeScript, so that there is none of either.
             .emit_message_indexes(false)
             .emit_chunk_indexes(false)
             .create(NoSeek::new(sink))?;
