@@ -38,6 +38,20 @@ fn a_sample_of_the_generated_logs_is_judged_right() {
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
 }
 
+/// Six gains of the sensor that differ by tenths: each is given as it is, none as what it is apart from a common one.
+#[test]
+fn the_gain_of_an_axis_is_its_own() {
+    let is_wanted = |spec: &CaseSpec| spec.name() == "h018";
+    let specs: Vec<_> = suite(402).into_iter().filter(is_wanted).collect();
+    let row = &score(&specs).rows[0];
+    assert_eq!(row.effects, ["ft_scale"]);
+    assert!(row.intervals.len() >= 4, "{:?}", row.intervals);
+    for interval in &row.intervals {
+        let apart = (0.5 * (interval.low + interval.high) - interval.truth).abs();
+        assert!(apart < 0.002, "{interval:?}");
+    }
+}
+
 #[test]
 fn written_logs_are_judged_as_the_generated_ones() {
     let folder = tempfile::tempdir().unwrap();
