@@ -2,8 +2,8 @@
 
 use super::{CAMPAIGN, ROWS, done, json, plan, refused, scenario};
 use serde_json::Value;
-use softdock_analysis::data_table::{DataTable, Values};
-use softdock_analysis::recording::Recording;
+use softdock_io::data_table::{DataTable, Values};
+use softdock_io::recording::Recording;
 use softdock_tests::process::scratch;
 use std::fs;
 

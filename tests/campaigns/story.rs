@@ -1,7 +1,7 @@
 //! The campaign of the examples, from plan to report.
 
 use super::{done, json};
-use softdock_analysis::data_table::{DataTable, Values};
+use softdock_io::data_table::{DataTable, Values};
 use softdock_tests::process::scratch;
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! `softdock demo`: what it finds, what it writes, and that it says the same again.
 
 use serde_json::Value;
-use softdock_analysis::model::Model;
+use softdock_physics::model::Model;
 use softdock_tests::process::{Finished, scratch, softdock};
 
 fn json(run: &Finished) -> Value {

@@ -1,6 +1,6 @@
 //! `softdock effects`: the list, the lesson of one effect, and its picture in a file.
 
-use softdock_analysis::effects::CATALOGUE;
+use softdock_physics::effects::CATALOGUE;
 use softdock_tests::process::{scratch, softdock};
 use std::fs;
 

@@ -34,7 +34,7 @@ fn the_commands_that_it_prints_work_on_its_files() {
     ];
     assert_eq!(softdock(&laboratory, &run).code, Some(0));
     let cycles = |name: &str| {
-        softdock_analysis::recording::Recording::open(&laboratory.join(name))
+        softdock_io::recording::Recording::open(&laboratory.join(name))
             .unwrap()
             .cycles
     };

@@ -1,6 +1,6 @@
 //! Golden error texts.
 
-use softdock_analysis::input::{load, parse, refuse_overwrite};
+use softdock_io::input::{load, parse, refuse_overwrite};
 use softdock_rig::rig::RigSettings;
 
 #[derive(Debug, serde::Deserialize)]

@@ -1,8 +1,8 @@
 //! Model files that commands change keep everything that their author wrote.
 
 use proptest::prelude::*;
-use softdock_analysis::model::edit::{ModelFile, rounded};
-use softdock_analysis::model::{EffectModel, HistoryStep, Model};
+use softdock_physics::model::edit::{ModelFile, rounded};
+use softdock_physics::model::{EffectModel, HistoryStep, Model};
 use softdock_tests::process::scratch;
 use std::fs;
 use std::path::PathBuf;

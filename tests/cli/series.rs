@@ -1,7 +1,7 @@
 //! `softdock compare --series`: the numbers behind the curves.
 
 use serde_json::Value;
-use softdock_analysis::data_table::{DataTable, Values};
+use softdock_io::data_table::{DataTable, Values};
 use softdock_tests::process::{scratch, softdock};
 use std::fs;
 

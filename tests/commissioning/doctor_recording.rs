@@ -2,11 +2,11 @@
 
 use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::doctor::{Check, State, of_recording, of_settings, worst};
 use softdock_control::io::Sequence;
 use softdock_control::modes::{Fault, FaultCode, Mode};
+use softdock_io::recording::Recording;
 
 fn recording() -> Recording {
     let mut scenario = Scenario::spring_rod().unwrap();

@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{LockStepRig, Motion, PATIENCE, QemuBoard, params, serve};
 use softdock_tests::process::{scratch, softdock};
 use std::path::{Path, PathBuf};

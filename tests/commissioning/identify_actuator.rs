@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use softdock::experiment::jog_rehearsal::jog;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::model::Axis;
 use softdock_commissioning::identify::{Identification, identify};
+use softdock_physics::model::Axis;
 use softdock_rig::rig::settings::ServoSettings;
 use softdock_statistics::RandomStream;
 

@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{
     BUSY_COMPUTER, LockStepRig, Motion, RunningRobot, Sensor, Served, patient, serve,
 };

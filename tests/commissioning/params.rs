@@ -1,6 +1,6 @@
 //! `softdock params` with a board on this computer, as a user runs them.
 
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, RunningRobot, Sensor, Served, serve};
 use softdock_tests::process::scratch;
 

@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 use softdock_analysis::import::docking_rig_log;
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
 use softdock_tests::process::{Finished, recorded_data, scratch, softdock};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -238,7 +238,7 @@ fn a_refit_moves_what_the_log_determines_and_names_the_rest() {
     let path = folder.join("model.toml");
     let fitted = fs::read_to_string(&path).unwrap();
     let value = |text: &str| -> f64 {
-        let model = softdock_analysis::model::Model::from_toml(text, "model").unwrap();
+        let model = softdock_physics::model::Model::from_toml(text, "model").unwrap();
         model.effects[0].parameters["damping_n_s_per_m"]
     };
     let truth = value(&fitted);

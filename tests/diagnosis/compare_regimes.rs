@@ -4,7 +4,7 @@
 
 use softdock_analysis::compare::{Comparison, NoiseVerdict, Quantity, compare};
 use softdock_analysis::import::docking_rig_log;
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 use softdock_tests::process::recorded_data;
 
 /// Comparisons of both logs of a case.

@@ -4,11 +4,11 @@ use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock_analysis::compare::compare;
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::effects::by_id;
 use softdock_analysis::fit::refit;
-use softdock_analysis::input;
-use softdock_analysis::model::{Channel, Model};
-use softdock_analysis::recording::Recording;
+use softdock_io::input;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::by_id;
+use softdock_physics::model::{Channel, Model};
 use softdock_rig::rig::Hidden;
 
 const PROBE: &str = include_str!("../../host-tools/scenarios/probe-drogue.toml");

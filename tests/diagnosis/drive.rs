@@ -1,9 +1,9 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::{Header, Recording};
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::{Header, Recording};
+use softdock_physics::model::Model;
 use softdock_statistics::RandomStream;
 
 const TS: f64 = 0.002;

@@ -1,9 +1,9 @@
 //! What is said of recordings that are not fit to be compared.
 
 use softdock_analysis::import::checks::{CheckError, Context, check};
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::Recording;
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 
 const TS: f64 = 0.004;
 

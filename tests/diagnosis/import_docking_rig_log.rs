@@ -5,8 +5,8 @@
 use serde_json::Value;
 use softdock_analysis::compare::compare;
 use softdock_analysis::import::docking_rig_log;
-use softdock_analysis::model::{Channel, Model};
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::{Channel, Model};
 use softdock_tests::process::{recorded_data, scratch, softdock};
 use std::fs;
 use std::path::PathBuf;

@@ -1,6 +1,6 @@
 //! An effect stands in one place: no other file of the program names it.
 
-use softdock_analysis::effects::{CATALOGUE, Law};
+use softdock_physics::effects::{CATALOGUE, Law};
 use std::path::{Path, PathBuf};
 
 /// Files that state how several effects are related, which no file of a single one could; and the one
@@ -26,7 +26,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 fn no_other_file_names_an_effect_on_the_reading() {
     let host_tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools");
     let mut files = Vec::new();
-    for part in ["analysis/src", "rig/src", "cli/src"] {
+    for part in ["physics/src", "analysis/src", "rig/src", "cli/src"] {
         sources(&host_tools.join(part), &mut files);
     }
     let elsewhere = |path: &&PathBuf| {
@@ -34,7 +34,7 @@ fn no_other_file_names_an_effect_on_the_reading() {
         let name = path.strip_prefix(&host_tools).unwrap_or(path);
         let name = name.display().to_string();
         let related = RELATIONS.iter().any(|r| name.ends_with(r));
-        !name.contains("analysis/src/effects/") && !name.contains("tests") && !related
+        !name.contains("physics/src/effects/") && !name.contains("tests") && !related
     };
     let others: Vec<&PathBuf> = files.iter().filter(elsewhere).collect();
     assert!(others.len() > 100, "{} files are looked at", others.len());

@@ -2,8 +2,8 @@
 
 use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_analysis::import::docking_rig_log;
-use softdock_analysis::model::Model;
 use softdock_hidden_effects::suite;
+use softdock_physics::model::Model;
 
 /// A ripple along the guide, as a user would write it.
 const RIPPLE: &str = r#"

@@ -4,9 +4,9 @@
 
 use softdock_analysis::diagnose::{Report, Verdict, diagnose};
 use softdock_analysis::import::mapping::import;
-use softdock_analysis::model::prediction::{Prediction, predict};
-use softdock_analysis::model::{Axis, Channel};
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::{Prediction, predict};
+use softdock_physics::model::{Axis, Channel};
 use softdock_tests::process::recorded_data;
 use std::path::Path;
 use std::sync::LazyLock;

@@ -4,10 +4,10 @@ use softdock::experiment::impacts::{self, Impact};
 use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock::experiment::spring_rod::{TOUCH, one_stop};
-use softdock_analysis::recording::Recording;
-use softdock_analysis::replay::replay;
 use softdock_control::delay::LawName;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
+use softdock_io::replay::replay;
 use softdock_tests::peers::without_noise;
 
 fn on_ethercat(mut scenario: Scenario) -> Scenario {

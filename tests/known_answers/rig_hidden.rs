@@ -4,10 +4,10 @@
 use softdock::experiment::diagnosis::{self, Part};
 use softdock::experiment::run::record;
 use softdock_analysis::compare::compare;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group};
-use softdock_analysis::model::Channel;
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::{CATALOGUE, Effect, Group};
+use softdock_physics::model::Channel;
 use softdock_rig::rig::{Hidden, hidden::suggest};
 
 /// Largest error of a channel over its axes, in units of the noise; 1 is noise alone.

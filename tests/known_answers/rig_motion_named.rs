@@ -4,8 +4,8 @@
 use softdock::experiment::diagnosis::{self, Part};
 use softdock::experiment::run::record;
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
-use softdock_analysis::effects::{CATALOGUE, Group};
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::{CATALOGUE, Group};
 use softdock_rig::rig::{Hidden, hidden::suggest};
 
 /// Enough for two contacts on either side.

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::recording::{Recording, WALL_CLOCK};
+use softdock_io::recording::{Recording, WALL_CLOCK};
 use softdock_tests::peers::{Served, patient, serve};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
 use std::collections::BTreeMap;

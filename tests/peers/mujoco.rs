@@ -7,8 +7,8 @@
 
 use serde_json::{Value, json};
 use softdock::experiment::scenario::Scenario;
-use softdock_analysis::input;
-use softdock_analysis::recording::Recording;
+use softdock_io::input;
+use softdock_io::recording::Recording;
 use softdock_mechanism::Kind;
 use softdock_tests::peers::python::mujoco;
 use softdock_tests::peers::{Board, LockStepRig, patient};

@@ -1,7 +1,7 @@
 //! The operator of a board process: commands on standard input, Ctrl-C, and start-up errors.
 
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::{Command, Mode};
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot, Sensor};
 use softdock_tests::process::{scratch, softdock};
 

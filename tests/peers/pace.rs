@@ -1,8 +1,8 @@
 //! The robot is the clock: a board process keeps up with one that is faster than real time and
 //! with one that is slower.
 
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot, Sensor};
 use std::time::Duration;
 

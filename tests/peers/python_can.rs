@@ -1,8 +1,8 @@
 //! A sensor in Python, whose units are not SI and whose matrix couples the axes: on python-can's SLCAN client, and
 //! behind an SLCAN adapter that the board opens.
 
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::python::{adapter, sensor};
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot};
 use softdock_tests::process::{Running, scratch, softdock_binary};

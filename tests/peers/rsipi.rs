@@ -4,10 +4,10 @@
 //! Nothing here depends on how fast the computer is: RSIPI drops answers that come late, as a robot
 //! does, and what is compared are the answers that it accepted.
 
-use softdock_analysis::recording::Recording;
 use softdock_app::record::Correction;
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::python::{RsipiRobot, Verdict, sensor};
 use softdock_tests::peers::{BUSY_COMPUTER, Board, counts};
 use softdock_tests::process::{Running, softdock};

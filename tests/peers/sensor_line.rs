@@ -1,7 +1,7 @@
 //! What can happen on the sensor's line: noise, silence, another client.
 
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::{FaultCode, Mode};
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot, Sensor, counted};
 
 /// Answers are lost after 20 ms here, so that the line resynchronises within the test.

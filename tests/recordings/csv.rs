@@ -2,7 +2,7 @@
 
 use super::sample::{Source, exact};
 use proptest::prelude::*;
-use softdock_analysis::recording::{export_csv, import_csv};
+use softdock_io::recording::{export_csv, import_csv};
 use std::path::{Path, PathBuf};
 
 fn path(name: &str) -> PathBuf {

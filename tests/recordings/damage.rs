@@ -2,7 +2,7 @@
 
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
 use std::sync::LazyLock;
 
 /// Three chunks: 64, 64 and 2 cycles.

@@ -1,7 +1,7 @@
 //! Tables for other programs, read by pyarrow and pandas.
 
 use serde_json::{Value, json};
-use softdock_analysis::data_table::{DataColumn, DataTable};
+use softdock_io::data_table::{DataColumn, DataTable};
 use softdock_tests::peers::python;
 
 #[test]

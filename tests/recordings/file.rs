@@ -2,7 +2,7 @@
 
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
-use softdock_analysis::recording::{FORMAT, Header, Recording, RecordingWriter, WallClock};
+use softdock_io::recording::{FORMAT, Header, Recording, RecordingWriter, WallClock};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

@@ -6,10 +6,10 @@
 //! the same command, and the commit says why.
 
 use crc::{CRC_64_XZ, Crc};
-use softdock_analysis::recording::Recording;
-use softdock_analysis::replay::replay;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_io::recording::Recording;
+use softdock_io::replay::replay;
 use softdock_lockstep::Session;
 use softdock_tests::lockstep::story;
 use softdock_tests::process::{scratch, softdock};

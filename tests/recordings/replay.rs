@@ -2,14 +2,14 @@
 
 use super::sample::{file_of, read};
 use proptest::prelude::*;
-use softdock_analysis::recording::{Header, Recording};
-use softdock_analysis::replay::{Replay, replay};
 use softdock_app::record::{CycleRecord, Inputs, RobotReport};
 use softdock_app::robot_cycle::RobotCycle;
 use softdock_control::delay::LawName;
 use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::{Command, Mode};
 use softdock_control::settings::Settings;
+use softdock_io::recording::{Header, Recording};
+use softdock_io::replay::{Replay, replay};
 use std::sync::LazyLock;
 
 /// A whole board's settings: the cycle's table and one that is none of its business. The run

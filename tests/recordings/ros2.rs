@@ -3,8 +3,8 @@
 use super::sample::{Source, exact};
 use proptest::prelude::*;
 use serde_json::Value;
-use softdock_analysis::recording::{Recording, WallClock};
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::{Recording, WallClock};
 use softdock_tests::peers::python;
 use softdock_tests::process::{scratch, softdock};
 use std::fs;

@@ -1,11 +1,11 @@
 //! Recordings for the tests.
 
-use softdock_analysis::recording::{Header, Recording, TruthRecord, WallClock};
 use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
+use softdock_io::recording::{Header, Recording, TruthRecord, WallClock};
 
 const MODES: [Mode; 5] = [
     Mode::Idle,

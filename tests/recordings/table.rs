@@ -2,9 +2,9 @@
 
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
-use softdock_analysis::recording::{Header, Recording};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
+use softdock_io::recording::{Header, Recording};
 use std::sync::LazyLock;
 
 /// A log of one axis: position, velocity, command and force, `digits` behind the point.

@@ -8,8 +8,8 @@ use softdock_analysis::diagnose::{
     BeforeAfter, ChannelLevels, Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked,
     Region, Remainder, RunnerUp, Step, StrongestEvidence, Verdict,
 };
-use softdock_analysis::model::prediction::Prediction;
-use softdock_analysis::model::{Axis, Channel, Model};
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Axis, Channel, Model};
 use std::collections::BTreeMap;
 
 /// The first of the effects that are named.

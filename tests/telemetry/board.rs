@@ -1,11 +1,11 @@
 //! A board's datagrams without a board, and the recordings that come of them.
 
-use softdock_analysis::recording::Recording;
-use softdock_analysis::telemetry::{Bounds, Recorder, Summary};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
+use softdock_io::recording::Recording;
+use softdock_io::telemetry::{Bounds, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use tempfile::TempDir;

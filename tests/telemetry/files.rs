@@ -1,7 +1,7 @@
 //! What gets into which file.
 
 use super::board::{Bench, Board, IDENTITY, address, cycles, record, settings};
-use softdock_analysis::telemetry::{Bounds, METADATA};
+use softdock_io::telemetry::{Bounds, METADATA};
 use std::collections::BTreeMap;
 
 #[test]
@@ -253,7 +253,7 @@ fn the_metadata_tell_what_was_lost() {
     let mut entries: BTreeMap<String, String> = found[0].metadata.clone();
     assert_eq!(
         entries.remove("recorder"),
-        Some(softdock_analysis::identity::text())
+        Some(softdock_io::identity::text())
     );
     let expected = [
         ("boot", "000000ab"),

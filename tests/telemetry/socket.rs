@@ -1,8 +1,8 @@
 //! Datagrams through a real socket.
 
 use super::board::{Bench, Board, cycles, settings};
-use softdock_analysis::telemetry::Listener;
 use softdock_app::telemetry::Datagram;
+use softdock_io::telemetry::Listener;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! `softdock record` and `softdock board --telemetry` as two processes on one computer.
 
 use serde_json::Value;
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot, Sensor, text};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
 use std::net::{SocketAddr, UdpSocket};

@@ -143,7 +143,7 @@ fn a_model_file_is_whole_whenever_the_workbench_is_killed() {
         let now = fs::read_to_string(&path).unwrap();
         let whole = now == before || now.contains("id = \"guide_coulomb\"");
         assert!(
-            whole && softdock_analysis::model::Model::from_toml(&now, "model.toml").is_ok(),
+            whole && softdock_physics::model::Model::from_toml(&now, "model.toml").is_ok(),
             "{now}"
         );
         let bench = Bench::start(&folder);

@@ -5,7 +5,7 @@ use softdock::cli::{Cli, print_json_error};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    softdock_analysis::identity::built_from(env!("SOFTDOCK_GIT"));
+    softdock_io::identity::built_from(env!("SOFTDOCK_GIT"));
     let json = std::env::args_os().any(|argument| argument == "--json");
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,

@@ -2,9 +2,9 @@
 //! settings that are there, whose comments and order stay.
 
 use anyhow::{Context, Result};
-use softdock_analysis::input;
-use softdock_analysis::model::edit::{replace, rounded, with_its_line_ends};
 use softdock_app::settings::BoardSettings;
+use softdock_io::input;
+use softdock_physics::model::edit::{replace, rounded, with_its_line_ends};
 use softdock_report::number;
 use std::fmt::Write;
 use std::path::Path;

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, ensure};
 use softdock_analysis::import::{docking_rig_log, mapping};
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::{Recording, import_csv};
+use softdock_io::recording::{Recording, import_csv};
+use softdock_physics::model::Model;
 use std::path::Path;
 
 /// Rows that can tell anything.

@@ -11,7 +11,7 @@ use axum::extract::rejection::JsonRejection;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use softdock_analysis::model::edit::ModelFile;
+use softdock_physics::model::edit::ModelFile;
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

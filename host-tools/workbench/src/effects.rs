@@ -4,7 +4,7 @@ use super::problem::Problem;
 use axum::Json;
 use axum::extract::Path;
 use serde_json::{Value, json};
-use softdock_analysis::effects::{CATALOGUE, Effect, named};
+use softdock_physics::effects::{CATALOGUE, Effect, named};
 
 pub(super) async fn list() -> Json<Value> {
     Json(json!({ "effects": CATALOGUE }))

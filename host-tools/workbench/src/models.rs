@@ -11,9 +11,9 @@ use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use softdock_analysis::fit::record::Fall;
-use softdock_analysis::model::edit::ModelFile;
-use softdock_analysis::model::prediction::Prediction;
-use softdock_analysis::model::{Axis, Channel, Model};
+use softdock_physics::model::edit::ModelFile;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Axis, Channel, Model};
 
 /// Sections by which a TOML file that cannot be read as a model is one all the same.
 const SECTIONS: [&str; 4] = ["[actuator", "[[contact", "[noise", "[[effect"];

@@ -11,7 +11,7 @@ use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::recording::{Column, Recording};
+use softdock_io::recording::{Column, Recording};
 
 /// A recording as it is listed.
 #[derive(Serialize)]

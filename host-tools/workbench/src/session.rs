@@ -23,7 +23,7 @@ pub(super) struct Session {
 
 pub(super) async fn session(State(bench): State<Shared>) -> Json<Session> {
     Json(Session {
-        version: softdock_analysis::identity::text(),
+        version: softdock_io::identity::text(),
         root: bench.folder.root().display().to_string(),
         csrf: bench.token.clone(),
         live: bench.live.address(),

@@ -3,11 +3,11 @@
 use softdock::campaign::plan::Plan;
 use softdock::experiment::run::run;
 use softdock::experiment::scenario::{SPRING_ROD, Scenario};
-use softdock_analysis::input;
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::Recording;
 use softdock_app::robot_link::Prepared;
 use softdock_app::settings::BoardSettings;
+use softdock_io::input;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 use std::ops::ControlFlow;
 
 /// Length of a run of a scenario, s.

@@ -3,8 +3,8 @@
 use softdock_analysis::compare::compare;
 use softdock_analysis::import::docking_rig_log;
 use softdock_analysis::import::mapping::import_at_least;
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 
 /// Between the texts of an input.
 const SEPARATOR: &str = "\n=====\n";

@@ -4,11 +4,11 @@ use super::Script;
 use softdock::experiment::run::record;
 use softdock::experiment::scenario::Scenario;
 use softdock_analysis::compare::compare;
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::Recording;
-use softdock_analysis::replay::replay;
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
+use softdock_io::recording::Recording;
+use softdock_io::replay::replay;
+use softdock_physics::model::Model;
 use std::sync::LazyLock;
 
 /// Half a second of flight and contact.

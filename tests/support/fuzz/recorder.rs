@@ -1,12 +1,12 @@
 //! What comes to `softdock record` from anybody on the network.
 
 use super::Script;
-use softdock_analysis::recording::Recording;
-use softdock_analysis::telemetry::{Bounds, Recorder};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{Announcement, Datagram, Part, Stream};
+use softdock_io::recording::Recording;
+use softdock_io::telemetry::{Bounds, Recorder};
 use std::net::SocketAddr;
 
 /// Small ones, which a few datagrams reach.

@@ -7,8 +7,8 @@ mod story;
 pub use emulated::{Emulated, function_costs, instructions};
 pub use story::story;
 
-use softdock_analysis::recording::Comparison;
 use softdock_app::settings::BoardSettings;
+use softdock_io::recording::Comparison;
 use softdock_lockstep::{Done, Session, Step};
 use softdock_rig::board::qemu::Chip;
 

@@ -3,7 +3,7 @@
 
 use crate::process::{Running, forbidden, scratch};
 use serde::Deserialize;
-use softdock_analysis::data_table::DataTable;
+use softdock_io::data_table::DataTable;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::net::SocketAddr;

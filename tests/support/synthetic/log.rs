@@ -1,8 +1,8 @@
 //! The synthetic log: 12 s of a spacecraft that flies with 10 mm/s between two stops and touches one every
 //! two seconds. The robot is 32.1 ms late and rests for 11.2 ms where its velocity changes sign.
 
-use softdock_analysis::model::prediction::{ChannelPrediction, Prediction, Six};
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::prediction::{ChannelPrediction, Prediction, Six};
+use softdock_physics::model::{Axis, Channel};
 use std::f64::consts::PI;
 
 /// Cycles of the log.

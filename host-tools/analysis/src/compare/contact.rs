@@ -1,10 +1,10 @@
 //! Contacts, found from the measured force: no model of a wall is needed.
 
-use crate::model::Model;
-use crate::model::prediction::signals::Signals;
-use crate::model::prediction::wrench::measured_contact_force;
 use nalgebra::Vector3;
 use softdock_control::modes::Mode;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::prediction::wrench::measured_contact_force;
 
 /// A contact begins above this multiple of the force's noise ...
 const NOISE_FACTOR: f64 = 8.0;

@@ -1,8 +1,8 @@
 //! Sums of squared errors, per axis and phase.
 
 use super::{ChannelError, Phase};
-use crate::model::prediction::Prediction;
-use crate::model::{Axis, Channel};
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Axis, Channel};
 
 /// An error counts as one if its root mean square is this multiple of the expected noise: data
 /// sheets are not better than that.

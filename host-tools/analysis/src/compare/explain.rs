@@ -5,9 +5,9 @@
 //! the noise and the data determine its parameter.
 
 use super::{Phase, Source};
-use crate::model::prediction::{ChannelPrediction, executed};
-use crate::model::{Axis, Channel};
 use serde::Serialize;
+use softdock_physics::model::prediction::{ChannelPrediction, executed};
+use softdock_physics::model::{Axis, Channel};
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;

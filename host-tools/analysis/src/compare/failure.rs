@@ -5,8 +5,8 @@ use super::errors::AxisError;
 use super::explain::{Explanation, explain};
 use super::regime::Regime;
 use super::{Phase, Window, window, windows};
-use crate::model::{Axis, Channel};
 use serde::Serialize;
+use softdock_physics::model::{Axis, Channel};
 use std::ops::Range;
 
 /// Phases are named until they hold this share of the error ...

@@ -6,16 +6,16 @@
 //! The step is the midpoint rule with the friction of its end (Moreau 1988), which holds an axis that
 //! sticks: the velocity at the end of a step is the one at which force, load and inertia balance.
 
-use crate::effects::{Direction, Guide, Late, Lateness, Law, Slide};
-use crate::model::load::effects::LoadEffect;
-use crate::model::load::{LoadModel, positions};
-use crate::model::log::Log;
-use crate::model::prediction::signals::Signals;
-use crate::model::{Axis, Model};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
+use softdock_physics::effects::{Direction, Guide, Late, Lateness, Law, Slide};
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::load::{LoadModel, positions};
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::{Axis, Model};
 
 /// Steps of the simulation in a cycle of the log.
 const STEPS: usize = 8;
@@ -67,7 +67,7 @@ pub(super) fn simulate(
         return None;
     }
     let log = Log::of(signals, &model.noise).ok()?;
-    if log.len() < 2 * FIRST {
+    if log.cycle_count() < 2 * FIRST {
         return None;
     }
     let body = Body::new(model, &log, axis);
@@ -105,12 +105,12 @@ fn run(
         ..Slide::default()
     };
     let rest = measured[0];
-    let mean = measured[FIRST..].iter().sum::<f64>() / (log.len() - FIRST) as f64;
+    let mean = measured[FIRST..].iter().sum::<f64>() / (log.cycle_count() - FIRST) as f64;
     let [mut error, mut motion] = [0.0; 2];
-    for n in FIRST..log.len() {
+    for n in FIRST..log.cycle_count() {
         error += (measured[n] - slide.position).powi(2);
         motion += (measured[n] - mean).powi(2);
-        if n + 1 < log.len() {
+        if n + 1 < log.cycle_count() {
             for k in 0..STEPS {
                 let share = (k as f64 + 0.5) / STEPS as f64;
                 let force = input[n] + share * (input[n + 1] - input[n]);
@@ -124,7 +124,7 @@ fn run(
             "Simulated forward from the recorded force alone, the motion runs away.".into(),
         );
     }
-    let count = (log.len() - FIRST) as f64;
+    let count = (log.cycle_count() - FIRST) as f64;
     Ok(FreeSimulation {
         axis: body.axis,
         rms: (error / count).sqrt(),
@@ -272,7 +272,7 @@ impl Acting {
             let line = late.get_or_insert_with(|| Late::new(self.late, log.cycle_s, six));
             line.advance(six)[0]
         };
-        (0..log.len()).map(arrived).collect()
+        (0..log.cycle_count()).map(arrived).collect()
     }
 
     /// One step under a force; `rest` is where the log begins.
@@ -360,8 +360,8 @@ fn root(falls: impl Fn(f64) -> f64, start: f64, per_excess: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::compare::compare;
-    use crate::recording::{Header, Recording};
     use softdock_app::record::CycleRecord;
+    use softdock_io::recording::{Header, Recording};
 
     const TS: f64 = 0.002;
 

@@ -1,6 +1,6 @@
 //! `softdock compare`: predicted against measured, how large the error is, and where it stands.
 //!
-//! The error of a cycle is measured minus predicted ([`crate::model::prediction`]). It is given
+//! The error of a cycle is measured minus predicted ([`softdock_physics::model::prediction`]). It is given
 //! in its unit and relative to the noise: `rms_sigma` divides by the data sheet's noise, as
 //! docking-rig-log/1 defines it; what decides whether the model fails is the noise to expect of
 //! the difference, which includes what the prediction inherits from noisy measurements.
@@ -24,10 +24,6 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use crate::model::prediction::signals::Signals;
-pub use crate::model::prediction::{ChannelPrediction, Prediction};
-use crate::model::{Axis, Channel, Model, prediction};
-use crate::recording::Recording;
 use contact::Contacts;
 use errors::AxisError;
 pub use explain::{Estimate, Explanation};
@@ -42,6 +38,10 @@ pub use residual_tests::{IndependenceTest, Input, ResidualTests, WhitenessTest};
 use serde::Serialize;
 pub use series::{ROUND_OFF_SIGMA, Series};
 pub use series_table::SeriesFile;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::Signals;
+pub use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
+use softdock_physics::model::{Axis, Channel, Model, prediction};
 
 /// Error of one axis of a channel over the whole recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]

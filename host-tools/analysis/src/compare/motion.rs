@@ -7,12 +7,12 @@
 //! the nominal load in this motion have next to none.
 
 use super::Source;
-use crate::model::load::{Docked, LoadModel};
-use crate::model::prediction::Six;
-use crate::model::{Axis, Channel};
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion as Moving;
+use softdock_physics::model::load::{Docked, LoadModel};
+use softdock_physics::model::prediction::Six;
+use softdock_physics::model::{Axis, Channel};
 
 /// Half width of the moving average that leads the integral to the measured pose, cycles.
 const LEAD: usize = 6;

@@ -2,9 +2,9 @@
 
 use super::Source;
 use super::regime::quantity;
-use crate::model::prediction::signals::VelocityMeaning;
-use crate::model::{Axis, Channel};
 use serde::Serialize;
+use softdock_physics::model::prediction::signals::VelocityMeaning;
+use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
 use softdock_statistics::{Noise, noise_floor};
 

@@ -1,8 +1,8 @@
 //! What the reader should know beside the numbers.
 
 use super::contact::Contacts;
-use crate::model::prediction::signals::{Signals, Step};
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::{Signals, Step};
 
 /// What is special about the recording.
 pub(super) fn of_recording(

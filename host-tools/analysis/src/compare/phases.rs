@@ -2,10 +2,10 @@
 
 use super::contact::{Contact, Contacts, noise_of_steps};
 use super::crossing::{after_sign_changes, sign_changes};
-use crate::model::prediction::signals::Signals;
-use crate::model::{Axis, Model};
 use nalgebra::Vector3;
 use serde::Serialize;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::{Axis, Model};
 use std::ops::Range;
 
 /// Part of a docking test.

@@ -3,8 +3,8 @@
 use super::Source;
 use super::motion::Motion;
 use super::series::Series;
-use crate::model::{Axis, Channel};
 use serde::Serialize;
+use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{dependence, whiteness};
 
 /// Probability of any false alarm in all tests of a kind: small, for a right model is not to be

@@ -5,7 +5,7 @@ use super::explain::Explanation;
 use super::failure::Failure;
 use super::noise::NoiseLevel;
 use super::regime::{Regime, quantity};
-use crate::model::{Channel, Model};
+use softdock_physics::model::{Channel, Model};
 use softdock_report::number;
 
 /// Further failures with at least this share of the error are mentioned.

@@ -1,11 +1,11 @@
 //! The error of one axis as a series, and what kind of noise it should be.
 
 use super::Source;
-use crate::model::load::LoadModel;
-use crate::model::prediction::Six;
-use crate::model::prediction::differences;
-use crate::model::prediction::signals::VelocityMeaning;
-use crate::model::{Axis, Channel, Model};
+use softdock_physics::model::load::LoadModel;
+use softdock_physics::model::prediction::Six;
+use softdock_physics::model::prediction::differences;
+use softdock_physics::model::prediction::signals::VelocityMeaning;
+use softdock_physics::model::{Axis, Channel, Model};
 
 /// What is computed twice from the same numbers differs by round-off: below this part of the
 /// noise nothing is looked for.

@@ -1,11 +1,11 @@
 //! The curves of a comparison as numbers: what was measured, what was predicted, their difference and its noise.
 
 use super::{ChannelPrediction, Comparison};
-use crate::data_table::{DataColumn, DataTable, Values};
-use crate::model::{Axis, Channel};
-use crate::recording::Recording;
 use anyhow::{Result, bail};
 use serde::Serialize;
+use softdock_io::data_table::{DataColumn, DataTable, Values};
+use softdock_io::recording::Recording;
+use softdock_physics::model::{Axis, Channel};
 use std::path::Path;
 
 /// What stands in a file of series.
@@ -38,7 +38,7 @@ impl Comparison {
             }
         }
         let metadata = vec![
-            ("made_by".to_owned(), crate::identity::text()),
+            ("made_by".to_owned(), softdock_io::identity::text()),
             ("recorded_by".to_owned(), self.detail.identity.clone()),
             ("where".to_owned(), self.sentence.clone()),
         ];

@@ -2,7 +2,7 @@
 
 use super::series::ROUND_OFF_SIGMA;
 use super::{Comparison, Failure};
-use crate::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 use softdock_report::{Cell, Column, Mark, Table};
 
 /// Regimes of an axis that are listed.

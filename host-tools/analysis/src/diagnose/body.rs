@@ -8,12 +8,12 @@
 use super::engine::Logs;
 use super::evidence::{self, threshold};
 use super::wrench::{Problem, Segment, Solution, white};
-use crate::model::load::Column;
-use crate::model::load::effects::Sign;
-use crate::model::prediction::signals::Signals;
-use crate::model::prediction::{Prediction, Six, bodies};
-use crate::model::{Channel, EffectModel, Model};
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::Sign;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::prediction::{Prediction, Six, bodies};
+use softdock_physics::model::{Channel, EffectModel, Model};
 use std::collections::BTreeMap;
 
 /// An effect on the model velocity.

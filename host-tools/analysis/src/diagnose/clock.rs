@@ -5,12 +5,12 @@
 //! `dp − v Ts`, and nothing where the rig stands still; no other effect does that.
 
 use super::actuator::{Cost, LogCost, Term};
-use crate::effects::body::clock_jitter::Scatter;
-use crate::model::Model;
-use crate::model::clock::increments;
-use crate::model::log::Log;
-use crate::optimise::golden;
 use softdock_actuator::Reading;
+use softdock_physics::effects::body::clock_jitter::Scatter;
+use softdock_physics::model::Model;
+use softdock_physics::model::clock::increments;
+use softdock_physics::model::log::Log;
+use softdock_physics::optimise::golden;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
 pub(super) const SIGNIFICANT: f64 = 40.0;
@@ -95,7 +95,7 @@ fn beyond((value, sigma): (f64, f64), tolerance: f64) -> bool {
 
 /// Tests the clock; a log whose velocity is the difference of its poses says nothing.
 pub(crate) fn test(model: &Model, log: &Log) -> Clock {
-    if log.reading == Reading::Mean || log.len() < 50 || model.sensor.at_rest {
+    if log.reading == Reading::Mean || log.cycle_count() < 50 || model.sensor.at_rest {
         return Clock::default();
     }
     let axes: Vec<usize> = model
@@ -107,7 +107,7 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         .collect();
     let mut errors = Vec::new();
     let mut slopes = Vec::new();
-    for n in 1..log.len() {
+    for n in 1..log.cycle_count() {
         let (way, velocity) = increments(log, n);
         for &axis in &axes {
             let change = log.executed[axis][n] - log.executed[axis][n - 1];

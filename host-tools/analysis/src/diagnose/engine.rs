@@ -13,10 +13,10 @@ use super::sampling::Sampling;
 use super::structure::{self, Left};
 use super::wrench::{self, Fitted, Joint, Standing};
 use crate::compare::Phase;
-use crate::model::Model;
-use crate::model::log::Log;
-use crate::model::prediction::{Prediction, predict};
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::{Prediction, predict};
 
 /// Something for each log. The first ones are those of the fit, the others are unseen.
 #[derive(Clone, Debug)]
@@ -298,7 +298,8 @@ pub(crate) fn has(model: &Model, id: &str) -> bool {
 
 /// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.
 pub(crate) fn is_shape(id: &str) -> bool {
-    crate::effects::by_id(id).is_some_and(|e| e.naming == crate::effects::Naming::Shape)
+    softdock_physics::effects::by_id(id)
+        .is_some_and(|e| e.naming == softdock_physics::effects::Naming::Shape)
 }
 
 fn body_stage(

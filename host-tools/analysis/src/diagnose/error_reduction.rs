@@ -4,10 +4,10 @@ use super::engine::{Logs, Stages, predict_all};
 use super::finding::Step;
 use super::named::{self, Named};
 use super::outcome::levels_of;
-use crate::model::Model;
-use crate::model::prediction::Prediction;
-use crate::model::stage::Stage;
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::stage::Stage;
 use std::collections::HashMap;
 
 /// The model with effects added.

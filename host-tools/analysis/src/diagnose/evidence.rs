@@ -12,7 +12,7 @@
 //! | [`RIGHT`] | 0.98 | `softdock bench diagnose --seed 41`: of 257 effects that were named in logs of one machine 253 were hidden, whatever their evidence |
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
 
-use crate::effects::CATALOGUE;
+use softdock_physics::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Evidence for an effect beside the others from which it is named.

@@ -1,8 +1,8 @@
 //! What a diagnosis says.
 
 use crate::compare::ROUND_OFF_SIGMA;
-use crate::model::{Axis, Channel};
 use serde::{Deserialize, Serialize};
+use softdock_physics::model::{Axis, Channel};
 use std::collections::BTreeMap;
 
 /// How a diagnosis ends.

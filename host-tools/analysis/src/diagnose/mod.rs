@@ -48,12 +48,12 @@ pub(crate) use outcome::levels_of;
 pub use stretches::held_back;
 
 use crate::compare::compare;
-use crate::model::Model;
-use crate::model::prediction::Prediction;
-use crate::recording::Recording;
 use anyhow::{bail, ensure};
 pub use engine::Logs;
 use engine::{Question, Watch, WrenchFinding};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::Prediction;
 use std::time::Instant;
 
 /// A diagnosis with what its report draws.

@@ -5,9 +5,9 @@ use super::engine::Stages;
 use super::evidence::Support;
 use super::finding::Estimate;
 use super::wrench::Fitted;
-use crate::effects::by_id;
-use crate::model::stage::Stage;
-use crate::model::{Axis, EffectModel, Model};
+use softdock_physics::effects::by_id;
+use softdock_physics::model::stage::Stage;
+use softdock_physics::model::{Axis, EffectModel, Model};
 use std::collections::BTreeMap;
 
 /// Standard deviations to either side of a 95 % interval.
@@ -319,7 +319,7 @@ fn sampling(stages: &Stages) -> Vec<Named> {
     if logs.iter().all(|log| log.held_share > 0.0) {
         let fitted = stages.sampling.train().iter().zip(stages.logs.train());
         let (held, count) = fitted.fold((0.0, 0.0), |(held, count), (sampling, log)| {
-            let cycles = log.len() as f64;
+            let cycles = log.cycle_count() as f64;
             (held + sampling.held_share * cycles, count + cycles)
         });
         let share: f64 = held / f64::max(count, 1.0);

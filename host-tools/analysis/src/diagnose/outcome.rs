@@ -11,11 +11,11 @@ use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::verdict::Grounds;
 use super::{ranking, regions, sentence};
-use crate::model::log::Log;
-use crate::model::prediction::{ChannelPrediction, Prediction};
-use crate::model::{Axis, Channel, Model};
-use crate::recording::Recording;
 use softdock_actuator::Reading;
+use softdock_io::recording::Recording;
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
+use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor};
 use std::collections::BTreeMap;
 
@@ -52,7 +52,7 @@ pub(crate) fn conclude(
         .iter()
         .map(|n| n.0.effect.id.clone())
         .collect();
-    let cycles = stages.logs.all.iter().map(Log::len).sum::<usize>();
+    let cycles = stages.logs.all.iter().map(Log::cycle_count).sum::<usize>();
     let amount = evidence::price(cycles);
     let disagree =
         |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.support.beside);

@@ -8,7 +8,7 @@ use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
 use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
 use super::wrench::Tested;
-use crate::model::Channel;
+use softdock_physics::model::Channel;
 use std::collections::BTreeMap;
 
 /// χ² by which a rival has to be behind to be told apart.
@@ -76,7 +76,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     }
     // By the price by which the search decides, so that what is named stands before what only fits a
     // little better with more effects.
-    let price = evidence::price(stages.logs.all.iter().map(|log| log.len()).sum());
+    let price = evidence::price(stages.logs.all.iter().map(|log| log.cycle_count()).sum());
     let worth = |r: &Ranked| {
         let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;
         fall(r) - paid
@@ -273,7 +273,8 @@ fn in_the_place_of<'a>(
 
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
 pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
-    let effect = crate::effects::by_id(&rival.of).or_else(|| crate::effects::by_id(first?))?;
+    let effect = softdock_physics::effects::by_id(&rival.of)
+        .or_else(|| softdock_physics::effects::by_id(first?))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,

@@ -4,14 +4,14 @@ use super::engine::Stages;
 use super::finding::Region;
 use super::structure::Left;
 use crate::compare::Phase;
-use crate::model::Channel;
-use crate::model::prediction::Prediction;
+use softdock_physics::model::Channel;
+use softdock_physics::model::prediction::Prediction;
 
 /// Where structure is left on the log that is drawn.
 pub(super) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
     let log = stages.logs.shown();
     let shown = stages.logs.shown_number();
-    let at = |n: usize| log.time_s[n.min(log.len() - 1)];
+    let at = |n: usize| log.time_s[n.min(log.cycle_count() - 1)];
     left.iter()
         .filter(|l| l.any())
         .flat_map(Left::structured)

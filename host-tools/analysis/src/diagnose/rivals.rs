@@ -11,11 +11,11 @@ use super::engine::{ClockFinding, Logs, Question};
 use super::stage_results::StageResults;
 use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
-use crate::effects::body::clock_jitter::Scatter;
-use crate::model::Model;
-use crate::model::stage::Stage;
-use crate::recording::Recording;
 use softdock_actuator::Reading;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::body::clock_jitter::Scatter;
+use softdock_physics::model::Model;
+use softdock_physics::model::stage::Stage;
 
 /// χ² by which the better of two is believed.
 const TOLD_APART: f64 = 12.0;
@@ -183,7 +183,12 @@ fn left(found: &StageResults) -> f64 {
         let logs = found.timed.logs.all.iter();
         left += logs
             .zip(&actuator.level)
-            .map(|(log, level)| level.iter().map(|l| l * l * log.len() as f64).sum::<f64>())
+            .map(|(log, level)| {
+                level
+                    .iter()
+                    .map(|l| l * l * log.cycle_count() as f64)
+                    .sum::<f64>()
+            })
             .sum::<f64>();
         let accepted = actuator.search.accepted.as_ref();
         left += PRICE * accepted.map_or(0, |c| c.parameters()) as f64;

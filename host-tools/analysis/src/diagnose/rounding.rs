@@ -6,7 +6,7 @@
 //! unit size if nothing but noise is left, however coarse the step. The draw is a fixed sequence,
 //! so that a diagnosis repeats.
 
-use crate::optimise::golden;
+use softdock_physics::optimise::golden;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Largest residual, in σ: far tails have no digits left.

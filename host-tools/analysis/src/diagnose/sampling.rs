@@ -1,6 +1,6 @@
 //! What the sensor does to its samples: rounding them, and repeating the last one.
 
-use crate::model::log::Log;
+use softdock_physics::model::log::Log;
 use softdock_statistics::median;
 
 /// Rounding below this share of the noise cannot be seen in the error, and is what any sensor does.
@@ -36,12 +36,12 @@ impl Sampling {
         });
         let lsb = [common(&steps[..3]), common(&steps[3..])];
         let repeats = |axis: usize, n: usize| log.wrench[axis][n] == log.wrench[axis][n - 1];
-        let count = log.len().saturating_sub(1).max(1) as f64;
+        let count = log.cycle_count().saturating_sub(1).max(1) as f64;
         let all_six = |n: &usize| (0..6).all(|axis| repeats(axis, *n));
-        let held: Vec<usize> = (1..log.len()).filter(all_six).collect();
+        let held: Vec<usize> = (1..log.cycle_count()).filter(all_six).collect();
         // Readings on a coarse lattice repeat by chance.
         let by_chance: f64 = (0..6)
-            .map(|axis| (1..log.len()).filter(|n| repeats(axis, *n)).count() as f64 / count)
+            .map(|axis| (1..log.cycle_count()).filter(|n| repeats(axis, *n)).count() as f64 / count)
             .product();
         let share = held.len() as f64 / count;
         let is_held = share > REPEATED && share > 5.0 * by_chance;

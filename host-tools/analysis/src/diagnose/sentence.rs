@@ -23,7 +23,7 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
 }
 
 fn title(id: &str) -> String {
-    crate::effects::by_id(id).map_or_else(
+    softdock_physics::effects::by_id(id).map_or_else(
         || format!("your own hypothesis `{id}`"),
         |effect| format!("{} ({id})", effect.title),
     )

@@ -9,9 +9,9 @@ use super::named;
 use super::sampling::Sampling;
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
-use crate::model::log::Log;
-use crate::model::{Axis, Channel, Model};
 use rayon::prelude::*;
+use softdock_physics::model::log::Log;
+use softdock_physics::model::{Axis, Channel, Model};
 
 /// Residual over noise up to which the simulated motion is trusted: its misfit is then three quarters
 /// of the noise that a measured velocity would bring into the load. Coloured noise, whose floor is

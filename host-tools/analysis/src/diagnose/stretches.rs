@@ -1,8 +1,8 @@
 //! Which part of its logs a diagnosis looks at.
 
 use super::engine::Logs;
-use crate::recording::Recording;
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
 use std::ops::Range;
 
 /// Share of a log that is held back where no unseen log is given.

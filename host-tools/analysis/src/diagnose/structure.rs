@@ -5,8 +5,8 @@
 
 use super::rounding::Rounded;
 use super::wrench::{Joint, PreparedLog, Remainder, Rest, Tested, sheet_sigma};
-use crate::model::load::Column;
-use crate::model::{Axis, Channel};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{median, periodogram};
 
 /// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).

@@ -2,14 +2,14 @@
 
 use super::clock::{self, Clock};
 use super::engine::{ClockFinding, Logs, Question};
-use crate::effects::body::clock_jitter::Scatter;
-use crate::model::clock::recover;
-use crate::model::log::Log;
-use crate::model::prediction::retimed::retimed;
-use crate::model::prediction::signals::Signals;
-use crate::model::{self, EffectModel, Model};
-use crate::recording::Recording;
 use softdock_actuator::Reading;
+use softdock_io::recording::Recording;
+use softdock_physics::effects::body::clock_jitter::Scatter;
+use softdock_physics::model::clock::recover;
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::retimed::retimed;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::{self, EffectModel, Model};
 use std::collections::BTreeMap;
 
 /// Pose and velocity of an imported log may be sampled this share of a cycle apart.
@@ -60,7 +60,7 @@ impl TimedLogs {
         let model = with_clock(model, &clock);
         let all = signals.map_at_once(|signals| model::prediction::intervals(&model, signals));
         let own = |(log, all): (&Log, &Vec<f64>)| -> Vec<f64> {
-            let own = all.iter().skip(log.first).take(log.len());
+            let own = all.iter().skip(log.first).take(log.cycle_count());
             own.copied().collect()
         };
         let intervals = Logs {

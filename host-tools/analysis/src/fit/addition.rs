@@ -2,9 +2,9 @@
 
 use super::record::{self, Names};
 use crate::diagnose::{Diagnosis, Report, Step};
-use crate::model::edit::rounded;
-use crate::model::{EffectModel, Model};
 use serde::Serialize;
+use softdock_physics::model::edit::rounded;
+use softdock_physics::model::{EffectModel, Model};
 
 /// What `add` says: the diagnosis, and what becomes of the model file.
 #[derive(Clone, Debug, Serialize)]

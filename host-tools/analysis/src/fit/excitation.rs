@@ -1,12 +1,12 @@
 //! What a recording cannot teach, whatever is done with it.
 
-use crate::model::Model;
-use crate::model::load::{Docked, Wall};
-use crate::model::prediction::signals::Signals;
-use crate::recording::Recording;
 use anyhow::bail;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{Twist, Wrench};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::{Docked, Wall};
+use softdock_physics::model::prediction::signals::Signals;
 
 /// A name for one of the quantities of a cycle, and its six values.
 type Quantity = (&'static str, fn(&CycleRecord) -> &[f64]);

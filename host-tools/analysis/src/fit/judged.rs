@@ -3,10 +3,10 @@
 use super::record::{self, error};
 use super::{Logs, Refitted, Undetermined, refit};
 use crate::diagnose::{Step, held_back};
-use crate::model::{HistoryStep, Model};
-use crate::recording::Recording;
 use anyhow::Result;
 use serde::Serialize;
+use softdock_io::recording::Recording;
+use softdock_physics::model::{HistoryStep, Model};
 
 /// Relative rise of the error on unseen data that is no accident of the noise.
 const RISES: f64 = 1e-3;

@@ -2,11 +2,11 @@
 
 use super::parameter::Parameter;
 use super::residual::Residuals;
-use crate::model::Model;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 use rayon::prelude::*;
+use softdock_physics::model::Model;
 
 /// Relative fall of χ² and relative step at which the search ends.
 const TOLERANCE: f64 = 1e-9;

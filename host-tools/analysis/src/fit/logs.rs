@@ -3,9 +3,9 @@
 use super::record::Names;
 use super::{excitation, same_rig};
 use crate::import::checks::{Context, check};
-use crate::model::Model;
-use crate::recording::Recording;
 use anyhow::{Result, ensure};
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 use std::path::PathBuf;
 
 /// Recordings to fit on, and recordings that the fit does not see, if there are any.

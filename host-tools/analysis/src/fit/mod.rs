@@ -2,7 +2,7 @@
 //!
 //! [`refit`] moves all parameters of the added effects, and every nominal parameter that has a
 //! tolerance, together: by Levenberg and Marquardt's method on the residuals of all channels of
-//! [`crate::model::prediction`], each in units of its expected noise, with the tolerances as
+//! [`softdock_physics::model::prediction`], each in units of its expected noise, with the tolerances as
 //! Gaussian priors. What the recording does not determine stays as it is and is said to be
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
@@ -26,15 +26,15 @@ mod same_rig;
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};
 
-use crate::model::Model;
-use crate::model::edit::rounded;
-use crate::model::prediction::signals::Signals;
-use crate::recording::Recording;
 use anyhow::ensure;
 use determined::Doubt;
 use least_squares::{Solution, minimise};
 use residual::Residuals;
 use serde::Serialize;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::edit::rounded;
+use softdock_physics::model::prediction::signals::Signals;
 
 /// Standard deviations to either side of a 95 % interval.
 const INTERVAL_95: f64 = 1.96;

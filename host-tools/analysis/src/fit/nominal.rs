@@ -1,8 +1,8 @@
 //! The nominal parameters of a model, each with its tolerance.
 
 use super::parameter::{ParameterId, Spacecraft};
-use crate::model::docking::numbers;
-use crate::model::{BodyModel, Model};
+use softdock_physics::model::docking::numbers;
+use softdock_physics::model::{BodyModel, Model};
 
 /// Takes place, name, unit, value and tolerance of a nominal parameter.
 pub(super) type Visit<'a> = dyn FnMut(ParameterId, String, &'static str, f64, f64) + 'a;

@@ -1,10 +1,12 @@
 //! What a fit may move: parameters of added effects, and nominal parameters within tolerances.
 
 use super::nominal::nominal;
-use crate::model::docking;
-use crate::model::edit::rounded;
-use crate::model::{Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters};
 use nalgebra::Vector3;
+use softdock_physics::model::docking;
+use softdock_physics::model::edit::rounded;
+use softdock_physics::model::{
+    Allowed, BodyModel, EffectModel, GuideModel, Model, known_parameters,
+};
 
 /// Longest delay or lag, s, and largest distance, m, stiffness and so on: far beyond any rig.
 const HUGE: f64 = 1e9;

@@ -1,11 +1,11 @@
 //! The history in a model file: how the error fell, step by step.
 
 use crate::diagnose::{Step, levels_of};
-use crate::model::edit::rounded;
-use crate::model::prediction::predict;
-use crate::model::{HistoryStep, Model};
-use crate::recording::Recording;
 use serde::Serialize;
+use softdock_io::recording::Recording;
+use softdock_physics::model::edit::rounded;
+use softdock_physics::model::prediction::predict;
+use softdock_physics::model::{HistoryStep, Model};
 
 /// Relative change of the error since the last step that shows an edit by hand.
 const EDITED: f64 = 0.01;

@@ -1,10 +1,10 @@
 //! Residuals of all channels as one list of numbers, each in units of its expected noise.
 
-use crate::model::prediction::signals::Signals;
-use crate::model::prediction::{
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::prediction::{
     ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals, wrench,
 };
-use crate::model::{Axis, Channel, Model};
+use softdock_physics::model::{Axis, Channel, Model};
 
 /// Most residuals that a fit works with. Of a longer recording every second, third ... cycle is
 /// judged; the intervals are as much wider.

@@ -1,6 +1,6 @@
 //! Whether recordings are of one rig, as far as their settings say it.
 
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
 use toml_edit::DocumentMut;
 
 /// Settings that describe the rig and its spacecraft; what a test starts with and the law may differ.

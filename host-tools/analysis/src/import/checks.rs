@@ -8,9 +8,9 @@ mod force;
 mod timing;
 mod units;
 
-use crate::model::{Axis, Model};
-use crate::recording::Recording;
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
+use softdock_physics::model::{Axis, Model};
 
 /// Fewest rows of a log of a motion: less than half a second of a 4 ms cycle shows no effect.
 const FEWEST_ROWS: usize = 100;

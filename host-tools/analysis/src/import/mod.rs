@@ -9,8 +9,8 @@ pub mod starter;
 pub mod summary;
 pub mod table;
 
-use crate::model::Model;
-use crate::recording::Recording;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 
 /// A model and the two logs to fit it on and to test it on.
 #[derive(Clone, Debug)]

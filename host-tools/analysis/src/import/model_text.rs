@@ -1,8 +1,8 @@
 //! A model as the text of a `model.toml` that a person goes on with: every value written out,
 //! every value explained.
 
-use crate::model::{ContactModel, Model, SensorModel, ToleranceModel, WrenchMeaning};
 use softdock_mechanism::DockingSettings;
+use softdock_physics::model::{ContactModel, Model, SensorModel, ToleranceModel, WrenchMeaning};
 use std::fmt::Write;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table};
 

@@ -1,10 +1,10 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
-use crate::model::prediction::signals::{Signals, VelocityMeaning};
-use crate::model::{Axis, FilterModel, Model};
-use crate::recording::Recording;
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
+use softdock_physics::model::{Axis, FilterModel, Model};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
 
 /// What nobody but the user knows, ahead of the model.

@@ -1,9 +1,9 @@
 //! What an import read: rows, time, and each channel with its range.
 
-use crate::model::Axis;
-use crate::recording::Recording;
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Axis;
 use softdock_report::{Cell, Column, Table, number};
 
 /// One recording.

@@ -1,7 +1,7 @@
 //! A delimited text file as a table of cells, whose errors name file, line and column.
 
-use crate::input::nearest;
 use serde::Deserialize;
+use softdock_io::input::nearest;
 use std::borrow::Cow;
 
 /// What stands between two cells.

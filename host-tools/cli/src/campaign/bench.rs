@@ -190,7 +190,7 @@ fn diagnosed(name: &str, seed: u64) -> Result<Outcome> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_analysis::input;
+    use softdock_io::input;
 
     fn file(text: &str) -> CampaignFile {
         input::parse(text, "campaign").unwrap()

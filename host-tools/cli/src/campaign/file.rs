@@ -6,8 +6,8 @@ use super::distribution::Distribution;
 use super::outcome;
 use anyhow::{Result, bail, ensure};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::input::nearest;
 use softdock_control::delay::LawName;
+use softdock_io::input::nearest;
 use std::collections::BTreeSet;
 
 /// A campaign file.

@@ -4,7 +4,7 @@ use super::plan::Plan;
 use super::shard::Shard;
 use super::status::{indices, parts};
 use anyhow::{Result, bail, ensure};
-use softdock_analysis::data_table::{DataColumn, DataTable, Values};
+use softdock_io::data_table::{DataColumn, DataTable, Values};
 use std::path::Path;
 
 /// Merges the parts of a folder. The table does not depend on how the rows were divided.

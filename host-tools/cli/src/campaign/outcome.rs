@@ -5,9 +5,9 @@ use crate::experiment::run::RunStatistics;
 use crate::experiment::scenario::Scenario;
 use nalgebra::{ComplexField, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::recording::TruthRecord;
 use softdock_app::record::CycleRecord;
 use softdock_control::io::Trace;
+use softdock_io::recording::TruthRecord;
 use softdock_mechanism::Loads;
 
 /// Whether a row has outcomes.

@@ -5,7 +5,7 @@ use super::statistics::Estimate;
 use super::summary::{Results, Sensitivity, Summary};
 use super::table::{BINARY, PLAN};
 use anyhow::Result;
-use softdock_analysis::data_table::Values;
+use softdock_io::data_table::Values;
 use softdock_report::{
     Band, Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Plot, Series, Style, Table,
 };

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use softdock_analysis::{identity, input, output};
+use softdock_io::{identity, input, output};
 use softdock_statistics::RandomStream;
 use std::path::Path;
 

@@ -4,7 +4,7 @@
 use crate::experiment::scenario::Scenario;
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value};
-use softdock_analysis::input::nearest;
+use softdock_io::input::nearest;
 
 /// Endings of names, and the units they stand for; longer ones before those that they end with.
 const UNITS: &[(&str, &str)] = &[

@@ -8,7 +8,7 @@ use super::table::{BINARY, PLAN, table};
 use anyhow::{Context, Result, ensure};
 use cpu_time::ProcessTime;
 use rayon::prelude::*;
-use softdock_analysis::data_table::DataTable;
+use softdock_io::data_table::DataTable;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::path::{Path, PathBuf};

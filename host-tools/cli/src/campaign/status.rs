@@ -5,7 +5,7 @@ use super::shard::{Shard, names, read_part};
 use super::table::INDEX;
 use anyhow::{Result, bail};
 use serde::Serialize;
-use softdock_analysis::data_table::{DataTable, Values};
+use softdock_io::data_table::{DataTable, Values};
 use std::path::Path;
 
 /// How far a campaign is.

@@ -11,7 +11,7 @@ use super::statistics::{
 use super::table::SUCCESS;
 use anyhow::{Result, bail};
 use serde::Serialize;
-use softdock_analysis::data_table::{DataTable, Values};
+use softdock_io::data_table::{DataTable, Values};
 use std::collections::BTreeMap;
 use std::path::Path;
 

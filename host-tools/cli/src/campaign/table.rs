@@ -5,7 +5,7 @@ use super::outcome::{NUMBERS, Outcome, Status};
 use super::plan::{Conditions, Plan};
 use super::setting;
 use serde_json::Value;
-use softdock_analysis::data_table::{DataColumn, DataTable, Values};
+use softdock_io::data_table::{DataColumn, DataTable, Values};
 
 /// Name of the column with the index.
 pub const INDEX: &str = "index";

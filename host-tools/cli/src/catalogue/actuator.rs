@@ -6,16 +6,16 @@ use super::excitation::{
 use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
-use softdock_analysis::effects::actuator::actuation_delay::TransportDelay;
-use softdock_analysis::effects::actuator::actuation_lag::FirstOrderLag;
-use softdock_analysis::effects::actuator::backlash::Backlash;
-use softdock_analysis::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_analysis::effects::actuator::jerk_limit::JerkLimit;
-use softdock_analysis::effects::actuator::rate_limit::RateLimit;
-use softdock_analysis::effects::actuator::second_order_servo::SecondOrderServo;
-use softdock_analysis::effects::actuator::velocity_gain::VelocityGain;
-use softdock_analysis::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_analysis::effects::actuator::zero_cross_pause::ZeroCrossingPause;
+use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
+use softdock_physics::effects::actuator::actuation_lag::FirstOrderLag;
+use softdock_physics::effects::actuator::backlash::Backlash;
+use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
+use softdock_physics::effects::actuator::jerk_limit::JerkLimit;
+use softdock_physics::effects::actuator::rate_limit::RateLimit;
+use softdock_physics::effects::actuator::second_order_servo::SecondOrderServo;
+use softdock_physics::effects::actuator::velocity_gain::VelocityGain;
+use softdock_physics::effects::actuator::velocity_saturation::VelocitySaturation;
+use softdock_physics::effects::actuator::zero_cross_pause::ZeroCrossingPause;
 
 /// Commands that the delay line of a picture can hold.
 const COMMANDS_IN_FLIGHT: usize = 64;

@@ -8,11 +8,11 @@ use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
-use softdock_analysis::effects::body::clock_jitter::ClockJitter;
-use softdock_analysis::effects::body::clock_offset::ClockOffset;
-use softdock_analysis::effects::body::clock_rate::ClockRate;
-use softdock_analysis::effects::body::sc_inertia_error::InertiaError;
-use softdock_analysis::effects::body::sc_mass_error::MassError;
+use softdock_physics::effects::body::clock_jitter::ClockJitter;
+use softdock_physics::effects::body::clock_offset::ClockOffset;
+use softdock_physics::effects::body::clock_rate::ClockRate;
+use softdock_physics::effects::body::sc_inertia_error::InertiaError;
+use softdock_physics::effects::body::sc_mass_error::MassError;
 use softdock_statistics::RandomStream;
 
 /// Nominal mass of the spacecraft, kg.

@@ -2,8 +2,8 @@
 
 use super::picture::Picture;
 use anyhow::Result;
-use softdock_analysis::effects::{Effect, Naming, Parameter, by_id};
-use softdock_analysis::identity;
+use softdock_io::identity;
+use softdock_physics::effects::{Effect, Naming, Parameter, by_id};
 use softdock_report::number::significant;
 use softdock_report::{Cell, Column, Page, Table};
 

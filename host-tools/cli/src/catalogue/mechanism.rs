@@ -9,10 +9,10 @@ use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
-use softdock_analysis::effects::{
+use softdock_control::manipulator::ManipulatorResistance;
+use softdock_physics::effects::{
     Direction, Effect, Facing, Law, Penetration, Reversal, Slide, Values,
 };
-use softdock_control::manipulator::ManipulatorResistance;
 
 /// What turns is pictured turning by 1.5 rad to each side, rad per m of the sliding motion.
 const TURN_PER_M: f64 = 500.0;

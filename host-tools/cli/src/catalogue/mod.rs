@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use softdock::catalogue::{lesson, picture};
-//! use softdock_analysis::effects::by_id;
+//! use softdock_physics::effects::by_id;
 //!
 //! let effect = by_id("zero_cross_pause").unwrap();
 //! let picture = picture(effect)?;
@@ -38,7 +38,7 @@ pub use picture::Picture;
 
 use anyhow::Result;
 use size::Size;
-use softdock_analysis::effects::{Effect, Group};
+use softdock_physics::effects::{Effect, Group};
 
 /// The picture of an effect.
 ///

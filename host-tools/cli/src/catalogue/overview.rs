@@ -1,6 +1,6 @@
 //! The list of all effects.
 
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, Naming};
+use softdock_physics::effects::{CATALOGUE, Effect, Group, Naming};
 use softdock_report::{Cell, Column, Table};
 
 /// Parameters that are listed one by one; of more, the first and the last are named.

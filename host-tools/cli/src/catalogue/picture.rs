@@ -3,7 +3,7 @@
 use super::excitation::Excitation;
 use super::size::Size;
 use super::terminal;
-use softdock_analysis::effects::Effect;
+use softdock_physics::effects::Effect;
 use softdock_report::{Hue, Plot, Series};
 
 /// Points of a curve, in the units of the axes.

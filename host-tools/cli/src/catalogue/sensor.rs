@@ -7,9 +7,9 @@ use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use softdock_analysis::effects::sensor::tool::{LoadMotion, ToolState};
-use softdock_analysis::effects::{Effect, Late, Law};
 use softdock_control::frames::Wrench;
+use softdock_physics::effects::sensor::tool::{LoadMotion, ToolState};
+use softdock_physics::effects::{Effect, Late, Law};
 use softdock_statistics::RandomStream;
 
 /// The tool that hangs on the sensor: mass, kg, and centre of mass, m.

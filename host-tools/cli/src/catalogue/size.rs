@@ -1,6 +1,6 @@
 //! How large each effect is in its picture: large enough to be seen.
 
-use softdock_analysis::effects::{Effect, Parameter};
+use softdock_physics::effects::{Effect, Parameter};
 
 /// The size of one effect in its picture.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ impl Size {
 
 #[cfg(test)]
 mod tests {
-    use softdock_analysis::effects::CATALOGUE;
+    use softdock_physics::effects::CATALOGUE;
 
     #[test]
     fn every_effect_has_a_plausible_size() {

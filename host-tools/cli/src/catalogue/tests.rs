@@ -1,7 +1,7 @@
 //! Every effect of the catalogue has a picture that shows it.
 
 use super::*;
-use softdock_analysis::effects::{CATALOGUE, by_id};
+use softdock_physics::effects::{CATALOGUE, by_id};
 use softdock_report::Plot;
 
 /// Largest difference of two curves over the span of both.

@@ -9,8 +9,8 @@ use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose, fit_effect};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::addition::{Addition, model_after, useless};
-use softdock_analysis::model::Model;
-use softdock_analysis::model::edit::ModelFile;
+use softdock_physics::model::Model;
+use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
 
 /// Fit an effect and write it into the model file, with its intervals and the error before and

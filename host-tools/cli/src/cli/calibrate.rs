@@ -7,8 +7,6 @@ use super::{print, print_json, three_numbers};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
 use serde::Serialize;
-use softdock_analysis::input;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::calibrate::plan::{PlannedPose, plan};
 use softdock_commissioning::calibrate::source::{Mounting, one_after_the_other};
@@ -16,6 +14,8 @@ use softdock_commissioning::calibrate::{Ask, Calibration, calibrate};
 use softdock_commissioning::input::{Read, read};
 use softdock_control::frames::orientation_from_abc;
 use softdock_control::settings::SensorSettings;
+use softdock_io::input;
+use softdock_io::recording::Recording;
 use softdock_report::{Cell, Column, Table, number};
 use std::path::{Path, PathBuf};
 

@@ -6,10 +6,10 @@ use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::compare::{Comparison, SeriesFile, compare};
-use softdock_analysis::data_table::Values;
-use softdock_analysis::input::refuse_overwrite_of;
-use softdock_analysis::model::Model;
-use softdock_analysis::recording::Recording;
+use softdock_io::data_table::Values;
+use softdock_io::input::refuse_overwrite_of;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

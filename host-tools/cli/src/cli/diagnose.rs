@@ -12,8 +12,8 @@ use anyhow::Result;
 use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
 use softdock_analysis::fit::Logs;
-use softdock_analysis::input::refuse_overwrite_of;
-use softdock_analysis::model::Model;
+use softdock_io::input::refuse_overwrite_of;
+use softdock_physics::model::Model;
 use std::path::{Path, PathBuf};
 
 /// Find the physical effect that a model lacks: its name and size, "nothing is missing", or where

@@ -6,14 +6,14 @@ use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::doctor::{
     Check, Onlooker, State, of_port, of_recording, of_settings, runs_with, same_settings,
     self_test, table, worst,
 };
-use softdock_commissioning::parameters::BAUD_RATE;
+use softdock_io::input;
+use softdock_io::port::BAUD_RATE;
+use softdock_io::recording::Recording;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 

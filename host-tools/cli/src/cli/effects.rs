@@ -5,8 +5,8 @@ use crate::catalogue::{lesson, overview, page, picture};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, named};
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
+use softdock_physics::effects::{CATALOGUE, Effect, Group, named};
 use std::path::{Path, PathBuf};
 
 /// List the physical effects that a model can contain, or teach one of them.

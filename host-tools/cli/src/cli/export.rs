@@ -4,8 +4,8 @@ use super::print_json;
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite_of;
-use softdock_analysis::recording::{Recording, export_csv};
+use softdock_io::input::refuse_overwrite_of;
+use softdock_io::recording::{Recording, export_csv};
 use std::path::{Path, PathBuf};
 
 /// Write a recording as CSV, or with the standard messages of ROS 2 for viewers.

@@ -5,9 +5,9 @@ use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::fragment::Fragment;
+use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_report::Page;
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::{Logs, Refitted, Undetermined};
-use softdock_analysis::model::edit::ModelFile;
+use softdock_physics::model::edit::ModelFile;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 

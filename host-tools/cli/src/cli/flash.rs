@@ -3,10 +3,10 @@
 use super::doctor::Doctor;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use softdock_analysis::input;
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
-use softdock_commissioning::parameters::only_board;
+use softdock_io::input;
+use softdock_io::port::only_board;
 use softdock_rig::firmware::{
     Elf, RELEASED, Region, SensorLink, build, nucleo_h743zi, regions, repository,
 };

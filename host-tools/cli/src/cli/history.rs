@@ -5,8 +5,8 @@ use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;
-use softdock_analysis::input::refuse_overwrite_of;
-use softdock_analysis::model::{HistoryStep, Model};
+use softdock_io::input::refuse_overwrite_of;
+use softdock_physics::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
 use std::path::PathBuf;
 
@@ -67,7 +67,7 @@ impl History {
         if !steps.is_empty() {
             page.section("All steps").table(&plain(steps));
         }
-        page.identity(&softdock_analysis::identity::text());
+        page.identity(&softdock_io::identity::text());
         Ok(page)
     }
 }

@@ -7,11 +7,11 @@ use crate::experiment::jog_rehearsal::jog;
 use crate::experiment::scenario::Scenario;
 use anyhow::{Context, Result};
 use clap::{Args, Subcommand};
-use softdock_analysis::input::refuse_overwrite;
-use softdock_analysis::model::Axis;
-use softdock_analysis::recording::Recording;
 use softdock_commissioning::identify::{Identification, identify};
 use softdock_commissioning::input::read;
+use softdock_io::input::refuse_overwrite;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Axis;
 use std::path::{Path, PathBuf};
 
 /// Find out how the robot follows what it is told.

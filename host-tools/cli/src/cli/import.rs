@@ -6,8 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use softdock_analysis::import::summary::Summary;
 use softdock_analysis::import::{docking_rig_log, mapping, model_text, starter};
-use softdock_analysis::input::refuse_overwrite;
-use softdock_analysis::recording::{Recording, import_csv};
+use softdock_io::input::refuse_overwrite;
+use softdock_io::recording::{Recording, import_csv};
 use std::path::{Path, PathBuf};
 
 /// Read logs of a rig into recordings, with a model to start from.

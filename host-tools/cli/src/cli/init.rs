@@ -4,7 +4,7 @@ use super::print;
 use crate::experiment::starter;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 
 /// Write a scenario, a board, a rig and a model to start from.

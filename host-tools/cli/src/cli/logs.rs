@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use softdock_analysis::fit::Logs;
-use softdock_analysis::model::Model;
+use softdock_physics::model::Model;
 use std::path::PathBuf;
 
 /// Reads and checks them; warnings go to standard error.

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use softdock_analysis::telemetry::Bounds;
+use softdock_io::telemetry::Bounds;
 
 /// What a recording may take.
 #[derive(Clone, Copy, Debug, Args)]

@@ -4,7 +4,7 @@ use super::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::model::edit::ModelFile;
+use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
 
 /// Take an effect out of the model file.

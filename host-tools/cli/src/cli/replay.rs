@@ -3,8 +3,8 @@
 use super::{print, print_json};
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use softdock_analysis::recording::Recording;
-use softdock_analysis::replay::{Replay as Recomputation, ReplayReport};
+use softdock_io::recording::Recording;
+use softdock_io::replay::{Replay as Recomputation, ReplayReport};
 use std::path::PathBuf;
 
 /// Recompute every correction of a recording and compare it bit for bit.

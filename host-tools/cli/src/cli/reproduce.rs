@@ -7,7 +7,7 @@ use crate::experiment::reproduce_page::{bounce_table, headline, page, table};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 
 /// Reproduce the paper's spring-rod experiment with and without its delay compensation.

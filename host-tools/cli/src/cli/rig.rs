@@ -8,7 +8,7 @@ use crate::experiment::scenario::Scenario;
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
-use softdock_analysis::input;
+use softdock_io::input;
 use softdock_rig::peer::{Peer, SensorLink, Tally, Watcher};
 use softdock_rig::rig::Hidden;
 use softdock_rig::rig::hidden::{any, spacecraft, suggest};

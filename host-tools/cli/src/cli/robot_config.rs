@@ -5,8 +5,8 @@ use crate::robot_config::{ethernet_xml, notes};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::{self, refuse_overwrite_of};
 use softdock_app::settings::BoardSettings;
+use softdock_io::input::{self, refuse_overwrite_of};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 

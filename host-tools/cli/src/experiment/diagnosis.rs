@@ -3,8 +3,8 @@
 
 use super::scenario::Scenario;
 use anyhow::Result;
-use softdock_analysis::input;
-use softdock_analysis::model::Model;
+use softdock_io::input;
+use softdock_physics::model::Model;
 use softdock_rig::rig::Hidden;
 
 /// The scenario, as the `run` command takes it.

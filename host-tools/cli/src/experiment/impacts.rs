@@ -9,12 +9,12 @@
 use super::scenario::Scenario;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::Serialize;
-use softdock_analysis::recording::{Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
 use softdock_control::delay::status::LawFlags;
 use softdock_control::frames::{self, Twist};
 use softdock_control::modes::Mode;
 use softdock_control::settings::BodySettings;
+use softdock_io::recording::{Recording, TruthRecord};
 use softdock_rig::rig::settings::WallSettings;
 
 /// One impact. Errors are relative to the analytic bounce.

@@ -5,14 +5,14 @@
 
 use crate::experiment::scenario::Scenario;
 use anyhow::{Result, bail, ensure};
-use softdock_analysis::identity;
-use softdock_analysis::model::Axis;
-use softdock_analysis::recording::{Header, Recording};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{orientation_from_abc, pose_components};
 use softdock_control::io::Sequence;
 use softdock_control::jog::Jog;
 use softdock_control::modes::Mode;
+use softdock_io::identity;
+use softdock_io::recording::{Header, Recording};
+use softdock_physics::model::Axis;
 use softdock_rig::rig::settings::CorrectionMode;
 use softdock_rig::rig::{Rig, RigSettings};
 

@@ -9,8 +9,8 @@ use super::spring_rod::{TOUCH, one_stop, two_stops};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use serde::Serialize;
-use softdock_analysis::recording::Recording;
 use softdock_control::delay::LawName;
+use softdock_io::recording::Recording;
 
 /// Speeds of the table, mm/s.
 pub const SPEEDS_MM_S: [f64; 8] = [1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0];

@@ -3,11 +3,11 @@
 use super::impact_table;
 use super::reproduce::{Bounces, Flight, Reproduction};
 use anyhow::Result;
-use softdock_analysis::identity;
-use softdock_analysis::recording::Recording;
 use softdock_app::record::CycleRecord;
 use softdock_control::delay::LawName;
 use softdock_control::modes::Mode;
+use softdock_io::identity;
+use softdock_io::recording::Recording;
 use softdock_report::{Band, Cell, Column, Mark, Page, Plot, Series, Table};
 
 /// Speeds whose curves are shown, mm/s (the paper's Figs. 5 to 8 span 1 to 15).

@@ -3,10 +3,10 @@
 use super::scenario::Scenario;
 use anyhow::{Context, Result};
 use cpu_time::ProcessTime;
-use softdock_analysis::identity;
-use softdock_analysis::recording::{Header, Recording, TruthRecord};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
+use softdock_io::identity;
+use softdock_io::recording::{Header, Recording, TruthRecord};
 use softdock_mechanism::{EnergyBook, Loads};
 use softdock_rig::board::virtual_time::{Simulation, simulate};
 use softdock_rig::rig::Rig;

@@ -3,9 +3,9 @@
 use anyhow::{Context, Result, bail};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use softdock_analysis::input;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_io::input;
 use softdock_rig::rig::check_start_pose;
 use softdock_rig::rig::hidden::spacecraft;
 use softdock_rig::rig::settings::RigSettings;

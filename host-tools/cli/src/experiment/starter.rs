@@ -2,8 +2,8 @@
 
 use super::diagnosis::{MODEL, SCENARIO};
 use anyhow::{Context, Result};
-use softdock_analysis::input;
 use softdock_app::settings::BoardSettings;
+use softdock_io::input;
 use toml_edit::DocumentMut;
 
 use super::scenario::Scenario;

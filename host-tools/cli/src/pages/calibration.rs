@@ -1,8 +1,8 @@
 //! The report of a calibration.
 
 use anyhow::Result;
-use softdock_analysis::identity;
 use softdock_commissioning::calibrate::{Calibration, Residual};
+use softdock_io::identity;
 use softdock_report::{Hue, Interval, Mark, Page, Plot, Series, Style, number};
 
 const AXES: [&str; 3] = ["x", "y", "z"];

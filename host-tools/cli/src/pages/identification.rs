@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use softdock_actuator::{Reading, Timing, simulate};
-use softdock_analysis::identity;
 use softdock_commissioning::identify::{AxisActuator, Identification};
+use softdock_io::identity;
 use softdock_report::{Mark, Page, Plot, Series, Style};
 
 /// Length of the step response that is drawn, s.

@@ -43,7 +43,7 @@ use gravity::Gravity;
 use least_squares::{Solution, solve};
 use motion::Stretch;
 use nalgebra::Vector3;
-use softdock_analysis::optimise::golden;
+use softdock_physics::optimise::golden;
 use source::{Mounting, Reading};
 
 /// Condition beyond which a set of poses is refused: the noise of a hundredth of the weight would

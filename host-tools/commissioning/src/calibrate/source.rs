@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 use nalgebra::UnitQuaternion;
-use softdock_analysis::model::prediction::signals::{Signals, Step};
-use softdock_analysis::recording::Recording;
 use softdock_control::frames::{self, Pose, Wrench};
 use softdock_control::settings::SensorSettings;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::{Signals, Step};
 
 /// Time between two recordings that are read one after the other, s.
 const BETWEEN_S: f64 = 1.0;

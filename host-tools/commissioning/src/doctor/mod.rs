@@ -17,8 +17,8 @@ mod settings;
 pub use self_test::{Onlooker, self_test};
 
 use serde::Serialize;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
+use softdock_io::recording::Recording;
 use softdock_report::{Cell, Column, Mark, Table};
 
 /// How a check ended.
@@ -86,7 +86,7 @@ pub fn of_settings(board: &BoardSettings) -> Vec<Check> {
 /// come with the checks if the board tells them in a form that this program knows. A board that does
 /// not answer is a bad check. `progress` is told the share that is done.
 ///
-/// [`Port::open`]: crate::parameters::Port::open
+/// [`Port::open`]: softdock_io::port::Port::open
 pub fn of_port(
     name: &str,
     baud_rate: u32,

@@ -1,10 +1,10 @@
 //! The file, and the firmware that made it.
 
 use super::Check;
-use softdock_analysis::identity;
-use softdock_analysis::recording::Recording;
 use softdock_app::settings::BoardSettings;
 use softdock_control::io::Sequence;
+use softdock_io::identity;
+use softdock_io::recording::Recording;
 
 pub(super) fn checks(recording: &Recording) -> Vec<Check> {
     vec![

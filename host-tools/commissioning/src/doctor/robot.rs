@@ -1,10 +1,10 @@
 //! The robot's link.
 
 use super::Check;
-use softdock_analysis::recording::Recording;
 use softdock_app::record::CycleRecord;
 use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
+use softdock_io::recording::Recording;
 use softdock_link::rsi::poscorr_clamps;
 use softdock_report::number;
 

@@ -6,7 +6,8 @@
 //! has what is still to be looked at.
 
 use super::Check;
-use crate::parameters::{Client, LinkError, Port};
+use crate::parameters::{Client, LinkError};
+use softdock_io::port::Port;
 use softdock_link::service::LoopBack;
 use softdock_report::number::significant;
 use std::net::Ipv4Addr;

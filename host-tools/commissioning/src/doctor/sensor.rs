@@ -1,9 +1,9 @@
 //! The sensor's samples.
 
 use super::Check;
-use softdock_analysis::recording::Recording;
 use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
+use softdock_io::recording::Recording;
 use softdock_report::number;
 use softdock_statistics::{Noise, noise_floor};
 

@@ -8,7 +8,7 @@ use super::outcome::{AxisActuator, Estimate};
 use super::track::Track;
 use nalgebra::{DMatrix, DVector};
 use softdock_actuator::{Reading, Timing, simulate};
-use softdock_analysis::model::log::Log;
+use softdock_physics::model::log::Log;
 use softdock_statistics::{correlated_cycles, f_p};
 
 /// A robot moves on the edges of its cycles: a jump of the velocity at an edge belongs to the cycle

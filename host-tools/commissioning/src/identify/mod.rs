@@ -30,10 +30,10 @@ pub use outcome::{AxisActuator, Estimate, Evidence, Identification};
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
-use softdock_analysis::model::Model;
-use softdock_analysis::model::log::Log;
-use softdock_analysis::recording::Recording;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::log::Log;
 
 /// Identifies the actuator of every axis that a recording moves.
 ///

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use softdock_actuator::Chain;
-use softdock_analysis::model::Axis;
+use softdock_physics::model::Axis;
 use softdock_report::number;
 
 /// What is left over the noise from which on something is missing in the structure.

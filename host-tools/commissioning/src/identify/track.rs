@@ -1,8 +1,8 @@
 //! What one axis was told, and where it went.
 
 use super::reversals::Steps;
-use softdock_analysis::model::Axis;
-use softdock_analysis::model::log::Log;
+use softdock_physics::model::Axis;
+use softdock_physics::model::log::Log;
 use softdock_report::number;
 
 /// Longest past that a robot remembers, s: what was sent before the recording is not known.

@@ -1,10 +1,9 @@
 //! The board's service, as far as a measurement needs it.
 
 use crate::fragment::Fragment;
-use crate::parameters::{
-    Client, Difference, OwnedValue, Port, Setting, differences, only_board, parse,
-};
+use crate::parameters::{Client, Difference, OwnedValue, Setting, differences, parse};
 use anyhow::{Context, Result, bail, ensure};
+use softdock_io::port::{Port, only_board};
 use softdock_link::service::{Origin, Status};
 use std::net::SocketAddr;
 

@@ -1,9 +1,9 @@
 //! Records what a board sends, while something else is done with it.
 
 use anyhow::{Context, Result, bail, ensure};
-use softdock_analysis::recording::Recording;
-use softdock_analysis::telemetry::{Listener, Recorder, Summary};
 use softdock_app::record::CycleRecord;
+use softdock_io::recording::Recording;
+use softdock_io::telemetry::{Listener, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -1,7 +1,8 @@
 //! Requests and answers.
 
-use super::{Port, Setting};
+use super::Setting;
 use anyhow::Result;
+use softdock_io::port::Port;
 use softdock_link::service::{
     Answer, Counters, FlashSlot, Frame, FrameReader, Health, Hello, Kind, LogLine, LoopBack,
     Machine, PROTOCOL, Refusal, Request, SelfTest, Status,

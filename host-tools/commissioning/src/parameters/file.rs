@@ -2,7 +2,7 @@
 
 use super::{OwnedValue, Setting, missing};
 use anyhow::{Context, Result};
-use softdock_analysis::input::{nearest, report};
+use softdock_io::input::{nearest, report};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::Range;

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow};
 use serde::{Serialize, Serializer};
-use softdock_analysis::input::nearest;
+use softdock_io::input::nearest;
 use softdock_link::service::{Entry, Form, Value};
 use std::fmt;
 

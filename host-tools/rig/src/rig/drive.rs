@@ -6,10 +6,10 @@ use super::settings::RigSettings;
 use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
-use softdock_analysis::effects::actuator::actuation_delay::TransportDelay;
-use softdock_analysis::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_analysis::effects::body::clock_rate::ClockRate;
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
+use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
+use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
+use softdock_physics::effects::body::clock_rate::ClockRate;
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
 const COMMANDS_IN_FLIGHT: usize = 64;

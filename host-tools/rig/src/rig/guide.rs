@@ -5,10 +5,10 @@ use super::drive::Axes;
 use super::hidden::{self, Hidden};
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
-use softdock_analysis::effects::{self, Direction, Group, Law, Slide};
-use softdock_analysis::model::GuideModel;
-use softdock_analysis::model::load::{self, on_tip, tip_motion};
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
+use softdock_physics::effects::{self, Direction, Group, Law, Slide};
+use softdock_physics::model::GuideModel;
+use softdock_physics::model::load::{self, on_tip, tip_motion};
 
 /// A hidden force on the moving side.
 #[derive(Clone, Debug)]

@@ -5,9 +5,9 @@ use super::drive::{Axes, Drive};
 use super::hidden;
 use super::settings::RigSettings;
 use anyhow::Result;
-use softdock_analysis::effects::body::clock_jitter::ClockJitter;
-use softdock_analysis::effects::body::clock_offset::ClockOffset;
 use softdock_control::range::in_range;
+use softdock_physics::effects::body::clock_jitter::ClockJitter;
+use softdock_physics::effects::body::clock_offset::ClockOffset;
 use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 

@@ -6,9 +6,9 @@ use super::hidden;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::Result;
 use nalgebra::{Matrix3, Vector3};
-use softdock_analysis::effects::sensor::tool::{LoadMotion, Tool, ToolState};
-use softdock_analysis::effects::{Group, Law};
 use softdock_control::frames::{Pose, Twist, Wrench, matrix, orientation_from_abc, vector};
+use softdock_physics::effects::sensor::tool::{LoadMotion, Tool, ToolState};
+use softdock_physics::effects::{Group, Law};
 
 /// What the load does at one instant.
 #[derive(Clone, Copy, Debug)]

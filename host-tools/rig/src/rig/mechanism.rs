@@ -10,9 +10,9 @@ use super::settings::MechanismSettings;
 use super::spring_rod::{MAX_WALLS, SpringRod};
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
-use softdock_analysis::effects::{Group, Law};
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_mechanism::{Booked, Docking, DockingSettings, EnergyBook, Loads, Relative};
+use softdock_physics::effects::{Group, Law};
 
 /// Mechanisms beside the spring rod that a rig can have.
 const MAX_DOCKINGS: usize = 4;

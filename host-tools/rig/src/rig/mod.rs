@@ -1,7 +1,7 @@
 //! The simulated rig: a robot with its controller, a docking mechanism and a force/torque sensor.
 //!
 //! The plant runs in sub-millisecond steps, independent of the board's own integrator; its physics
-//! are the effects of `softdock_analysis::effects`. The rig speaks plain SI values; codecs wrap them
+//! are the effects of `softdock_physics::effects`. The rig speaks plain SI values; codecs wrap them
 //! elsewhere. It is a function of its settings, its seed and the answers: the same run repeats bit
 //! for bit.
 //!

@@ -4,8 +4,8 @@
 //! added then, and noise by the sensor. Range, resolution and lost samples act on what it sends.
 
 use super::hidden::{self, Hidden};
-use softdock_analysis::effects::{Group, Late, Law, Values};
 use softdock_control::frames::Wrench;
+use softdock_physics::effects::{Group, Late, Law, Values};
 use softdock_statistics::RandomStream;
 
 /// Hidden effects on the reading.

@@ -6,8 +6,8 @@ use super::load::{Load, ToolLoad};
 use super::reading::Reading;
 use super::settings::{RigSettings, SensorSettings};
 use anyhow::{Result, anyhow};
-use softdock_analysis::effects::{Late, Lateness};
 use softdock_control::frames::{Wrench, vector};
+use softdock_physics::effects::{Late, Lateness};
 use softdock_statistics::RandomStream;
 use std::f64::consts::TAU;
 

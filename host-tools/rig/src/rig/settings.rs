@@ -7,9 +7,9 @@
 
 use super::hidden::Hidden;
 use serde::{Deserialize, Serialize};
-use softdock_analysis::model::GuideModel;
 use softdock_link::can::ati::AtiCalibration;
 use softdock_mechanism::DockingSettings;
+use softdock_physics::model::GuideModel;
 
 /// A simulated rig: robot, mechanism and sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

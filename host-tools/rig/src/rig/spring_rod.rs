@@ -9,9 +9,9 @@ use super::settings::MechanismSettings;
 use super::wall::Wall;
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
-use softdock_analysis::model::load::{on_tip, tip_motion};
 use softdock_control::frames::{Pose, Twist, Wrench, vector};
 use softdock_mechanism::{Mechanism, Reaction, Relative};
+use softdock_physics::model::load::{on_tip, tip_motion};
 
 /// Planes that a mechanism can have.
 pub const MAX_WALLS: usize = 8;

@@ -4,15 +4,15 @@ use super::checks::{named, prefixed};
 use super::hidden::{self, Hidden};
 use super::settings::{ActuatorSettings, RigSettings, ServoSettings};
 use anyhow::Result;
-use softdock_analysis::effects::actuator::actuation_lag::FirstOrderLag;
-use softdock_analysis::effects::actuator::backlash::Backlash;
-use softdock_analysis::effects::actuator::jerk_limit::JerkLimit;
-use softdock_analysis::effects::actuator::rate_limit::RateLimit;
-use softdock_analysis::effects::actuator::second_order_servo::SecondOrderServo;
-use softdock_analysis::effects::actuator::velocity_gain::VelocityGain;
-use softdock_analysis::effects::actuator::velocity_saturation::VelocitySaturation;
-use softdock_analysis::effects::actuator::zero_cross_pause::ZeroCrossingPause;
-use softdock_analysis::effects::{CATALOGUE, Group};
+use softdock_physics::effects::actuator::actuation_lag::FirstOrderLag;
+use softdock_physics::effects::actuator::backlash::Backlash;
+use softdock_physics::effects::actuator::jerk_limit::JerkLimit;
+use softdock_physics::effects::actuator::rate_limit::RateLimit;
+use softdock_physics::effects::actuator::second_order_servo::SecondOrderServo;
+use softdock_physics::effects::actuator::velocity_gain::VelocityGain;
+use softdock_physics::effects::actuator::velocity_saturation::VelocitySaturation;
+use softdock_physics::effects::actuator::zero_cross_pause::ZeroCrossingPause;
+use softdock_physics::effects::{CATALOGUE, Group};
 
 /// One stage: mean velocity over a step in, mean velocity out.
 #[derive(Clone, Debug)]

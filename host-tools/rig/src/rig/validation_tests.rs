@@ -95,7 +95,7 @@ fn settings_survive_a_round_trip_through_toml() {
         damping_ratio: 0.1,
     });
     settings.hidden = vec![crate::rig::hidden::suggest("guide_coulomb", 1).unwrap()];
-    settings.mechanism.guide = Some(softdock_analysis::model::GuideModel {
+    settings.mechanism.guide = Some(softdock_physics::model::GuideModel {
         axis: [1.0, 0.0, 0.0],
         point_m: [0.0; 3],
         tip_m: [0.0; 3],
@@ -104,7 +104,7 @@ fn settings_survive_a_round_trip_through_toml() {
     });
     let text = toml_edit::ser::to_string_pretty(&settings).unwrap();
     assert_eq!(
-        softdock_analysis::input::parse::<RigSettings>(&text, "rig.toml").unwrap(),
+        softdock_io::input::parse::<RigSettings>(&text, "rig.toml").unwrap(),
         settings
     );
 }

@@ -7,9 +7,9 @@ use super::hidden::{self, Hidden};
 use super::settings::WallSettings;
 use anyhow::Result;
 use nalgebra::Vector3;
-use softdock_analysis::effects::mechanism::contact_coulomb;
-use softdock_analysis::effects::{Facing, Group, Law, Penetration};
 use softdock_control::frames::vector;
+use softdock_physics::effects::mechanism::contact_coulomb;
+use softdock_physics::effects::{Facing, Group, Law, Penetration};
 
 /// What a wall does to the tip at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

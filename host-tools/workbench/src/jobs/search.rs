@@ -12,8 +12,8 @@ use softdock_analysis::diagnose::{Report, diagnose_watched, fit_effect};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::addition::{Addition, model_after, useless};
 use softdock_analysis::fit::judged::Judged;
-use softdock_analysis::model::edit::ModelFile;
-use softdock_analysis::model::{Hypothesis, Model};
+use softdock_physics::model::edit::ModelFile;
+use softdock_physics::model::{Hypothesis, Model};
 
 /// What is asked about a model and recordings.
 pub(super) enum Question {

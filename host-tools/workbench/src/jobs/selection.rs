@@ -9,7 +9,7 @@ use axum::http::StatusCode;
 use serde::Deserialize;
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::record::Names;
-use softdock_analysis::model::edit::ModelFile;
+use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
 
 /// A model and recordings of the folder.

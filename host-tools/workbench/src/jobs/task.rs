@@ -9,7 +9,7 @@ use crate::server::Shared;
 use anyhow::Result;
 use serde::Deserialize;
 use serde_json::Value;
-use softdock_analysis::model::{Hypothesis, Model};
+use softdock_physics::model::{Hypothesis, Model};
 
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize)]

@@ -3,7 +3,7 @@
 use super::Quantity;
 use crate::compare::motion::Motion;
 use crate::compare::{Phase, Source};
-use crate::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{Groups, median};
 use std::ops::Range;
 

@@ -3,7 +3,7 @@
 use super::{Bin, Dependence, Interval, Quantity, Regime};
 use crate::compare::Source;
 use crate::compare::series::Series;
-use crate::model::Channel;
+use softdock_physics::model::Channel;
 use softdock_statistics::{f_p, periodogram, shape_of};
 
 /// Half-octave bands from here up, Hz; below lies one band.

@@ -9,10 +9,10 @@ mod words;
 use super::Source;
 use super::motion::Motion;
 use super::series::Series;
-use crate::model::{Axis, Channel};
 use candidates::Candidate;
 pub use frequency::Spectrum;
 use serde::Serialize;
+use softdock_physics::model::{Axis, Channel};
 pub(super) use words::quantity;
 
 /// Probability of any false regime among all that are tested for a recording.

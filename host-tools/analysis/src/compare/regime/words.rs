@@ -1,7 +1,7 @@
 //! A regime in words.
 
 use super::{Bin, Dependence, Interval, Quantity, Regime};
-use crate::model::Axis;
+use softdock_physics::model::Axis;
 use softdock_report::number;
 
 /// An offset with less than this share of the error is not worth a word.

@@ -1,10 +1,6 @@
 //! A docking rig of a few lines, run by the real controller: one rigid flange that executes each
 //! correction a fixed number of cycles later, between elastic walls.
 
-use crate::model::{
-    ActuatorModel, ContactModel, Model, NoiseModel, SensorModel, ToolModel, WallModel,
-};
-use crate::recording::{Header, Recording};
 use nalgebra::Vector3;
 use softdock_app::record::{Inputs, RobotReport};
 use softdock_app::robot_cycle::RobotCycle;
@@ -12,6 +8,10 @@ use softdock_app::settings::BoardSettings;
 use softdock_control::io::{SensorSample, Sequence};
 use softdock_control::modes::Command;
 use softdock_control::settings::Settings;
+use softdock_io::recording::{Header, Recording};
+use softdock_physics::model::{
+    ActuatorModel, ContactModel, Model, NoiseModel, SensorModel, ToolModel, WallModel,
+};
 use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 

@@ -2,12 +2,12 @@
 
 use super::tried::Scale;
 use crate::diagnose::evidence::strained;
-use crate::model::log::Log;
-use crate::model::prediction::retimed::clock_value;
-use crate::model::stage::Stage;
-use crate::model::{Model, ToleranceModel};
 use nalgebra::{SMatrix, SVector};
 use softdock_actuator::{Chain, Reading, Timing, simulate};
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::retimed::clock_value;
+use softdock_physics::model::stage::Stage;
+use softdock_physics::model::{Model, ToleranceModel};
 use softdock_statistics::{Noise, dot, noise_floor};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -491,7 +491,7 @@ impl<'a> Cost<'a> {
 
     /// Number of velocities of some axes.
     pub(crate) fn count_of(&self, axes: &[bool; 6]) -> usize {
-        let cycles: usize = self.logs.iter().map(|log| log.log.len()).sum();
+        let cycles: usize = self.logs.iter().map(|log| log.log.cycle_count()).sum();
         axes.iter().filter(|a| **a).count() * cycles
     }
 

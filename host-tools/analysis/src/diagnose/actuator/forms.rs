@@ -3,8 +3,8 @@
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Candidate;
-use crate::model::stage::Stage;
 use rayon::prelude::*;
+use softdock_physics::model::stage::Stage;
 
 /// The same effects in other forms, one effect changed at a time; a form that is best for an effect
 /// alone need not be the best beside another.

@@ -7,9 +7,9 @@
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Search;
-use crate::model::stage::Stage;
-use crate::optimise::golden;
 use nalgebra::DMatrix;
+use softdock_physics::model::stage::Stage;
+use softdock_physics::optimise::golden;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
 const LIKELY_95: f64 = 3.84;

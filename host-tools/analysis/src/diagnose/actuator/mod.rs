@@ -1,7 +1,7 @@
 //! The unmodelled dynamics of the actuator, by simulation: delays, pauses and limits are no terms of a regression.
 //!
 //! The velocities that were sent are free of noise, so the simulated execution is. Every stage of
-//! [`Stage::ALL`](crate::model::stage::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
+//! [`Stage::ALL`](softdock_physics::model::stage::Stage::ALL) is tried alone, with its parameters searched; if none reaches the noise, pairs
 //! are searched jointly, and more are added as long as the evidence over all logs rises.
 
 mod cost;

@@ -3,8 +3,8 @@
 use super::cost::{Cost, Term};
 use super::grid::{place, place_of};
 use super::tried::{Spec, has_plateaus, specs};
-use crate::model::stage::Stage;
-use crate::optimise::{golden, nelder_mead};
+use softdock_physics::model::stage::Stage;
+use softdock_physics::optimise::{golden, nelder_mead};
 
 /// Improves the parameters of terms from where they are.
 pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {

@@ -13,9 +13,9 @@ use super::tried::specs;
 use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, Support, threshold};
 use crate::diagnose::finding::Trial;
-use crate::model::Channel;
-use crate::model::stage::Stage;
 use rayon::prelude::*;
+use softdock_physics::model::Channel;
+use softdock_physics::model::stage::Stage;
 
 /// Fall of χ² below which two forms or scopes of a stage are equal.
 const TOLD_APART: f64 = 10.0;

@@ -7,7 +7,7 @@
 
 use super::cost::{AxisCost, Cost, LogCost, Term};
 use super::refine::bottom;
-use crate::model::stage::Stage;
+use softdock_physics::model::stage::Stage;
 
 /// Steps in the largest velocity that are tried, at most; finer rounding is a detail of any error.
 const MOST: f64 = 40.0;

@@ -1,6 +1,6 @@
 //! What a search tries for the parameters of a stage.
 
-use crate::model::stage::Stage;
+use softdock_physics::model::stage::Stage;
 
 /// A parameter of a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! An effect with the parameters that the logs give it.
 
 use crate::diagnose::named::INTERVAL_95;
-use crate::model::Model;
-use crate::model::load::effects::LoadEffect;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LoadEffect;
 use std::collections::BTreeMap;
 
 /// An effect with fitted parameters.

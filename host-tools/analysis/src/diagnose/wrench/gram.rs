@@ -1,8 +1,8 @@
 //! Products of columns with each other, which are most of what a search has to calculate.
 
-use crate::model::load::Column;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use softdock_physics::model::load::Column;
 use std::borrow::Borrow;
 
 /// Rows that are multiplied at a time: of hundreds of columns so many stay in a processor's own

@@ -7,7 +7,7 @@
 use super::search::{Hypothesis, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
-use crate::model::load::effects::LoadEffect;
+use softdock_physics::model::load::effects::LoadEffect;
 use std::collections::BTreeSet;
 
 /// Rounds over all effects.

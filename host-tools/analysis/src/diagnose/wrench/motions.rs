@@ -6,17 +6,17 @@
 //! moving average of the difference.
 
 use crate::diagnose::actuator::{Cost, Term};
-use crate::model::Model;
-use crate::model::load::Scene;
-use crate::model::load::effects::add_known;
-use crate::model::log::Log;
-use crate::model::prediction::differences::{
-    acceleration_of_means, acceleration_of_samples, velocity_of_means,
-};
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_actuator::{Reading, Timing, simulate};
 use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::wrench::Motion;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::Scene;
+use softdock_physics::model::load::effects::add_known;
+use softdock_physics::model::log::Log;
+use softdock_physics::model::prediction::differences::{
+    acceleration_of_means, acceleration_of_samples, velocity_of_means,
+};
 
 /// Cycles of the moving average on either side of the one in question.
 const POSE_REACH: usize = 6;
@@ -37,7 +37,7 @@ pub(crate) fn scene(
         intervals_s,
     };
     let (pose, motion) = if model.sensor.at_rest {
-        (log.pose.clone(), vec![still(); log.len()])
+        (log.pose.clone(), vec![still(); log.cycle_count()])
     } else if log.is_commanded() {
         simulated(log, cost, terms, trusted, &timing)
     } else {
@@ -64,11 +64,13 @@ fn measured(log: &Log) -> Vec<Motion<f64>> {
         let rates = log.executed.each_ref().map(|series| series[n]);
         Twist::of(&log.velocity(n, rates))
     };
-    (0..log.len())
+    (0..log.cycle_count())
         .map(|n| {
             let beside = |offset: isize| {
                 let at = n.checked_add_signed(offset)?;
-                (first..log.len()).contains(&at).then(|| executed(at))
+                (first..log.cycle_count())
+                    .contains(&at)
+                    .then(|| executed(at))
             };
             let (velocity, change) = match log.reading {
                 Reading::AtEnd => (beside(0), acceleration_of_samples(beside)),
@@ -92,7 +94,7 @@ fn simulated(
     let series = |reading: Reading| -> [Vec<f64>; 6] {
         std::array::from_fn(|axis| {
             if !cost.active[axis] {
-                return vec![0.0; log.len()];
+                return vec![0.0; log.cycle_count()];
             }
             let chain = cost.chain(terms, axis);
             let mut velocity = simulate(&chain, &log.sent[axis], timing, reading);
@@ -112,7 +114,7 @@ fn simulated(
         turned(log, series(Reading::AtEnd)),
         turned(log, series(Reading::Mean)),
     );
-    let motion = (0..log.len())
+    let motion = (0..log.cycle_count())
         .map(|n| {
             let velocity = std::array::from_fn(|axis| at_end[axis][n]);
             // A held command is a staircase whose edges a real drive smooths: the inertial load is that
@@ -133,7 +135,7 @@ fn simulated(
 /// Velocities of rates of the robot's axes.
 fn turned(log: &Log, rates: [Vec<f64>; 6]) -> [Vec<f64>; 6] {
     let mut velocities = rates;
-    for n in 0..log.len() {
+    for n in 0..log.cycle_count() {
         let velocity = log.velocity(n, velocities.each_ref().map(|series| series[n]));
         for (series, value) in velocities.iter_mut().zip(velocity) {
             series[n] = value;
@@ -144,10 +146,10 @@ fn turned(log: &Log, rates: [Vec<f64>; 6]) -> [Vec<f64>; 6] {
 
 /// The integral of a velocity, kept at the measured pose.
 fn integrated(log: &Log, mean: &[Vec<f64>; 6], timing: &Timing<'_>) -> Vec<Pose<f64>> {
-    let mut path: Vec<Pose<f64>> = Vec::with_capacity(log.len());
+    let mut path: Vec<Pose<f64>> = Vec::with_capacity(log.cycle_count());
     let mut now = log.pose[0];
     path.push(now);
-    for n in 1..log.len() {
+    for n in 1..log.cycle_count() {
         let h = timing.interval(n);
         let [x, y, z, rx, ry, rz] = mean.each_ref().map(|series| series[n] * h);
         let (way, turn) = (Vector3::new(x, y, z), Vector3::new(rx, ry, rz));
@@ -158,7 +160,7 @@ fn integrated(log: &Log, mean: &[Vec<f64>; 6], timing: &Timing<'_>) -> Vec<Pose<
         path.push(now);
     }
     let errors: [Vec<f64>; 6] = {
-        let rows: Vec<[f64; 6]> = (0..log.len())
+        let rows: Vec<[f64; 6]> = (0..log.cycle_count())
             .map(|n| {
                 let moved = log.position(n) - path[n].translation.vector;
                 let turned = (path[n].rotation.inverse() * log.rotation(n)).scaled_axis();
@@ -168,7 +170,7 @@ fn integrated(log: &Log, mean: &[Vec<f64>; 6], timing: &Timing<'_>) -> Vec<Pose<
         std::array::from_fn(|axis| rows.iter().map(|row| row[axis]).collect())
     };
     let smooth = errors.map(|series| moving_average(&series, POSE_REACH));
-    (0..log.len())
+    (0..log.cycle_count())
         .map(|n| {
             let shift = Vector3::from_fn(|i, _| smooth[i][n]);
             let turn = Vector3::from_fn(|i, _| smooth[i + 3][n]);

@@ -1,9 +1,9 @@
 //! Nominal parameters that may move within their tolerance.
 
-use crate::model::load::effects::LoadEffect;
-use crate::model::load::{Column, Scene};
-use crate::model::{Model, docking};
 use nalgebra::Vector3;
+use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::{Model, docking};
 
 /// A nominal parameter that may move within its tolerance.
 pub(crate) struct Nuisance {
@@ -163,7 +163,7 @@ pub(crate) fn columns(model: &Model, scene: &Scene) -> Vec<Column> {
     nominal.chain(added_effects(model, scene)).collect()
 }
 
-fn guide_of(model: &mut Model, change: impl Fn(&mut crate::model::GuideModel)) {
+fn guide_of(model: &mut Model, change: impl Fn(&mut softdock_physics::model::GuideModel)) {
     if let Some(guide) = &mut model.contact.guide {
         change(guide);
     }

@@ -8,11 +8,11 @@ use super::stiction::without_stiction;
 use super::tested::Tested;
 use crate::diagnose::evidence::strained;
 use crate::diagnose::sampling::Sampling;
-use crate::model::Model;
-use crate::model::load::effects::{LoadEffect, Sign};
-use crate::model::load::{Column, Scene};
-use crate::model::log::Log;
 use nalgebra::DVector;
+use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::{LoadEffect, Sign};
+use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::log::Log;
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
 const MUCH: f64 = 0.05;
@@ -38,7 +38,7 @@ pub(crate) struct PreparedLog {
 impl PreparedLog {
     /// Prepares a log.
     pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
-        let mut residual = Column::of(log.len(), |n| {
+        let mut residual = Column::of(log.cycle_count(), |n| {
             std::array::from_fn(|axis| log.wrench[axis][n] - scene.reading.at(axis, n))
         });
         let mean = |series: &Vec<f64>| series.iter().sum::<f64>() / series.len().max(1) as f64;

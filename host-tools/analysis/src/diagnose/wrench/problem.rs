@@ -3,9 +3,9 @@
 
 use super::autoregressive::AutoregressiveNoise;
 use super::gram::{dot, gram};
-use crate::model::load::Column;
-use crate::model::load::effects::Sign;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::Sign;
 use std::borrow::Borrow;
 
 /// A column of which tolerances and other columns leave less than this is not determined.

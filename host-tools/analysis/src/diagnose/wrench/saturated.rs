@@ -7,9 +7,9 @@
 use super::autoregressive::AutoregressiveNoise;
 use super::gram::dot;
 use super::problem::{Problem, Segment};
-use crate::model::load::effects::{LoadEffect, Shape};
-use crate::model::load::{Column, Scene};
 use rayon::prelude::*;
+use softdock_physics::model::load::effects::{LoadEffect, Shape};
+use softdock_physics::model::load::{Column, Scene};
 
 /// How weak the prior of each column is: its size over the noise of the whole log.
 const WEAK: f64 = 1e3;

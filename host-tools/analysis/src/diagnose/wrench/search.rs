@@ -3,9 +3,9 @@
 use super::problem::{Best, Solution, best_gain, solve};
 use super::variants::{Library, Variant};
 use crate::diagnose::evidence;
-use crate::effects::Effect;
-use crate::model::load::effects::Sign;
 use rayon::prelude::*;
+use softdock_physics::effects::Effect;
+use softdock_physics::model::load::effects::Sign;
 use std::collections::BTreeMap;
 
 /// Gain in χ² that the first column of a separable effect has to bring.

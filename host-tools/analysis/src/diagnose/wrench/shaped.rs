@@ -5,9 +5,9 @@ use super::problem::{Problem, Projected, Solution, solve, subtract};
 use super::search::Part;
 use super::tested::has_size;
 use super::variants::Library;
-use crate::model::load::Column;
-use crate::model::load::effects::{LoadEffect, Sign, Valued, contribution};
 use nalgebra::{DMatrix, DVector};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, contribution};
 use std::collections::BTreeMap;
 
 /// Rise of the gain in χ² below which steps of Gauss and Newton end.

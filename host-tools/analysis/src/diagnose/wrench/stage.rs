@@ -12,9 +12,9 @@ use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, Support, threshold};
-use crate::model::load::Column;
-use crate::model::load::effects::Sign;
 use rayon::prelude::*;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::Sign;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 

@@ -4,7 +4,7 @@
 //! by as little as the friction changes it in one delay of the loop, and the reading takes whatever
 //! value keeps the spacecraft in place. No model can say which; such cycles say nothing about any effect.
 
-use crate::model::load::Scene;
+use softdock_physics::model::load::Scene;
 
 /// Reversals in a row that are no motion any more.
 const REVERSALS: usize = 4;

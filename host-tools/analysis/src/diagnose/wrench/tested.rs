@@ -7,10 +7,10 @@ use super::search::{Hypothesis, Part};
 use super::shaped::{ShapeDeviations, Shaped};
 use super::variants::Library;
 use crate::diagnose::finding::Trial;
-use crate::model::Channel;
-use crate::model::load::effects::{LoadEffect, Shape, Valued, contribution};
-use crate::model::load::{Column, Scene};
-use crate::optimise::brent;
+use softdock_physics::model::Channel;
+use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, contribution};
+use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::optimise::brent;
 use std::collections::BTreeMap;
 
 /// Gain in χ² below which shapes are not worth refining.

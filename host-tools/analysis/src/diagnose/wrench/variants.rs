@@ -1,9 +1,9 @@
 //! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
 
 use super::prepared_log::Joint;
-use crate::model::load::Column;
-use crate::model::load::effects::{LoadEffect, Sign};
 use nalgebra::{DMatrix, DVector};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::{LoadEffect, Sign};
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {

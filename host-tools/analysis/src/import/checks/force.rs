@@ -5,11 +5,11 @@
 //! log itself, by least squares, with standard errors that count values that repeat each other once.
 
 use super::Context;
-use crate::model::prediction::signals::Signals;
-use crate::model::{Axis, Model};
-use crate::recording::Recording;
 use nalgebra::{DVector, Matrix5, Vector5};
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::{Axis, Model};
 use softdock_report::number;
 use softdock_statistics::{correlated_cycles, normal_p};
 

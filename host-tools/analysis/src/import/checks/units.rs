@@ -1,8 +1,8 @@
 //! Are the numbers of the size that their unit says? Hints for the user, no corrections.
 
 use super::{CheckError, Context};
-use crate::model::Axis;
 use softdock_app::record::CycleRecord;
+use softdock_physics::model::Axis;
 
 /// No docking rig reaches farther, m.
 const FARTHEST_M: f64 = 50.0;

@@ -2,12 +2,12 @@
 
 use super::meta::{Contact, Meta, Rotation};
 use super::tolerance;
-use crate::model::{
+use anyhow::{bail, ensure};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use softdock_physics::model::{
     ActuatorModel, Axis, BodyModel, ContactModel, GuideModel, Model, NoiseModel, RigModel,
     SensorModel, ToolModel, TwoBodyModel, WallModel,
 };
-use anyhow::{bail, ensure};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// How far a rotation matrix may be from orthonormal: what four decimals leave.
 const ORTHONORMAL: f64 = 1e-3;

@@ -1,9 +1,9 @@
 //! The rows of a docking-rig-log/1 log as cycles.
 
 use crate::import::table::{Dialect, Table};
-use crate::recording::{Header, Recording};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
+use softdock_io::recording::{Header, Recording};
 
 /// Columns in the order in which they are read.
 const COLUMNS: [&str; 33] = [

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::import::model_text;
-use crate::model::{Axis, Channel, Model, ToleranceModel};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use softdock_physics::model::{Axis, Channel, Model, ToleranceModel};
 
 fn meta() -> Value {
     json!({
@@ -255,7 +255,7 @@ proptest! {
         text.replace_range(from..to, &by);
         if let Ok(logs) = from_text(&json, &log, &log) {
             prop_assert!(logs.train.cycles.iter().all(|c| c.trace.time_s.is_finite()));
-            prop_assert!(crate::model::prediction::predict(&logs.model, &logs.train).is_ok());
+            prop_assert!(softdock_physics::model::prediction::predict(&logs.model, &logs.train).is_ok());
         }
     }
 }
@@ -263,7 +263,8 @@ proptest! {
 #[test]
 fn a_foreign_log_is_compared() {
     let logs = import(&meta()).unwrap();
-    let prediction = crate::model::prediction::predict(&logs.model, &logs.train).unwrap();
+    let prediction =
+        softdock_physics::model::prediction::predict(&logs.model, &logs.train).unwrap();
     assert!((prediction.cycle_s - 0.002).abs() < 1e-12);
     assert!(
         prediction

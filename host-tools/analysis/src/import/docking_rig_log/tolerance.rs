@@ -3,9 +3,9 @@
 //! The model file has one number where the format allows one per component or per wall: the
 //! largest then counts, which never calls a tolerated error an effect.
 
-use crate::model::ToleranceModel;
 use anyhow::{Context, ensure};
 use serde_json::{Map, Value};
+use softdock_physics::model::ToleranceModel;
 
 /// Everything exact: what `tolerance` means for parameters that it does not list.
 fn exact() -> ToleranceModel {

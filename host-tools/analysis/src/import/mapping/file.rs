@@ -2,8 +2,8 @@
 
 use super::column::{Column, ColumnName};
 use crate::import::table::Dialect;
-use crate::model::FilterModel;
 use serde::{Deserialize, Deserializer};
+use softdock_physics::model::FilterModel;
 
 /// A mapping file.
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -30,15 +30,15 @@ mod source;
 mod stamps;
 
 use super::checks::{self, Context as CheckContext};
-use crate::input;
-use crate::model::{FilterModel, Model};
-use crate::recording::{Header, Recording};
 use anyhow::{Context, bail, ensure};
 use channels::Channels;
 use file::{Mapping, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
+use softdock_io::input;
+use softdock_io::recording::{Header, Recording};
+use softdock_physics::model::{FilterModel, Model};
 use source::Source;
 use std::path::Path;
 

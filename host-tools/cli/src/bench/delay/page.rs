@@ -4,8 +4,8 @@ use super::ranking::{self, sentence, standings};
 use super::row::Row;
 use super::tables;
 use anyhow::Result;
-use softdock_analysis::identity;
 use softdock_control::delay::LawName;
+use softdock_io::identity;
 use softdock_report::{Page, Plot, Series};
 
 /// Restitutions beyond this are drawn here.

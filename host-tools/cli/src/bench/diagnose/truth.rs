@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use softdock_analysis::diagnose::Diagnosis;
-use softdock_analysis::model::Model;
 use softdock_hidden_effects::Truth;
+use softdock_physics::model::Model;
 use std::collections::BTreeMap;
 
 /// An interval that was said, and the true value.
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn every_name_is_one_of_the_catalogue() {
         for (effect, _, ours) in NAMES.iter().filter(|n| !n.2.contains("rad")) {
-            let entry = softdock_analysis::effects::by_id(effect).unwrap();
+            let entry = softdock_physics::effects::by_id(effect).unwrap();
             assert!(
                 entry.parameters.iter().any(|p| p.name == *ours),
                 "{effect}: {ours}"

@@ -9,8 +9,8 @@ use crate::cli::progress::counter;
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
 use softdock_control::delay::LawName;
+use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 use std::time::Instant;
 

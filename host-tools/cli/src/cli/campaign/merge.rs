@@ -8,7 +8,7 @@ use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 
 /// Merge all parts of a campaign into one table, and say what it found.

@@ -5,7 +5,7 @@ use crate::cli::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 

@@ -8,8 +8,8 @@ use crate::experiment::record_file::record_file;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
-use softdock_analysis::telemetry::{Bounds, Pieces, Time};
+use softdock_io::input::refuse_overwrite;
+use softdock_io::telemetry::{Bounds, Pieces, Time};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 

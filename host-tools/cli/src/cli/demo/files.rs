@@ -1,7 +1,7 @@
 //! What the demonstration leaves behind.
 
 use anyhow::{Context, Result};
-use softdock_analysis::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite;
 use std::path::{Path, PathBuf};
 
 /// The files in the demonstration's folder.

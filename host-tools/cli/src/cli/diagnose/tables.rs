@@ -1,7 +1,7 @@
 //! A diagnosis for the terminal: the sentence first, then the numbers behind it.
 
 use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Diagnosis, Parameters};
-use softdock_analysis::model::Channel;
+use softdock_physics::model::Channel;
 use softdock_report::{Cell, Column, Format, Mark, Table, number};
 
 /// Significant digits of errors, and of an interval's width.

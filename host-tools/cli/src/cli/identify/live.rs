@@ -9,7 +9,7 @@ use clap::Args;
 use softdock_commissioning::identify::identify;
 use softdock_commissioning::identify::live::Jogs;
 use softdock_commissioning::live::{LiveBoard, LiveRecorder};
-use softdock_commissioning::parameters::BAUD_RATE;
+use softdock_io::port::BAUD_RATE;
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 

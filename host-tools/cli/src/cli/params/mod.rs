@@ -7,7 +7,8 @@ mod state;
 use super::progress::Progress;
 use anyhow::{Context, Result};
 use clap::{Args, Subcommand};
-use softdock_commissioning::parameters::{BAUD_RATE, Client, Port, Setting, only_board};
+use softdock_commissioning::parameters::{Client, Setting};
+use softdock_io::port::{BAUD_RATE, Port, only_board};
 use std::path::PathBuf;
 
 /// Settings, state and commands of a board over its serial line.

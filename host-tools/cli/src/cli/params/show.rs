@@ -4,8 +4,9 @@ use super::{Board, File};
 use crate::cli::{print, print_json};
 use anyhow::{Context, Result};
 use serde::Serialize;
-use softdock_analysis::input::refuse_overwrite;
-use softdock_commissioning::parameters::{self, Difference, Setting, differences, found, missing};
+use softdock_commissioning::parameters::{self, Difference, Setting, differences, missing};
+use softdock_io::input::refuse_overwrite;
+use softdock_io::port::found;
 use softdock_report::{Cell, Column, Table};
 use std::path::Path;
 

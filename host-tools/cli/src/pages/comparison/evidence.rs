@@ -5,7 +5,7 @@ use super::Source;
 use softdock_analysis::compare::Series as ErrorSeries;
 use softdock_analysis::compare::Spectrum;
 use softdock_analysis::compare::{Dependence, Regime};
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 use softdock_report::{Hue, Plot, Series};
 use softdock_statistics::{autocorrelation, whiteness};
 

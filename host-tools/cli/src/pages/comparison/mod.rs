@@ -3,7 +3,7 @@
 mod evidence;
 
 use softdock_analysis::compare::{Comparison, Phase, Window, windows};
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 use softdock_report::{Band, Bar, BarChart, Format, Hue, Page, Plot, Series};
 use std::ops::Range;
 

@@ -3,7 +3,7 @@
 use super::{Source, words};
 use softdock_analysis::compare::ROUND_OFF_SIGMA;
 use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Ranked, Verdict};
-use softdock_analysis::model::Channel;
+use softdock_physics::model::Channel;
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table, number};
 
 /// Hypotheses that are shown; the number of the others is said.

@@ -2,7 +2,7 @@
 
 use super::{Source, focus, words};
 use softdock_analysis::diagnose::{Region, Verdict};
-use softdock_analysis::model::prediction::Prediction;
+use softdock_physics::model::prediction::Prediction;
 use softdock_report::{Cell, Column, Mark, Page, Table};
 
 /// Windows that are listed; the number of the others is said.

@@ -2,8 +2,8 @@
 
 use super::Source;
 use softdock_analysis::diagnose::{Region, Verdict};
-use softdock_analysis::model::prediction::Prediction;
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Axis, Channel};
 use std::ops::Range;
 
 /// Time shown before and after a failing window, s.

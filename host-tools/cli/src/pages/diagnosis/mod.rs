@@ -14,7 +14,7 @@ mod words;
 use anyhow::ensure;
 use focus::Focus;
 use softdock_analysis::diagnose::{Diagnosis, Verdict};
-use softdock_analysis::model::prediction::Prediction;
+use softdock_physics::model::prediction::Prediction;
 use softdock_report::{Mark, Page};
 
 /// What a diagnosis was made from, so that a reader can repeat it.

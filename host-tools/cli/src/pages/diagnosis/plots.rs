@@ -2,7 +2,7 @@
 
 use super::focus::{self, Focus};
 use super::{Source, words};
-use softdock_analysis::model::prediction::Prediction;
+use softdock_physics::model::prediction::Prediction;
 use softdock_report::{Band, Hue, Page, Plot, Series, number};
 use std::ops::Range;
 

@@ -2,7 +2,7 @@
 
 use super::{Source, words};
 use softdock_analysis::diagnose::Verdict;
-use softdock_analysis::identity;
+use softdock_io::identity;
 use softdock_report::{Cell, Column, Page, Table, number};
 
 impl Source<'_> {

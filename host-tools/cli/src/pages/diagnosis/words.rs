@@ -1,7 +1,7 @@
 //! Words that several sections share.
 
 use softdock_analysis::diagnose::Diagnosis;
-use softdock_analysis::model::{Axis, Channel};
+use softdock_physics::model::{Axis, Channel};
 
 /// A channel as a reader writes it: `executed velocity`.
 pub(super) fn channel(channel: Channel) -> String {

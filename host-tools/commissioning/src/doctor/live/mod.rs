@@ -15,9 +15,10 @@ mod sensor;
 mod tests;
 
 use super::{Check, settings};
-use crate::parameters::{Client, Identity, LinkError, Port};
+use crate::parameters::{Client, Identity, LinkError};
 use softdock_app::image::{Image, schema};
 use softdock_app::settings::BoardSettings;
+use softdock_io::port::Port;
 use softdock_link::service::{Counters, FlashSlot, Health, LogLine, Machine, Refusal, Status};
 use std::time::{Duration, Instant};
 

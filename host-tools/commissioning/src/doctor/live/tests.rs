@@ -34,7 +34,7 @@ fn answers() -> Answers {
         identity: Identity {
             schema: schema(),
             boot: 1,
-            text: format!("{} on a bench", softdock_analysis::identity::text()),
+            text: format!("{} on a bench", softdock_io::identity::text()),
         },
         status: Status {
             uptime_ms: 6_000,

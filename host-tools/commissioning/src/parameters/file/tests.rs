@@ -29,7 +29,7 @@ fn error(text: &str) -> String {
 fn a_dump_is_a_settings_file_and_reads_back_the_same() {
     let settings = listed(&example());
     let text = write(&settings, "a board");
-    let again: BoardSettings = softdock_analysis::input::parse(&text, "dump").unwrap();
+    let again: BoardSettings = softdock_io::input::parse(&text, "dump").unwrap();
     assert_eq!(again, example());
     let wanted = parse(&text, "dump", &settings).unwrap();
     assert_eq!(wanted.len(), settings.len());

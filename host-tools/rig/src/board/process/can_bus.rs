@@ -4,7 +4,7 @@ use super::slcan_client::{AdapterBus, AdapterPort};
 use super::slcan_server::SlcanBus;
 use anyhow::{Context, Result};
 use softdock_app::board::{IoError, SensorBus};
-use softdock_commissioning::parameters::BAUD_RATE;
+use softdock_io::port::BAUD_RATE;
 use softdock_link::can::Frame;
 use std::fmt;
 use std::net::{SocketAddr, TcpListener};

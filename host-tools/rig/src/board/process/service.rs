@@ -5,9 +5,9 @@ use super::clock::RealClock;
 use super::line::Line;
 use crate::board::block_on::block_on;
 use crate::board::flash::FileFlash;
-use softdock_analysis::identity;
 use softdock_app::service::{End, Service, Session};
 use softdock_app::store::{Block, Boot, Store};
+use softdock_io::identity;
 use std::hash::{BuildHasher, Hasher, RandomState};
 
 /// Runs the service of a board that has started with `boot` until it is to start over or the line is

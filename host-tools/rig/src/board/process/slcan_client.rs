@@ -3,7 +3,7 @@
 use super::mailbox::Mailbox;
 use anyhow::{Context, Result};
 use softdock_app::board::{IoError, SensorBus};
-use softdock_commissioning::parameters::Port;
+use softdock_io::port::Port;
 use softdock_link::can::Frame;
 use softdock_link::slcan::{
     AdapterEvent, AdapterLines, CLOSING, MAX_LINE_BYTES, OPENING, encode_frame_line,

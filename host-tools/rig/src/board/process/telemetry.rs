@@ -7,13 +7,13 @@ use anyhow::{Context, Result};
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::zerocopy_channel::{Channel, Receiver};
-use softdock_analysis::identity;
 use softdock_app::board::{DatagramSink, IoError};
 use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
 use softdock_app::telemetry::{
     Announcement, Datagram, RecordQueue, Slot, Stream, encode, transmit,
 };
+use softdock_io::identity;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;

@@ -27,10 +27,10 @@ pub use suggest::{any, suggest};
 use super::settings::RigSettings;
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
-use softdock_analysis::effects::sensor::tool::ToolState;
-use softdock_analysis::effects::{CATALOGUE, Effect, Group, Law, Parameter, named};
-use softdock_analysis::input::nearest;
 use softdock_control::frames::Wrench;
+use softdock_io::input::nearest;
+use softdock_physics::effects::sensor::tool::ToolState;
+use softdock_physics::effects::{CATALOGUE, Effect, Group, Law, Parameter, named};
 use std::collections::BTreeMap;
 
 /// One hidden effect.

@@ -3,10 +3,10 @@
 use super::{Hidden, find};
 use crate::rig::checks::prefixed;
 use anyhow::Result;
-use softdock_analysis::effects::body::sc_inertia_error::InertiaError;
-use softdock_analysis::effects::body::sc_mass_error::MassError;
 use softdock_control::manipulator::ManipulatorResistance;
 use softdock_control::settings::Settings;
+use softdock_physics::effects::body::sc_inertia_error::InertiaError;
+use softdock_physics::effects::body::sc_mass_error::MassError;
 
 /// Whether an effect is one of the spacecraft, which the board computes and no rig can hide.
 pub fn concerns(hidden: &Hidden) -> bool {

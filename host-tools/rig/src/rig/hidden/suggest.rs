@@ -3,7 +3,7 @@
 use super::{Hidden, effect, spacecraft};
 use crate::rig::RigSettings;
 use anyhow::{Context, Result};
-use softdock_analysis::effects::{CATALOGUE, Draw};
+use softdock_physics::effects::{CATALOGUE, Draw};
 use softdock_statistics::RandomStream;
 
 /// The stream of random numbers that sizes are drawn from; the rig's own begin at 0.

@@ -5,9 +5,9 @@
 //! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so.
 
 use crate::diagnose::wrench::prepared_log::PreparedLog;
-use crate::model::load::{Column, Scene};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use softdock_control::frames::Pose;
+use softdock_physics::model::load::{Column, Scene};
 use softdock_statistics::periodogram;
 use std::f64::consts::PI;
 

@@ -19,9 +19,9 @@ use super::tested::Tested;
 use crate::diagnose::evidence;
 use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;
-use crate::model::load::Column;
-use crate::model::{Axis, Model};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use softdock_physics::model::load::Column;
+use softdock_physics::model::{Axis, Model};
 use softdock_statistics::periodogram;
 use std::ops::Range;
 

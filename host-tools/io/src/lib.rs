@@ -1,0 +1,18 @@
+//! What the programs of the host read and write.
+//!
+//! | module | |
+//! |---|---|
+//! | `recording`, `telemetry`, `replay` | cycles on disk and over the network, recomputed bit for bit |
+//! | `data_table` | tables that other programs read: CSV and Parquet |
+//! | `input`, `output` | files that people write, files that are there whole or not at all |
+//! | `port` | a serial device, a pseudo-terminal or a TCP port, locked for this program |
+//! | `identity` | who wrote it |
+
+pub mod data_table;
+pub mod identity;
+pub mod input;
+pub mod output;
+pub mod port;
+pub mod recording;
+pub mod replay;
+pub mod telemetry;

@@ -1,0 +1,237 @@
+//! The host's end of a board's line.
+
+mod lock;
+
+use anyhow::{Context, Result, bail};
+use lock::Lock;
+use serde::Serialize;
+use serialport::{SerialPort, SerialPortInfo, SerialPortType};
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Speed of the NUCLEO's serial line, bit/s.
+pub const BAUD_RATE: u32 = 115_200;
+/// Longest wait of a single read.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// Longest time for a TCP connection, and for a host that is slow to take bytes.
+const TIMEOUT: Duration = Duration::from_secs(3);
+/// Makers of debug probes with a serial line: STMicroelectronics.
+const ST: u16 = 0x0483;
+
+trait Stream: Read + Write + Send {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>>;
+}
+
+impl Stream for TcpStream {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+        Ok(Box::new(Self::try_clone(self)?))
+    }
+}
+
+impl Stream for Box<dyn SerialPort> {
+    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+        Ok(Box::new(SerialPort::try_clone(&**self)?))
+    }
+}
+
+/// An open line. No other softdock has it.
+pub struct Port {
+    stream: Box<dyn Stream>,
+    /// Held while the line is open.
+    lock: Option<Arc<Lock>>,
+}
+
+impl Port {
+    /// Opens `tcp:HOST:PORT` (or `HOST:PORT`), or the serial device or pseudo-terminal of that path.
+    ///
+    /// # Errors
+    /// It is not there, or another program has it.
+    pub fn open(name: &str, baud_rate: u32) -> Result<Self> {
+        match tcp_address(name) {
+            Some(address) => Self::open_tcp(address),
+            None => Self::open_serial(name, baud_rate),
+        }
+    }
+
+    /// The same line for another thread.
+    ///
+    /// # Errors
+    /// The system gives no more handles.
+    pub fn try_clone(&self) -> io::Result<Self> {
+        Ok(Self {
+            stream: self.stream.try_clone()?,
+            lock: self.lock.clone(),
+        })
+    }
+
+    fn open_tcp(text: &str) -> Result<Self> {
+        let address = text
+            .to_socket_addrs()
+            .ok()
+            .and_then(|mut addresses| addresses.next());
+        let Some(address) = address else {
+            bail!("`tcp:{text}` is no address; write it like tcp:127.0.0.1:29537");
+        };
+        let lock = Lock::take(&format!("tcp-{address}"))?;
+        let stream = TcpStream::connect_timeout(&address, TIMEOUT).with_context(|| {
+            format!("cannot connect to {address}; does the board run with --service {address}?")
+        })?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(POLL_INTERVAL))?;
+        stream.set_write_timeout(Some(TIMEOUT))?;
+        Ok(Self {
+            stream: Box::new(stream),
+            lock: Some(Arc::new(lock)),
+        })
+    }
+
+    fn open_serial(path: &str, baud_rate: u32) -> Result<Self> {
+        // The device is locked by `serialport`, also against programs that are not softdock.
+        let port = serialport::new(path, baud_rate)
+            .timeout(POLL_INTERVAL)
+            .open();
+        let stream = port.map_err(|error| serial_error(path, &error))?;
+        Ok(Self {
+            stream: Box::new(stream),
+            lock: None,
+        })
+    }
+}
+
+/// `tcp:HOST:PORT`, and `HOST:PORT`, which no device is called.
+fn tcp_address(name: &str) -> Option<&str> {
+    let is_port = |(host, port): (&str, &str)| {
+        !host.is_empty() && !host.contains(['/', '\\']) && port.parse::<u16>().is_ok()
+    };
+    let bare = || name.rsplit_once(':').is_some_and(is_port);
+    name.strip_prefix("tcp:").or_else(|| bare().then_some(name))
+}
+
+fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
+    let text = error.to_string();
+    let taken = ["lock", "busy", "temporarily unavailable"];
+    let absent = matches!(
+        error.kind(),
+        serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(io::ErrorKind::NotFound)
+    );
+    let what = if taken.iter().any(|word| text.to_lowercase().contains(word)) {
+        "another program has it open; close that first"
+    } else if absent {
+        "there is no such port; `softdock params ports` lists those that are there"
+    } else if text.to_lowercase().contains("permission") {
+        "you may not use it; on Debian and Ubuntu: sudo usermod -aG dialout $USER, then log in anew"
+    } else {
+        "it cannot be opened"
+    };
+    anyhow::anyhow!("{path}: {what} ({text})")
+}
+
+impl Read for Port {
+    /// 0 bytes: nothing came for a while. The end of the line is an error.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.stream.read(buffer) {
+            Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::WouldBlock
+                        | io::ErrorKind::TimedOut
+                        | io::ErrorKind::Interrupted
+                ) =>
+            {
+                Ok(0)
+            }
+            other => other,
+        }
+    }
+}
+
+impl Write for Port {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+/// A serial port of this computer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Found {
+    /// Its path.
+    pub port: String,
+    /// What is behind it.
+    pub device: String,
+    /// It is a debug probe like that of a NUCLEO.
+    pub probe: bool,
+}
+
+/// The serial ports of this computer.
+///
+/// # Errors
+/// The system does not tell.
+pub fn found() -> Result<Vec<Found>> {
+    let ports = serialport::available_ports().context("the system does not tell its ports")?;
+    let mut found: Vec<Found> = ports.into_iter().map(describe).collect();
+    found.sort_by(|a, b| (!a.probe, &a.port).cmp(&(!b.probe, &b.port)));
+    Ok(found)
+}
+
+fn describe(info: SerialPortInfo) -> Found {
+    let (device, probe) = match info.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let name = usb.product.unwrap_or_else(|| "USB device".into());
+            let number = usb.serial_number.map(|number| format!(", {number}"));
+            let text = format!("{name}{}", number.unwrap_or_default());
+            (text, usb.vid == ST)
+        }
+        SerialPortType::PciPort => ("serial port".into(), false),
+        SerialPortType::BluetoothPort => ("Bluetooth".into(), false),
+        SerialPortType::Unknown => ("unknown".into(), false),
+    };
+    Found {
+        port: info.port_name,
+        device,
+        probe,
+    }
+}
+
+/// The port of the only board that is plugged in.
+///
+/// # Errors
+/// There is none, or more than one.
+pub fn only_board() -> Result<String> {
+    let mut boards = found()?.into_iter().filter(|found| found.probe);
+    match (boards.next(), boards.next()) {
+        (Some(board), None) => Ok(board.port),
+        (None, _) => bail!(
+            "no board is plugged in by USB; say where it is: --port DEVICE or --port tcp:HOST:PORT (`softdock params ports` lists devices)"
+        ),
+        _ => bail!(
+            "several boards are plugged in; choose one: --port (`softdock params ports` lists them)"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tcp_address;
+
+    #[test]
+    fn what_is_an_address_and_what_a_device() {
+        for (name, address) in [
+            ("tcp:127.0.0.1:29537", Some("127.0.0.1:29537")),
+            ("127.0.0.1:29537", Some("127.0.0.1:29537")),
+            ("localhost:29537", Some("localhost:29537")),
+            ("[::1]:29537", Some("[::1]:29537")),
+            ("/dev/ttyACM0", None),
+            ("/dev/serial/by-path/pci-0000:00:14.0", None),
+            ("COM3", None),
+        ] {
+            assert_eq!(tcp_address(name), address, "{name}");
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Writes a recording as an MCAP file while the run goes on.
+//!
+//! A chunk is built in memory and reaches the operating system whole, a quarter of a second of
+//! cycles at a time: whatever ends the program, the file holds every chunk before.
+
+use super::cdr::Encoder;
+use super::schema::ros2msg;
+use super::topics::{Row, Topic};
+use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
+use anyhow::{Context, ensure};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Compression, WriteOptions};
+use softdock_app::record::CycleRecord;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB before compression.
+pub(super) const CHUNK_CYCLES: u32 = 64;
+/// Of zstd: the fastest, which leaves a quarter; the ninth leaves 10 % less of that and takes eight times as long.
+const LEVEL: u32 = 1;
+
+/// Nanoseconds in a second: the unit of time in MCAP.
+pub(super) const NS_PER_S: f64 = 1e9;
+
+/// The program as the file's header names it.
+pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"));
+
+/// Writes cycles one by one.
+///
+/// ```no_run
+/// # fn main() -> anyhow::Result<()> {
+/// use softdock_io::recording::{Header, RecordingWriter};
+/// use softdock_app::record::CycleRecord;
+/// let mut writer = RecordingWriter::create("run.mcap".as_ref(), &Header::default())?;
+/// writer.push(&CycleRecord::default(), None)?;
+/// writer.finish()?;
+/// # Ok(())
+/// # }
+/// ```
+///
+/// A writer that is dropped ends its file as well as it can, but nobody learns of an error.
+pub struct RecordingWriter<W: Write = BufWriter<File>> {
+    mcap: mcap::Writer<NoSeek<W>>,
+    /// Topics with the numbers of their channels; empty before the first cycle.
+    channels: Vec<(Topic, u16)>,
+    truth: bool,
+    cycles_in_chunk: u32,
+    encoder: Encoder,
+    /// What time it was; where that is not known, it counts from the board's first cycle.
+    clock: WallClock,
+    /// The file, for errors.
+    path: Option<PathBuf>,
+}
+
+impl RecordingWriter {
+    /// Creates or overwrites the file.
+    pub fn create(path: &Path, header: &Header) -> anyhow::Result<Self> {
+        File::create(path)
+            .map_err(anyhow::Error::from)
+            .and_then(|file| Self::new(BufWriter::new(file), header))
+            .map(|writer| Self {
+                path: Some(path.to_owned()),
+                ..writer
+            })
+            .with_context(|| format!("cannot write the recording `{}`", path.display()))
+    }
+}
+
+/// Says which file it was that could not be written.
+fn named<T>(path: Option<&Path>, written: anyhow::Result<T>) -> anyhow::Result<T> {
+    match path {
+        Some(path) => {
+            written.with_context(|| format!("cannot write the recording `{}`", path.display()))
+        }
+        None => written,
+    }
+}
+
+impl<W: Write> RecordingWriter<W> {
+    /// Begins a recording on any sink.
+    pub fn new(sink: W, header: &Header) -> anyhow::Result<Self> {
+        Self::with_cut(sink, header, None)
+    }
+
+    /// Begins the copy of a recording that may have been cut off.
+    fn with_cut(sink: W, header: &Header, cut: Option<&str>) -> anyhow::Result<Self> {
+        let mut mcap = WriteOptions::new()
+            .compression(Some(Compression::Zstd))
+            .compression_level(LEVEL)
+            .compression_threads(0)
+            .profile(PROFILE)
+            .library(LIBRARY)
+            // This writer ends its chunks itself: between two cycles.
+            .chunk_size(None)
+            .disable_seeking(true)
+            // 16 bytes for each message, uncompressed: half of the file. An index of chunks alone is an error to MCAP's
+            // reader in TypeScript, so that there is none of either.
+            .emit_message_indexes(false)
+            .emit_chunk_indexes(false)
+            .create(NoSeek::new(sink))?;
+        mcap.write_metadata(&metadata(header, cut))?;
+        mcap.flush()?;
+        Ok(Self {
+            mcap,
+            channels: Vec::new(),
+            truth: false,
+            cycles_in_chunk: 0,
+            encoder: Encoder::default(),
+            clock: WallClock::default(),
+            path: None,
+        })
+    }
+
+    /// Appends a cycle. `truth` is given for every cycle (a simulated rig) or for none.
+    pub fn push(&mut self, cycle: &CycleRecord, truth: Option<&TruthRecord>) -> anyhow::Result<()> {
+        let pushed = self.append(cycle, truth);
+        named(self.path.as_deref(), pushed)
+    }
+
+    fn append(&mut self, cycle: &CycleRecord, truth: Option<&TruthRecord>) -> anyhow::Result<()> {
+        if self.channels.is_empty() {
+            self.begin(truth.is_some())?;
+        }
+        ensure!(
+            self.truth == truth.is_some(),
+            "cycle {}: the rig's truth is recorded for every cycle or for none",
+            cycle.trace.cycle
+        );
+        let mut row = Row {
+            cycle: *cycle,
+            truth: truth.copied().unwrap_or_default(),
+        };
+        // Viewers show it; what is replayed is the time in the message.
+        let time_ns = self.clock.unix_ns(cycle.trace.time_s).unwrap_or_default();
+        for (topic, channel_id) in &self.channels {
+            self.encoder.begin();
+            let Ok(()) = topic.visit(&mut self.encoder, &mut row);
+            let header = MessageHeader {
+                channel_id: *channel_id,
+                // Readers that count messages get the cycle, which wraps after 198 days.
+                sequence: cycle.trace.cycle as u32,
+                log_time: time_ns,
+                publish_time: time_ns,
+            };
+            let message = self.encoder.bytes();
+            self.mcap.write_to_known_channel(&header, message)?;
+        }
+        self.cycles_in_chunk += 1;
+        if self.cycles_in_chunk == CHUNK_CYCLES {
+            self.cycles_in_chunk = 0;
+            self.mcap.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Notes which instant one of its cycles was. To be called before the first cycle is pushed.
+    pub(super) fn note_clock(&mut self, clock: WallClock) -> anyhow::Result<()> {
+        let Metadata { name, metadata } = clock.metadata();
+        self.note(&name, metadata)?;
+        self.clock = clock;
+        Ok(())
+    }
+
+    /// Adds what is known about the recording only now, under a name of its own. Readers of
+    /// MCAP show it; the header of the recording stays as it is.
+    pub fn note(&mut self, name: &str, entries: BTreeMap<String, String>) -> anyhow::Result<()> {
+        let name = name.to_owned();
+        let metadata = entries;
+        // This ends the present chunk.
+        self.cycles_in_chunk = 0;
+        Ok(self.mcap.write_metadata(&Metadata { name, metadata })?)
+    }
+
+    /// Ends the recording and gives the sink back.
+    pub fn finish(mut self) -> anyhow::Result<W> {
+        let finished = self.mcap.finish().map_err(anyhow::Error::from);
+        let mut sink = self.mcap.into_inner().into_inner();
+        let flushed = finished.and_then(|_| Ok(sink.flush()?));
+        named(self.path.as_deref(), flushed)?;
+        Ok(sink)
+    }
+
+    /// Writes schemas and channels into the first chunk.
+    fn begin(&mut self, truth: bool) -> anyhow::Result<()> {
+        self.truth = truth;
+        for topic in Topic::all(truth) {
+            let text = ros2msg(*topic);
+            let schema =
+                self.mcap
+                    .add_schema(topic.schema_name(), SCHEMA_ENCODING, text.as_bytes())?;
+            let id = self.mcap.add_channel(
+                schema,
+                topic.name(),
+                MESSAGE_ENCODING,
+                &ros2::channel_metadata(),
+            )?;
+            self.channels.push((*topic, id));
+        }
+        Ok(())
+    }
+}
+
+/// Encoding of the messages, as MCAP's registry calls it.
+pub(super) const MESSAGE_ENCODING: &str = "cdr";
+/// Encoding of the schemas, as MCAP's registry calls it.
+pub(super) const SCHEMA_ENCODING: &str = "ros2msg";
+
+/// The header as a metadata record of MCAP.
+pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
+    let entries = [
+        ("format", Some(FORMAT)),
+        ("identity", Some(header.identity.as_str())),
+        ("settings", Some(header.settings_toml.as_str())),
+        ("scenario", header.scenario_toml.as_deref()),
+        ("cut", cut),
+    ];
+    let entry = |(key, value): (&str, Option<&str>)| Some((key.to_owned(), value?.to_owned()));
+    Metadata {
+        name: METADATA.to_owned(),
+        metadata: entries.into_iter().filter_map(entry).collect(),
+    }
+}
+
+impl Recording {
+    /// Writes the recording into a file.
+    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
+        File::create(path)
+            .map_err(anyhow::Error::from)
+            .and_then(|file| self.write_to(BufWriter::new(file)))
+            .map(drop)
+            .with_context(|| format!("cannot write the recording `{}`", path.display()))
+    }
+
+    /// Writes the recording into any sink and gives the sink back.
+    pub fn write_to<W: Write>(&self, sink: W) -> anyhow::Result<W> {
+        if table::fits(self) {
+            return table::write(self, sink);
+        }
+        let truths = self.truths()?;
+        let mut writer = RecordingWriter::with_cut(sink, &self.header, self.cut.as_deref())?;
+        if let Some(clock) = self.wall_clock {
+            writer.note_clock(clock)?;
+        }
+        for (cycle, truth) in self.cycles.iter().zip(truths) {
+            writer.push(cycle, truth)?;
+        }
+        writer.finish()
+    }
+
+    /// The truth of each cycle, `None` for all of them on a real rig.
+    pub(super) fn truths(&self) -> anyhow::Result<impl Iterator<Item = Option<&TruthRecord>> + '_> {
+        let (cycles, truths) = (self.cycles.len(), self.truth.len());
+        ensure!(
+            truths == 0 || truths == cycles,
+            "expected the rig's truth for all {cycles} cycles or for none, received {truths}"
+        );
+        Ok((0..cycles).map(|i| self.truth.get(i)))
+    }
+}

@@ -1,0 +1,506 @@
+//! Laws that a user writes: an expression of what moves, with the units checked.
+
+use super::units::Dimension;
+use super::{Effect, Group, Law, Naming, Parameter, Role, Tried, Values};
+use exmex::{Express, FlatEx};
+use softdock_io::input::nearest;
+
+/// What a formula may depend on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Signals {
+    /// Position along the guide, m.
+    pub position: f64,
+    /// Velocity along the guide, m/s.
+    pub velocity: f64,
+    /// Acceleration along the guide, m/s².
+    pub acceleration: f64,
+    /// Sign of the velocity: −1, 0 or 1.
+    pub direction: f64,
+    /// What the walls push along the guide, N.
+    pub force: f64,
+    /// Time since the log began, s.
+    pub time: f64,
+    /// Penetration of a wall, m; 0 outside.
+    pub depth: f64,
+    /// How fast it grows, m/s.
+    pub rate: f64,
+    /// Distance of the tip to a wall, m; 0 inside.
+    pub gap: f64,
+}
+
+/// A signal: its name, its unit, and its value.
+type Signal = (&'static str, &'static str, fn(&Signals) -> f64);
+
+/// What may stand in a formula.
+const SIGNALS: [Signal; 9] = [
+    ("position", "m", |s| s.position),
+    ("velocity", "m/s", |s| s.velocity),
+    ("acceleration", "m/s^2", |s| s.acceleration),
+    ("direction", "-", |s| s.direction),
+    ("force", "N", |s| s.force),
+    ("time", "s", |s| s.time),
+    ("depth", "m", |s| s.depth),
+    ("rate", "m/s", |s| s.rate),
+    ("gap", "m", |s| s.gap),
+];
+
+/// Where a formula acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActsOn {
+    /// A force along the guide, N.
+    Guide,
+    /// A push of each wall beside the nominal one, N, where the tip is in the wall.
+    Contact,
+    /// A force out of each wall on the tip at any distance, N.
+    Wall,
+    /// An axis of the reading, fx fy fz (N) tx ty tz (N·m).
+    Reading(usize),
+}
+
+impl ActsOn {
+    /// What a model file may say.
+    pub const WORDS: [&str; 9] = [
+        "guide", "contact", "wall", "fx", "fy", "fz", "tx", "ty", "tz",
+    ];
+
+    /// By its word.
+    pub fn of(word: &str) -> Option<Self> {
+        match Self::WORDS.iter().position(|known| *known == word)? {
+            0 => Some(Self::Guide),
+            1 => Some(Self::Contact),
+            2 => Some(Self::Wall),
+            axis => Some(Self::Reading(axis - 3)),
+        }
+    }
+
+    /// Unit of what the formula gives.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Reading(3..) => "N·m",
+            _ => "N",
+        }
+    }
+
+    fn gives(self, signal: &str) -> bool {
+        match signal {
+            "depth" => self == Self::Contact,
+            "rate" => matches!(self, Self::Contact | Self::Wall),
+            "gap" => self == Self::Wall,
+            _ => true,
+        }
+    }
+}
+
+/// A law as an expression.
+#[derive(Debug)]
+pub struct Formula {
+    expression: FlatEx<f64>,
+    /// What each variable of the expression is.
+    sources: Vec<Source>,
+    /// Where it acts.
+    pub acts_on: ActsOn,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Parameter(usize),
+    Signal(usize),
+}
+
+/// A parameter of a formula.
+#[derive(Clone, Copy, Debug)]
+pub struct Symbol<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its unit, as `N·s/m`.
+    pub unit: &'a str,
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+}
+
+/// Parameters that a formula may have.
+const MOST_PARAMETERS: usize = 8;
+/// Values that a search tries for a parameter that is not linear: 5 % apart over a decade, which
+/// finds a ripple of which five periods lie in the travel.
+const TRIED: usize = 48;
+/// The same beside others: all combinations are tried.
+const TRIED_TOGETHER: usize = 8;
+
+impl Formula {
+    /// From its text.
+    ///
+    /// # Errors
+    ///
+    /// What does not fit, with what is allowed: syntax, names, units.
+    pub fn parse(text: &str, acts_on: ActsOn, symbols: &[Symbol<'_>]) -> Result<Self, String> {
+        let expression: FlatEx<f64> = exmex::parse(text).map_err(|error| {
+            format!(
+                "{}; expected an expression as `stiffness * position^3`",
+                error.msg()
+            )
+        })?;
+        let names = expression.var_names().to_vec();
+        let source = |name: &String| source(name, text, acts_on, symbols);
+        let sources: Vec<Source> = names.iter().map(source).collect::<Result<_, _>>()?;
+        if let Some(unused) = symbols.iter().find(|s| !names.iter().any(|n| n == s.name)) {
+            return Err(format!(
+                "the parameter `{}` does not occur in it; take it out",
+                unused.name
+            ));
+        }
+        let formula = Self {
+            expression,
+            sources,
+            acts_on,
+        };
+        if symbols.len() > MOST_PARAMETERS {
+            return Err(format!(
+                "it has {} parameters; allowed are {MOST_PARAMETERS}: what has more fits anything",
+                symbols.len()
+            ));
+        }
+        formula.check_units(symbols)?;
+        Ok(formula)
+    }
+
+    /// Its value, in the unit of what it acts on; not finite where it has none.
+    pub fn value(&self, p: Values<'_>, signals: &Signals) -> f64 {
+        let value = |source: &Source| match source {
+            Source::Parameter(k) => p[*k],
+            Source::Signal(k) => (SIGNALS[*k].2)(signals),
+        };
+        let values: Vec<f64> = self.sources.iter().map(value).collect();
+        self.expression.eval(&values).unwrap_or(f64::NAN)
+    }
+
+    /// Its parameters as those of an effect: what it is linear in, together, multiplies columns; the
+    /// rest is searched over its range.
+    pub fn parameters(&self, symbols: &[Symbol<'static>]) -> Vec<Parameter> {
+        let linear = self.linear(symbols);
+        let shaping = symbols.len() - linear.len();
+        let count = if shaping > 1 { TRIED_TOGETHER } else { TRIED };
+        let parameter = |(k, s): (usize, &Symbol<'static>)| Parameter {
+            role: match linear.contains(&k) {
+                true => Role::Linear,
+                false => {
+                    let values: &'static [f64] = Box::leak(tried(s, count).into_boxed_slice());
+                    Role::Shape(Tried {
+                        values,
+                        default: values[count / 2],
+                        continuous: true,
+                    })
+                }
+            },
+            ..Parameter::new(s.name, s.unit, s.low, s.high)
+        };
+        symbols.iter().enumerate().map(parameter).collect()
+    }
+
+    /// The entry of an effect with this law, for good.
+    pub fn entry(
+        self,
+        id: &'static str,
+        title: &'static str,
+        text: &'static str,
+        symbols: &[Symbol<'static>],
+    ) -> Effect {
+        let parameters = self.parameters(symbols);
+        let group = match self.acts_on {
+            ActsOn::Reading(_) => Group::Sensor,
+            ActsOn::Guide | ActsOn::Contact | ActsOn::Wall => Group::Mechanism,
+        };
+        Effect {
+            id,
+            title,
+            summary: text,
+            group,
+            naming: Naming::Cause,
+            equation: text,
+            source: "own hypothesis of the model file",
+            signature: "what the formula says",
+            typical: "within the ranges of the model file",
+            parameters: Box::leak(parameters.into_boxed_slice()),
+            tell_apart: "an experiment in which the formula and its rivals differ",
+            law: Law::Formula(Box::leak(Box::new(self))),
+            separable: false,
+            ..Effect::PLAIN
+        }
+    }
+
+    /// The largest set of parameters in which it is linear together.
+    fn linear(&self, symbols: &[Symbol<'_>]) -> Vec<usize> {
+        let count = symbols.len().min(MOST_PARAMETERS);
+        let mut sets: Vec<u32> = (1..1 << count).collect();
+        sets.sort_by_key(|set| std::cmp::Reverse(set.count_ones()));
+        let members =
+            |set: u32| -> Vec<usize> { (0..count).filter(|k| set & (1 << k) != 0).collect() };
+        let mut all = sets.into_iter().map(members);
+        all.find(|set| self.is_linear_in(set, symbols))
+            .unwrap_or_default()
+    }
+
+    /// Whether it is linear in some parameters together, and vanishes without them; tried at points
+    /// that have nothing in common.
+    fn is_linear_in(&self, linear: &[usize], symbols: &[Symbol<'_>]) -> bool {
+        (0..POINTS).all(|point| {
+            let signals = signals_at(point);
+            let others: Vec<f64> = symbols
+                .iter()
+                .enumerate()
+                .map(|(k, s)| s.low + (s.high - s.low) * scattered(point, 20 + k))
+                .collect();
+            let with = |factor: f64, which: usize| {
+                let mut p = others.clone();
+                for k in linear {
+                    p[*k] = factor * (scattered(point, 40 + 10 * which + k) - 0.3);
+                }
+                p
+            };
+            let sum: Vec<f64> = {
+                let (a, b) = (with(1.0, 0), with(1.0, 1));
+                let add = |k: usize| {
+                    if linear.contains(&k) {
+                        a[k] + b[k]
+                    } else {
+                        a[k]
+                    }
+                };
+                (0..a.len()).map(add).collect()
+            };
+            let at = |p: &[f64]| self.value(p, &signals);
+            let (a, b) = (at(&with(1.0, 0)), at(&with(1.0, 1)));
+            let close = |x: f64, y: f64| (x - y).abs() <= 1e-9 * (x.abs() + y.abs() + 1e-300);
+            close(at(&sum), a + b) && close(at(&with(3.0, 0)), 3.0 * a)
+        })
+    }
+
+    /// Whether it gives the unit of what it acts on: if all quantities are counted in other base
+    /// units, the result has to change as a force does.
+    fn check_units(&self, symbols: &[Symbol<'_>]) -> Result<(), String> {
+        let units: Vec<Dimension> = symbols
+            .iter()
+            .map(|s| {
+                Dimension::of(s.unit).ok_or_else(|| {
+                    format!(
+                        "unit `{}` of `{}` is not known; expected products of m, s, kg, N, rad, Hz and \
+                         `-` for none, as `N·s/m` or `N/m^3`",
+                        s.unit, s.name
+                    )
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        let wanted = Dimension::of(self.acts_on.unit()).unwrap_or_default();
+        let mut tested = false;
+        for point in 0..POINTS {
+            let signals = signals_at(point);
+            let values: Vec<f64> = symbols
+                .iter()
+                .enumerate()
+                .map(|(k, s)| s.low + (s.high - s.low) * scattered(point, 20 + k))
+                .collect();
+            let plain = self.value(&values, &signals);
+            if !plain.is_finite() || plain == 0.0 {
+                continue;
+            }
+            tested = true;
+            for (name, scale) in [
+                ("metres", [2.0, 1.0, 1.0]),
+                ("seconds", [1.0, 2.0, 1.0]),
+                ("newtons", [1.0, 1.0, 2.0]),
+            ] {
+                let scaled: Vec<f64> = values
+                    .iter()
+                    .zip(&units)
+                    .map(|(value, unit)| value * unit.factor(scale))
+                    .collect();
+                let got = self.value(&scaled, &scaled_signals(&signals, scale));
+                let expected = plain * wanted.factor(scale);
+                if (got - expected).abs() > 1e-6 * expected.abs() {
+                    return Err(format!(
+                        "it does not give {}: counted in other {name}, its result changes by {:.4} where \
+                         {} changes by {:.4}; check the units of its parameters",
+                        self.acts_on.unit(),
+                        got / plain,
+                        self.acts_on.unit(),
+                        wanted.factor(scale)
+                    ));
+                }
+            }
+        }
+        match tested {
+            true => Ok(()),
+            false => {
+                Err("it has no value other than 0 within the ranges of its parameters".to_owned())
+            }
+        }
+    }
+}
+
+fn source(
+    name: &str,
+    text: &str,
+    acts_on: ActsOn,
+    symbols: &[Symbol<'_>],
+) -> Result<Source, String> {
+    if let Some(k) = symbols.iter().position(|s| s.name == name) {
+        return Ok(Source::Parameter(k));
+    }
+    let signals = || SIGNALS.iter().map(|s| s.0).filter(|s| acts_on.gives(s));
+    if signals().any(|known| known == name) {
+        let place = SIGNALS.iter().position(|s| s.0 == name).unwrap_or(0);
+        return Ok(Source::Signal(place));
+    }
+    let known: Vec<&str> = symbols.iter().map(|s| s.name).chain(signals()).collect();
+    let hint = match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "a parameter needs a line with its unit and range".to_owned(),
+    };
+    let place = text
+        .find(name)
+        .map_or(0, |at| text[..at].chars().count() + 1);
+    Err(format!(
+        "`{name}` at character {place} is not known; {hint} known are: {}",
+        known.join(", ")
+    ))
+}
+
+/// Values of a parameter over its range: by equal factors where it spans more than one decade, else
+/// by equal steps.
+fn tried(s: &Symbol<'_>, count: usize) -> Vec<f64> {
+    let share = |k: usize| (k as f64 + 0.5) / count as f64;
+    let by_factors = s.low > 0.0 && s.high / s.low > 10.0;
+    let value = |k: usize| match by_factors {
+        true => s.low * (s.high / s.low).powf(share(k)),
+        false => s.low + (s.high - s.low) * share(k),
+    };
+    (0..count).map(value).collect()
+}
+
+/// Points at which a formula is tried out.
+const POINTS: usize = 8;
+
+/// Numbers in (0, 1) without a pattern: multiples of the golden ratio.
+fn scattered(point: usize, k: usize) -> f64 {
+    let golden = 0.618_033_988_749_894_9;
+    (golden * (1.0 + point as f64 * 13.0 + k as f64 * 7.0))
+        .fract()
+        .clamp(0.05, 0.95)
+}
+
+fn signals_at(point: usize) -> Signals {
+    let value = |k: usize| 2.0 * scattered(point, k) - 0.9;
+    let velocity = value(1);
+    Signals {
+        position: value(0),
+        velocity,
+        acceleration: value(2),
+        direction: velocity.signum(),
+        force: value(3).abs(),
+        time: value(4).abs(),
+        depth: value(5).abs(),
+        rate: value(6),
+        gap: value(7).abs(),
+    }
+}
+
+fn scaled_signals(s: &Signals, scale: [f64; 3]) -> Signals {
+    let factor = |unit: &str| Dimension::of(unit).unwrap_or_default().factor(scale);
+    Signals {
+        position: s.position * factor("m"),
+        velocity: s.velocity * factor("m/s"),
+        acceleration: s.acceleration * factor("m/s^2"),
+        direction: s.direction,
+        force: s.force * factor("N"),
+        time: s.time * factor("s"),
+        depth: s.depth * factor("m"),
+        rate: s.rate * factor("m/s"),
+        gap: s.gap * factor("m"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COGGING: [Symbol<'static>; 3] = [
+        Symbol {
+            name: "amplitude_n",
+            unit: "N",
+            low: 0.0,
+            high: 20.0,
+        },
+        Symbol {
+            name: "phase_rad",
+            unit: "rad",
+            low: 0.0,
+            high: 6.3,
+        },
+        Symbol {
+            name: "pitch_m",
+            unit: "m",
+            low: 1e-3,
+            high: 0.1,
+        },
+    ];
+    const TEXT: &str = "amplitude_n * sin(2 * PI * position / pitch_m + phase_rad)";
+
+    #[test]
+    fn it_is_evaluated_and_its_linear_parameter_found() {
+        let formula = Formula::parse(TEXT, ActsOn::Guide, &COGGING).unwrap();
+        let at = Signals {
+            position: 0.0125,
+            ..Signals::default()
+        };
+        assert!((formula.value(&[3.0, 0.0, 0.05], &at) - 3.0).abs() < 1e-12);
+        let roles: Vec<bool> = formula
+            .parameters(&COGGING)
+            .iter()
+            .map(|p| p.role == Role::Linear)
+            .collect();
+        assert_eq!(roles, [true, false, false]);
+    }
+
+    /// Neither amplitude is linear alone, both are together.
+    #[test]
+    fn linear_parameters_are_found_together() {
+        let of = |name, unit, low, high| Symbol {
+            name,
+            unit,
+            low,
+            high,
+        };
+        let symbols = [
+            of("a_n", "N", -1.0, 1.0),
+            of("b_n", "N", -1.0, 1.0),
+            of("pitch_m", "m", 1e-3, 1.0),
+        ];
+        let text = "a_n * sin(position/pitch_m) + b_n * cos(position/pitch_m)";
+        let formula = Formula::parse(text, ActsOn::Guide, &symbols).unwrap();
+        assert_eq!(formula.linear(&symbols), [0, 1]);
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let wrong = |text: &str, symbols: &[Symbol<'static>]| {
+            Formula::parse(text, ActsOn::Guide, symbols).unwrap_err()
+        };
+        let said = wrong("amplitude_n * sin(positoin)", &COGGING[..1]);
+        assert!(
+            said.contains("`positoin` at character 19") && said.contains("`position`?"),
+            "{said}"
+        );
+        let said = wrong("amplitude_n * position", &COGGING[..1]);
+        assert!(
+            said.contains("does not give N") && said.contains("metres"),
+            "{said}"
+        );
+        let said = wrong("amplitude_n * (1 + ", &COGGING[..1]);
+        assert!(said.contains("expected an expression"), "{said}");
+        let said = wrong("amplitude_n * depth / pitch_m", &COGGING);
+        assert!(said.contains("`depth`"), "{said}");
+        let said = wrong("amplitude_n", &COGGING[..2]);
+        assert!(said.contains("`phase_rad` does not occur"), "{said}");
+    }
+}

@@ -1,0 +1,151 @@
+//! The true duration of every cycle, recovered from the motion.
+//!
+//! Gauss-Newton on the durations: executed velocities and displacements between poses on one side, their
+//! simulation with these durations on the other, and the spread of the jitter as prior. A duration
+//! acts on the velocities of a few cycles only, so the columns of the Jacobian are found together,
+//! each perturbed simulation serving every cycle that is far enough from the next.
+
+use crate::effects::body::clock_jitter::Scatter;
+use crate::model::Model;
+use crate::model::log::Log;
+use nalgebra::Vector3;
+use softdock_actuator::{Reading, Timing, simulate};
+
+/// Iterations of Gauss and Newton; the problem is nearly linear.
+const ITERATIONS: usize = 4;
+/// Iterations of the conjugate gradients inside.
+const SOLVER: usize = 30;
+/// Perturbation for the derivatives, s.
+const STEP_S: f64 = 1e-6;
+
+/// Residuals and their derivatives, row by row.
+struct Linear {
+    residual: Vec<f64>,
+    /// (column, derivative) of each row.
+    rows: Vec<Vec<(usize, f64)>>,
+}
+
+/// Durations of all cycles, s; entry n belongs to the cycle that ends with cycle n.
+pub fn recover(model: &Model, log: &Log, jitter: &Scatter) -> Vec<f64> {
+    let mut intervals = vec![log.cycle_s; log.cycle_count()];
+    let chain = model.chain(0);
+    let reach = ((chain.delay_s + 5.0 * chain.lag_s) / log.cycle_s) as usize + 2;
+    let smallest = 0.05 * log.cycle_s;
+    let spread_s = jitter.duration_s();
+    for _ in 0..ITERATIONS {
+        let linear = linearise(model, log, &intervals, reach);
+        let deviation: Vec<f64> = intervals.iter().map(|i| i - log.cycle_s).collect();
+        let change = solve(&linear, &deviation, spread_s);
+        for (interval, change) in intervals.iter_mut().zip(change) {
+            *interval = (*interval + change).max(smallest);
+        }
+    }
+    intervals
+}
+
+fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linear {
+    let axes: Vec<usize> = model.rig.active_axes.iter().map(|a| a.index()).collect();
+    let mut linear = Linear {
+        residual: Vec::new(),
+        rows: Vec::new(),
+    };
+    for axis in axes {
+        let sigma = log.velocity_sigma[axis];
+        let chain = model.chain(axis);
+        let simulated = |intervals: &[f64]| {
+            let timing = Timing {
+                cycle_s: log.cycle_s,
+                intervals_s: intervals,
+            };
+            let mut velocity = simulate(&chain, &log.sent[axis], &timing, log.reading);
+            timing.as_recorded(&mut velocity, log.reading);
+            velocity
+        };
+        let base = simulated(intervals);
+        let perturbed: Vec<Vec<f64>> = (0..reach)
+            .map(|phase| {
+                let mut shifted = intervals.to_vec();
+                shifted
+                    .iter_mut()
+                    .skip(phase)
+                    .step_by(reach)
+                    .for_each(|i| *i += STEP_S);
+                simulated(&shifted)
+            })
+            .collect();
+        for n in 1..log.cycle_count() {
+            let first = (n + 1).saturating_sub(reach);
+            let row: Vec<(usize, f64)> = (first..=n)
+                .map(|k| (k, (perturbed[k % reach][n] - base[n]) / STEP_S / sigma))
+                .filter(|(_, slope)| slope.abs() > 1e-9)
+                .collect();
+            linear
+                .residual
+                .push((log.executed[axis][n] - base[n]) / sigma);
+            linear.rows.push(row);
+            // A difference of poses says all that the poses say.
+            if axis < 3 && log.reading == Reading::AtEnd {
+                let (displacement, _) = increments(log, n);
+                let velocity = 0.5 * (base[n] + base[n - 1]);
+                let sigma = std::f64::consts::SQRT_2 * model.noise.position_m;
+                linear
+                    .residual
+                    .push((displacement[axis] - velocity * intervals[n]) / sigma);
+                linear.rows.push(vec![(n, velocity / sigma)]);
+            }
+        }
+    }
+    linear
+}
+
+/// Change of the durations: conjugate gradients on `(JᵀJ + 1/s²) x = Jᵀr − d/s²`.
+fn solve(linear: &Linear, deviation: &[f64], jitter_s: f64) -> Vec<f64> {
+    let prior = 1.0 / (jitter_s * jitter_s).max(1e-18);
+    let apply = |x: &[f64]| -> Vec<f64> {
+        let mut out: Vec<f64> = x.iter().map(|x| prior * x).collect();
+        for row in &linear.rows {
+            let along: f64 = row.iter().map(|(k, slope)| slope * x[*k]).sum();
+            row.iter().for_each(|(k, slope)| out[*k] += slope * along);
+        }
+        out
+    };
+    let mut left: Vec<f64> = deviation.iter().map(|d| -prior * d).collect();
+    for (row, r) in linear.rows.iter().zip(&linear.residual) {
+        row.iter().for_each(|(k, slope)| left[*k] += slope * r);
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut x = vec![0.0; deviation.len()];
+    let mut direction = left.clone();
+    let mut norm = dot(&left, &left);
+    let enough = 1e-12 * norm;
+    for _ in 0..SOLVER {
+        if norm <= enough {
+            break;
+        }
+        let image = apply(&direction);
+        let step = norm / dot(&direction, &image);
+        x.iter_mut()
+            .zip(&direction)
+            .for_each(|(x, d)| *x += step * d);
+        left.iter_mut()
+            .zip(&image)
+            .for_each(|(l, i)| *l -= step * i);
+        let next = dot(&left, &left);
+        let share = next / norm;
+        direction
+            .iter_mut()
+            .zip(&left)
+            .for_each(|(d, l)| *d = l + share * *d);
+        norm = next;
+    }
+    x
+}
+
+/// Way between two poses, and the mean of the velocities measured there.
+pub fn increments(log: &Log, n: usize) -> (Vector3<f64>, Vector3<f64>) {
+    let velocity = |k: usize| Vector3::from_fn(|i, _| log.executed[i][k]);
+    (
+        log.position(n) - log.position(n - 1),
+        (velocity(n) + velocity(n - 1)) * 0.5,
+    )
+}

@@ -1,0 +1,83 @@
+//! Which parameters an effect of a model file may have.
+
+use crate::effects::Effect;
+use crate::model::Model;
+use crate::model::load::effects::LoadEffect;
+use crate::model::stage::Stage;
+
+/// A parameter that an effect may have in a model file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Allowed {
+    /// Name with unit.
+    pub name: &'static str,
+    /// SI unit, `-` if it has none.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// Value where the file gives none.
+    pub default: f64,
+    /// It says which form of the effect it is; there is nothing to fit.
+    pub choice: bool,
+}
+
+/// Parameters that an effect may have: those of the catalogue, and the forms of its stages.
+pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
+    let on_the_reading = LoadEffect::find(model, effect.id);
+    let parameters = on_the_reading.map_or(effect.parameters, |load| load.parameters.as_slice());
+    let mut all: Vec<Allowed> = parameters
+        .iter()
+        .map(|p| Allowed {
+            name: p.name,
+            unit: p.unit,
+            low: p.low,
+            high: p.high,
+            default: p.default(),
+            choice: p.is_form(),
+        })
+        .collect();
+    let forms = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
+    for name in forms.flat_map(|stage| stage.form()) {
+        let (low, high, default) = (0.0, 1.0, 0.0);
+        let form = Allowed {
+            name,
+            unit: "-",
+            low,
+            high,
+            default,
+            choice: true,
+        };
+        add(&mut all, form);
+    }
+    add_rotations(&mut all, effect);
+    all
+}
+
+/// Adds the parameters of rotations where a stage has others than for translations, with the same
+/// range in their unit.
+fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
+    let stages = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
+    for stage in stages.filter(|s| s.has_units_of_its_axes()) {
+        let pairs = stage.parameters(true).iter().zip(stage.parameters(false));
+        for ((name, unit), (linear, _)) in pairs {
+            if let Some(of) = all.iter().find(|p| p.name == *linear).copied() {
+                add(all, Allowed { name, unit, ..of });
+            }
+        }
+    }
+}
+
+/// Adds a parameter, unless one of its name is there.
+fn add(all: &mut Vec<Allowed>, one: Allowed) {
+    if all.iter().all(|a| a.name != one.name) {
+        all.push(one);
+    }
+}
+
+impl Allowed {
+    /// Whether it may have a value.
+    pub fn holds(&self, value: f64) -> bool {
+        value >= self.low && value <= self.high
+    }
+}

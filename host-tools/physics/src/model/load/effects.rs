@@ -1,0 +1,347 @@
+//! What the catalogue's laws do to the sensor's reading over a log, for prediction and fit.
+//!
+//! With all parameters given, an effect is a part of the reading. For a fit, the parts of its linear
+//! parameters are columns of a regression; the others shape the columns. Columns are difference
+//! quotients of the part itself, so that they cannot disagree with it.
+
+use super::{Column, Scene, laws};
+use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
+use crate::model::{EffectModel, FilterModel, Model};
+use softdock_statistics::LowPass;
+use std::collections::BTreeMap;
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+/// What a coefficient may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Any sign.
+    Free,
+    /// Not negative: physics forbids it.
+    Positive,
+    /// The column is the whole effect: its coefficient is 1.
+    One,
+}
+
+/// A parameter that multiplies a column.
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficient {
+    /// Name with unit, as in the catalogue.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// What it may be.
+    pub sign: Sign,
+    /// It stands for all others at once.
+    pub common: bool,
+}
+
+/// A parameter that shapes the columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Name with unit.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Values that a search tries.
+    pub tried: &'static [f64],
+    /// It is a choice of form, not a physical size that matters: it has no interval.
+    pub choice: bool,
+    /// It takes any value between those that are tried.
+    pub continuous: bool,
+}
+
+/// An effect on the reading.
+pub struct LoadEffect {
+    /// Its entry.
+    pub effect: &'static Effect,
+    /// Id in the catalogue.
+    pub id: &'static str,
+    /// Its parameters, as those of a bearing where it acts on one.
+    pub parameters: Vec<Parameter>,
+    /// Parameters that multiply the columns, in their order.
+    pub coefficients: Vec<Coefficient>,
+    /// Parameters that shape the columns.
+    pub shapes: Vec<Shape>,
+}
+
+/// Those of the catalogue; where two explain a log equally well, the earlier one is named.
+static CATALOGUED: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(false));
+/// The same where the guide is a bearing.
+static OF_BEARINGS: LazyLock<Vec<LoadEffect>> = LazyLock::new(|| catalogued(true));
+/// Those of hypotheses, by their entries.
+static OWN: Mutex<Vec<&'static LoadEffect>> = Mutex::new(Vec::new());
+
+fn catalogued(bearing: bool) -> Vec<LoadEffect> {
+    let all = CATALOGUE.iter();
+    all.filter_map(|e| LoadEffect::of(e, bearing)).collect()
+}
+
+impl LoadEffect {
+    /// All of them, in the order of the catalogue, then the model's own hypotheses.
+    pub fn all(model: &Model) -> impl Iterator<Item = &'static Self> + '_ {
+        let own = model.hypotheses.iter();
+        let own = own.filter_map(|hypothesis| Self::own(hypothesis.effect().ok()?));
+        let catalogued: &'static [Self] = match model.bearing() {
+            Some(_) => &OF_BEARINGS,
+            None => &CATALOGUED,
+        };
+        catalogued.iter().chain(own)
+    }
+
+    /// By its id.
+    pub fn find(model: &Model, id: &str) -> Option<&'static Self> {
+        Self::all(model).find(|effect| effect.id == id)
+    }
+
+    fn own(entry: &'static Effect) -> Option<&'static Self> {
+        let mut own = OWN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = own.iter().find(|known| std::ptr::eq(known.effect, entry)) {
+            return Some(known);
+        }
+        let new: &'static Self = Box::leak(Box::new(Self::of(entry, false)?));
+        own.push(new);
+        Some(new)
+    }
+
+    /// None for an effect that does not change the reading, or only its samples.
+    fn of(effect: &'static Effect, bearing: bool) -> Option<Self> {
+        if matches!(
+            effect.law,
+            Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock
+        ) || (effect.is_of_a_bearing() && !bearing)
+        {
+            return None;
+        }
+        let parameters: Vec<Parameter> = match bearing {
+            true => effect.on_a_bearing(),
+            false => effect.parameters.to_vec(),
+        };
+        let linear = parameters.iter().filter(|p| p.role == Role::Linear);
+        let shaping = parameters.iter().filter_map(|p| Some((p, p.tried()?)));
+        Some(Self {
+            effect,
+            id: effect.id,
+            coefficients: linear
+                .map(|p| Coefficient {
+                    name: p.name,
+                    unit: p.unit,
+                    sign: if p.is_signed() {
+                        Sign::Free
+                    } else {
+                        Sign::Positive
+                    },
+                    common: p.common,
+                })
+                .collect(),
+            shapes: shaping
+                .map(|(p, tried)| Shape {
+                    name: p.name,
+                    unit: p.unit,
+                    tried: tried.values,
+                    choice: p.is_form(),
+                    continuous: tried.continuous,
+                })
+                .collect(),
+            parameters,
+        })
+    }
+
+    /// Whether it changes the reading as a whole, whatever loads the sensor.
+    pub fn acts_on_reading(&self) -> bool {
+        matches!(
+            self.effect.law,
+            Law::Load(_)
+                | Law::Drive(_)
+                | Law::Zero(_)
+                | Law::Late(_)
+                | Law::Range(_)
+                | Law::Actuator(_)
+        )
+    }
+
+    /// Whether what it does depends on what else there is: it acts on what loads the sensor.
+    pub fn acts_on_load(&self) -> bool {
+        self.acts_on_reading() && !matches!(self.effect.law, Law::Zero(_))
+    }
+
+    /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
+    /// off depends on all that pushes.
+    pub fn is_linear(&self) -> bool {
+        !self.effect.is_of_a_contact() && !matches!(self.effect.law, Law::Docking(_))
+    }
+
+    /// The columns as they stand in the log, through the filter of its import if it had one; None if
+    /// the log or the model has nothing for the effect to act on.
+    pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
+        if !laws::acts(scene, self.effect) {
+            return None;
+        }
+        let columns: Option<Vec<Column>> = match self.coefficients.len() {
+            0 => self.part(scene, &self.values(shapes, &[])).map(|c| vec![c]),
+            count => (0..count).map(|k| self.slope(scene, shapes, k)).collect(),
+        };
+        columns.filter(|columns| !columns.iter().all(Column::is_zero))
+    }
+
+    /// The columns around given coefficients: times these they are the effect exactly, also where
+    /// it is not linear in its only one.
+    pub fn columns_at(
+        &self,
+        scene: &Scene,
+        shapes: &[f64],
+        coefficients: &[f64],
+    ) -> Option<Vec<Column>> {
+        let alone = self.coefficients.len() == 1 && !self.is_linear();
+        match coefficients {
+            [one] if *one != 0.0 && alone && laws::acts(scene, self.effect) => {
+                let mut part = self.part(scene, &self.values(shapes, coefficients))?;
+                part.scale(1.0 / one);
+                Some(vec![part])
+            }
+            _ => self.columns(scene, shapes),
+        }
+    }
+
+    /// Part of the reading, with parameters from a model file; what is left out is 0 or default.
+    pub fn contribution(&self, scene: &Scene, parameters: &BTreeMap<String, f64>) -> Column {
+        contribution(scene, &[(self, self.given(parameters))])
+    }
+
+    /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
+    /// catalogue, or a part of a tool that weighs more.
+    pub fn is_implausible(&self, model: &Model, name: &str, value: f64) -> bool {
+        let known = self.parameters.iter().find(|p| p.name == name);
+        known.is_some_and(|p| {
+            let least = p.of_the_tool * model.tool.mass_kg;
+            !p.is_plausible(value) || (p.of_the_tool > 0.0 && value < least)
+        })
+    }
+
+    /// Values of a model file in the order of the parameters; what is left out has its default.
+    pub fn given(&self, values: &BTreeMap<String, f64>) -> Vec<f64> {
+        let value = |p: &Parameter| values.get(p.name).copied().unwrap_or(p.default());
+        self.parameters.iter().map(value).collect()
+    }
+
+    /// Values in the order of the catalogue's parameters.
+    pub fn values(&self, shapes: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        let (mut shapes, mut coefficients) = (shapes.iter(), coefficients.iter());
+        let value = |p: &Parameter| match p.role {
+            Role::Linear => coefficients.next(),
+            Role::Shape(_) | Role::Form(_) => shapes.next(),
+        };
+        let given = self.effect.parameters.iter().map(value);
+        given.map(|v| v.copied().unwrap_or(0.0)).collect()
+    }
+
+    /// Difference quotient of the part by a coefficient, at zero. Its step, a millionth of the plausible
+    /// range, is a power of two, so that what is linear has no error of rounding.
+    fn slope(&self, scene: &Scene, shapes: &[f64], k: usize) -> Option<Column> {
+        let mut linear = self
+            .effect
+            .parameters
+            .iter()
+            .filter(|p| p.role == Role::Linear);
+        let parameter = linear.nth(k)?;
+        let step = (1e-6 * (parameter.high - parameter.low))
+            .log2()
+            .floor()
+            .exp2();
+        let mut coefficients = vec![0.0; self.coefficients.len()];
+        coefficients[k] = step;
+        let mut slope = self.part(scene, &self.values(shapes, &coefficients))?;
+        slope.scale(1.0 / step);
+        Some(slope)
+    }
+
+    /// What the effect does to the reading; None for forms that exclude each other.
+    fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
+        let part = self.change(scene, &scene.reading, p)?;
+        Some(match self.acts_on_reading() {
+            true => part,
+            false => as_read(scene, part, &[]),
+        })
+    }
+
+    /// By how much it changes a reading that has the effects before it.
+    fn change(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Option<Column> {
+        let part = laws::part(scene, reading, self.effect, p)?;
+        let filtered_already = self.acts_on_reading() || laws::is_proportional(self.effect, p);
+        Some(match scene.model.sensor.filter {
+            Some(filter) if !filtered_already => through(filter, scene.cycle_s, part),
+            _ => part,
+        })
+    }
+
+    /// The same; nothing where the log has nothing for it to act on.
+    fn change_if_any(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Column {
+        let acts = laws::acts(scene, self.effect);
+        let change = acts.then(|| self.change(scene, reading, p)).flatten();
+        change.unwrap_or_default()
+    }
+}
+
+/// An effect with its parameters, in the order of the catalogue.
+pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
+
+/// What effects together do to the reading, beside those that the model knows.
+pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
+    let (whole, loads): (Vec<&Valued<'_>>, Vec<_>) =
+        effects.iter().partition(|(law, _)| law.acts_on_reading());
+    let mut load = Column::default();
+    for (law, p) in loads {
+        load.add(&law.change_if_any(scene, &scene.reading, p).0);
+    }
+    as_read(scene, load, &whole)
+}
+
+/// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
+/// all that loads the sensor, first the known effects, then `whole`.
+fn as_read(scene: &Scene, load: Column, whole: &[&Valued<'_>]) -> Column {
+    let known = known(&scene.model, &scene.model.effects, true);
+    if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
+        return load;
+    }
+    let mut reading = scene.load.clone();
+    reading.add(&load.0);
+    for (law, p) in known.iter().chain(whole.iter().copied()) {
+        let change = law.change_if_any(scene, &reading, p);
+        reading.add(&change.0);
+    }
+    Column::of(scene.len(), |n| {
+        std::array::from_fn(|axis| reading.at(axis, n) - scene.reading.at(axis, n))
+    })
+}
+
+/// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.
+fn known(model: &Model, effects: &[EffectModel], whole: bool) -> Vec<Valued<'static>> {
+    let laws = effects.iter().filter_map(|effect| {
+        let law = LoadEffect::find(model, &effect.id)?;
+        Some((law, law.given(&effect.parameters)))
+    });
+    laws.filter(|(law, _)| law.acts_on_reading() == whole)
+        .collect()
+}
+
+/// Through the filter of the import.
+fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
+    let filter = LowPass::new(filter.order, filter.cutoff_hz * cycle_s);
+    for series in part.0.iter_mut().filter(|series| !series.is_empty()) {
+        *series = filter.zero_phase(series);
+    }
+    part
+}
+
+/// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a
+/// whole acts last, wherever it stands in the file.
+pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
+    for whole in [false, true] {
+        for (law, p) in known(&scene.model, effects, whole) {
+            let change = law.change_if_any(scene, &scene.reading, &p);
+            scene.reading.add(&change.0);
+        }
+        if !whole {
+            scene.load = scene.reading.clone();
+        }
+    }
+}

@@ -1,0 +1,466 @@
+//! A log's motion with everything that effects of the sensor's load depend on.
+
+use super::{Docked, LoadModel, tip_motion};
+use crate::effects::Lateness;
+use crate::model::Model;
+use nalgebra::{Matrix3, Vector3};
+use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
+use softdock_control::wrench::Motion;
+use softdock_mechanism::DockingSettings;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+/// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column(pub [Vec<f64>; 6]);
+
+impl Column {
+    /// From a wrench for each cycle; series without any load are left empty.
+    pub fn of(count: usize, mut wrench: impl FnMut(usize) -> [f64; 6]) -> Self {
+        let mut column = Self(std::array::from_fn(|_| vec![0.0; count]));
+        let mut loaded = [false; 6];
+        for n in 0..count {
+            let values = wrench(n);
+            for axis in 0..6 {
+                column.0[axis][n] = values[axis];
+                loaded[axis] |= values[axis] != 0.0;
+            }
+        }
+        let empty = column.0.iter_mut().zip(loaded).filter(|(_, some)| !some);
+        empty.for_each(|(series, _)| series.clear());
+        column
+    }
+
+    /// On one axis.
+    pub fn on_axis(axis: usize, series: impl Iterator<Item = f64>) -> Self {
+        let mut column = Self::default();
+        let series: Vec<f64> = series.collect();
+        if series.iter().any(|v| *v != 0.0) {
+            column.0[axis] = series;
+        }
+        column
+    }
+
+    /// Value of an axis in a cycle.
+    pub fn at(&self, axis: usize, n: usize) -> f64 {
+        self.0[axis].get(n).copied().unwrap_or(0.0)
+    }
+
+    /// Whether there is nothing in it.
+    pub fn is_zero(&self) -> bool {
+        self.0.iter().all(Vec::is_empty)
+    }
+
+    /// All axes in a cycle.
+    pub fn row(&self, n: usize) -> [f64; 6] {
+        std::array::from_fn(|axis| self.at(axis, n))
+    }
+
+    /// Adds six series.
+    pub fn add(&mut self, series: &[Vec<f64>; 6]) {
+        for (own, other) in self.0.iter_mut().zip(series) {
+            if own.is_empty() {
+                own.clone_from(other);
+            } else {
+                own.iter_mut().zip(other).for_each(|(o, s)| *o += s);
+            }
+        }
+    }
+
+    /// Multiplies all series.
+    pub fn scale(&mut self, factor: f64) {
+        let all = self.0.iter_mut().flatten();
+        all.for_each(|value| *value *= factor);
+    }
+
+    /// Adds a multiple of this column to other series.
+    pub fn add_to(&self, factor: f64, series: &mut [Vec<f64>; 6]) {
+        for (own, other) in self.0.iter().zip(series) {
+            own.iter()
+                .zip(other)
+                .for_each(|(own, other)| *other += factor * own);
+        }
+    }
+}
+
+/// Contact of the tip with one wall over a log.
+#[derive(Clone, Debug)]
+pub struct Touch {
+    /// Number of the wall in the model, from 1.
+    pub number: usize,
+    /// Out of the wall, in C.
+    pub normal: Vector3<f64>,
+    /// The point that touches, in M.
+    pub tip: Vector3<f64>,
+    /// Penetration, m; negative out of contact.
+    pub penetration: Vec<f64>,
+    /// Its rate, m/s.
+    pub rate: Vec<f64>,
+    /// Nominal force, N.
+    pub force: Vec<f64>,
+    /// Nominal stiffness, N/m.
+    pub stiffness: f64,
+    /// Nominal damping, N·s/m.
+    pub damping: f64,
+    /// Penetration at which the damping acts in full, m.
+    pub damping_depth: f64,
+}
+
+impl Touch {
+    /// Share of the damping that acts at a depth, 0 to 1.
+    pub fn onset(&self, depth: f64) -> f64 {
+        if self.damping_depth > 0.0 {
+            (depth / self.damping_depth).min(1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// What the nominal wall would push at a depth in a cycle, N, and pull where it cannot.
+    pub fn push_at(&self, n: usize, depth: f64) -> f64 {
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        self.stiffness * depth + self.damping * self.onset(depth) * self.rate[n]
+    }
+}
+
+/// Motion, contact and nominal reading of every cycle of a log.
+pub struct Scene {
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// Time of each cycle, s.
+    pub time_s: Vec<f64>,
+    /// Pose of M in C.
+    pub pose: Vec<Pose<f64>>,
+    /// Velocity and acceleration of M.
+    pub motion: Vec<Motion<f64>>,
+    /// Orientation of C in M.
+    pub m_from_c: Vec<Matrix3<f64>>,
+    /// Contact with each wall.
+    pub touches: Vec<Touch>,
+    /// What the nominal docking mechanisms do at M, in axes of M; empty without one.
+    pub docked: Vec<Wrench<f64>>,
+    /// Reading in S by the nominal parameters alone.
+    nominal: Column,
+    /// What loads the sensor: the same with all known effects but those that act on the reading as a whole.
+    pub(super) load: Column,
+    /// Reading in S by the nominal parameters and all effects that are known.
+    pub reading: Column,
+    /// Zero of the sensor.
+    pub bias: [f64; 6],
+    /// Position of S in M.
+    pub m_from_s: Pose<f64>,
+    /// Origin of S in M, m.
+    pub sensor: Vector3<f64>,
+    /// Orientation of M in S.
+    pub s_from_m: Matrix3<f64>,
+    /// The guide's free direction, in C; of a bearing, what it turns about.
+    pub axis: Vector3<f64>,
+    /// Position along the guide, m; of a bearing the angle, rad.
+    pub position: Vec<f64>,
+    /// Acceleration along the guide, m/s² or rad/s².
+    pub acceleration: Vec<f64>,
+    /// The guided point, or the one that touches the first wall, in M, m.
+    pub tip: Vector3<f64>,
+    /// What each point of action has of the guide: M, tip, origin of the sensor.
+    guided: [Guided; 3],
+    /// The nominal model.
+    pub model: Model,
+}
+
+/// Where each pose is along an axis of C, m, or how far it has turned about it, rad: the whole turn that
+/// is nearest to the pose before.
+pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>, turns: bool) -> Vec<f64> {
+    if !turns {
+        let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
+        return poses.iter().map(along).collect();
+    }
+    let mut turned = 0.0;
+    let angle = |pose: &Pose<f64>| {
+        let angle = axis.dot(&pose.rotation.scaled_axis());
+        turned = angle + TAU * ((turned - angle) / TAU).round();
+        turned
+    };
+    poses.iter().map(angle).collect()
+}
+
+/// A point of M on which a guide may act.
+#[derive(Clone, Debug, Default)]
+struct Guided {
+    /// Its velocity along the guide, m/s; of a bearing rad/s.
+    velocity: Vec<f64>,
+    /// Reading of a force of 1 N along the guide; of a torque of 1 N·m about a bearing.
+    unit: Column,
+}
+
+impl Scene {
+    /// From the motion of a log.
+    pub fn new(
+        model: &Model,
+        cycle_s: f64,
+        time_s: Vec<f64>,
+        pose: Vec<Pose<f64>>,
+        motion: Vec<Motion<f64>>,
+    ) -> Self {
+        let load = LoadModel::new(model);
+        let touches = load
+            .walls
+            .iter()
+            .zip(1..)
+            .map(|(wall, number)| {
+                let at: Vec<(f64, f64)> = pose
+                    .iter()
+                    .zip(&motion)
+                    .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
+                    .collect();
+                Touch {
+                    number,
+                    normal: wall.normal,
+                    tip: wall.tip,
+                    force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
+                    penetration: at.iter().map(|a| a.0).collect(),
+                    rate: at.iter().map(|a| a.1).collect(),
+                    stiffness: wall.stiffness,
+                    damping: wall.damping,
+                    damping_depth: wall.damping_depth,
+                }
+            })
+            .collect();
+        let m_from_c = pose
+            .iter()
+            .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
+            .collect();
+        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion);
+        let nominal = Column::of(pose.len(), |n| {
+            (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
+        });
+        let docking = model.contact.docking.first();
+        let mut scene = Self {
+            cycle_s,
+            touches,
+            docked,
+            m_from_c,
+            reading: nominal.clone(),
+            load: nominal.clone(),
+            nominal,
+            bias: model.sensor.bias,
+            m_from_s: load.m_from_s,
+            sensor: load.m_from_s.translation.vector,
+            s_from_m: load
+                .m_from_s
+                .rotation
+                .inverse()
+                .to_rotation_matrix()
+                .into_inner(),
+            tip: load
+                .guide
+                .as_ref()
+                .map(|g| g.tip)
+                .or(load.walls.first().map(|w| w.tip))
+                .or(docking.map(|d| d.tip_m.into()))
+                .unwrap_or_default(),
+            axis: match (&load.guide, model.bearing(), docking) {
+                (Some(guide), ..) => guide.axis,
+                (None, Some(axis), _) => Vector3::ith(axis.index() - 3, 1.0),
+                (None, None, Some(d)) => {
+                    orientation_from_abc::<f64>(&d.orientation_abc_rad) * Vector3::x()
+                }
+                (None, None, None) => Vector3::x(),
+            },
+            position: Vec::new(),
+            acceleration: Vec::new(),
+            guided: Default::default(),
+            model: model.clone(),
+            time_s,
+            pose,
+            motion,
+        };
+        let turns = scene.model.bearing().is_some();
+        scene.position = positions(&scene.pose, &scene.axis, turns);
+        scene.acceleration = scene.accelerations();
+        scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
+        scene
+    }
+
+    fn accelerations(&self) -> Vec<f64> {
+        let along = |motion: &Motion<f64>| match self.model.bearing() {
+            Some(_) => self.axis.dot(&motion.acceleration.angular),
+            None => self.axis.dot(&motion.acceleration.linear),
+        };
+        self.motion.iter().map(along).collect()
+    }
+
+    fn guided_at(&self, acts_at: f64) -> Guided {
+        if self.model.bearing().is_some() {
+            // What turns about an axis of its own has it in M, too.
+            let along = |motion: &Motion<f64>| self.axis.dot(&motion.velocity.angular);
+            let torque = |n: usize| self.s_from_m * self.m_from_c[n] * self.axis;
+            return Guided {
+                velocity: self.motion.iter().map(along).collect(),
+                unit: Column::of(self.len(), |n| {
+                    let torque = torque(n);
+                    [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
+                }),
+            };
+        }
+        let at = self.point_of_action(acts_at);
+        let along = |n| self.axis.dot(&self.point(n, &at).1);
+        Guided {
+            velocity: (0..self.len()).map(along).collect(),
+            unit: Column::of(self.len(), |n| self.reading_of(n, &at, &self.axis)),
+        }
+    }
+
+    fn guided(&self, acts_at: f64) -> &Guided {
+        let [centre, tip, sensor] = &self.guided;
+        match acts_at as i64 {
+            1 => tip,
+            2 => sensor,
+            _ => centre,
+        }
+    }
+
+    /// Number of cycles.
+    pub fn len(&self) -> usize {
+        self.pose.len()
+    }
+
+    /// Whether there are no cycles.
+    pub fn is_empty(&self) -> bool {
+        self.pose.is_empty()
+    }
+
+    /// What effects of the model file make of the reading.
+    pub fn known(&self) -> Column {
+        Column::of(self.len(), |n| {
+            std::array::from_fn(|axis| self.reading.at(axis, n) - self.nominal.at(axis, n))
+        })
+    }
+
+    /// What has to be commanded in a cycle so that a reading comes, late as it is: the reading of
+    /// a delay later, and the time constant of a lag times its slope.
+    pub fn anticipated(&self, reading: &Column, n: usize, late: &Lateness) -> [f64; 6] {
+        let last = self.len().saturating_sub(1);
+        let at = (n as f64 + late.delay_s / self.cycle_s).clamp(0.0, last as f64);
+        let (low, share) = (at.floor() as usize, at.fract());
+        let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
+        let span_s = (after - before).max(1) as f64 * self.cycle_s;
+        std::array::from_fn(|axis| {
+            let value = |k: usize| reading.at(axis, k.min(last));
+            let slope = (value(after) - value(before)) / span_s;
+            value(low) + share * (value(low + 1) - value(low)) + late.lag_s * slope
+        })
+    }
+
+    /// Reading of a force in C on a point of M.
+    pub fn reading_of(&self, n: usize, point: &Vector3<f64>, force_c: &Vector3<f64>) -> [f64; 6] {
+        let force = self.m_from_c[n] * force_c;
+        let torque = (point - self.sensor).cross(&force);
+        let (force, torque) = (self.s_from_m * force, self.s_from_m * torque);
+        [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+    }
+
+    /// A point of M: 0 its origin, 1 the tip, 2 the origin of the sensor.
+    pub fn point_of_action(&self, choice: f64) -> Vector3<f64> {
+        match choice as i64 {
+            1 => self.tip,
+            2 => self.sensor,
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// Velocity along the guide of the point where its force acts, m/s.
+    pub fn along(&self, n: usize, acts_at: f64) -> f64 {
+        self.guided(acts_at).velocity[n]
+    }
+
+    /// Column of a force along the guide, N in its positive direction.
+    pub fn guide_force(&self, acts_at: f64, force: impl FnMut(usize) -> f64) -> Column {
+        let sizes: Vec<f64> = (0..self.len()).map(force).collect();
+        if sizes.iter().all(|size| *size == 0.0) {
+            return Column::default();
+        }
+        let unit = &self.guided(acts_at).unit;
+        let times = |series: &Vec<f64>| series.iter().zip(&sizes).map(|(u, s)| u * s).collect();
+        Column(unit.0.each_ref().map(times))
+    }
+
+    /// Column of a force out of every wall on the tip, given touch and cycle.
+    pub fn wall_force(&self, mut force: impl FnMut(&Touch, usize) -> f64) -> Column {
+        self.force_of_walls(|touch, n| touch.normal * force(touch, n))
+    }
+
+    /// Column of any force of every wall on the tip, in C, given touch and cycle.
+    pub fn force_of_walls(&self, mut force: impl FnMut(&Touch, usize) -> Vector3<f64>) -> Column {
+        Column::of(self.len(), |n| {
+            let mut sum = [0.0; 6];
+            for touch in &self.touches {
+                let force = force(touch, n);
+                if force != Vector3::zeros() {
+                    let reading = self.reading_of(n, &touch.tip, &force);
+                    sum.iter_mut().zip(reading).for_each(|(s, r)| *s += r);
+                }
+            }
+            sum
+        })
+    }
+
+    /// Change of the nominal reading if the model had other parameters.
+    pub fn change(&self, model: &Model, factor: f64) -> Column {
+        let (load, docked) = (LoadModel::new(model), self.docked_of(model));
+        Column::of(self.len(), |n| {
+            let other = load.wrench(&self.pose[n], &self.motion[n]) + load.docked(&docked, n);
+            let mut six = other.get();
+            for (axis, value) in six.iter_mut().enumerate() {
+                *value = factor * (*value - self.nominal.at(axis, n));
+            }
+            six
+        })
+    }
+
+    /// Difference of the readings of two models.
+    pub fn difference(&self, from: &Model, to: &Model, factor: f64) -> Column {
+        let of = |model: &Model| (LoadModel::new(model), self.docked_of(model).into_owned());
+        let (from, to) = (of(from), of(to));
+        Column::of(self.len(), |n| {
+            let reading = |(load, docked): &(LoadModel, Vec<Wrench<f64>>)| {
+                (load.wrench(&self.pose[n], &self.motion[n]) + load.docked(docked, n)).get()
+            };
+            let (a, b) = (reading(&from), reading(&to));
+            std::array::from_fn(|axis| factor * (b[axis] - a[axis]))
+        })
+    }
+
+    /// What the docking mechanisms of another model do at M; the way is only gone again if they differ.
+    fn docked_of(&self, model: &Model) -> Cow<'_, [Wrench<f64>]> {
+        if model.contact.docking == self.model.contact.docking {
+            return Cow::Borrowed(&self.docked);
+        }
+        let docking = &model.contact.docking;
+        Cow::Owned(Docked::over(
+            docking,
+            self.cycle_s,
+            &self.pose,
+            &self.motion,
+        ))
+    }
+
+    /// Change of the reading if other docking mechanisms stood there.
+    pub fn docked_change(&self, settings: &[DockingSettings]) -> Column {
+        if settings == self.model.contact.docking {
+            return Column::default();
+        }
+        let s_from_m = self.m_from_s.inverse();
+        let other = Docked::over(settings, self.cycle_s, &self.pose, &self.motion);
+        Column::of(self.len(), |n| match (other.get(n), self.docked.get(n)) {
+            (Some(other), Some(nominal)) => (*other - *nominal).transferred(&s_from_m).get(),
+            _ => [0.0; 6],
+        })
+    }
+
+    /// Position and velocity of a point of M in C.
+    pub fn point(&self, n: usize, point: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        tip_motion(&self.pose[n], &self.motion[n].velocity, point)
+    }
+}

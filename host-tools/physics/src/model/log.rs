@@ -1,0 +1,142 @@
+//! A recording as plain series, one per axis: what the search for effects works on.
+
+use crate::model::prediction::robot_axes::Turned;
+use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
+use crate::model::{Model, NoiseModel};
+use anyhow::ensure;
+use nalgebra::{UnitQuaternion, Vector3};
+use softdock_actuator::Reading;
+use softdock_control::frames::Pose;
+use softdock_io::recording::Recording;
+
+/// Six series, one per axis.
+pub type Series = [Vec<f64>; 6];
+
+/// The longest stretch of a recording without a gap.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// Time of each cycle, s.
+    pub time_s: Vec<f64>,
+    /// What the executed velocity is.
+    pub reading: Reading,
+    /// Rates of the robot's axes sent in each cycle; m/s, rad/s.
+    pub sent: Series,
+    /// Executed rates of the robot's axes; m/s, rad/s.
+    pub executed: Series,
+    /// How these rates make a velocity in each cycle; None where they are the velocity.
+    pub turned: Vec<Option<Turned>>,
+    /// Measured pose of M in C.
+    pub pose: Vec<Pose<f64>>,
+    /// Raw wrench in S; N, N·m.
+    pub wrench: Series,
+    /// The wrench of this cycle is new.
+    pub fresh: Vec<bool>,
+    /// Noise of the executed velocity by data sheet.
+    pub velocity_sigma: [f64; 6],
+    /// First cycle of the stretch in the recording.
+    pub first: usize,
+}
+
+impl Log {
+    /// From a recording.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Signals::new`], and a recording without a whole stretch.
+    pub fn new(model: &Model, recording: &Recording) -> anyhow::Result<Self> {
+        Self::of(&Signals::new(recording)?, &model.noise)
+    }
+
+    /// From signals that have been read already.
+    ///
+    /// # Errors
+    ///
+    /// A recording without a whole stretch.
+    pub fn of(signals: &Signals<'_>, noise: &NoiseModel) -> anyhow::Result<Self> {
+        let range = longest_stretch(signals);
+        ensure!(
+            range.len() >= 2,
+            "no two cycles of the recording follow each other; record again, with the loop closed"
+        );
+        let trace = |n: usize| &signals.cycles[n].trace;
+        let series = |of: &dyn Fn(usize) -> [f64; 6]| -> Series {
+            let rows: Vec<[f64; 6]> = range.clone().map(of).collect();
+            std::array::from_fn(|axis| rows.iter().map(|row| row[axis]).collect())
+        };
+        let executed = |n: usize| {
+            let velocity = signals.executed(n).map_or([0.0; 6], |v| v.get());
+            let turned = signals.turned(n);
+            turned.map_or(velocity, |turned| turned.rates(&velocity))
+        };
+        let identity = Pose::identity();
+        Ok(Self {
+            cycle_s: signals.cycle_s,
+            time_s: range.clone().map(|n| trace(n).time_s).collect(),
+            reading: match signals.velocity {
+                VelocityMeaning::CycleMean => Reading::Mean,
+                VelocityMeaning::Sampled => Reading::AtEnd,
+            },
+            sent: series(&|n| signals.sent_rates(n)),
+            executed: series(&executed),
+            turned: range.clone().map(|n| signals.turned(n)).collect(),
+            pose: range
+                .clone()
+                .map(|n| signals.pose(n).unwrap_or(identity))
+                .collect(),
+            wrench: series(&|n| finite(signals.cycles[n].inputs.sensor.wrench)),
+            fresh: range
+                .clone()
+                .map(|n| signals.sampled_in(n) == Some(n))
+                .collect(),
+            velocity_sigma: signals.velocity_sigma(noise),
+            first: range.start,
+        })
+    }
+
+    /// Linear and angular velocity of rates in cycle n.
+    pub fn velocity(&self, n: usize, rates: [f64; 6]) -> [f64; 6] {
+        self.turned[n].map_or(rates, |turned| turned.velocity(&rates))
+    }
+
+    /// Number of cycles.
+    pub fn cycle_count(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// Whether any velocity was sent.
+    pub fn is_commanded(&self) -> bool {
+        self.sent.iter().flatten().any(|v| *v != 0.0)
+    }
+
+    /// Position of M in C.
+    pub fn position(&self, n: usize) -> Vector3<f64> {
+        self.pose[n].translation.vector
+    }
+
+    /// Orientation of M in C.
+    pub fn rotation(&self, n: usize) -> UnitQuaternion<f64> {
+        self.pose[n].rotation
+    }
+}
+
+fn finite(six: [f64; 6]) -> [f64; 6] {
+    six.map(|v| if v.is_finite() { v } else { 0.0 })
+}
+
+/// The longest run of cycles that follow each other with a pose in each.
+fn longest_stretch(signals: &Signals<'_>) -> std::ops::Range<usize> {
+    let mut best = 0..0;
+    let mut start = 0;
+    for n in 0..signals.len() {
+        let breaks = n > start && signals.steps[n] != Step::Next;
+        if breaks || signals.pose(n).is_none() {
+            start = if breaks { n } else { n + 1 };
+        }
+        if n + 1 > start && n + 1 - start > best.len() {
+            best = start..n + 1;
+        }
+    }
+    best
+}

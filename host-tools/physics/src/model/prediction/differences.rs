@@ -1,0 +1,177 @@
+//! Velocity and acceleration of a sampled motion, by central differences.
+//!
+//! Of eighth order where four samples stand on either side, of a lower one beside a gap. A difference of
+//! second order takes a sixth of (ω Ts)² from a velocity that swings with ω: 8 % at a ninth of the
+//! sampling rate, where eighth order takes 0.03 %. What it costs is noise: 1.17 of a sample's over Ts
+//! in place of 0.71 in a velocity, 3.6 in place of 2.4 over Ts² in an acceleration of poses.
+
+use softdock_control::frames::Twist;
+use std::cmp::Ordering;
+
+/// Samples on either side of the one in question, at most.
+const REACH: usize = 4;
+
+/// Weights c(k) of (x(n+k) − x(n−k)) in Ts dx/dt, for k from 1 (Fornberg 1988, table 1):
+/// (−1)^(k+1) m!² / (k (m−k)! (m+k)!) for order 2 m.
+const fn first_derivative(reach: usize) -> [f64; REACH] {
+    let mut weights = [0.0; REACH];
+    // m!² / ((m−k)! (m+k)!), from its value 1 at k = 0.
+    let (mut k, mut share) = (1, 1.0);
+    while k <= reach {
+        share *= -((reach - k + 1) as f64) / (reach + k) as f64;
+        weights[k - 1] = -share / k as f64;
+        k += 1;
+    }
+    weights
+}
+
+/// Weights of (x(n+k) − 2 x(n) + x(n−k)) in Ts² d²x/dt².
+const fn second_derivative(reach: usize) -> [f64; REACH] {
+    let mut weights = first_derivative(reach);
+    let mut k = 1;
+    while k <= REACH {
+        weights[k - 1] *= 2.0 / k as f64;
+        k += 1;
+    }
+    weights
+}
+
+/// Weights of the means over the cycles between samples instead of the samples: the cycle that ends j
+/// cycles behind the sample has what all samples beyond it have together.
+fn of_means(weights: [f64; REACH]) -> [f64; REACH] {
+    std::array::from_fn(|j| weights[j..].iter().sum())
+}
+
+/// Velocity at a pose, of mean velocities: `mean(j)` over the j-th cycle behind the pose, from 1;
+/// 0 is the cycle that ends with it. One of the two beside it where the other is missing.
+pub fn velocity_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
+    let pair = |j: usize| Some(mean(j as isize + 1)? + mean(-(j as isize))?);
+    weighted(pair, |reach| of_means(first_derivative(reach)))
+        .or_else(|| mean(0).or_else(|| mean(1)))
+}
+
+/// Acceleration at a pose, times Ts, of the same mean velocities; None where only one is known.
+pub fn acceleration_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
+    let pair = |j: usize| Some(mean(j as isize + 1)? - mean(-(j as isize))?);
+    weighted(pair, |reach| of_means(second_derivative(reach)))
+}
+
+/// Acceleration, times Ts, of velocities that were sampled: `at(k)` is k samples behind. One-sided at
+/// the end of a stretch, None where only one is known.
+pub fn acceleration_of_samples(at: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
+    let pair = |j: usize| Some(at(j as isize + 1)? - at(-(j as isize) - 1)?);
+    let one_sided = || match (at(-1), at(0)?, at(1)) {
+        (Some(before), now, None) => Some(now - before),
+        (None, now, Some(after)) => Some(after - now),
+        _ => None,
+    };
+    weighted(pair, first_derivative).or_else(one_sided)
+}
+
+/// Sum of the pairs about a sample, in the highest order for which all of them are there.
+fn weighted(
+    pair: impl Fn(usize) -> Option<Twist<f64>>,
+    weights: impl Fn(usize) -> [f64; REACH],
+) -> Option<Twist<f64>> {
+    let pairs: Vec<Twist<f64>> = (0..REACH).map_while(pair).collect();
+    let weights = weights(pairs.len());
+    let parts = pairs.iter().zip(weights).map(|(pair, w)| *pair * w);
+    parts.reduce(|sum, part| sum + part)
+}
+
+/// Standard deviation, over Ts, of a first derivative of samples with noise of 1.
+pub fn noise_of_first() -> f64 {
+    products(&taps_of_first(), 0).sqrt()
+}
+
+/// The same of a second derivative, over Ts².
+pub fn noise_of_second() -> f64 {
+    products(&taps_of_second(), 0).sqrt()
+}
+
+/// Correlation of the noise of accelerations that are so many samples apart, from 1: of poses, or of
+/// velocities that were sampled.
+pub fn correlation(of_poses: bool) -> [f64; 2 * REACH] {
+    let taps = if of_poses {
+        taps_of_second()
+    } else {
+        taps_of_first()
+    };
+    std::array::from_fn(|lag| products(&taps, lag + 1) / products(&taps, 0))
+}
+
+fn products(taps: &[f64], lag: usize) -> f64 {
+    taps.iter().zip(&taps[lag..]).map(|(a, b)| a * b).sum()
+}
+
+fn taps_of_first() -> [f64; 2 * REACH + 1] {
+    taps(first_derivative(REACH), -1.0, 0.0)
+}
+
+fn taps_of_second() -> [f64; 2 * REACH + 1] {
+    let weights = second_derivative(REACH);
+    taps(weights, 1.0, -2.0 * weights.iter().sum::<f64>())
+}
+
+/// All weights of a difference, from the earliest sample on.
+fn taps(weights: [f64; REACH], of_earlier: f64, own: f64) -> [f64; 2 * REACH + 1] {
+    std::array::from_fn(|n| match n.cmp(&REACH) {
+        Ordering::Less => of_earlier * weights[REACH - 1 - n],
+        Ordering::Equal => own,
+        Ordering::Greater => weights[n - REACH - 1],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn along_x(value: f64) -> Twist<f64> {
+        Twist::of(&[value, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    #[test]
+    fn the_weights_are_those_of_the_textbook() {
+        let near =
+            |a: [f64; REACH], b: [f64; REACH]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
+        let eighth = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
+        assert!(near(first_derivative(4), eighth));
+        assert!(near(first_derivative(1), [0.5, 0.0, 0.0, 0.0]));
+        let eighth = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
+        assert!(near(second_derivative(4), eighth));
+        assert!(
+            (noise_of_first() - 1.1674).abs() < 1e-4 && (noise_of_second() - 3.648).abs() < 1e-3
+        );
+    }
+
+    /// A swing at a ninth of the sampling rate, out of its poses and out of its velocities.
+    #[test]
+    fn a_fast_swing_keeps_its_velocity_and_acceleration() {
+        let phase = std::f64::consts::TAU / 9.0;
+        let pose = |n: isize| (n as f64 * phase + 0.3).sin();
+        let mean = |j: isize| Some(along_x(pose(j) - pose(j - 1)));
+        let velocity = velocity_of_means(mean).unwrap().linear.x;
+        assert!((velocity / (phase * 0.3_f64.cos()) - 1.0).abs() < 5e-4);
+        let acceleration = acceleration_of_means(mean).unwrap().linear.x;
+        assert!((acceleration / (-phase * phase * pose(0)) - 1.0).abs() < 5e-4);
+        let sampled = |n: isize| Some(along_x(pose(n)));
+        let slope = acceleration_of_samples(sampled).unwrap().linear.x;
+        assert!((slope / (phase * 0.3_f64.cos()) - 1.0).abs() < 5e-4);
+    }
+
+    /// Beside a gap the order falls, and a constant acceleration is right in each.
+    #[test]
+    fn beside_a_gap_there_is_less_to_go_by() {
+        for known in 1..=5 {
+            let mean = |j: isize| (j > -known && j <= known).then(|| along_x(j as f64 - 0.5));
+            assert!(velocity_of_means(mean).unwrap().linear.x.abs() < 1e-12);
+            assert!((acceleration_of_means(mean).unwrap().linear.x - 1.0).abs() < 1e-12);
+        }
+        let first = |j: isize| (j == 1).then(|| along_x(2.0));
+        assert_eq!(velocity_of_means(first).unwrap().linear.x, 2.0);
+        assert!(acceleration_of_means(first).is_none());
+        let last = |n: isize| (n <= 0).then(|| along_x(n as f64));
+        assert_eq!(acceleration_of_samples(last).unwrap().linear.x, 1.0);
+        assert!(acceleration_of_samples(first).is_none());
+    }
+}

@@ -1,0 +1,204 @@
+//! One-step predictions: what each cycle of a recording should have measured, given everything
+//! else that was recorded.
+//!
+//! | channel | predicted from | by |
+//! |---|---|---|
+//! | executed_velocity | velocities sent | nominal actuator ([`executed`]) |
+//! | wrench | measured pose and velocity | contact, tool, zero ([`wrench`]) |
+//! | model_velocity | measured, compensated wrench | two-body dynamics ([`bodies`]) |
+//! | pose | last pose, executed velocity | kinematics ([`pose`]) |
+//!
+//! Because each prediction starts from what was measured, an error stays in the channel that
+//! causes it: a robot that is late spoils executed_velocity alone, a wall that is too soft only
+//! the wrench.
+
+pub mod bodies;
+pub mod differences;
+pub mod executed;
+pub mod pose;
+pub mod retimed;
+pub mod robot_axes;
+pub mod signals;
+#[cfg(test)]
+mod tests;
+pub mod wrench;
+
+use super::load::LoadModel;
+use super::log::Log;
+use super::{Axis, Channel, Model, clock};
+use crate::effects::body::clock_jitter::Scatter;
+use signals::Signals;
+use softdock_io::recording::Recording;
+use softdock_report::number;
+
+/// Six numbers of a cycle, x y z rx ry rz.
+pub type Six = [f64; 6];
+
+/// Measured and predicted values of one channel.
+#[derive(Clone, Debug)]
+pub struct ChannelPrediction {
+    /// Which channel.
+    pub channel: Channel,
+    /// Measured values of each cycle.
+    pub measured: Vec<Six>,
+    /// Predicted values; None where nothing can be predicted.
+    pub predicted: Vec<Option<Six>>,
+    /// Noise of the measurement by data sheet, one standard deviation.
+    pub sigma: Six,
+    /// Noise of measured minus predicted in each cycle, with the share that the prediction
+    /// inherits from noisy measurements; empty where it is `sigma` in all cycles.
+    pub expected_sigma: Vec<Six>,
+}
+
+impl ChannelPrediction {
+    /// Measured minus predicted.
+    pub fn residual(&self, cycle: usize, axis: Axis) -> Option<f64> {
+        let i = axis.index();
+        let predicted = (*self.predicted.get(cycle)?)?;
+        let residual = self.measured.get(cycle)?[i] - predicted[i];
+        residual.is_finite().then_some(residual)
+    }
+
+    /// Noise that the residual should have.
+    pub fn expected_sigma(&self, cycle: usize, axis: Axis) -> f64 {
+        self.expected_sigma.get(cycle).unwrap_or(&self.sigma)[axis.index()]
+    }
+}
+
+/// All predictions for a recording.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// Time of each cycle, s.
+    pub time_s: Vec<f64>,
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// The channels, in the order of [`Channel::ALL`].
+    pub channels: [ChannelPrediction; 4],
+    /// Axes that are judged, per channel: the active ones, and all of the wrench.
+    pub judged: [Vec<Axis>; 4],
+    /// What could not be predicted, and why; sentences.
+    pub notes: Vec<String>,
+}
+
+impl Prediction {
+    /// A channel's values.
+    pub fn channel(&self, channel: Channel) -> &ChannelPrediction {
+        &self.channels[channel as usize]
+    }
+
+    /// A channel's judged axes.
+    pub fn judged(&self, channel: Channel) -> &[Axis] {
+        &self.judged[channel as usize]
+    }
+}
+
+/// Predicts all channels of a recording.
+///
+/// # Errors
+///
+/// A recording with fewer than two cycles, settings in it that cannot be read, or a cycle time
+/// that cannot be found.
+pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Prediction> {
+    Ok(predict_signals(model, &Signals::new(recording)?))
+}
+
+/// Where the inertial load of a log without a filter is noise: a regression on it is biased.
+fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
+    let load = LoadModel::new(model);
+    if signals.is_commanded() || model.sensor.filter.is_some() || model.sensor.at_rest {
+        return None;
+    }
+    let (_, acceleration) = signals.motion_sigma(&model.noise);
+    let inertial = load.inertial_variance(&acceleration).map(f64::sqrt);
+    let sensor = six(model.noise.force_n, model.noise.torque_n_m);
+    let drowned = |axis: &&Axis| inertial[axis.index()] > sensor[axis.index()];
+    let axis = model.rig.active_axes.iter().find(drowned)?;
+    Some(format!(
+        "The noise of the motion, differentiated and times what is moved, is {} in wrench {axis}, more \
+         than the sensor's {}: what follows from acceleration is not told from noise there. A [filter] \
+         in the mapping of the import that keeps the motion and cuts the rest helps.",
+        quantity(inertial[axis.index()], *axis),
+        quantity(sensor[axis.index()], *axis),
+    ))
+}
+
+fn quantity(value: f64, axis: Axis) -> String {
+    format!(
+        "{} {}",
+        number::significant(value, 2),
+        Channel::Wrench.unit(axis)
+    )
+}
+
+/// Predicts all channels from signals that have been read already.
+pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
+    let mut notes = Vec::new();
+    let intervals_s = intervals(model, signals);
+    let executed = executed::predict(model, signals, &intervals_s);
+    let wrench = wrench::predict(model, signals, &intervals_s, &executed);
+    let channels = [
+        executed,
+        wrench,
+        bodies::predict(model, signals, &mut notes),
+        pose::predict(model, signals, &intervals_s),
+    ];
+    if signals.velocity == signals::VelocityMeaning::CycleMean {
+        notes.push(
+            "The recorded velocity is the difference of the recorded poses: pose cannot differ \
+             from it, and its noise is that of the pose."
+                .to_owned(),
+        );
+    }
+    notes.extend(drowned(model, signals));
+    let active = &model.rig.active_axes;
+    Prediction {
+        time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),
+        cycle_s: signals.cycle_s,
+        channels,
+        judged: [
+            active.clone(),
+            Axis::ALL.to_vec(),
+            active.clone(),
+            active.clone(),
+        ],
+        notes,
+    }
+}
+
+/// True durations of the cycles where the model says that the clock jitters, or that all cycles last
+/// longer and the recorded velocity does not know it; else empty.
+pub fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
+    let rate = retimed::clock_value(model, "clock_rate", "rate_error");
+    let longer = match signals.velocity {
+        signals::VelocityMeaning::CycleMean => 1.0 + rate,
+        signals::VelocityMeaning::Sampled => 1.0,
+    };
+    let mut all = jittering(model, signals);
+    if longer != 1.0 {
+        all.resize(signals.len(), signals.cycle_s);
+        all.iter_mut().for_each(|interval| *interval *= longer);
+    }
+    all
+}
+
+fn jittering(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
+    let jitter = model.effects.iter().find(|e| e.id == "clock_jitter");
+    let Some(jitter) = jitter.and_then(|e| Scatter::of(&e.parameters)) else {
+        return Vec::new();
+    };
+    let Ok(log) = Log::of(signals, &model.noise) else {
+        return Vec::new();
+    };
+    let mut all = vec![signals.cycle_s; signals.len()];
+    let recovered = clock::recover(model, &log, &jitter);
+    all.iter_mut()
+        .skip(log.first)
+        .zip(recovered)
+        .for_each(|(all, recovered)| *all = recovered);
+    all
+}
+
+/// Two three-vectors as six numbers.
+fn six(linear: f64, angular: f64) -> Six {
+    [linear, linear, linear, angular, angular, angular]
+}

@@ -1,0 +1,177 @@
+//! A recording whose poses are put where they belong in time.
+//!
+//! Where the recorded velocity is the difference of two poses over the nominal cycle, an error of
+//! the clock is in both: poses that were taken late are late everywhere, and a cycle that lasts
+//! longer shows too large a velocity. What acts on the sensor is the true motion.
+
+use super::signals::{Signals, Step, VelocityMeaning};
+use crate::model::Model;
+use nalgebra::UnitQuaternion;
+use softdock_app::record::CycleRecord;
+use softdock_control::frames::{self, Pose, pose_components};
+
+/// Value of a clock's parameter in the model; 0 without it.
+pub fn clock_value(model: &Model, id: &str, name: &str) -> f64 {
+    let effect = model.effects.iter().find(|e| e.id == id);
+    let value = effect.and_then(|e| e.parameters.get(name));
+    value.copied().unwrap_or(0.0)
+}
+
+/// By how much the recorded poses are late as a whole, s: with a velocity of its own, a log shows
+/// that in the pose, not in the velocity.
+pub fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
+    match signals.velocity {
+        VelocityMeaning::CycleMean => clock_value(model, "clock_offset", "offset_s"),
+        VelocityMeaning::Sampled => 0.0,
+    }
+}
+
+/// The cycles with true velocities, and poses at the instants of the wrenches; None where the
+/// clock is right, or the velocity was measured apart. `intervals_s`: true durations of the cycles.
+pub fn retimed(
+    model: &Model,
+    signals: &Signals<'_>,
+    intervals_s: &[f64],
+) -> Option<Vec<CycleRecord>> {
+    let late_s = pose_delay_s(model, signals);
+    let differences = signals.velocity == VelocityMeaning::CycleMean;
+    if !differences || (late_s == 0.0 && intervals_s.is_empty()) {
+        return None;
+    }
+    let mut cycles = signals.cycles.to_vec();
+    if late_s != 0.0 {
+        shift(&mut cycles, signals, late_s);
+    }
+    for (cycle, interval_s) in cycles.iter_mut().zip(intervals_s) {
+        let share = signals.cycle_s / interval_s;
+        cycle.trace.executed_velocity = cycle.trace.executed_velocity.map(|v| v * share);
+    }
+    Some(cycles)
+}
+
+/// Moves poses and their differences to an earlier time.
+fn shift(cycles: &mut [CycleRecord], signals: &Signals<'_>, late_s: f64) {
+    let cycles_late = late_s / signals.cycle_s;
+    let mut last: Option<Pose<f64>> = None;
+    for (n, cycle) in cycles.iter_mut().enumerate() {
+        let pose = pose_at(signals, n, cycles_late);
+        if let Some(pose) = pose {
+            cycle.trace.pose = pose_components(&pose);
+            if let Some(last) = last.filter(|_| signals.steps[n] == Step::Next) {
+                let displacement = pose.translation.vector - last.translation.vector;
+                let turn = (last.rotation.inverse() * pose.rotation).scaled_axis();
+                let per_cycle = 1.0 / signals.cycle_s;
+                let (displacement, turn) = (displacement * per_cycle, turn * per_cycle);
+                cycle.trace.executed_velocity = [
+                    displacement.x,
+                    displacement.y,
+                    displacement.z,
+                    turn.x,
+                    turn.y,
+                    turn.z,
+                ];
+            }
+        }
+        last = pose;
+    }
+}
+
+/// The pose that was recorded some cycles after cycle n, by the cubic through the four about it;
+/// at the ends of a run the nearest one.
+fn pose_at(signals: &Signals<'_>, n: usize, later: f64) -> Option<Pose<f64>> {
+    let place = n as f64 + later;
+    let whole = place.floor();
+    let t = place - whole;
+    let at = |step: f64| {
+        let k = (whole + step).clamp(0.0, (signals.len() - 1) as f64) as usize;
+        signals.pose(k)
+    };
+    let [before, here, next, after] = [at(-1.0)?, at(0.0)?, at(1.0)?, at(2.0)?];
+    // The polynomials of Lagrange through −1, 0, 1, 2.
+    let weights = [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    ];
+    let poses = [before, here, next, after];
+    let mut position = nalgebra::Vector3::zeros();
+    let mut turn = nalgebra::Vector3::zeros();
+    for (pose, weight) in poses.iter().zip(weights) {
+        position += pose.translation.vector * weight;
+        turn += (here.rotation.inverse() * pose.rotation).scaled_axis() * weight;
+    }
+    let rotation = here.rotation * UnitQuaternion::from_scaled_axis(turn);
+    Some(frames::pose(
+        &[position.x, position.y, position.z],
+        &[rotation.w, rotation.i, rotation.j, rotation.k],
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::EffectModel;
+    use softdock_io::recording::Recording;
+    use std::collections::BTreeMap;
+
+    const TS: f64 = 0.004;
+
+    fn path(t: f64) -> f64 {
+        0.02 * t - 0.3 * t * t + 0.5 * t * t * t
+    }
+
+    /// Poses that are late by a time, and their differences as velocity.
+    fn late(late_s: f64) -> Recording {
+        let mut recording = Recording::default();
+        for n in 0..100 {
+            let at = |n: f64| path(n * TS - late_s);
+            let mut cycle = CycleRecord::default();
+            cycle.trace.time_s = f64::from(n) * TS;
+            cycle.trace.pose = [at(f64::from(n)), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            cycle.trace.executed_velocity[0] = (at(f64::from(n)) - at(f64::from(n) - 1.0)) / TS;
+            recording.cycles.push(cycle);
+        }
+        recording
+    }
+
+    fn with(id: &str, name: &str, value: f64) -> Model {
+        let mut model = Model::default();
+        model.effects.push(EffectModel {
+            id: id.to_owned(),
+            parameters: BTreeMap::from([(name.to_owned(), value)]),
+            ..EffectModel::default()
+        });
+        model
+    }
+
+    #[test]
+    fn late_poses_are_put_where_they_belong() {
+        for late_s in [0.0063, -0.0087] {
+            let recording = late(late_s);
+            let signals = Signals::new(&recording).unwrap();
+            let model = with("clock_offset", "offset_s", late_s);
+            let placed = retimed(&model, &signals, &[]).unwrap();
+            for n in 5..90 {
+                let t = f64::from(n) * TS;
+                let trace = &placed[n as usize].trace;
+                assert!((trace.pose[0] - path(t)).abs() < 1e-9, "{late_s} {n}");
+                let velocity = (path(t) - path(t - TS)) / TS;
+                assert!((trace.executed_velocity[0] - velocity).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_longer_cycle_has_a_smaller_velocity() {
+        let recording = late(0.0);
+        let signals = Signals::new(&recording).unwrap();
+        let model = with("clock_rate", "rate_error", 0.05);
+        let intervals = crate::model::prediction::intervals(&model, &signals);
+        let placed = retimed(&model, &signals, &intervals).unwrap();
+        let recorded = recording.cycles[50].trace.executed_velocity[0];
+        let found = placed[50].trace.executed_velocity[0];
+        assert!((found - recorded / 1.05).abs() < 1e-12);
+        assert!(retimed(&Model::default(), &signals, &[]).is_none());
+    }
+}

@@ -1,0 +1,343 @@
+//! A recording as signals: cycle time, continuity, and what its velocities mean.
+
+use super::differences;
+use super::robot_axes::{RobotAxes, Turned};
+use crate::model::NoiseModel;
+use crate::model::prediction::{Six, six};
+use anyhow::{bail, ensure};
+use nalgebra::Vector6;
+use softdock_app::record::CycleRecord;
+use softdock_control::frames::{self, Pose, Twist};
+use softdock_control::io::Sequence;
+use softdock_control::settings::Settings;
+use softdock_io::recording::Recording;
+
+/// What the recorded velocity of cycle n is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityMeaning {
+    /// Mean over the cycle that ended with cycle n: the difference of two poses, as the board
+    /// records it.
+    CycleMean,
+    /// Measured at the instant of cycle n.
+    Sampled,
+}
+
+/// How a cycle follows the one before it in the recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// One cycle later.
+    Next,
+    /// After so many telegrams without an answer, in which the robot was told nothing.
+    Lost(u32),
+    /// A new run of the robot, which stands still and has forgotten all commands.
+    NewRun,
+    /// Something is missing in the recording before this cycle.
+    Hole,
+}
+
+/// Signals of a recording.
+#[derive(Clone, Debug)]
+pub struct Signals<'a> {
+    /// The cycles.
+    pub cycles: &'a [CycleRecord],
+    /// Cycle time, s.
+    pub cycle_s: f64,
+    /// Meaning of the recorded velocity.
+    pub velocity: VelocityMeaning,
+    /// How each cycle follows its predecessor.
+    pub steps: Vec<Step>,
+    /// The board's settings; None if the recording holds none.
+    pub settings: Option<Settings>,
+    /// The robot's own axes; None where the recording does not hold what was answered.
+    axes: Option<RobotAxes>,
+    /// Robot telegrams are recorded. An imported log has none.
+    telegrams: bool,
+    /// Sensor samples are counted.
+    samples_counted: bool,
+    /// A velocity was sent in steps from cycle to cycle.
+    commanded: bool,
+}
+
+impl<'a> Signals<'a> {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    ///
+    /// Fewer than two cycles, unreadable settings, or no cycle time.
+    pub fn new(recording: &'a Recording) -> anyhow::Result<Self> {
+        let cycles = recording.cycles.as_slice();
+        if cycles.len() < 2 {
+            let cut = recording.cut.as_deref().unwrap_or("the run was too short");
+            bail!(
+                "the recording holds {} cycle(s) and at least 2 are needed ({cut}); record again, \
+                 with the loop closed",
+                cycles.len()
+            );
+        }
+        let foreign = recording.header.settings_toml.trim().is_empty();
+        let settings = if foreign {
+            None
+        } else {
+            Some(recording.header.control_settings()?)
+        };
+        let cycle_s = match &settings {
+            Some(settings) => settings.robot.cycle_s,
+            None => median_cycle(cycles),
+        };
+        ensure!(
+            cycle_s > 0.0 && cycle_s.is_finite(),
+            "the time in the recording does not rise from cycle to cycle (found {cycle_s} s); \
+             expected a column with the time in seconds"
+        );
+        let telegrams = cycles.iter().any(|c| c.inputs.robot.counter != 0);
+        let answered = telegrams && cycles.iter().any(|c| c.output.correction != [0; 6]);
+        Ok(Self {
+            axes: settings.as_ref().filter(|_| answered).map(RobotAxes::new),
+            cycles,
+            cycle_s,
+            velocity: velocity_meaning(cycles, cycle_s),
+            steps: steps(cycles, telegrams),
+            settings,
+            telegrams,
+            commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
+            samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
+        })
+    }
+
+    /// The same signals with other values in their cycles.
+    pub fn with<'b>(&self, cycles: &'b [CycleRecord]) -> Signals<'b> {
+        Signals {
+            cycles,
+            steps: self.steps.clone(),
+            settings: self.settings.clone(),
+            axes: self.axes.clone(),
+            ..*self
+        }
+    }
+
+    /// Number of cycles.
+    pub fn len(&self) -> usize {
+        self.cycles.len()
+    }
+
+    /// Whether a velocity was sent in steps from cycle to cycle.
+    pub fn is_commanded(&self) -> bool {
+        self.commanded
+    }
+
+    /// Never: a recording without cycles is refused.
+    pub fn is_empty(&self) -> bool {
+        self.cycles.is_empty()
+    }
+
+    /// Measured pose of M in C, if this cycle has one.
+    pub fn pose(&self, n: usize) -> Option<Pose<f64>> {
+        let cycle = self.cycles.get(n)?;
+        if self.telegrams && cycle.inputs.robot.pose.is_none() {
+            return None;
+        }
+        let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
+        let finite = cycle.trace.pose.iter().all(|v| v.is_finite());
+        finite.then(|| frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+    }
+
+    /// Recorded velocity, if it is one: not the first of a run, not across a gap.
+    pub fn executed(&self, n: usize) -> Option<Twist<f64>> {
+        let v = self.cycles.get(n)?.trace.executed_velocity;
+        let whole = match self.velocity {
+            VelocityMeaning::Sampled => true,
+            VelocityMeaning::CycleMean => {
+                let next = n > 0 && self.steps[n] == Step::Next;
+                next && self.pose(n).is_some() && self.pose(n - 1).is_some()
+            }
+        };
+        (whole && v.iter().all(|v| v.is_finite())).then(|| Twist::of(&v))
+    }
+
+    /// Rates of the robot's axes that it was told in cycle n, see [`RobotAxes`]; in a log without
+    /// telegrams the velocity that was sent.
+    pub fn sent_rates(&self, n: usize) -> Six {
+        let cycle = &self.cycles[n];
+        let last = n.checked_sub(1).and_then(|last| self.cycles.get(last));
+        let wire = self.axes.as_ref().and_then(|axes| axes.sent(last, cycle));
+        let sent = wire.unwrap_or_else(|| {
+            let meant = cycle.trace.sent_velocity;
+            self.turned(n).map_or(meant, |turned| turned.rates(&meant))
+        });
+        sent.map(|v| if v.is_finite() { v } else { 0.0 })
+    }
+
+    /// How the rates of the robot's axes make a velocity in the cycle that ended with cycle n;
+    /// None where they are the velocity.
+    pub fn turned(&self, n: usize) -> Option<Turned> {
+        self.axes.as_ref()?;
+        Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
+    }
+
+    /// Velocity at the instant of the pose of cycle n.
+    pub fn velocity_at_pose(&self, n: usize) -> Option<Twist<f64>> {
+        match self.velocity {
+            VelocityMeaning::Sampled => self.executed(n),
+            VelocityMeaning::CycleMean if !self.commanded => {
+                differences::velocity_of_means(|j| self.within_stretch(n, j))
+            }
+            VelocityMeaning::CycleMean => match (self.executed(n), self.executed(n + 1)) {
+                (Some(before), Some(after)) => Some((before + after) * 0.5),
+                (before, after) => before.or(after),
+            },
+        }
+    }
+
+    /// Acceleration at the instant of the pose; zero where only one velocity is known.
+    ///
+    /// Where a velocity is sent it is the mean one of the cycle: a held command is a staircase, and
+    /// docking-rig-log/1 defines the inertial load by it. Of any other log it is a central difference:
+    /// the one over the last cycle is half a cycle late, and a mass m that swings with ω would show the
+    /// damping −m ω² Ts/2.
+    pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
+        let executed = |j| self.within_stretch(n, j);
+        let change = match (self.velocity, self.commanded) {
+            (VelocityMeaning::CycleMean, false) => differences::acceleration_of_means(executed),
+            (VelocityMeaning::Sampled, false) => differences::acceleration_of_samples(executed),
+            (VelocityMeaning::CycleMean, true) => change(executed(0), executed(1)),
+            (VelocityMeaning::Sampled, true) => change(executed(-1), executed(0)),
+        };
+        change.unwrap_or(Twist::zero()) * (1.0 / self.cycle_s)
+    }
+
+    /// Recorded velocity `offset` cycles later; None beyond a gap.
+    fn within_stretch(&self, n: usize, offset: isize) -> Option<Twist<f64>> {
+        let at = n.checked_add_signed(offset)?;
+        let next = |k: usize| self.steps.get(k) == Some(&Step::Next);
+        let whole = (n.min(at) + 1..=n.max(at)).all(next);
+        whole.then(|| self.executed(at)).flatten()
+    }
+
+    /// The cycle in which the wrench that cycle n holds was new; None if there was no sample yet.
+    pub fn sampled_in(&self, n: usize) -> Option<usize> {
+        let cycle = self.cycles.get(n)?;
+        let finite = cycle.inputs.sensor.wrench.iter().all(|v| v.is_finite());
+        if !finite || (self.samples_counted && cycle.inputs.sensor.counter == 0) {
+            return None;
+        }
+        n.checked_sub(cycle.trace.sensor_age as usize)
+    }
+
+    /// Noise of the recorded velocity, one standard deviation.
+    ///
+    /// A difference of two poses has √2 times the pose's noise per cycle.
+    pub fn velocity_sigma(&self, noise: &NoiseModel) -> Six {
+        match self.velocity {
+            VelocityMeaning::Sampled => six(noise.velocity_m_s, noise.rate_rad_s),
+            VelocityMeaning::CycleMean => {
+                let per_cycle = std::f64::consts::SQRT_2 / self.cycle_s;
+                six(noise.position_m * per_cycle, noise.angle_rad * per_cycle)
+            }
+        }
+    }
+
+    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps.
+    ///
+    /// Where a velocity is sent: sampled σ and √2 σ / Ts; of poses (p(n+1) − p(n−1)) / 2 Ts and their
+    /// second difference with √6 σ / Ts².
+    pub fn motion_sigma(&self, noise: &NoiseModel) -> (Six, Six) {
+        /// Noise of a mean velocity over its pose's, times Ts.
+        const OF_POSE: f64 = std::f64::consts::SQRT_2;
+        let recorded = self.velocity_sigma(noise);
+        let (first, second) = (
+            differences::noise_of_first(),
+            differences::noise_of_second(),
+        );
+        let (velocity, acceleration) = match (self.velocity, self.commanded) {
+            (VelocityMeaning::Sampled, false) => (1.0, first),
+            (VelocityMeaning::CycleMean, false) => (first / OF_POSE, second / OF_POSE),
+            (VelocityMeaning::Sampled, true) => (1.0, std::f64::consts::SQRT_2),
+            (VelocityMeaning::CycleMean, true) => (0.5, 3.0_f64.sqrt()),
+        };
+        (
+            recorded.map(|s| s * velocity),
+            recorded.map(|s| s * acceleration / self.cycle_s),
+        )
+    }
+}
+
+/// From one velocity to the next.
+fn change(from: Option<Twist<f64>>, to: Option<Twist<f64>>) -> Option<Twist<f64>> {
+    Some(to? - from?)
+}
+
+/// Median time between two records with consecutive numbers.
+fn median_cycle(cycles: &[CycleRecord]) -> f64 {
+    let mut steps: Vec<f64> = cycles
+        .windows(2)
+        .map(|pair| pair[1].trace.time_s - pair[0].trace.time_s)
+        .filter(|step| step.is_finite())
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
+    if !telegrams {
+        let missing = |n: usize| n > 0 && cycles[n].trace.cycle > cycles[n - 1].trace.cycle + 1;
+        let step = |n: usize| if missing(n) { Step::Hole } else { Step::Next };
+        return (0..cycles.len()).map(step).collect();
+    }
+    let mut last: Option<u64> = None;
+    cycles
+        .iter()
+        .map(|cycle| {
+            let number = cycle.trace.cycle;
+            let consecutive = last.map_or(number == 0, |last| number == last.wrapping_add(1));
+            last = Some(number);
+            match (cycle.inputs.robot.sequence, consecutive) {
+                (Sequence::NewRun, _) => Step::NewRun,
+                (_, false) => Step::Hole,
+                (Sequence::Gap(lost), true) => Step::Lost(lost),
+                (Sequence::Next, true) => Step::Next,
+            }
+        })
+        .collect()
+}
+
+/// Whether the recorded velocity is the difference of two poses.
+///
+/// If it is, their noise is in it as well, and it explains the steps of the position to the digits
+/// of the recording. Of a velocity that was measured apart, either meaning leaves the noise of the
+/// poses, and which leaves less is chance.
+fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
+    /// Squared error of a difference of poses, over that of a velocity that was measured apart.
+    const OF_POSES: f64 = 0.25;
+    let pose = |c: &CycleRecord| {
+        let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
+        frames::pose(&[x, y, z], &[qw, qx, qy, qz])
+    };
+    let velocity = |c: &CycleRecord| Vector6::from_row_slice(&c.trace.executed_velocity);
+    let (mut of_poses, mut steps) = (0, 0);
+    for pair in cycles.windows(2) {
+        let (from, to): (Pose<f64>, Pose<f64>) = (pose(&pair[0]), pose(&pair[1]));
+        let displacement = to.translation.vector - from.translation.vector;
+        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        let moved = Vector6::new(
+            displacement.x,
+            displacement.y,
+            displacement.z,
+            turn.x,
+            turn.y,
+            turn.z,
+        );
+        let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
+        let of_mean = (moved - after * cycle_s).norm_squared();
+        let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();
+        if of_mean.is_finite() && of_sampled.is_finite() {
+            of_poses += usize::from(of_mean <= OF_POSES * of_sampled);
+            steps += 1;
+        }
+    }
+    // Most steps decide: across gaps of the recording neither meaning holds.
+    if of_poses * 2 >= steps {
+        VelocityMeaning::CycleMean
+    } else {
+        VelocityMeaning::Sampled
+    }
+}

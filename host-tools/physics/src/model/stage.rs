@@ -1,0 +1,217 @@
+//! Stages of the actuator that a model file can add, one per effect.
+
+use crate::model::{EffectModel, Model};
+use softdock_actuator::{Chain, PauseKind, PauseTrigger, Resonance};
+use std::collections::BTreeMap;
+
+/// A stage of the actuator that the nominal model does not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// More transport delay.
+    Delay,
+    /// A second lag.
+    Lag,
+    /// A lightly damped mode.
+    Resonance,
+    /// A well damped second-order response behind the lag.
+    Servo,
+    /// The same instead of the lag.
+    ServoForLag,
+    /// Standstill at a zero crossing.
+    Pause(PauseTrigger, PauseKind),
+    /// Limit of the executed acceleration.
+    DriveAcceleration,
+    /// Limit of the acceleration inside of the loop that makes the lag.
+    LoopAcceleration,
+    /// Limit of the planned acceleration, before the lag.
+    PlannerAcceleration,
+    /// Limit of the executed jerk.
+    DriveJerk,
+    /// Limit of the planned jerk, before the lag.
+    PlannerJerk,
+    /// Limit of the executed velocity.
+    DriveVelocity,
+    /// Limit of the planned velocity, before the lag.
+    PlannerVelocity,
+    /// Executed over sent velocity is not 1.
+    Gain,
+    /// Lost motion.
+    Backlash,
+    /// The sent velocity is rounded.
+    CommandStep,
+}
+
+/// Name and unit of a parameter.
+type Named = (&'static str, &'static str);
+
+impl Stage {
+    /// All stages, the likelier first.
+    pub const ALL: [Self; 21] = [
+        Self::Delay,
+        Self::Lag,
+        Self::Pause(PauseTrigger::Output, PauseKind::Resumes),
+        Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest),
+        Self::Pause(PauseTrigger::Output, PauseKind::HoldsCommand),
+        Self::Pause(PauseTrigger::Command, PauseKind::Resumes),
+        Self::Pause(PauseTrigger::Command, PauseKind::RestartsFromRest),
+        Self::Pause(PauseTrigger::Command, PauseKind::HoldsCommand),
+        Self::DriveAcceleration,
+        Self::LoopAcceleration,
+        Self::PlannerAcceleration,
+        Self::DriveJerk,
+        Self::PlannerJerk,
+        Self::DriveVelocity,
+        Self::PlannerVelocity,
+        Self::Resonance,
+        Self::Servo,
+        Self::ServoForLag,
+        Self::Gain,
+        Self::Backlash,
+        Self::CommandStep,
+    ];
+
+    /// Id in the catalogue.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Delay => "actuation_delay",
+            Self::Lag => "actuation_lag",
+            Self::Resonance => "structural_resonance",
+            Self::Servo | Self::ServoForLag => "second_order_servo",
+            Self::Pause(..) => "zero_cross_pause",
+            Self::DriveAcceleration | Self::LoopAcceleration | Self::PlannerAcceleration => {
+                "rate_limit"
+            }
+            Self::DriveJerk | Self::PlannerJerk => "jerk_limit",
+            Self::DriveVelocity | Self::PlannerVelocity => "velocity_saturation",
+            Self::Gain => "velocity_gain",
+            Self::Backlash => "backlash",
+            Self::CommandStep => "command_quantisation",
+        }
+    }
+
+    /// Its parameters for translations, or for rotations: limits have another unit there.
+    pub fn parameters(self, rotation: bool) -> &'static [Named] {
+        match self {
+            Self::Delay => &[("extra_delay_s", "s")],
+            Self::Lag => &[("extra_lag_s", "s")],
+            Self::Resonance | Self::Servo | Self::ServoForLag => {
+                &[("frequency_hz", "Hz"), ("damping_ratio", "-")]
+            }
+            Self::Pause(..) => &[("pause_s", "s")],
+            Self::DriveAcceleration | Self::LoopAcceleration | Self::PlannerAcceleration => {
+                if rotation {
+                    &[("max_acceleration_rad_s2", "rad/s^2")]
+                } else {
+                    &[("max_acceleration_m_s2", "m/s^2")]
+                }
+            }
+            Self::DriveJerk | Self::PlannerJerk if rotation => &[("max_jerk_rad_s3", "rad/s^3")],
+            Self::DriveJerk | Self::PlannerJerk => &[("max_jerk_m_s3", "m/s^3")],
+            Self::DriveVelocity | Self::PlannerVelocity if rotation => {
+                &[("max_velocity_rad_s", "rad/s")]
+            }
+            Self::DriveVelocity | Self::PlannerVelocity => &[("max_velocity_m_s", "m/s")],
+            Self::Gain => &[("gain_error", "-")],
+            Self::Backlash if rotation => &[("width_rad", "rad")],
+            Self::Backlash => &[("width_m", "m")],
+            Self::CommandStep if rotation => &[("step_rad_s", "rad/s")],
+            Self::CommandStep => &[("step_m_s", "m/s")],
+        }
+    }
+
+    /// Whether translations and rotations have parameters of their own.
+    pub fn has_units_of_its_axes(self) -> bool {
+        self.parameters(true) != self.parameters(false)
+    }
+
+    /// Which of several forms of an effect it is: names that are 1 in a model file.
+    pub fn form(self) -> &'static [&'static str] {
+        match self {
+            Self::Pause(PauseTrigger::Output, PauseKind::RestartsFromRest) => {
+                &["restarts_from_rest"]
+            }
+            Self::Pause(PauseTrigger::Output, PauseKind::HoldsCommand) => &["holds_command"],
+            Self::Pause(PauseTrigger::Command, PauseKind::Resumes) => &["begins_with_command"],
+            Self::Pause(PauseTrigger::Command, PauseKind::RestartsFromRest) => {
+                &["restarts_from_rest", "begins_with_command"]
+            }
+            Self::Pause(PauseTrigger::Command, PauseKind::HoldsCommand) => {
+                &["holds_command", "begins_with_command"]
+            }
+            Self::ServoForLag => &["instead_of_lag"],
+            Self::LoopAcceleration => &["inside_of_loop"],
+            Self::PlannerAcceleration | Self::PlannerJerk | Self::PlannerVelocity => {
+                &["before_lag"]
+            }
+            _ => &[],
+        }
+    }
+
+    /// Adds the stage to a chain; values in the order of [`Self::parameters`].
+    pub fn apply(self, chain: &mut Chain, values: &[f64]) {
+        let first = values.first().copied().unwrap_or(0.0);
+        let second = values.get(1).copied().unwrap_or(0.0);
+        match self {
+            Self::Delay => chain.delay_s += first,
+            Self::Lag => chain.extra_lag_s += first,
+            Self::Resonance | Self::Servo | Self::ServoForLag => {
+                if self == Self::ServoForLag {
+                    chain.lag_s = 0.0;
+                }
+                chain.resonance = Some(Resonance {
+                    frequency_hz: first,
+                    damping_ratio: second,
+                });
+            }
+            Self::Pause(trigger, kind) => {
+                chain.pause_s = first;
+                chain.pause_trigger = trigger;
+                chain.pause_kind = kind;
+            }
+            Self::DriveAcceleration => chain.drive.acceleration = first,
+            Self::LoopAcceleration => chain.loop_acceleration = first,
+            Self::PlannerAcceleration => chain.planner.acceleration = first,
+            Self::DriveJerk => chain.drive.jerk = first,
+            Self::PlannerJerk => chain.planner.jerk = first,
+            Self::DriveVelocity => chain.drive.velocity = first,
+            Self::PlannerVelocity => chain.planner.velocity = first,
+            Self::Gain => chain.gain *= 1.0 + first,
+            Self::Backlash => chain.backlash_m = first,
+            Self::CommandStep => chain.command_step = first,
+        }
+    }
+
+    /// The stage of an effect in a model file; None if it is no effect of the actuator.
+    pub fn of(id: &str, parameters: &BTreeMap<String, f64>) -> Option<Self> {
+        let is_set = |name: &&str| parameters.get(*name) == Some(&1.0);
+        let fits = |stage: &Self| stage.form().iter().all(is_set);
+        Self::ALL
+            .into_iter()
+            .filter(|stage| stage.id() == id && fits(stage))
+            .max_by_key(|stage| stage.form().len())
+    }
+}
+
+/// Whether an effect of a model file acts on an axis.
+fn acts_on(effect: &EffectModel, axis: usize) -> bool {
+    effect.axes.is_empty() || effect.axes.iter().any(|a| a.index() == axis)
+}
+
+impl Model {
+    /// The actuator of an axis: nominal delay and lag, with the effects that were added.
+    pub fn chain(&self, axis: usize) -> Chain {
+        let mut chain = Chain::nominal(self.actuator.transport_delay_s, self.actuator.lag_s);
+        for effect in self.effects.iter().filter(|e| acts_on(e, axis)) {
+            if let Some(stage) = Stage::of(&effect.id, &effect.parameters) {
+                let value = |(name, _): &Named| effect.parameters.get(*name).copied();
+                // Without a value for its kind of axis an effect does not act on the axis.
+                let values: Option<Vec<f64>> =
+                    stage.parameters(axis >= 3).iter().map(value).collect();
+                if let Some(values) = values {
+                    stage.apply(&mut chain, &values);
+                }
+            }
+        }
+        chain
+    }
+}
