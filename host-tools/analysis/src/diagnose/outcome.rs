@@ -62,8 +62,13 @@ pub(crate) fn conclude(
     if let Some(id) = of_one_log.filter(|id| !disagreeing.contains(id)) {
         disagreeing.insert(0, id);
     }
+    // Readings at rest show a zero that is off and a drift, and nothing else.
+    let stands_still = !model.sensor.at_rest
+        && stages.logs.all.iter().all(|log| log.rests(&model.noise))
+        && found.is_empty()
+        && !left.iter().any(Left::any);
     let grounds = Grounds {
-        testable: lacking(stages).len() < TESTED,
+        testable: lacking(stages).len() < TESTED && !stands_still,
         found: !found.is_empty(),
         disagree: !disagreeing.is_empty(),
         left: left.iter().any(Left::any),
@@ -128,7 +133,7 @@ pub(crate) fn conclude(
         unseen,
         seconds: 0.0,
     };
-    diagnosis.sentence = sentence::of(&diagnosis, &left);
+    diagnosis.sentence = sentence::of(&diagnosis, &left, stands_still);
     Ok(Outcome {
         diagnosis,
         after,

@@ -7,7 +7,7 @@ use super::structure::{Left, Structure};
 const TOLD: f64 = 0.01;
 
 /// Says what is missing, how far the error falls, and what is not certain.
-pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
+pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> String {
     match diagnosis.verdict {
         Verdict::Named => named(diagnosis),
         Verdict::NothingMissing => format!(
@@ -16,6 +16,11 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left]) -> String {
         ),
         Verdict::Unexplained => unexplained(diagnosis, left),
         Verdict::LogsDisagree => logs_disagree(diagnosis),
+        Verdict::NotTestable if stands_still => {
+            "The logs cannot say what is missing: the rig stands still \
+             in them. Record a run in which it moves."
+                .to_owned()
+        }
         Verdict::NotTestable => "The logs cannot say what is missing: they hold neither commanded \
              velocities, nor a wrench, nor velocities of the model of the spacecraft."
             .to_owned(),
@@ -38,7 +43,7 @@ fn named(diagnosis: &Diagnosis) -> String {
     let data = if diagnosis.unseen {
         "unseen data"
     } else {
-        "the end of the log, which the fit has not seen"
+        "the end of the log, which the fit has not seen,"
     };
     let mut text = format!(
         "Missing: {}. With it the error on {data} falls from {before:.2} to {after:.2} in units of \

@@ -110,6 +110,24 @@ impl Log {
         self.sent.iter().flatten().any(|v| *v != 0.0)
     }
 
+    /// Whether the rig stands still throughout: nothing is sent, and poses and velocities stay within their noise.
+    pub fn rests(&self, noise: &NoiseModel) -> bool {
+        /// Deviations of the noise that a log of hours does not exceed.
+        const STILL: f64 = 7.0;
+        let Some(first) = self.pose.first() else {
+            return true;
+        };
+        let velocities = self.executed.iter().zip(self.velocity_sigma);
+        let slow = |(rates, sigma): (&Vec<f64>, f64)| rates.iter().all(|v| v.abs() < STILL * sigma);
+        // Two poses are compared.
+        let reach = STILL * std::f64::consts::SQRT_2;
+        let near = |pose: &Pose<f64>| {
+            (pose.translation.vector - first.translation.vector).amax() < reach * noise.position_m
+                && pose.rotation.angle_to(&first.rotation) < reach * noise.angle_rad
+        };
+        !self.is_commanded() && velocities.into_iter().all(slow) && self.pose.iter().all(near)
+    }
+
     /// Position of M in C.
     pub fn position(&self, n: usize) -> Vector3<f64> {
         self.pose[n].translation.vector

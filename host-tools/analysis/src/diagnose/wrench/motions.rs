@@ -36,7 +36,7 @@ pub(crate) fn scene(
         cycle_s: log.cycle_s,
         intervals_s,
     };
-    let (pose, motion) = if model.sensor.at_rest {
+    let (pose, motion) = if model.sensor.at_rest || log.rests(&model.noise) {
         (log.pose.clone(), vec![still(); log.cycle_count()])
     } else if log.is_commanded() {
         simulated(log, cost, terms, trusted, &timing)

@@ -1,7 +1,7 @@
 //! Velocity that the rig's model asks for, from the measured and compensated wrench by the
 //! two-body dynamics (channel C of docs/docking-rig-log-1.md).
 //!
-//! The recorded state before the cycle is carried one cycle on with the recorded wrench at M;
+//! The recorded state before the cycle is carried one cycle on with the wrench at M that the law let it feel;
 //! the change of K's velocity relative to Q is what the model's velocity should change by
 //! (averaged over two cycles where the board sends the mean, A11). Cycles in which the board
 //! does not integrate by design (start ramp, stale sensor, clamped robot) have no prediction or
@@ -195,7 +195,12 @@ impl TwoSpacecraft {
                 k: body_state(&last.trace.body_k),
                 q: body_state(&last.trace.body_q),
             };
-            return Some((state, Wrench::of(&signals.cycles[n].trace.wrench_at_m)));
+            // What the law let the spacecraft feel, which may be less or more than the sensor's.
+            let trace = &signals.cycles[n].trace;
+            let felt = std::array::from_fn(|i| {
+                trace.wrench_at_m[i] + trace.unaccounted_impulse[i] / signals.cycle_s
+            });
+            return Some((state, Wrench::of(&felt)));
         }
         let pose = signals.pose(n)?;
         let cycle = &signals.cycles[n];

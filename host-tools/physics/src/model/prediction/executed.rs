@@ -92,19 +92,22 @@ fn predict_run(
     }
 }
 
-/// Whether the robot moves already when a run begins.
+/// Whether the robot moves already when a run begins, or may: a log that was cut out of a longer one does
+/// not tell what was sent before.
 fn begins_in_motion(model: &Model, signals: &Signals<'_>, start: usize) -> bool {
     /// Velocity over its noise that is a motion.
     const MOVES: f64 = 10.0;
+    let first = &signals.cycles[start].trace;
+    let cut = start == 0 && first.cycle > 0;
+    if cut && first.sent_velocity.iter().any(|v| *v != 0.0) {
+        return true;
+    }
     let sigma = signals.velocity_sigma(&model.noise);
-    let Some(velocity) = signals.executed(start) else {
-        return false;
-    };
-    velocity
-        .get()
-        .iter()
-        .zip(sigma)
-        .any(|(v, s)| v.abs() > MOVES * s)
+    // A difference of poses is known from the second cycle on.
+    let velocity = signals
+        .executed(start)
+        .or_else(|| signals.executed(start + 1));
+    velocity.is_some_and(|v| v.get().iter().zip(sigma).any(|(v, s)| v.abs() > MOVES * s))
 }
 
 /// Cycles after which an unknown past is forgotten to 1 %.
