@@ -1,7 +1,7 @@
 //! Files in, numbers out, and what is refused.
 
-use softdock::check::{Rig, check, load_board};
 use softdock_app::settings::BoardSettings;
+use softdock_experiments::check::{Rig, check, load_board};
 use std::path::{Path, PathBuf};
 
 fn scenarios() -> PathBuf {

@@ -1,9 +1,9 @@
 //! Delay × stiffness × mass × damping: the predicted restitution of every law against the simulated.
 
 use crate::delay_laws::case::{CYCLE_S, Case, Rebound};
-use softdock::check::{Check, Contact, Rig, check};
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_experiments::check::{Check, Contact, Rig, check};
 
 /// Not whole cycles: there the force of a damper jumps in the very instant in which it is measured,
 /// and the side from which a simulation looks decides by several percent.

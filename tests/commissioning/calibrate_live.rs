@@ -1,7 +1,7 @@
 //! `softdock calibrate sensor --port` with a board on this computer, as a user runs it.
 
 use serde_json::Value;
-use softdock::experiment::scenario::Scenario;
+use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{LockStepRig, patient, serve};
 use softdock_tests::process::softdock;
 use std::net::UdpSocket;

@@ -1,11 +1,11 @@
 //! Recordings and settings with one thing wrong.
 
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::doctor::{Check, State, of_recording, of_settings, worst};
 use softdock_control::io::Sequence;
 use softdock_control::modes::{Fault, FaultCode, Mode};
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 
 fn recording() -> Recording {

@@ -3,7 +3,7 @@
 //! known to its file alone, never to the board's.
 
 use serde_json::Value;
-use softdock::experiment::scenario::Scenario;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::{LockStepRig, Motion, PATIENCE, QemuBoard, params, serve};
 use softdock_tests::process::{scratch, softdock};

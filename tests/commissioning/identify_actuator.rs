@@ -1,9 +1,9 @@
 //! Identifications of simulated robots whose actuator is known.
 
 use rayon::prelude::*;
-use softdock::experiment::jog_rehearsal::jog;
-use softdock::experiment::scenario::Scenario;
 use softdock_commissioning::identify::{Identification, identify};
+use softdock_experiments::jog_rehearsal::jog;
+use softdock_experiments::scenario::Scenario;
 use softdock_physics::model::Axis;
 use softdock_rig::rig::settings::ServoSettings;
 use softdock_statistics::RandomStream;

@@ -1,9 +1,9 @@
 //! The jog of a board on this computer, over its service and its telemetry, as a user runs it.
 
 use serde_json::Value;
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::modes::Mode;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::{
     BUSY_COMPUTER, LockStepRig, Motion, RunningRobot, Sensor, Served, patient, serve,

@@ -1,10 +1,10 @@
 //! Docking mechanisms as nominal model and as hypotheses, on recordings of the simulated rig.
 
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock_analysis::compare::compare;
 use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_analysis::fit::refit;
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::input;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::by_id;

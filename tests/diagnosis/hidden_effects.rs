@@ -1,6 +1,6 @@
 //! How often the diagnosis finds what was hidden: generated logs, and the training set.
 
-use softdock::bench::diagnose::{self, Bench};
+use softdock_experiments::bench::diagnose::{self, Bench};
 use softdock_hidden_effects::{CaseSpec, Level, suite};
 use softdock_tests::process::recorded_data;
 

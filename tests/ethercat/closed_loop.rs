@@ -1,11 +1,11 @@
 //! The closed loop over EtherCAT, in virtual time.
 
-use softdock::experiment::impacts::{self, Impact};
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
-use softdock::experiment::spring_rod::{TOUCH, one_stop};
 use softdock_control::delay::LawName;
 use softdock_control::modes::Mode;
+use softdock_experiments::impacts::{self, Impact};
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
+use softdock_experiments::spring_rod::{TOUCH, one_stop};
 use softdock_io::recording::Recording;
 use softdock_io::replay::replay;
 use softdock_tests::peers::without_noise;

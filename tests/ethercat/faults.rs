@@ -1,9 +1,9 @@
 //! What the segment does wrong.
 
-use softdock::experiment::scenario::Scenario;
 use softdock_app::record::CycleRecord;
 use softdock_app::shared::Status;
 use softdock_control::modes::{Command, FaultCode, Mode};
+use softdock_experiments::scenario::Scenario;
 use softdock_link::can::ati::AtiCalibration;
 use softdock_link::ethercat::Product;
 use softdock_link::sensor::{SensorFault, SensorState};

@@ -1,10 +1,10 @@
 //! The closed loop over EtherCAT behind real sockets, with the rig in lock step: on the host and in QEMU.
 
-use softdock::experiment::impacts;
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_experiments::impacts;
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{Board, LockStepRig, Motion, QemuBoard, patient, without_noise};
 use toml_edit::ser::to_string_pretty;
 

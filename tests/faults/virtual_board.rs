@@ -1,14 +1,14 @@
 //! The firmware's tasks against the simulated rig in virtual time: deterministic, replayable, and
 //! with the numbers of the paper's experiment.
 
-use softdock::experiment::impacts::{self, Impact};
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
-use softdock::experiment::spring_rod::{TOUCH, one_stop, two_stops};
 use softdock_app::record::CycleRecord;
 use softdock_app::settings::SensorKind;
 use softdock_control::delay::LawName;
 use softdock_control::modes::{Command, Mode};
+use softdock_experiments::impacts::{self, Impact};
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
+use softdock_experiments::spring_rod::{TOUCH, one_stop, two_stops};
 use softdock_io::recording::Recording;
 use softdock_io::replay::replay;
 use softdock_link::can::ati::AtiCalibration;

@@ -1,12 +1,12 @@
 //! The benchmark of the delay laws: the numbers of a rig without compensation are known, and every
 //! number of every run is finite and bounded.
 
-use softdock::bench::delay::case::Case;
-use softdock::bench::delay::cases;
-use softdock::bench::delay::measure::Ending;
-use softdock::bench::delay::row::Row;
-use softdock::bench::delay::run::run;
 use softdock_control::delay::LawName;
+use softdock_experiments::bench::delay::case::Case;
+use softdock_experiments::bench::delay::cases;
+use softdock_experiments::bench::delay::measure::Ending;
+use softdock_experiments::bench::delay::row::Row;
+use softdock_experiments::bench::delay::run::run;
 use std::collections::HashSet;
 
 fn bench(cases: &[Case], laws: &[LawName]) -> Vec<Row> {

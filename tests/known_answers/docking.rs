@@ -1,10 +1,10 @@
 //! Docking mechanisms in the loop: what is captured, how hard, and what is refused.
 
-use softdock::check::Rig;
-use softdock::experiment::run::{RunStatistics, run};
-use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
 use softdock_control::modes::Mode;
+use softdock_experiments::check::Rig;
+use softdock_experiments::run::{RunStatistics, run};
+use softdock_experiments::scenario::Scenario;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 

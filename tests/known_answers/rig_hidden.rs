@@ -1,10 +1,10 @@
 //! Every effect of the catalogue, hidden in the simulated rig: the diagnosis scenario stays bounded
 //! and its recording shows the effect in the channel in which it acts.
 
-use softdock::experiment::diagnosis::{self, Part};
-use softdock::experiment::run::record;
 use softdock_analysis::compare::compare;
 use softdock_control::modes::Mode;
+use softdock_experiments::diagnosis::{self, Part};
+use softdock_experiments::run::record;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{CATALOGUE, Effect, Group};
 use softdock_physics::model::Channel;

@@ -1,9 +1,9 @@
 //! Effects on motion, clock and spacecraft, hidden in the simulated rig in the sizes of the
 //! demonstration: the diagnosis names each of them, or says with what it is tied.
 
-use softdock::experiment::diagnosis::{self, Part};
-use softdock::experiment::run::record;
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
+use softdock_experiments::diagnosis::{self, Part};
+use softdock_experiments::run::record;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{CATALOGUE, Group};
 use softdock_rig::rig::{Hidden, hidden::suggest};

@@ -2,7 +2,7 @@
 //! busy as it likes: nothing here depends on how many answers come in time.
 
 use serde_json::Value;
-use softdock::experiment::scenario::Scenario;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::{Recording, WALL_CLOCK};
 use softdock_tests::peers::{Served, patient, serve};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};

@@ -6,7 +6,7 @@
 //! on this one.
 
 use serde_json::{Value, json};
-use softdock::experiment::scenario::Scenario;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::input;
 use softdock_io::recording::Recording;
 use softdock_mechanism::Kind;

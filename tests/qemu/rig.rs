@@ -1,11 +1,11 @@
 //! The firmware in QEMU closes the loop with the simulated rig over real sockets, and computes what
 //! the board on the host computes.
 
-use softdock::experiment::impacts;
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
+use softdock_experiments::impacts;
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, patient, without_noise};
 use toml_edit::ser::to_string_pretty;
 

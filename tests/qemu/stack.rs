@@ -2,8 +2,8 @@
 //! the board tells what is left of the paint.
 
 use super::faults::moving;
-use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
+use softdock_experiments::scenario::Scenario;
 use softdock_rig::firmware::{RELEASED, STACK_BUDGET, emulated_profile};
 use softdock_tests::peers::{LockStepRig, QemuBoard, params, patient};
 use std::net::{SocketAddrV4, UdpSocket};

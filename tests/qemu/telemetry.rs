@@ -1,8 +1,8 @@
 //! The firmware in QEMU sends each cycle to a recorder, and the host recomputes the recording bit
 //! for bit.
 
-use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
+use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{LockStepRig, QemuBoard, patient};
 use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
 use std::net::SocketAddrV4;

@@ -1,11 +1,11 @@
 //! Reports as a colleague sees them: opened in headless Chromium, nothing missing, nothing cut
 //! off, nothing asked of the network. Pictures are kept under `target/report-screenshots/`.
 
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock::pages::comparison;
 use softdock::pages::diagnosis::page;
 use softdock_analysis::compare::compare;
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::browser::{Browser, assert_report};

@@ -4,10 +4,10 @@
 //! The board without a floating-point unit runs fixed point; these numbers are what that costs.
 
 use nalgebra::{Quaternion, UnitQuaternion};
-use softdock::experiment::scenario::Scenario;
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::scalar::{Fixed, Scalar};
+use softdock_experiments::scenario::Scenario;
 use softdock_tests::every_setting::every_setting;
 use softdock_tests::walls::Case;
 

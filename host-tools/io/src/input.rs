@@ -126,13 +126,13 @@ pub fn refuse_overwrite(path: &Path, force: bool) -> Result<()> {
 ///
 /// # Errors
 /// As [`refuse_overwrite`]; or `path` is one of `inputs`.
-pub fn refuse_overwrite_of(inputs: &[&Path], path: &Path, force: bool) -> Result<()> {
+pub fn refuse_overwrite_of(inputs: &[impl AsRef<Path>], path: &Path, force: bool) -> Result<()> {
     let place = |path: &Path| path.canonicalize().ok();
     if let Some(output) = place(path) {
         ensure!(
             inputs
                 .iter()
-                .all(|input| place(input).as_ref() != Some(&output)),
+                .all(|input| place(input.as_ref()).as_ref() != Some(&output)),
             "{} is read by this command and is not overwritten, not even with --force: choose another name",
             path.display()
         );

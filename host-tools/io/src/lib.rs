@@ -5,9 +5,11 @@
 //! | `recording`, `telemetry`, `replay` | cycles on disk and over the network, recomputed bit for bit |
 //! | `data_table` | tables that other programs read: CSV and Parquet |
 //! | `input`, `output` | files that people write, files that are there whole or not at all |
+//! | `address` | addresses as people write them |
 //! | `port` | a serial device, a pseudo-terminal or a TCP port, locked for this program |
 //! | `identity` | who wrote it |
 
+pub mod address;
 pub mod data_table;
 pub mod identity;
 pub mod input;

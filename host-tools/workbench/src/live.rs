@@ -16,6 +16,7 @@ use futures_util::stream::unfold;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use softdock_app::record::CycleRecord;
+use softdock_io::address::address as address_of;
 use softdock_io::telemetry::{Listener, Seen, Viewer};
 use softdock_link::service::Machine;
 use std::convert::Infallible;
@@ -75,7 +76,7 @@ impl Live {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Address {
-    listen: SocketAddr,
+    listen: String,
 }
 
 pub(super) async fn start(
@@ -83,6 +84,7 @@ pub(super) async fn start(
     address: Result<Json<Address>, JsonRejection>,
 ) -> Result<Json<Value>, Problem> {
     let Json(Address { listen }) = address?;
+    let listen = address_of(&listen).map_err(anyhow::Error::msg)?;
     work(move || {
         let mut watch = bench.live.watch();
         // Its port is free again for the same address.

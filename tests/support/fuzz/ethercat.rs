@@ -1,9 +1,9 @@
 //! EtherCAT: frames to the simulated SubDevice, and what the board's MainDevice makes of one that goes wrong.
 
 use super::Script;
-use softdock::experiment::scenario::Scenario;
 use softdock_control::io::SensorSample;
 use softdock_control::modes::Mode;
+use softdock_experiments::scenario::Scenario;
 use softdock_link::ethercat::Product;
 use softdock_rig::board::virtual_time::{Simulation, simulate_disturbed};
 use softdock_rig::ethercat::{Cable, Description, Segment, SubDevice};

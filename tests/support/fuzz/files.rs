@@ -1,10 +1,10 @@
 //! The texts that people write, and recordings.
 
-use softdock::campaign::plan::Plan;
-use softdock::experiment::run::run;
-use softdock::experiment::scenario::{SPRING_ROD, Scenario};
 use softdock_app::robot_link::Prepared;
 use softdock_app::settings::BoardSettings;
+use softdock_experiments::campaign::plan::Plan;
+use softdock_experiments::run::run;
+use softdock_experiments::scenario::{SPRING_ROD, Scenario};
 use softdock_io::input;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;

@@ -1,11 +1,11 @@
 //! Whole logs in which any number stands anywhere: what may be asked of a recording is answered, or refused.
 
 use super::Script;
-use softdock::experiment::run::record;
-use softdock::experiment::scenario::Scenario;
 use softdock_analysis::compare::compare;
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Command;
+use softdock_experiments::run::record;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_io::replay::replay;
 use softdock_physics::model::Model;

@@ -1,7 +1,7 @@
 //! Settings that keep a busy computer from being taken for a broken robot or sensor.
 
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
+use softdock_experiments::scenario::Scenario;
 use toml_edit::{DocumentMut, Table, de, ser};
 
 /// For a board whose robot and sensor stand still until it has answered: it polls its sensor as often

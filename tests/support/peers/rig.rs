@@ -6,8 +6,8 @@
 //! however slow or busy the computer is.
 
 use crate::process::PATIENCE;
-use softdock::experiment::scenario::Scenario;
 use softdock_app::settings::BoardSettings;
+use softdock_experiments::scenario::Scenario;
 use softdock_link::can::Frame;
 use softdock_link::can::ati::{AtiCalibration, AtiDevice, ForceUnit, TorqueUnit};
 use softdock_link::ethercat::Product;

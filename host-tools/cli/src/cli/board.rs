@@ -1,12 +1,12 @@
 //! `softdock board`: the firmware as a process with real sockets.
 
-use super::address::address;
 use super::live::raised_by_ctrl_c;
 use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_app::settings::BoardSettings;
+use softdock_io::address::address;
 use softdock_io::identity;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::recording::Header;

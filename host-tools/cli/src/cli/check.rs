@@ -1,9 +1,9 @@
 //! `softdock check`: what a delay will do to a contact, before the contact.
 
 use super::{print, print_json};
-use crate::check::{Rig, check, load_board};
 use anyhow::{Result, ensure};
 use clap::Args;
+use softdock_experiments::check::{Rig, check, load_board};
 use std::path::PathBuf;
 
 /// Say before the contact whether it will be stable, which rebound each delay law will give, what

@@ -3,10 +3,10 @@
 mod files;
 mod story;
 
-use crate::experiment::demo;
 use anyhow::{Context, Result};
 use clap::Args;
 use files::Files;
+use softdock_experiments::demo;
 use std::path::PathBuf;
 use story::Story;
 

@@ -3,13 +3,14 @@
 mod live;
 
 use super::findings::Destination;
-use crate::experiment::jog_rehearsal::jog;
-use crate::experiment::scenario::Scenario;
+use super::outputs::mcap_file;
 use anyhow::{Context, Result};
 use clap::{Args, Subcommand};
 use softdock_commissioning::identify::{Identification, identify};
 use softdock_commissioning::input::read;
-use softdock_io::input::refuse_overwrite;
+use softdock_experiments::jog_rehearsal::jog;
+use softdock_experiments::scenario::Scenario;
+use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
 use std::path::{Path, PathBuf};
@@ -72,7 +73,7 @@ struct Actuator {
     )]
     axis: Vec<String>,
     /// Recording of the jog to write
-    #[arg(long, value_name = "JOG.mcap", conflicts_with = "recording")]
+    #[arg(long, value_name = "JOG.mcap", conflicts_with = "recording", value_parser = mcap_file)]
     keep: Option<PathBuf>,
     #[command(flatten)]
     live: live::Options,
@@ -82,10 +83,11 @@ struct Actuator {
 
 impl Actuator {
     fn execute(self) -> Result<()> {
-        let inputs: Vec<&Path> = self.recording.iter().map(PathBuf::as_path).collect();
+        let inputs = [&self.recording, &self.rehearse, &self.mapping];
+        let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
         self.to.check(&inputs)?;
         if let Some(file) = &self.keep {
-            refuse_overwrite(file, self.to.force)?;
+            refuse_overwrite_of(&inputs, file, self.to.force)?;
         }
         if let Some(port) = &self.live.port {
             return self.jog_live(port);

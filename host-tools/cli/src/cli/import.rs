@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_analysis::import::summary::Summary;
 use softdock_analysis::import::{docking_rig_log, mapping, model_text, starter};
-use softdock_io::input::refuse_overwrite;
+use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::{Recording, import_csv};
 use std::path::{Path, PathBuf};
 
@@ -113,8 +113,13 @@ impl Import {
             .chain(recordings.iter().map(|(name, _)| name))
             .cloned()
             .collect();
+        let inputs: Vec<&Path> = [Some(&self.path), self.mapping.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
         for file in &files {
-            refuse_overwrite(file, self.force)?;
+            refuse_overwrite_of(&inputs, file, self.force)?;
         }
         std::fs::create_dir_all(&self.output)
             .with_context(|| format!("cannot create {}", self.output.display()))?;

@@ -1,9 +1,9 @@
 //! `softdock init`: files to start from.
 
 use super::print;
-use crate::experiment::starter;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
+use softdock_experiments::starter;
 use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 

@@ -10,7 +10,6 @@ use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 mod add;
-mod address;
 mod agree;
 mod bench;
 mod board;

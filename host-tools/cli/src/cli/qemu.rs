@@ -1,11 +1,11 @@
 //! `softdock qemu`: the microcontroller's firmware in QEMU.
 
-use super::address::address;
 use super::live::raised_by_ctrl_c;
 use anyhow::{Context, Result};
 use clap::Args;
 use softdock_app::emulated_flash::Crash;
 use softdock_app::settings::BoardSettings;
+use softdock_io::address::address;
 use softdock_io::identity;
 use softdock_io::input;
 use softdock_rig::board::qemu::{Chip, Qemu};

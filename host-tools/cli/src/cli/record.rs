@@ -1,6 +1,5 @@
 //! `softdock record`: telemetry of a board into recordings.
 
-use super::address::address;
 use super::live::raised_by_ctrl_c;
 use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
@@ -9,6 +8,7 @@ use super::{print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
+use softdock_io::address::address;
 use softdock_io::input::refuse_overwrite;
 use softdock_io::telemetry::{Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;

@@ -2,11 +2,11 @@
 
 use super::{print, print_json};
 use crate::cli::progress::counter;
-use crate::experiment::reproduce::{Bounces, DONE, Row, reproduce};
-use crate::experiment::reproduce_page::{bounce_table, headline, page, table};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
+use softdock_experiments::reproduce::{Bounces, DONE, Row, reproduce};
+use softdock_experiments::reproduce_page::{bounce_table, headline, page, table};
 use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 

@@ -1,14 +1,16 @@
 //! `softdock rig`: the simulated rig in real time, as a peer of a board.
 
-use super::address::address;
 use super::live::raised_by_ctrl_c;
 use super::progress::spinner;
 use super::{print, print_json, three_numbers};
-use crate::experiment::scenario::Scenario;
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
+use softdock_commissioning::live::LiveBoard;
+use softdock_experiments::scenario::Scenario;
+use softdock_io::address::address;
 use softdock_io::input;
+use softdock_io::port::BAUD_RATE;
 use softdock_rig::peer::{Peer, SensorLink, Tally, Watcher};
 use softdock_rig::rig::Hidden;
 use softdock_rig::rig::hidden::{any, spacecraft, suggest};
@@ -53,6 +55,9 @@ pub(super) struct RigCommand {
     /// UDP address on which the board waits for its EtherCAT segment, in place of --can
     #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     ethercat: Option<SocketAddr>,
+    /// Service port of the board (tcp:HOST:PORT or a serial device), to tell it to stop when latches close
+    #[arg(long, value_name = "PORT")]
+    service: Option<String>,
     /// Settings of the board, instead of the scenario's: its sensor, names of RSI
     #[arg(long, value_name = "BOARD.toml")]
     settings: Option<PathBuf>,
@@ -120,7 +125,10 @@ impl RigCommand {
             },
         };
         let stop = raised_by_ctrl_c()?;
-        let display = Display(spinner());
+        let display = Display {
+            bar: spinner(),
+            service: self.service.clone(),
+        };
         let tally = peer.run(&stop, self.seconds, poses(), &display)?;
         drop(display);
         let summary = tally.summary();
@@ -189,7 +197,9 @@ fn poses() -> Receiver<[f64; 3]> {
                     if typed.send(abc_deg.map(f64::to_radians)).is_err() {
                         return;
                     }
-                    eprintln!("rig: the robot goes to A,B,C = {line} degrees");
+                    eprintln!(
+                        "rig: the robot leaves the mechanism and goes to A,B,C = {line} degrees"
+                    );
                 }
                 Err(_) if line.is_empty() => {}
                 Err(error) => eprintln!("rig: `{line}`: {error}, A,B,C in degrees"),
@@ -200,17 +210,41 @@ fn poses() -> Receiver<[f64; 3]> {
 }
 
 /// Tells on standard error what happens.
-struct Display(ProgressBar);
+struct Display {
+    bar: ProgressBar,
+    /// Where the board takes commands.
+    service: Option<String>,
+}
+
+impl Display {
+    fn stop_board(&self) -> Result<()> {
+        let mut board = LiveBoard::connect(self.service.as_deref(), BAUD_RATE)?;
+        board.client.operate("stop").map(drop)
+    }
+}
 
 impl Watcher for Display {
     fn say(&self, what: &str) {
-        self.0.suspend(|| eprintln!("rig: {what}"));
+        self.bar.suspend(|| eprintln!("rig: {what}"));
+    }
+
+    fn captured(&self) {
+        let told = self.service.is_some().then(|| self.stop_board());
+        self.say(&match told {
+            Some(Ok(())) => "the latches have closed; the board was told to stop".to_owned(),
+            Some(Err(error)) => {
+                format!("the latches have closed, and the board could not be told to stop: {error:#}")
+            }
+            None => "the latches have closed: stop the board (`softdock params mode stop`), or a delayed loop swings up \
+                     on the stiff joint; --service PORT lets the rig's capture switch do it"
+                .to_owned(),
+        });
     }
 
     fn show(&self, tally: &Tally) {
-        self.0.tick();
+        self.bar.tick();
         let late = tally.unanswered + tally.waited;
-        self.0.set_message(format!(
+        self.bar.set_message(format!(
             "{} cycles, {late} not answered in time, {} readings, {} contacts; Ctrl-C ends it",
             tally.cycles, tally.readings, tally.contacts
         ));
@@ -219,6 +253,6 @@ impl Watcher for Display {
 
 impl Drop for Display {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

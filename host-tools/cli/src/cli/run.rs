@@ -4,17 +4,17 @@ use super::outputs::mcap_file;
 use super::piece_args::PieceArgs;
 use super::{law_names, print, print_json, three_numbers};
 use crate::cli::progress::Progress;
-use crate::experiment::impact_table;
-use crate::experiment::impacts::{Impact, ImpactFinder};
-use crate::experiment::record_file::record_file;
-use crate::experiment::run::RunStatistics;
-use crate::experiment::scenario::Scenario;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde::Serialize;
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
+use softdock_experiments::impact_table;
+use softdock_experiments::impacts::{Impact, ImpactFinder};
+use softdock_experiments::record_file::record_file;
+use softdock_experiments::run::RunStatistics;
+use softdock_experiments::scenario::Scenario;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::telemetry::{Pieces, Time};
 use softdock_mechanism::{EnergyBook, Loads};
@@ -298,6 +298,13 @@ fn warnings(scenario: &Scenario, summary: &Summary) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if scenario.rig.mechanism.runs_on_after_capture {
+        warnings.push(
+            "`rig.mechanism.runs_on_after_capture`: the loop stays closed on latched joints; `softdock check` \
+             says whether they bear this robot's delay"
+                .to_owned(),
+        );
+    }
     if robot.hold_on != absolute {
         warnings.push(format!(
             "`rig.robot.hold_on` is {}: a lost answer moves the robot; {} is right for this \
@@ -323,7 +330,7 @@ fn text(summary: &Summary) -> String {
     // Without an impact there is nothing to head.
     let table = match summary.impacts.as_slice() {
         [] => String::new(),
-        _ => format!("{table}\n"),
+        _ => format!("{table} {}\n\n", impact_table::LEGEND),
     };
     let hidden = match summary.impacts.iter().any(|impact| impact.damping_in_noise) {
         true => {

@@ -27,6 +27,8 @@ pub struct Guide {
     readings: Vec<Reading>,
     /// Sample of the last reading.
     counter: u32,
+    /// Why the last reading cannot be used.
+    useless: Option<String>,
     /// Orientations of M that were taken, no two of them alike.
     taken: Vec<UnitQuaternion<f64>>,
     /// Around the first of them.
@@ -44,6 +46,7 @@ impl Guide {
             tilt_rad,
             readings: Vec::new(),
             counter: 0,
+            useless: None,
             taken: Vec::new(),
             planned: Vec::new(),
             seen: 0,
@@ -58,7 +61,19 @@ impl Guide {
         let Some([x, y, z, a, b, c]) = robot.pose else {
             return;
         };
-        if !fresh || sensor.saturated || sensor.status != 0 {
+        if !fresh {
+            return;
+        }
+        self.useless = match (sensor.saturated, sensor.status) {
+            (true, _) => {
+                Some("the sensor is saturated: does the tool press against something?".into())
+            }
+            (false, 0) => None,
+            (false, status) => Some(format!(
+                "the sensor reports status 0x{status:x} (`softdock doctor`)"
+            )),
+        };
+        if self.useless.is_some() {
             return;
         }
         let rotation = orientation_from_abc(&[a, b, c]);
@@ -116,6 +131,9 @@ impl Guide {
 
     /// Pose and force of this instant, for a person who looks on.
     pub fn now(&self) -> String {
+        if let Some(why) = &self.useless {
+            return why.clone();
+        }
         match self.readings.last() {
             None => "waiting for the pose and the sensor".to_owned(),
             Some(reading) => format!(

@@ -1,6 +1,7 @@
 //! What a table's values do not say themselves: units and meanings.
 
 use super::{DataColumn, Values};
+use anyhow::{Result, bail};
 use serde::{Deserialize, Serialize};
 
 /// A column in words, as it stands beside the values of any table that softdock writes.
@@ -35,5 +36,25 @@ impl Description {
             words: Vec::new(),
             meaning: column.meaning.clone(),
         }
+    }
+
+    /// The column without its values.
+    pub(super) fn column(&self) -> Result<DataColumn> {
+        let Self { name, kind, .. } = self;
+        let values = match kind.as_str() {
+            "float64" => Values::Number(Vec::new()),
+            "uint64" => Values::Count(Vec::new()),
+            "bool" => Values::Flag(Vec::new()),
+            "string" => Values::Text(Vec::new()),
+            other => {
+                bail!("column `{name}` holds `{other}`; expected float64, uint64, bool or string")
+            }
+        };
+        Ok(DataColumn {
+            name: name.clone(),
+            unit: self.unit.clone(),
+            meaning: self.meaning.clone(),
+            values,
+        })
     }
 }

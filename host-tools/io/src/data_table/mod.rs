@@ -26,7 +26,6 @@ pub use description::Description;
 use crate::output::write_whole;
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::path::Path;
 
 /// A table.
@@ -165,8 +164,9 @@ impl DataTable {
     /// # Errors
     /// The file cannot be read, or is no whole table of softdock.
     pub fn read_parquet(path: &Path) -> Result<Self> {
-        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::from_parquet(file).with_context(|| {
+        let bytes =
+            std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        Self::from_parquet(bytes).with_context(|| {
             let path = path.display();
             format!("{path} is not a whole table of softdock (Parquet)")
         })

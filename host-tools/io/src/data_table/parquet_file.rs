@@ -5,6 +5,8 @@
 
 use super::{DataColumn, DataTable, Description, Values};
 use anyhow::{Context, Result, bail, ensure};
+use bytes::Bytes;
+use crc::{CRC_64_XZ, Crc};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
@@ -13,7 +15,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
-use std::fs::File;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Rows in a group.
@@ -24,6 +26,10 @@ const LEVEL: i32 = 3;
 const CREATED_BY: &str = "softdock";
 /// Name of the columns' descriptions in the metadata.
 const COLUMNS: &str = "softdock.columns";
+/// What the checksum stands behind, in the metadata.
+const CHECKSUM: &str = "softdock.checksum=";
+/// What stands there while it is computed.
+const NO_SUM: &str = "0000000000000000";
 /// Definition level of a value that is there.
 const PRESENT: i16 = 1;
 
@@ -47,7 +53,15 @@ impl DataTable {
             }
             group.close()?;
         }
-        Ok(file.into_inner()?)
+        let mut bytes = file.into_inner()?;
+        let (sum, place) = checksum(&bytes)?;
+        bytes[place].copy_from_slice(sum.as_bytes());
+        Ok(bytes)
+    }
+
+    fn descriptions(&self) -> Result<String> {
+        let columns: Vec<Description> = self.columns.iter().map(Description::of).collect();
+        Ok(serde_json::to_string(&columns)?)
     }
 
     fn schema(&self) -> Result<TypePtr> {
@@ -69,41 +83,67 @@ impl DataTable {
     }
 
     fn properties(&self) -> Result<WriterProperties> {
-        let columns: Vec<Description> = self.columns.iter().map(Description::of).collect();
-        let columns = KeyValue::new(COLUMNS.to_owned(), serde_json::to_string(&columns)?);
+        let columns = KeyValue::new(COLUMNS.to_owned(), self.descriptions()?);
         let metadata = self.metadata.iter().cloned();
         let metadata = metadata.map(|(name, text)| KeyValue::new(name, text));
+        let sum = KeyValue::new("checksum".to_owned(), format!("{CHECKSUM}{NO_SUM}"));
         Ok(WriterProperties::builder()
             .set_created_by(CREATED_BY.to_owned())
             .set_compression(Compression::ZSTD(ZstdLevel::try_new(LEVEL)?))
-            .set_key_value_metadata(Some([columns].into_iter().chain(metadata).collect()))
+            .set_key_value_metadata(Some([columns, sum].into_iter().chain(metadata).collect()))
             .build())
     }
 
-    /// Reads what [`to_parquet`](Self::to_parquet) wrote.
-    pub(super) fn from_parquet(file: File) -> Result<Self> {
-        let file = SerializedFileReader::new(file)?;
+    /// Reads what [`to_parquet`](Self::to_parquet) wrote. The checksum is compared before anything is decoded: decoders
+    /// panic at some files that are damaged.
+    pub(super) fn from_parquet(bytes: Vec<u8>) -> Result<Self> {
+        let (sum, place) = checksum(&bytes)?;
+        ensure!(
+            bytes[place] == *sum.as_bytes(),
+            "it is damaged: its checksum differs"
+        );
+        let file = SerializedFileReader::new(Bytes::from(bytes))?;
         let entries = file.metadata().file_metadata().key_value_metadata();
         let entries = entries.into_iter().flatten().cloned();
-        let entries = entries.map(|entry| (entry.key, entry.value.unwrap_or_default()));
-        let (own, metadata): (Vec<_>, Vec<_>) = entries.partition(|(name, _)| name == COLUMNS);
-        let (_, columns) = own.first().context("the columns have no descriptions")?;
-        let descriptions: Vec<Description> = serde_json::from_str(columns)?;
-        let columns = descriptions.into_iter().enumerate();
+        let mut entries = entries.map(|entry| (entry.key, entry.value.unwrap_or_default()));
+        let columns = entries.next().filter(|(name, _)| name == COLUMNS);
+        let (_, columns) = columns.context("the columns have no descriptions")?;
+        let descriptions: Vec<Description> = serde_json::from_str(&columns)?;
+        let columns = descriptions.iter().enumerate();
         let columns = columns
-            .map(|(place, description)| read_column(&file, place, description))
+            .map(|(place, description)| {
+                let mut column = description.column()?;
+                read_column(&file, place, &mut column)?;
+                Ok(column)
+            })
             .collect::<Result<_>>()?;
-        Ok(Self { columns, metadata })
+        Ok(Self {
+            columns,
+            // Behind the checksum.
+            metadata: entries.skip(1).collect(),
+        })
     }
+}
+
+/// The checksum of a file, in which zeros stand for it, as digits, and where it belongs.
+fn checksum(file: &[u8]) -> Result<(String, Range<usize>)> {
+    const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+    let mark = file
+        .windows(CHECKSUM.len())
+        .rposition(|text| text == CHECKSUM.as_bytes());
+    let start = mark.context("it has no checksum")? + CHECKSUM.len();
+    let place = start..start + NO_SUM.len();
+    ensure!(place.end <= file.len(), "it is cut off");
+    let mut digest = CRC.digest();
+    digest.update(&file[..place.start]);
+    digest.update(NO_SUM.as_bytes());
+    digest.update(&file[place.end..]);
+    Ok((format!("{:016x}", digest.finalize()), place))
 }
 
 impl Values {
     /// Writes a part of them.
-    fn write(
-        &self,
-        rows: std::ops::Range<usize>,
-        to: &mut SerializedColumnWriter<'_>,
-    ) -> Result<()> {
+    fn write(&self, rows: Range<usize>, to: &mut SerializedColumnWriter<'_>) -> Result<()> {
         match self {
             Self::Number(values) => write::<DoubleType, _>(to, &values[rows], |value| *value),
             Self::Count(values) => write::<Int64Type, _>(to, &values[rows], |v| v.cast_signed()),
@@ -128,24 +168,10 @@ fn write<P: DataType, T>(
 }
 
 fn read_column(
-    file: &SerializedFileReader<File>,
+    file: &SerializedFileReader<Bytes>,
     place: usize,
-    description: Description,
-) -> Result<DataColumn> {
-    let Description {
-        name,
-        unit,
-        kind,
-        meaning,
-        ..
-    } = description;
-    let mut values = match kind.as_str() {
-        "float64" => Values::Number(Vec::new()),
-        "uint64" => Values::Count(Vec::new()),
-        "bool" => Values::Flag(Vec::new()),
-        "string" => Values::Text(Vec::new()),
-        other => bail!("column `{name}` holds `{other}`; expected float64, uint64, bool or string"),
-    };
+    DataColumn { name, values, .. }: &mut DataColumn,
+) -> Result<()> {
     for group in 0..file.num_row_groups() {
         let group = file.get_row_group(group)?;
         let rows = usize::try_from(group.metadata().num_rows())?;
@@ -154,7 +180,7 @@ fn read_column(
             "the file has no column `{name}`"
         );
         let reader = group.get_column_reader(place)?;
-        match (&mut values, reader) {
+        match (&mut *values, reader) {
             (Values::Number(to), ColumnReader::DoubleColumnReader(from)) => {
                 read(from, rows, to, Ok)?;
             }
@@ -166,15 +192,10 @@ fn read_column(
                 let text = |bytes: ByteArray| Ok(bytes.as_utf8()?.to_owned());
                 read(from, rows, to, text)?;
             }
-            _ => bail!("column `{name}` does not hold `{kind}`, as its description says"),
+            _ => bail!("column `{name}` does not hold what its description says"),
         }
     }
-    Ok(DataColumn {
-        name,
-        unit,
-        meaning,
-        values,
-    })
+    Ok(())
 }
 
 fn read<P: DataType, T>(

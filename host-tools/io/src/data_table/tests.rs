@@ -130,6 +130,22 @@ fn a_file_cut_off_anywhere_is_refused() {
     }
 }
 
+/// Where a decoder would read something else, or panic.
+#[test]
+fn a_bit_that_flips_is_noticed_or_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.parquet");
+    let whole = table(20).to_parquet().unwrap();
+    for place in 0..whole.len() {
+        let mut damaged = whole.clone();
+        damaged[place] ^= 1 << (place % 8);
+        std::fs::write(&path, &damaged).unwrap();
+        if let Ok(read) = DataTable::read_parquet(&path) {
+            assert!(read == table(20), "byte {place} of {}", whole.len());
+        }
+    }
+}
+
 #[test]
 fn another_column_than_there_is_names_those_there_are() {
     let error = table(1).values("forces").unwrap_err().to_string();

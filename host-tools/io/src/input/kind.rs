@@ -6,7 +6,7 @@ use toml_edit::TableLike;
 const MCAP: &[u8] = b"\x89MCAP";
 
 /// Keys that only one kind of file has at its top level, and the hint for where another was asked for.
-const KINDS: [(&[&str], &str); 4] = [
+const KINDS: [(&[&str], &str); 5] = [
     (
         &["board", "start_position_m", "duration_s"],
         "This looks like a scenario, as `softdock run` and `softdock rig` take it: was another file meant, or were two swapped?",
@@ -18,6 +18,14 @@ const KINDS: [(&[&str], &str); 4] = [
     (
         &["noise", "tool", "bodies", "effect", "hypothesis", "history"],
         "This looks like a model, as `softdock compare` takes it: was another file meant, or were two swapped?",
+    ),
+    (
+        &[
+            "approach_speed_m_s",
+            "effective_mass_kg",
+            "feedback_latency_cycles",
+        ],
+        "This looks like a rig as `softdock check` takes it: was another file meant, or were two swapped?",
     ),
     (
         &["sent_velocity", "executed_velocity", "table", "files"],

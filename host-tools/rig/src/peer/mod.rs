@@ -74,6 +74,8 @@ pub trait Watcher: Sync {
     fn say(&self, what: &str);
     /// How far it has come; called a few times per second.
     fn show(&self, tally: &Tally);
+    /// The capture switch closed: the board has to stop.
+    fn captured(&self);
 }
 
 impl Peer {
@@ -99,8 +101,14 @@ impl Peer {
             scope.spawn(move || robot::run(self.robot, plant, socket, &poses, over, watcher));
             scope.spawn(move || sensor::run(self, plant, over, watcher));
             let mut shown = Instant::now();
+            let mut captured = false;
             while !stop.load(Ordering::Relaxed) && end.is_none_or(|end| Instant::now() < end) {
                 thread::sleep(STOP_PERIOD);
+                let closed = plant.tally().asks_to_stop;
+                if closed && !captured {
+                    watcher.captured();
+                }
+                captured = closed;
                 if shown.elapsed() >= SHOW_PERIOD {
                     shown = Instant::now();
                     watcher.show(&plant.tally());

@@ -3,6 +3,7 @@
 use super::tally::Tally;
 use super::telegrams::Telegrams;
 use super::{Peer, STOP_PERIOD};
+use crate::rig::settings::MechanismSettings;
 use crate::rig::{Rig, RigSettings, SensorSampleSim};
 use anyhow::{Context, Result};
 use std::f64::consts::{PI, TAU};
@@ -164,7 +165,11 @@ impl Plant {
         if !state.answered {
             state.tally.unanswered += 1;
         }
-        state.goal = goal.or(state.goal);
+        if goal.is_some() {
+            state.goal = goal;
+            // The robot's program takes the spacecraft away from the mechanism before it turns.
+            state.settings.mechanism = MechanismSettings::default();
+        }
         state.turn()?;
         state.telegrams.advance();
         state.number += 1;
@@ -263,10 +268,12 @@ impl State {
 
     fn look_for_contact(&mut self) {
         let truth = self.rig.truth();
-        let touches = truth.penetration_m.iter().any(|depth| *depth > 0.0);
+        let force_n = truth.contact.force.norm();
+        let touches = force_n > 0.0 || truth.penetration_m.iter().any(|depth| *depth > 0.0);
         self.tally.contacts += u64::from(touches && !self.touches);
         self.touches = touches;
-        let force_n = truth.contact.force.norm();
+        self.tally.captured_s = self.rig.captured_s();
+        self.tally.asks_to_stop = self.rig.asks_to_stop();
         self.tally.greatest_force_n = self.tally.greatest_force_n.max(force_n);
     }
 }

@@ -30,6 +30,10 @@ pub struct Tally {
     pub contacts: u64,
     /// Greatest contact force, N.
     pub greatest_force_n: f64,
+    /// When the latches caught the spacecraft in this run, s.
+    pub captured_s: Option<f64>,
+    /// The capture switch asks the board to stop.
+    pub asks_to_stop: bool,
     /// Why the robot stopped, the last time that it did.
     pub robot_stopped: Option<String>,
 }
@@ -63,6 +67,8 @@ pub struct Summary {
     pub contacts: u64,
     /// Greatest contact force, N.
     pub greatest_force_n: f64,
+    /// When the latches caught the spacecraft in the last run, s.
+    pub captured_s: Option<f64>,
     /// Why the robot stopped, the last time that it did.
     pub robot_stopped: Option<String>,
 }
@@ -96,6 +102,7 @@ impl Tally {
             sensor_readings: self.readings,
             contacts: self.contacts,
             greatest_force_n: self.greatest_force_n,
+            captured_s: self.captured_s,
             robot_stopped: self.robot_stopped.clone(),
         }
     }
@@ -123,6 +130,9 @@ impl fmt::Display for Summary {
             "\n{} readings of the sensor, {} contacts, greatest contact force {:.1} N",
             self.sensor_readings, self.contacts, self.greatest_force_n
         )?;
+        if let Some(captured_s) = self.captured_s {
+            write!(f, "\nthe latches closed at {captured_s:.3} s")?;
+        }
         if self.malformed > 0 {
             write!(f, "\n{} datagrams were no answers", self.malformed)?;
         }

@@ -11,6 +11,8 @@ const ANY: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 struct Silent;
 
 impl Watcher for Silent {
+    fn captured(&self) {}
+
     fn say(&self, _: &str) {}
     fn show(&self, _: &Tally) {}
 }

@@ -2,14 +2,14 @@
 
 use super::super::outputs::html_file;
 use super::super::{law_names, print, print_json};
-use crate::bench::delay::row::Row;
-use crate::bench::delay::run::{rows, run};
-use crate::bench::delay::{case::Case, cases, page, tables};
 use crate::cli::progress::counter;
 use anyhow::{Result, bail};
 use clap::Args;
 use serde::Serialize;
 use softdock_control::delay::LawName;
+use softdock_experiments::bench::delay::row::Row;
+use softdock_experiments::bench::delay::run::{rows, run};
+use softdock_experiments::bench::delay::{case::Case, cases, page, tables};
 use softdock_io::input::refuse_overwrite;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -1,13 +1,13 @@
 //! `softdock bench diagnose`: how often the diagnosis is right, and how right what it says is.
 
 use super::super::{print, print_json};
-use crate::bench::diagnose::coverage::{Coverage, Said, coverage, said};
-use crate::bench::diagnose::nulls::Nothing;
-use crate::bench::diagnose::{self, Bench as Scored, Row, rates, tables};
 use crate::cli::progress::counter;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
+use softdock_experiments::bench::diagnose::coverage::{Coverage, Said, coverage, said};
+use softdock_experiments::bench::diagnose::nulls::Nothing;
+use softdock_experiments::bench::diagnose::{self, Bench as Scored, Row, rates, tables};
 use softdock_hidden_effects::{CaseSpec, nothing_hidden, size_sweep, suite};
 use std::path::PathBuf;
 

@@ -2,6 +2,7 @@
 
 use super::Sensor;
 use crate::cli::live::{raised_by_ctrl_c, upload};
+use crate::cli::outputs::mcap_file;
 use crate::cli::progress::Progress;
 use anyhow::Result;
 use clap::Args;
@@ -28,7 +29,7 @@ pub(super) struct Options {
     #[arg(long, value_name = "UDP_ADDR", requires = "port")]
     listen: Option<SocketAddr>,
     /// Recording of the poses to write
-    #[arg(long, value_name = "POSES.mcap", requires = "port")]
+    #[arg(long, value_name = "POSES.mcap", requires = "port", value_parser = mcap_file)]
     keep: Option<PathBuf>,
     /// Write what was found into the board's settings
     #[arg(long, requires = "port")]

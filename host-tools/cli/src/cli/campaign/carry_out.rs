@@ -1,13 +1,13 @@
 //! `softdock campaign run`.
 
-use crate::campaign::plan::Plan;
-use crate::campaign::shard::{self, Shard};
 use crate::cli::live::raised_by_ctrl_c;
 use crate::cli::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use softdock_experiments::campaign::plan::Plan;
+use softdock_experiments::campaign::shard::{self, Shard};
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 use std::time::Instant;

@@ -1,14 +1,16 @@
 //! `softdock campaign merge`.
 
-use crate::campaign::merge::merge;
-use crate::campaign::plan::Plan;
-use crate::campaign::summary::{Results, Summary, summary};
-use crate::campaign::{page, status};
+use crate::cli::outputs::html_file;
 use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_io::input::refuse_overwrite;
+use softdock_experiments::campaign::merge::merge;
+use softdock_experiments::campaign::plan::Plan;
+use softdock_experiments::campaign::shard::own_files;
+use softdock_experiments::campaign::summary::{Results, Summary, summary};
+use softdock_experiments::campaign::{page, status};
+use softdock_io::input::refuse_overwrite_of;
 use std::path::PathBuf;
 
 /// Merge all parts of a campaign into one table, and say what it found.
@@ -28,7 +30,7 @@ pub(super) struct Merge {
     #[arg(long)]
     csv: bool,
     /// Write what was found as a page (HTML)
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
@@ -59,10 +61,12 @@ impl Merge {
         );
         let csv = self.csv.then(|| self.output.with_extension("csv"));
         let tables: Vec<PathBuf> = [self.output].into_iter().chain(csv).collect();
-        for file in tables.iter().chain(&self.report) {
-            refuse_overwrite(file, self.force)?;
-        }
         let plan = Plan::read(&self.folder)?;
+        let own = own_files(&self.folder)?;
+        let description = tables.get(1).map(|csv| csv.with_extension("json"));
+        for file in tables.iter().chain(&description).chain(&self.report) {
+            refuse_overwrite_of(&own, file, self.force)?;
+        }
         let table = merge(&plan, &self.folder)?;
         for file in &tables {
             table.write(file)?;

@@ -1,10 +1,10 @@
 //! `softdock campaign plan`.
 
-use crate::campaign::{plan, setting};
 use crate::cli::{print, print_json};
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;
+use softdock_experiments::campaign::{plan, setting};
 use softdock_io::input::refuse_overwrite;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;

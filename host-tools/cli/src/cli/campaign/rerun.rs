@@ -1,14 +1,16 @@
 //! `softdock campaign rerun`.
 
-use crate::campaign::outcome::Observer;
-use crate::campaign::plan::{Conditions, Plan};
-use crate::campaign::{row, table};
+use crate::cli::outputs::mcap_file;
 use crate::cli::{print, print_json};
-use crate::experiment::record_file::record_file;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_io::input::refuse_overwrite;
+use softdock_experiments::campaign::outcome::Observer;
+use softdock_experiments::campaign::plan::{Conditions, Plan};
+use softdock_experiments::campaign::shard::own_files;
+use softdock_experiments::campaign::{row, table};
+use softdock_experiments::record_file::record_file;
+use softdock_io::input::refuse_overwrite_of;
 use softdock_io::telemetry::{Bounds, Pieces, Time};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -23,7 +25,7 @@ pub(super) struct Rerun {
     #[arg(long, value_name = "K")]
     index: u64,
     /// Recording to write (MCAP)
-    #[arg(short, long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap", value_parser = mcap_file)]
     output: PathBuf,
     /// Overwrite an existing recording
     #[arg(long)]
@@ -43,7 +45,7 @@ impl Rerun {
             self.index,
             rows - 1
         );
-        refuse_overwrite(&self.output, self.force)?;
+        refuse_overwrite_of(&own_files(&self.folder)?, &self.output, self.force)?;
         if let Some(bench) = plan.campaign.bench {
             let Conditions { seed, values } = plan.conditions(self.index);
             bail!(
@@ -91,7 +93,7 @@ struct Again<'a> {
     recording: &'a str,
     success: bool,
     conditions: serde_json::Map<String, serde_json::Value>,
-    outcome: &'a crate::campaign::outcome::Outcome,
+    outcome: &'a softdock_experiments::campaign::outcome::Outcome,
 }
 
 impl Again<'_> {
@@ -100,7 +102,7 @@ impl Again<'_> {
             .conditions
             .iter()
             .map(|(name, value)| format!("  {name} = {value}\n"));
-        let outcomes = crate::campaign::outcome::NUMBERS
+        let outcomes = softdock_experiments::campaign::outcome::NUMBERS
             .iter()
             .filter_map(|number| {
                 Some(format!(

@@ -1,10 +1,10 @@
 //! `softdock campaign status`.
 
-use crate::campaign::plan::Plan;
-use crate::campaign::status::{Progress, progress};
 use crate::cli::{print, print_json};
 use anyhow::Result;
 use clap::Args;
+use softdock_experiments::campaign::plan::Plan;
+use softdock_experiments::campaign::status::{Progress, progress};
 use std::path::PathBuf;
 
 /// Say how far a campaign is, and which shards are missing.

@@ -1,10 +1,10 @@
 //! `softdock campaign hq` and `slurm`.
 
-use crate::campaign::plan::Plan;
-use crate::campaign::submit;
 use crate::cli::print;
 use anyhow::Result;
 use clap::Args;
+use softdock_experiments::campaign::plan::Plan;
+use softdock_experiments::campaign::submit;
 use std::path::PathBuf;
 
 /// What both ask for.

@@ -4,6 +4,7 @@ use super::slcan_client::{AdapterBus, AdapterPort};
 use super::slcan_server::SlcanBus;
 use anyhow::{Context, Result};
 use softdock_app::board::{IoError, SensorBus};
+use softdock_io::address::address;
 use softdock_io::port::BAUD_RATE;
 use softdock_link::can::Frame;
 use std::fmt;
@@ -26,7 +27,7 @@ impl FromStr for CanAddress {
 
     /// `127.0.0.1:29536` listens; `tcp:192.168.1.7:29536`, `/dev/ttyACM0`, `/dev/ttyUSB0@3000000` and `COM3` are adapters.
     fn from_str(text: &str) -> Result<Self> {
-        if let Ok(address) = text.parse() {
+        if let Some(address) = address(text).ok().filter(|_| !text.starts_with("tcp:")) {
             return Ok(Self::Listen(address));
         }
         let is_device = text.contains('/') || text.starts_with("COM");

@@ -1,7 +1,7 @@
 //! Settings of a scenario by their dotted names, as they stand in its file:
 //! `rig.mechanism.walls[0].point_m[2]`.
 
-use crate::experiment::scenario::Scenario;
+use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail};
 use serde_json::{Map, Value};
 use softdock_io::input::nearest;

@@ -48,7 +48,7 @@ pub fn bounce_table(reproduction: &Reproduction) -> Table {
         Column::text("end"),
     ]);
     for bounces in &reproduction.bounces {
-        let list = |value: fn(&crate::experiment::impacts::Impact) -> String| {
+        let list = |value: fn(&crate::impacts::Impact) -> String| {
             bounces
                 .impacts
                 .iter()

@@ -2,7 +2,7 @@
 
 use super::journal::{self, Journal};
 use super::outcome::{Outcome, Status};
-use super::plan::Plan;
+use super::plan::{self, Plan};
 use super::row::execute;
 use super::table::{BINARY, PLAN, table};
 use anyhow::{Context, Result, ensure};
@@ -194,6 +194,18 @@ pub fn read_part(plan: &Plan, path: &Path) -> Result<Option<DataTable>> {
         );
     }
     Ok(Some(part))
+}
+
+/// The files of a campaign's own in its folder: plan, parts and journals, which no other output may replace.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn own_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let own = |name: &String| {
+        name == plan::FILE || Shard::of_part(name).is_some() || name.ends_with(journal::ENDING)
+    };
+    let names = names(folder)?.into_iter().filter(own);
+    Ok(names.map(|name| folder.join(name)).collect())
 }
 
 /// Names of all files in a folder.

@@ -1,8 +1,8 @@
 //! The rig that a board is checked against: a short file of its own, or a scenario.
 
 use super::loop_stability::Contact;
-use crate::experiment::impacts::AnalyticBounce;
-use crate::experiment::scenario::Scenario;
+use crate::impacts::AnalyticBounce;
+use crate::scenario::Scenario;
 use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::Vector3;
 use serde::Deserialize;

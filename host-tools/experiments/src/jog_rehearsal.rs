@@ -3,7 +3,7 @@
 //! The jog is that of the board, as far and as fast as the scenario's board is set to. The mechanism
 //! is taken away: an identification wants free space.
 
-use crate::experiment::scenario::Scenario;
+use crate::scenario::Scenario;
 use anyhow::{Result, bail, ensure};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{orientation_from_abc, pose_components};

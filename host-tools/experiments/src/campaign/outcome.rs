@@ -1,8 +1,8 @@
 //! What a run comes to, seen while it runs: nothing is recorded.
 
-use crate::experiment::impacts::{Impact, ImpactFinder};
-use crate::experiment::run::RunStatistics;
-use crate::experiment::scenario::Scenario;
+use crate::impacts::{Impact, ImpactFinder};
+use crate::run::RunStatistics;
+use crate::scenario::Scenario;
 use nalgebra::{ComplexField, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_app::record::CycleRecord;

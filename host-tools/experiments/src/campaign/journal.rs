@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Ending of a journal's name.
-const ENDING: &str = ".journal";
+pub(super) const ENDING: &str = ".journal";
 
 /// The journal that this process writes.
 #[derive(Debug)]

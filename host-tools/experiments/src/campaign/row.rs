@@ -2,8 +2,8 @@
 
 use super::outcome::{Observer, Outcome, Status};
 use super::plan::{Conditions, Plan};
-use crate::experiment::run::run;
-use crate::experiment::scenario::Scenario;
+use crate::run::run;
+use crate::scenario::Scenario;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -1,10 +1,13 @@
-//! Addresses of the command line.
+//! Addresses as people write them.
 
 use std::net::{SocketAddr, ToSocketAddrs};
 
 /// `127.0.0.1:49152`, or a name in place of the number: `localhost:49152`. Of the addresses of a name the first of
 /// IPv4 is taken: that is where boards and robots are.
-pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
+///
+/// # Errors
+/// No address, with what was expected.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
     let bare = text
         .trim_start_matches("tcp:")
         .trim_start_matches("udp:")

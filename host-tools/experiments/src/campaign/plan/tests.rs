@@ -1,5 +1,5 @@
 use super::*;
-use crate::experiment::scenario::SPRING_ROD;
+use crate::scenario::SPRING_ROD;
 use serde_json::json;
 
 const BASE: &str = r#"

@@ -12,7 +12,7 @@ use softdock_rig::rig::settings::RigSettings;
 use std::path::Path;
 
 /// The scenario of the paper's spring-rod test, as the `run` command takes it.
-pub const SPRING_ROD: &str = include_str!("../../../scenarios/spring-rod.toml");
+pub const SPRING_ROD: &str = include_str!("../../scenarios/spring-rod.toml");
 
 /// What a scenario file holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

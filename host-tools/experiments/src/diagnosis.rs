@@ -8,9 +8,9 @@ use softdock_physics::model::Model;
 use softdock_rig::rig::Hidden;
 
 /// The scenario, as the `run` command takes it.
-pub const SCENARIO: &str = include_str!("../../../scenarios/diagnosis.toml");
+pub const SCENARIO: &str = include_str!("../../scenarios/diagnosis.toml");
 /// What is known of its rig.
-pub const MODEL: &str = include_str!("../../../scenarios/diagnosis.model.toml");
+pub const MODEL: &str = include_str!("../../scenarios/diagnosis.model.toml");
 
 /// Speed of the unseen run, m/s: another one, in the other direction.
 const UNSEEN_SPEED_M_S: f64 = -0.047;

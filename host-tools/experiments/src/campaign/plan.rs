@@ -4,7 +4,7 @@ use super::design::{self, Design};
 use super::distribution::Distribution;
 use super::file::CampaignFile;
 use super::setting::{SettingName, Settings};
-use crate::experiment::scenario::Scenario;
+use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use softdock_statistics::RandomStream;
 use std::path::Path;
 
 /// Name of the plan in a campaign's folder.
-const FILE: &str = "plan.json";
+pub(super) const FILE: &str = "plan.json";
 /// Name and version of the format.
 const FORMAT: &str = "softdock-campaign/1";
 /// What draws the seed of a row's noise.

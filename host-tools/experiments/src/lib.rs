@@ -1,0 +1,27 @@
+//! Experiments on the simulated rig.
+//!
+//! | module | |
+//! |---|---|
+//! | `scenario`, `run`, `spring_rod` | what is simulated |
+//! | `impacts`, `impact_table` | the contacts of a run, and what they keep of the approach |
+//! | `demo`, `diagnosis`, `reproduce`, `rehearsal`, `jog_rehearsal`, `starter` | runs that are ready |
+//! | `check` | whether a loop with these settings is stable, and what its contacts would be |
+//! | `campaign` | one scenario under thousands of conditions |
+//! | `bench` | delay laws and the diagnosis before plants and logs of others |
+
+pub mod bench;
+pub mod campaign;
+pub mod check;
+pub mod demo;
+pub mod diagnosis;
+pub mod impact_table;
+pub mod impacts;
+pub mod jog_rehearsal;
+pub mod record_file;
+pub mod rehearsal;
+pub mod reproduce;
+pub mod reproduce_page;
+pub mod run;
+pub mod scenario;
+pub mod spring_rod;
+pub mod starter;
