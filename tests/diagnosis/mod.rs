@@ -12,4 +12,5 @@ mod import_mapping;
 mod joint;
 mod one_place;
 mod own_hypothesis;
+mod parts_of_logs;
 mod real_data;
