@@ -38,14 +38,15 @@ pub(super) struct History {
 
 impl History {
     pub(super) fn execute(self) -> Result<()> {
-        let steps = Model::load(&self.model)?.history;
+        let model = Model::load(&self.model)?;
+        let steps = told(&model);
         if let Some(path) = &self.report {
             refuse_overwrite_of(&[&self.model], path, self.force)?;
             self.page(&steps)?.write(path)?;
             eprintln!("report: {}", path.display());
         }
         if self.json {
-            return print_json(&Fall::of(&steps));
+            return print_json(&Fall::of(&model.history));
         }
         if steps.is_empty() {
             return print(&format!(
@@ -70,6 +71,18 @@ impl History {
         page.identity(&softdock_io::identity::text());
         Ok(page)
     }
+}
+
+/// The steps of a model; effects that it does not have any more say so.
+fn told(model: &Model) -> Vec<HistoryStep> {
+    let mut steps = model.history.clone();
+    for step in &mut steps {
+        let is_there = model.effects.iter().any(|effect| effect.id == step.effect);
+        if !is_there && !HistoryStep::OTHERS.contains(&step.effect.as_str()) {
+            step.effect.push_str(" (taken out)");
+        }
+    }
+    steps
 }
 
 /// The error on data that no fit has seen, where there is some.

@@ -66,8 +66,24 @@ impl Journal {
 /// # Errors
 /// The folder cannot be read.
 pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Outcome>> {
+    let mut rows = rows(plan, of(folder, shard)?);
+    rows.retain(|index, _| shard.has(*index));
+    Ok(rows)
+}
+
+/// How many rows are kept in journals of shards that are not done.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn kept(plan: &Plan, folder: &Path) -> Result<u64> {
+    let names = super::shard::names(folder)?.into_iter();
+    let journals = names.filter(|name| name.ends_with(ENDING));
+    Ok(rows(plan, journals.map(|name| folder.join(name))).len() as u64)
+}
+
+fn rows(plan: &Plan, journals: impl IntoIterator<Item = PathBuf>) -> BTreeMap<u64, Outcome> {
     let mut rows = BTreeMap::new();
-    for path in of(folder, shard)? {
+    for path in journals {
         let text = std::fs::read_to_string(&path).unwrap_or_default();
         let Some(lines) = text.strip_prefix(&head(plan)) else {
             continue;
@@ -77,10 +93,10 @@ pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Ou
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .from_reader(whole.as_bytes());
-        let own = |row: &(u64, Outcome)| shard.has(row.0) && row.0 < plan.rows();
+        let own = |row: &(u64, Outcome)| row.0 < plan.rows();
         rows.extend(reader.deserialize().flatten().filter(own));
     }
-    Ok(rows)
+    rows
 }
 
 /// Removes the journals of a shard that is done.

@@ -6,7 +6,7 @@ use super::file::CampaignFile;
 use super::setting::{SettingName, Settings};
 use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail, ensure};
-use crc::{CRC_64_XZ, Crc};
+use crc::{CRC_64_XZ, Crc, Table};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use softdock_io::{identity, input, output};
@@ -349,7 +349,8 @@ impl Plan {
 
 /// A checksum over texts.
 pub(super) fn checksum(texts: &[&[u8]]) -> u64 {
-    const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+    // Sixteen bytes at a time: the program has a hundred million.
+    const CRC: Crc<u64, Table<16>> = Crc::<u64, Table<16>>::new(&CRC_64_XZ);
     let mut digest = CRC.digest();
     for text in texts {
         digest.update(&(text.len() as u64).to_le_bytes());

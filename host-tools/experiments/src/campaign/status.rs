@@ -1,5 +1,6 @@
 //! How far a campaign is.
 
+use super::journal;
 use super::plan::Plan;
 use super::shard::{Shard, names, read_part};
 use super::table::INDEX;
@@ -19,6 +20,8 @@ pub struct Progress {
     pub done: u64,
     /// Rows in parts that are not completed.
     pub failed: u64,
+    /// Rows that an interrupted shard has kept beside its part: the same command goes on behind them.
+    pub kept: u64,
     /// Into how many shards the rows were divided: the largest number that a part has.
     pub shards: u64,
     /// Those of them of which a row is missing.
@@ -51,6 +54,7 @@ pub fn progress(plan: &Plan, folder: &Path) -> Result<Progress> {
         rows: plan.rows(),
         done: done.iter().filter(|done| **done).count() as u64,
         failed: failures,
+        kept: journal::kept(plan, folder)?,
         shards,
         missing_shards: (0..shards).filter(missing).collect(),
     })

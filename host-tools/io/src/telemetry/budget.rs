@@ -104,7 +104,7 @@ impl Budget {
         if low.is_some_and(|low| free < *low) {
             self.warned += 1;
             self.warnings.push(format!(
-                "WARNING: only {:.1} GB are free in {}; an hour of 4 ms cycles takes about 2 GB",
+                "WARNING: only {:.1} GB are free in {}; an hour of 4 ms cycles takes up to 0.7 GB",
                 free as f64 * 1e-9,
                 folder.display()
             ));

@@ -29,6 +29,7 @@ impl Status {
             rows,
             done,
             failed,
+            kept,
             shards,
             missing_shards,
             ..
@@ -39,13 +40,17 @@ impl Status {
             [first, ..] => {
                 let missing: Vec<String> = missing_shards.iter().map(u64::to_string).collect();
                 format!(
-                    "Missing of {shards} shards: {}\nNext: softdock campaign run {folder} --shard {first}/{shards}",
+                    "Shards of {shards} that lack rows: {}\nNext: softdock campaign run {folder} --shard {first}/{shards}",
                     missing.join(", ")
                 )
             }
         };
+        let kept = match kept {
+            0 => String::new(),
+            kept => format!("; {kept} more are kept by shards that were interrupted or still run"),
+        };
         print(&format!(
-            "{done} of {rows} rows done, {failed} of them failed\n{next}\n"
+            "{done} of {rows} rows done, {failed} of them failed{kept}\n{next}\n"
         ))
     }
 }
