@@ -145,6 +145,10 @@ mod tests {
                 "127.0.0.1:29536",
                 CanAddress::Listen(SocketAddr::from(([127, 0, 0, 1], 29536))),
             ),
+            (
+                "localhost:29536",
+                CanAddress::Listen(SocketAddr::from(([127, 0, 0, 1], 29536))),
+            ),
             ("/dev/ttyACM0", adapter("/dev/ttyACM0", 115_200)),
             ("/dev/ttyUSB0@3000000", adapter("/dev/ttyUSB0", 3_000_000)),
             ("COM3", adapter("COM3", 115_200)),
@@ -153,7 +157,7 @@ mod tests {
             assert_eq!(text.parse::<CanAddress>().unwrap(), address, "{text}");
         }
         for (text, said) in [
-            ("localhost:29536", "neither an address to listen on"),
+            ("29536", "neither an address to listen on"),
             ("", "neither an address to listen on"),
             ("/dev/ttyUSB0@fast", "expected a speed in bit/s"),
             ("/dev/ttyUSB0@0", "expected a speed in bit/s"),
