@@ -11,7 +11,7 @@ use softdock_report::{Cell, Column, Format, Table};
 pub struct Standing<'a> {
     /// The law.
     pub law: LawName,
-    /// Its rows that are right, see [`is_right`], and all that it did not refuse.
+    /// Its rows that are right, within the limits of their case, and all that it did not refuse.
     pub right: usize,
     /// See `right`.
     pub of: usize,
