@@ -26,7 +26,13 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 fn no_other_file_names_an_effect_on_the_reading() {
     let host_tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools");
     let mut files = Vec::new();
-    for part in ["physics/src", "analysis/src", "rig/src", "cli/src"] {
+    for part in [
+        "physics/src",
+        "analysis/src",
+        "rig/src",
+        "experiments/src",
+        "cli/src",
+    ] {
         sources(&host_tools.join(part), &mut files);
     }
     let elsewhere = |path: &&PathBuf| {
