@@ -8,6 +8,8 @@ import { left } from './plots.js';
 
 /** What was written last: the effects that can be taken out again. */
 let written = null;
+/** What of it is drawn: a button that is drawn anew between press and release is not clicked. */
+let shown;
 
 function line(text) {
   const kind = /^(\+\+\+|---|@@)/.test(text) ? 'muted' : { '+': 'added', '-': 'removed' }[text[0]];
@@ -105,9 +107,12 @@ export function draw() {
   const { trial } = state;
   byId('addition').hidden = !trial && written?.model !== state.model;
   if (!trial) {
+    if (shown === written) return;
+    shown = written;
     return fill('addition', written && [h('h2', {}, 'Written'), h('p', { class: 'good', id: 'added' }, `✓ ${written.what} in ${written.model}.`),
       h('button', { id: 'undo', onclick: () => (written.effects.length ? remove(written.effects) : undo()) }, 'Undo')]);
   }
+  shown = undefined;
   fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(), trial.undetermined && fitted(trial),
     trial.doubt && h('p', { class: 'bad', id: 'doubt' }, trial.doubt),
     trial.difference
