@@ -39,10 +39,10 @@ pub(super) struct History {
 impl History {
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
-        let steps = told(&model);
+        let steps = &model.history;
         if let Some(path) = &self.report {
             refuse_overwrite_of(&[&self.model], path, self.force)?;
-            self.page(&steps)?.write(path)?;
+            self.page(&model)?.write(path)?;
             eprintln!("report: {}", path.display());
         }
         if self.json {
@@ -54,35 +54,24 @@ impl History {
                 self.model.display()
             ));
         }
-        print(&format!("{}\n", table(&steps)))
+        print(&format!("{}\n", table(&model)))
     }
 
-    fn page(&self, steps: &[HistoryStep]) -> Result<Page> {
+    fn page(&self, model: &Model) -> Result<Page> {
+        let steps = &model.history;
         let mut page = Page::new(format!("History of {}", self.model.display()));
         page.headline(&headline(steps));
         for run in runs(steps) {
             let Some(first) = run.first() else { continue };
             page.section(&format!("Fitted on {}", first.train));
-            page.bars(&waterfall(run))?;
+            page.bars(&waterfall(run, model))?;
         }
         if !steps.is_empty() {
-            page.section("All steps").table(&plain(steps));
+            page.section("All steps").table(&plain(model));
         }
         page.identity(&softdock_io::identity::text());
         Ok(page)
     }
-}
-
-/// The steps of a model; effects that it does not have any more say so.
-fn told(model: &Model) -> Vec<HistoryStep> {
-    let mut steps = model.history.clone();
-    for step in &mut steps {
-        let is_there = model.effects.iter().any(|effect| effect.id == step.effect);
-        if !is_there && !HistoryStep::OTHERS.contains(&step.effect.as_str()) {
-            step.effect.push_str(" (taken out)");
-        }
-    }
-    steps
 }
 
 /// The error on data that no fit has seen, where there is some.
@@ -116,7 +105,7 @@ fn headline(steps: &[HistoryStep]) -> String {
     }
 }
 
-fn waterfall(run: &[HistoryStep]) -> BarChart {
+fn waterfall(run: &[HistoryStep], model: &Model) -> BarChart {
     let mut chart = BarChart::waterfall(
         "Error of all channels together after each step",
         "RMS error [σ]",
@@ -130,26 +119,27 @@ fn waterfall(run: &[HistoryStep]) -> BarChart {
     chart.bars = run
         .iter()
         .map(|step| match step.test_error {
-            Some(error) => Bar::new(label(step), error).with_second(step.train_error),
-            None if tested => Bar::new(label(step), f64::NAN).with_second(step.train_error),
-            None => Bar::new(label(step), step.train_error),
+            Some(error) => Bar::new(label(step, model), error).with_second(step.train_error),
+            None if tested => Bar::new(label(step, model), f64::NAN).with_second(step.train_error),
+            None => Bar::new(label(step, model), step.train_error),
         })
         .collect();
     chart
 }
 
-/// What a step did.
-fn label(step: &HistoryStep) -> String {
+/// What a step did, and whether that was taken back.
+fn label(step: &HistoryStep, model: &Model) -> String {
     match step.effect.as_str() {
         HistoryStep::NOMINAL => "model as given".to_owned(),
         HistoryStep::EDITED => "edited by hand".to_owned(),
         HistoryStep::REFIT => "all parameters fitted anew".to_owned(),
-        effect => format!("+ {effect}"),
+        effect if model.effects.iter().any(|now| now.id == effect) => format!("+ {effect}"),
+        effect => format!("+ {effect} (taken out)"),
     }
 }
 
 /// Numbers only.
-fn plain(steps: &[HistoryStep]) -> Table {
+fn plain(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
         Column::number("Error, fit", "σ"),
@@ -157,9 +147,9 @@ fn plain(steps: &[HistoryStep]) -> Table {
         Column::text("Fitted on"),
         Column::text("Unseen"),
     ]);
-    for step in steps {
+    for step in &model.history {
         table.push(vec![
-            Cell::text(label(step)),
+            Cell::text(label(step, model)),
             Cell::number(step.train_error, DIGITS),
             step.test_error
                 .map_or_else(|| Cell::text(""), |e| Cell::number(e, DIGITS)),
@@ -171,7 +161,7 @@ fn plain(steps: &[HistoryStep]) -> Table {
 }
 
 /// For the terminal: each run of comparable steps with its bars.
-fn table(steps: &[HistoryStep]) -> Table {
+fn table(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
         Column::number("Error, fit", "σ"),
@@ -179,11 +169,11 @@ fn table(steps: &[HistoryStep]) -> Table {
         Column::text(""),
         Column::text("Fitted on"),
     ]);
-    for run in runs(steps) {
+    for run in runs(&model.history) {
         let largest = run.iter().map(judged).fold(0.0, f64::max);
         for step in run {
             table.push(vec![
-                Cell::text(label(step)),
+                Cell::text(label(step, model)),
                 Cell::number(step.train_error, DIGITS),
                 step.test_error
                     .map_or_else(|| Cell::text(""), |e| Cell::number(e, DIGITS)),

@@ -59,6 +59,4 @@ impl HistoryStep {
     pub const REFIT: &str = "refit";
     /// The file was changed by hand since the step before.
     pub const EDITED: &str = "edited";
-    /// Steps that add no effect.
-    pub const OTHERS: [&str; 3] = [Self::NOMINAL, Self::REFIT, Self::EDITED];
 }

@@ -60,10 +60,10 @@ impl Merge {
             self.output.display()
         );
         let csv = self.csv.then(|| self.output.with_extension("csv"));
+        let description = csv.as_ref().map(|csv| csv.with_extension("json"));
         let tables: Vec<PathBuf> = [self.output].into_iter().chain(csv).collect();
         let plan = Plan::read(&self.folder)?;
         let own = own_files(&self.folder)?;
-        let description = tables.get(1).map(|csv| csv.with_extension("json"));
         for file in tables.iter().chain(&description).chain(&self.report) {
             refuse_overwrite_of(&own, file, self.force)?;
         }

@@ -112,9 +112,12 @@ fn begins_in_motion(model: &Model, signals: &Signals<'_>, start: usize) -> bool 
 
 /// Cycles after which an unknown past is forgotten to 1 %.
 fn memory_cycles(model: &Model, cycle_s: f64) -> usize {
-    let chain = model.chain(0);
-    let past_s = chain.delay_s + 5.0 * (chain.lag_s + chain.extra_lag_s);
-    (past_s / cycle_s).ceil() as usize + 2
+    let past_s = |axis| {
+        let chain = model.chain(axis);
+        chain.delay_s + 5.0 * (chain.lag_s + chain.extra_lag_s)
+    };
+    let longest_s = (0..6).map(past_s).fold(0.0, f64::max);
+    (longest_s / cycle_s).ceil() as usize + 2
 }
 
 /// What the robot was told in each of its cycles, those without an answer included.
