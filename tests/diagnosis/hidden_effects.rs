@@ -52,6 +52,24 @@ fn the_gain_of_an_axis_is_its_own() {
     }
 }
 
+/// A lag, a gain and a friction that one of the two logs lacks, and a ripple of the force that no amount of an effect
+/// explains in either.
+#[test]
+fn logs_disagree_about_what_one_of_them_lacks_and_about_nothing_else() {
+    let of_one_log = ["h279", "h286", "h255"].map(|name| (500, name));
+    let outside = (403, "h014");
+    let named = |(seed, name): (u64, &str)| {
+        let mut all = suite(seed).into_iter();
+        all.find(|spec| spec.name() == name).unwrap()
+    };
+    let specs: Vec<_> = of_one_log.into_iter().chain([outside]).map(named).collect();
+    let kinds = specs.iter().map(CaseSpec::level);
+    let expected = [[Level::OneLog; 3].as_slice(), &[Level::Outside]].concat();
+    assert!(kinds.eq(expected), "other cases than were meant");
+    let bench = score(&specs);
+    assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+}
+
 #[test]
 fn written_logs_are_judged_as_the_generated_ones() {
     let folder = tempfile::tempdir().unwrap();

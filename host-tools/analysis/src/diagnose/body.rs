@@ -27,10 +27,8 @@ pub(crate) struct BodyFit {
     pub gains: Vec<f64>,
     /// Evidence beside the others.
     pub evidence: f64,
-    /// Gain of an amount of its own for one of the logs.
-    pub contrast: f64,
-    /// χ² that is left beyond the number of values.
-    pub left: f64,
+    /// The logs disagree about it.
+    pub disagrees: bool,
 }
 
 /// Result of the search.
@@ -381,6 +379,12 @@ pub(crate) fn search(
         };
     };
     let all = joint.squares(&chosen);
+    let left = all.iter().sum::<f64>() - joint.problem.count as f64;
+    // Of digits, which are no noise, only the size tells: logs disagree if amounts of their own explain most of it.
+    let disagrees = |k: usize, evidence: f64| {
+        let own = joint.contrast(&chosen, k);
+        own > 0.5 * left && evidence::disagree(own, evidence, 1, joint.problem.count)
+    };
     let mut at = 0;
     let accepted = chosen
         .iter()
@@ -390,13 +394,13 @@ pub(crate) fn search(
             at = range.end;
             let others: Vec<usize> = chosen.iter().copied().filter(|c| c != k).collect();
             let without = joint.squares(&others);
+            let evidence = reached - joint.evidence(&others).unwrap_or(0.0);
             BodyFit {
                 id: hypothesis.id,
                 parameters: parameters(model, hypothesis, &solution, range),
                 gains: without.iter().zip(&all).map(|(w, a)| w - a).collect(),
-                evidence: reached - joint.evidence(&others).unwrap_or(0.0),
-                contrast: joint.contrast(&chosen, *k),
-                left: all.iter().sum::<f64>() - joint.problem.count as f64,
+                evidence,
+                disagrees: disagrees(*k, evidence),
             }
         })
         .collect();

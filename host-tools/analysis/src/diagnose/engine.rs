@@ -147,6 +147,8 @@ pub(crate) struct ActuatorFinding {
     pub count: usize,
     /// Ends of the 95 % interval of each parameter of each term.
     pub intervals: Vec<Vec<[f64; 2]>>,
+    /// Ids of effects about which the logs disagree.
+    pub disagreeing: Vec<&'static str>,
 }
 
 /// The unmodelled wrench.

@@ -41,6 +41,12 @@ pub(crate) fn threshold(explained: f64) -> f64 {
     NAMED + LAW * explained.max(0.0)
 }
 
+/// Whether logs disagree about effects that explain `explained` of χ² in common amounts and `own` more in amounts of
+/// each log's own, `parameters` of them further ones among `count` values.
+pub(crate) fn disagree(own: f64, explained: f64, parameters: usize, count: usize) -> bool {
+    own > price(count) * parameters as f64 + threshold(explained)
+}
+
 /// What the logs say for an effect that is named.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Support {

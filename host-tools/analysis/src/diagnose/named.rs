@@ -22,8 +22,6 @@ pub(crate) struct Named {
     pub estimates: BTreeMap<String, Estimate>,
     /// What speaks for it.
     pub support: Support,
-    /// Evidence that the logs do not agree about it.
-    pub disagreement: f64,
 }
 
 impl Named {
@@ -36,16 +34,11 @@ impl Named {
             },
             estimates: BTreeMap::new(),
             support: Support::alone(f64::INFINITY),
-            disagreement: 0.0,
         }
     }
 
-    fn with_support(self, support: Support, disagreement: f64) -> Self {
-        Self {
-            support,
-            disagreement,
-            ..self
-        }
+    fn with_support(self, support: Support) -> Self {
+        Self { support, ..self }
     }
 
     /// Adds a fitted parameter.
@@ -105,22 +98,13 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
     named.extend(sampling(stages));
     if let Some(found) = &stages.wrench {
         let earlier = found.earlier.0.iter().zip(&found.earlier.1);
-        named.extend(earlier.map(|(fitted, support)| reading(fitted).with_support(*support, 0.0)));
-        if let Some(accepted) = &found.found.accepted {
-            let left = found.prepared.left(accepted.gain);
-            let each = accepted.effects.iter().zip(&found.found.support);
-            let each = each.zip(found.prepared.contrasts(accepted));
-            named.extend(each.map(|((fitted, support), (contrast, _))| {
-                reading(fitted).with_support(*support, most_of(contrast, left))
-            }));
-        }
+        let accepted = found.found.accepted.iter().flat_map(|t| &t.effects);
+        let all = earlier.chain(accepted.zip(&found.found.support));
+        named.extend(all.map(|(fitted, support)| reading(fitted).with_support(*support)));
     }
     for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
-        let mut one = one.with_support(
-            Support::alone(fit.evidence),
-            most_of(fit.contrast, fit.left),
-        );
+        let mut one = one.with_support(Support::alone(fit.evidence));
         for (name, (value, sigma, unit)) in &fit.parameters {
             one = if *sigma > 0.0 {
                 one.with(name, (*value, *sigma), unit)
@@ -134,16 +118,6 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
         divide_by_mass(&mut named);
     }
     named.into_iter().map(Named::bounded).collect()
-}
-
-/// A disagreement of the logs, if it is most of what is left; what else is left is no matter of one
-/// machine or two.
-fn most_of(disagreement: f64, left: f64) -> f64 {
-    if disagreement > 0.5 * left {
-        disagreement
-    } else {
-        0.0
-    }
 }
 
 /// Of a tool without nominal mass the fit gives mass times centre of mass.
@@ -218,13 +192,8 @@ fn actuator(stages: &Stages) -> Vec<Named> {
             Some(at) => named.remove(at),
             None => {
                 let of_id = found.search.support.iter().find(|(other, _)| *other == id);
-                Named::new(id, axes_of(term, &active)).with_support(
-                    of_id.map_or(Support::alone(f64::INFINITY), |(_, support)| *support),
-                    most_of(
-                        found.search.disagreement,
-                        found.search.reached() - found.count as f64,
-                    ),
-                )
+                let support = of_id.map_or(Support::alone(f64::INFINITY), |(_, s)| *s);
+                Named::new(id, axes_of(term, &active)).with_support(support)
             }
         };
         let turns = term.axes.iter().skip(3).any(|a| *a);

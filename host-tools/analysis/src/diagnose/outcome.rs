@@ -6,14 +6,12 @@ use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Nominal, Remainder, Verdict};
-use super::named::{INTERVAL_95, Named};
+use super::named::INTERVAL_95;
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::verdict::Grounds;
 use super::{ranking, regions, sentence};
-use softdock_actuator::Reading;
 use softdock_io::recording::Recording;
-use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor};
@@ -52,16 +50,7 @@ pub(crate) fn conclude(
         .iter()
         .map(|n| n.0.effect.id.clone())
         .collect();
-    let cycles = stages.logs.all.iter().map(Log::cycle_count).sum::<usize>();
-    let amount = evidence::price(cycles);
-    let disagree =
-        |n: &&(Named, f64)| n.0.disagreement > amount + evidence::threshold(n.0.support.beside);
-    let of_one_log = stages.wrench.as_ref().and_then(|w| w.found.of_one_log);
-    let named = reduction.named.iter().filter(disagree);
-    let mut disagreeing: Vec<&str> = named.map(|n| n.0.effect.id.as_str()).collect();
-    if let Some(id) = of_one_log.filter(|id| !disagreeing.contains(id)) {
-        disagreeing.insert(0, id);
-    }
+    let disagreeing = disagreeing(stages);
     // Readings at rest show a zero that is off and a drift, and nothing else.
     let stands_still = !model.sensor.at_rest
         && stages.logs.all.iter().all(|log| log.rests(&model.noise))
@@ -117,7 +106,7 @@ pub(crate) fn conclude(
             .collect(),
         nominal: nominal(stages),
         remainder,
-        disagreeing: disagreeing.iter().map(|id| (*id).to_owned()).collect(),
+        disagreeing,
         residual_rms_sigma: BeforeAfter {
             before: levels_of(stages.before.test()),
             after: levels_of(predictions.test()),
@@ -139,6 +128,22 @@ pub(crate) fn conclude(
         after,
         predictions,
     })
+}
+
+/// Effects of all stages about which the logs disagree.
+fn disagreeing(stages: &Stages) -> Vec<String> {
+    let actuator = stages.actuator.iter().flat_map(|a| &a.disagreeing);
+    let wrench = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
+    let body = stages.body.accepted.iter().filter(|fit| fit.disagrees);
+    let all = actuator.chain(wrench).copied();
+    let all = all.chain(body.map(|fit| fit.id));
+    let mut ids: Vec<String> = Vec::new();
+    for id in all {
+        if !ids.iter().any(|known| known == id) {
+            ids.push(id.to_owned());
+        }
+    }
+    ids
 }
 
 /// Number of things that a log may lack.
@@ -320,23 +325,15 @@ fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
         .map(|axis| {
             let i = axis.index();
             let logs = stages.logs.all.iter().zip(&found.white).zip(&found.level);
+            let scatters = stages.clock.jitter.is_some();
             let of = logs.map(|((log, white), level)| {
-                let all = Structure::of(&white[i], log.cycle_s, level[i]);
-                // The noise of a difference of poses rises with frequency: its lines are no test.
-                let differenced = log.reading == Reading::Mean;
-                if stages.clock.jitter.is_some() || differenced {
-                    all.of_size()
-                } else {
-                    all
-                }
+                Structure::of_velocity(&white[i], log, level[i], scatters)
             });
             (Channel::ExecutedVelocity, axis, of.collect())
         })
         .collect();
-    let nominal = found.search.nominal.chi2;
-    let chi2 = found.search.reached();
-    let excess = (chi2 - found.count as f64).max(0.0);
-    Left::new(axes, excess / (excess + nominal - chi2).max(1.0))
+    let (reached, nominal) = (found.search.reached(), found.search.nominal.chi2);
+    Left::of_velocities(axes, reached, nominal, found.count)
 }
 
 /// Structure of a channel that the stages do not whiten themselves.

@@ -1,12 +1,13 @@
 //! What the logs show, with what is believed of their clock.
 
-use super::actuator::{self, Cost, Term};
+use super::actuator::{self, Candidate, Cost, Term};
 use super::clock::{self, CommonDelay, PoseScatter};
 use super::engine::{ActuatorFinding, Imitated, Logs, Question, WrenchFinding, is_shape};
 use super::evidence::threshold;
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
+use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use rayon::prelude::*;
@@ -121,18 +122,52 @@ fn actuator_stage(
     }
     let around = cost.around(search.terms());
     let white = around.white(search.terms());
-    let level = |(log, white): (&actuator::LogCost<'_>, &[Vec<f64>; 6])| -> [f64; 6] {
-        std::array::from_fn(|axis| rms(&white[axis]) * log.sigma[axis] / log.sheet_sigma[axis])
-    };
     let fitted = around.of_logs(|log| log < logs.fitted);
+    // Terms that explain no log by amounts of its own show something else than a disagreement.
+    let explain = |own: &Vec<Vec<Term>>| !left_apart(own, logs, cost, jitters).any();
+    let disagree = search.apart.as_ref().is_some_and(explain);
+    let disagreeing = search.accepted.iter().filter(|_| disagree);
     Some(ActuatorFinding {
-        level: cost.logs.iter().zip(&white).map(level).collect(),
+        disagreeing: disagreeing.flat_map(Candidate::ids).collect(),
+        level: cost
+            .logs
+            .iter()
+            .zip(&white)
+            .map(|(log, white)| levels(log, white))
+            .collect(),
         white,
         count: cost.count(),
         intervals: actuator::intervals(&search, &fitted),
         strongest: search.strongest(cost),
         search,
     })
+}
+
+/// What terms leave that each log has in amounts of its own.
+fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bool) -> Left {
+    let mut squares = 0.0;
+    let each = logs.all.iter().zip(own).enumerate();
+    let structures: Vec<[Structure; 6]> = each
+        .map(|(k, (log, terms))| {
+            let alone = cost.of_logs(|log| log == k).around(terms);
+            let white = alone.white(terms).swap_remove(0);
+            squares += white.iter().flatten().map(|w| w * w).sum::<f64>();
+            let levels = levels(&alone.logs[0], &white);
+            std::array::from_fn(|axis| {
+                Structure::of_velocity(&white[axis], log, levels[axis], scatters)
+            })
+        })
+        .collect();
+    let axes = Axis::ALL.into_iter().map(|axis| {
+        let of_axis = structures.iter().map(|axes| axes[axis.index()].clone());
+        (Channel::ExecutedVelocity, axis, of_axis.collect())
+    });
+    Left::of_velocities(axes.collect(), squares, cost.of(&[]), cost.count())
+}
+
+/// Level of what is left of each axis over the data sheet's noise.
+fn levels(log: &actuator::LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
+    std::array::from_fn(|axis| rms(&white[axis]) * log.sigma[axis] / log.sheet_sigma[axis])
 }
 
 fn rms(values: &[f64]) -> f64 {
@@ -159,6 +194,9 @@ fn wrench_rounds(
         if question.only.is_some() || !finding.prepared.has_much_left(accepted.gain) {
             break;
         }
+        if !finding.found.disagreeing.is_empty() {
+            break;
+        }
         known
             .effects
             .extend(accepted.effects.iter().map(named::model_of));
@@ -177,6 +215,10 @@ fn wrench_rounds(
         next.found.rivals.extend(finding.found.rivals);
         finding = next;
         leaves_structure |= finding.left().is_structured();
+    }
+    // What logs that disagree have in common is no answer that could be bettered.
+    if !finding.found.disagreeing.is_empty() {
+        return Some(finding);
     }
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
@@ -292,7 +334,13 @@ fn wrench_stage(
     let mut prepared = Joint::new(prepared.collect(), logs.fitted);
     let excluded =
         |id: &str| !question.tries(model, id) || (is_shape(id) && question.only.is_none());
-    let found = wrench::search(&mut prepared, &excluded, question.forced, question.watch);
+    let ask = wrench::Ask {
+        excluded: &excluded,
+        forced: question.forced,
+        each_log: question.among.is_none() && question.only.is_none(),
+        watch: question.watch,
+    };
+    let found = wrench::search(&mut prepared, &ask);
     Some(WrenchFinding {
         found,
         prepared,

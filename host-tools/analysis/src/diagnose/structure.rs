@@ -5,7 +5,9 @@
 
 use super::rounding::Rounded;
 use super::wrench::{Joint, PreparedLog, Remainder, Rest, Tested, sheet_sigma};
+use softdock_actuator::Reading;
 use softdock_physics::model::load::Column;
+use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{median, periodogram};
 
@@ -54,6 +56,17 @@ impl Left {
         }
     }
 
+    /// Of velocities: `squares` is χ² of `count` values that is left, `nominal` what there was.
+    pub(crate) fn of_velocities(
+        axes: Vec<(Channel, Axis, Vec<Structure>)>,
+        squares: f64,
+        nominal: f64,
+        count: usize,
+    ) -> Self {
+        let excess = (squares - count as f64).max(0.0);
+        Self::new(axes, excess / (excess + nominal - squares).max(1.0))
+    }
+
     /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
     pub(crate) fn beside(self, remainder: &Remainder, left: &Self) -> Self {
         let described = left.share <= MODELLED && !remainder.is_of_contact();
@@ -83,8 +96,17 @@ impl Left {
 
 /// What effects, and a smooth remainder of each log if there is one, leave of the wrench.
 pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, smooth: &[Column]) -> Left {
-    let rests = joint.rests(tested, smooth);
-    let each = joint.logs.iter().zip(&rests);
+    let gain = tested.map_or(0.0, |t| t.gain);
+    of_rests(joint, &joint.rests(tested, smooth), gain)
+}
+
+/// What effects leave that each log has in amounts of its own, which together gain so much.
+pub(crate) fn left_apart(joint: &Joint, own: &[Column], gain: f64) -> Left {
+    of_rests(joint, &joint.rests(None, own), gain)
+}
+
+fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
+    let each = joint.logs.iter().zip(rests);
     let of_logs: Vec<(Vec<Structure>, Excess)> =
         each.map(|(log, rest)| of_log(joint, log, rest)).collect();
     let axes = Axis::ALL
@@ -95,8 +117,7 @@ pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, smooth: &[Column]) ->
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let removed = joint.known + tested.map_or(0.0, |t| t.gain);
-    let white = share(sum(&|e| e.white), removed);
+    let white = share(sum(&|e| e.white), joint.known + gain);
     let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
     Left::new(axes, white.max(plain))
 }
@@ -225,6 +246,17 @@ pub(crate) struct Structure {
 }
 
 impl Structure {
+    /// Tests what is left of a velocity. The noise of a difference of poses rises with frequency, and instants that
+    /// scatter leave bursts: there only its size counts.
+    pub(crate) fn of_velocity(white: &[f64], log: &Log, level: f64, scatters: bool) -> Self {
+        let all = Self::of(white, log.cycle_s, level);
+        if scatters || log.reading == Reading::Mean {
+            all.of_size()
+        } else {
+            all
+        }
+    }
+
     /// Tests a series: `white` in units of its noise, `level` its size over the data sheet's.
     pub(crate) fn of(white: &[f64], cycle_s: f64, level: f64) -> Self {
         if white.len() < 64 {

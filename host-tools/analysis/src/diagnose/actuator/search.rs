@@ -88,8 +88,8 @@ pub(crate) struct Search {
     pub accepted: Option<Candidate>,
     /// What speaks for each of its effects.
     pub support: Vec<(&'static str, Support)>,
-    /// Evidence that the logs do not have the same parameters.
-    pub disagreement: f64,
+    /// The accepted terms with the parameters of each log alone, if the logs disagree about them.
+    pub apart: Option<Vec<Vec<Term>>>,
     /// Other forms of what is accepted that explain the logs as well.
     pub equal_forms: Vec<Candidate>,
 }
@@ -181,13 +181,14 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         .iter()
         .flat_map(|c| support(c, &singles, &nominal, cost))
         .collect();
-    let disagreement = accepted.as_ref().map_or(0.0, |c| disagreement(c, cost));
+    let apart = accepted.as_ref();
+    let apart = apart.and_then(|c| apart_if_they_disagree(c, &nominal, cost));
     Search {
         accepted: accepted.map(|c| of_fit(c, cost, ask.fitted)),
         nominal,
         singles,
         support,
-        disagreement,
+        apart,
         equal_forms,
     }
 }
@@ -298,20 +299,27 @@ fn pruned(found: Candidate, nominal: &Candidate, cost: &Cost<'_>) -> Option<Cand
     None
 }
 
-/// By how much the logs prefer parameters of their own, less the price of these.
-fn disagreement(candidate: &Candidate, cost: &Cost<'_>) -> f64 {
-    let count = cost.logs.len();
-    if count < 2 {
-        return 0.0;
-    }
+/// The terms with the parameters of each log alone, if the logs disagree about them.
+fn apart_if_they_disagree(
+    candidate: &Candidate,
+    nominal: &Candidate,
+    cost: &Cost<'_>,
+) -> Option<Vec<Vec<Term>>> {
+    let more = candidate.parameters() * cost.logs.len().saturating_sub(1);
     let own = |log: usize| {
         let alone = cost.of_logs(|k| k == log);
         let terms = refined(candidate.terms.clone(), &alone);
-        alone.of(&terms).min(alone.of(&candidate.terms))
+        let (own, common) = (alone.of(&terms), alone.of(&candidate.terms));
+        match own < common {
+            true => (own, terms),
+            false => (common, candidate.terms.clone()),
+        }
     };
-    let own: f64 = (0..count).into_par_iter().map(own).sum();
-    let price = evidence::price(cost.count()) * candidate.parameters() as f64;
-    candidate.chi2 - own - price * (count - 1) as f64
+    let own = (0..cost.logs.len()).into_par_iter().map(own);
+    let (chi2, terms): (Vec<f64>, Vec<Vec<Term>>) = own.unzip();
+    let gain = candidate.chi2 - chi2.iter().sum::<f64>();
+    let explained = nominal.chi2 - candidate.chi2;
+    evidence::disagree(gain, explained, more, cost.count()).then_some(terms)
 }
 
 /// The same stages with the parameters that the logs of the fit alone give.

@@ -23,7 +23,7 @@ pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
 pub(crate) use remainder::{Remainder, Standing, remainder, standings};
-pub(crate) use stage::{Found, search};
+pub(crate) use stage::{Ask, Found, search};
 pub(crate) use tested::Tested;
 
 /// White noise of a standard deviation.

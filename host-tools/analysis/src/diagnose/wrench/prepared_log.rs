@@ -150,7 +150,7 @@ impl Joint {
     }
 
     /// The regression of some rows: `keeps` is asked for log and row.
-    fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
+    pub(super) fn of_rows(&self, keeps: impl Fn(usize, usize) -> bool) -> Problem {
         problem(&self.logs, &self.frozen, keeps)
     }
 
@@ -331,9 +331,8 @@ impl Joint {
         self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
     }
 
-    /// For each effect the gain in χ² of an amount of its own for one of the logs, and the number of
-    /// the log that differs most.
-    pub(crate) fn contrasts(&self, tested: &Tested) -> Vec<(f64, usize)> {
+    /// For each effect the largest gain in χ² of an amount of its own for one of the logs.
+    pub(super) fn contrasts(&self, tested: &Tested) -> Vec<f64> {
         let count = tested.effects.len();
         let alone = (0..count).map(|k| self.white_part(Some(&tested.alone(k))));
         let parts: Vec<Column> = alone.collect();
@@ -345,12 +344,8 @@ impl Joint {
         };
         let common = gain(None);
         let of = |part: &Column| {
-            let own = |log: usize| {
-                let masked = self.problem.masked(part, log);
-                ((gain(Some(masked)) - common).max(0.0), log)
-            };
-            let all = (0..self.logs.len()).map(own);
-            all.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+            let own = |log: usize| gain(Some(self.problem.masked(part, log))) - common;
+            (0..self.logs.len()).map(own).fold(0.0, f64::max)
         };
         parts.iter().map(of).collect()
     }

@@ -6,12 +6,13 @@
 
 use super::fitted::Fitted;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
-use super::prepared_log::Joint;
+use super::prepared_log::{Joint, PreparedLog};
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, Support, threshold};
+use crate::diagnose::structure;
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
@@ -46,8 +47,20 @@ pub(crate) struct Found {
     pub rivals: Vec<Rival>,
     /// Steps after which the search was ended, if the evidence rose still.
     pub ended_after: Option<usize>,
-    /// Id of an effect that explains more on one of the logs alone than all that is accepted.
-    pub of_one_log: Option<&'static str>,
+    /// Ids of effects about which the logs disagree.
+    pub disagreeing: Vec<&'static str>,
+}
+
+/// What is asked of a search.
+pub(crate) struct Ask<'a> {
+    /// Effects that are in the model already, or not to be tried.
+    pub excluded: &'a dyn Fn(&str) -> bool,
+    /// The best hypothesis is taken although it is not significant.
+    pub forced: bool,
+    /// Whether the logs disagree is asked, too.
+    pub each_log: bool,
+    /// Who follows it.
+    pub watch: Watch<'a>,
 }
 
 /// What a search works with.
@@ -62,37 +75,31 @@ struct Work<'a> {
     known: Mutex<HashMap<Vec<Part>, Tested>>,
 }
 
-/// Searches; `forced`: the best hypothesis is taken although it is not significant. Tolerances that
-/// the answer strains are taken away, and the search begins anew.
-pub(crate) fn search(
-    joint: &mut Joint,
-    excluded: &dyn Fn(&str) -> bool,
-    forced: bool,
-    watch: Watch<'_>,
-) -> Found {
+/// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
+pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     /// Tolerances that turn out to be strained when others were taken away.
     const ROUNDS: usize = 3;
-    let mut library = Library::new(joint, excluded);
-    let mut found = searched(joint, &library, forced, watch);
+    let mut library = Library::new(joint, ask.excluded);
+    let mut found = searched(joint, &library, ask);
     for _ in 0..ROUNDS {
         if !joint.freeze_strained(found.accepted.as_ref()) {
             break;
         }
         library = library.anew(joint);
-        found = searched(joint, &library, forced, watch);
+        found = searched(joint, &library, ask);
     }
     found
 }
 
-fn searched(joint: &Joint, library: &Library, forced: bool, watch: Watch<'_>) -> Found {
+fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
     let is_detail = |variant: &Variant| variant.effect.effect.detail;
     let work = Work {
         price: evidence::price(joint.problem.count),
         // Who asks for a detail alone has in the model what it is a detail of.
-        any: forced || library.variants.iter().all(is_detail),
+        any: ask.forced || library.variants.iter().all(is_detail),
         library,
         joint,
-        watch,
+        watch: ask.watch,
         known: Mutex::default(),
     };
     let singles = work.tested(
@@ -111,19 +118,22 @@ fn searched(joint: &Joint, library: &Library, forced: bool, watch: Watch<'_>) ->
     let best = ends.into_iter().map(|end| end.0);
     let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let mut accepted = best.and_then(|best| work.pruned(best));
-    if forced && accepted.is_none() {
+    if ask.forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
     }
     let support = accepted.as_ref().map_or_else(Vec::new, |t| work.support(t));
     let rivals = accepted.as_ref().map_or_else(Vec::new, |t| work.rivals(t));
-    let of_one_log = work.of_one_log(accepted.as_ref());
+    let disagreeing = match ask.each_log {
+        true => work.disagreeing(accepted.as_ref()),
+        false => Vec::new(),
+    };
     Found {
         accepted: accepted.map(|all| work.of_fit(all)),
         support,
         ranked,
         rivals,
         ended_after,
-        of_one_log,
+        disagreeing,
     }
 }
 
@@ -283,34 +293,94 @@ impl Work<'_> {
         }
     }
 
+    /// Effects about which the logs disagree: in amounts of its own for each log they explain more, and they leave noise.
+    /// What they do not explain so is something else, which no log alone has.
+    fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<&'static str> {
+        let one = self.of_one_log(accepted);
+        let one = one.filter(|h| self.explains_each_log(h));
+        let mut ids: Vec<&str> = one.iter().flat_map(|h| self.ids(h)).collect();
+        let Some(accepted) = accepted else {
+            return ids;
+        };
+        let (explained, count) = (self.joint.known + accepted.gain, self.joint.problem.count);
+        let each = self
+            .joint
+            .contrasts(accepted)
+            .into_iter()
+            .zip(&accepted.effects);
+        let differing = each.filter(|(own, _)| evidence::disagree(*own, explained, 1, count));
+        let differing: Vec<&str> = differing.map(|(_, effect)| effect.id).collect();
+        let all = || evaluate(self.library, self.parts(accepted), self.price);
+        if !differing.is_empty() && all().is_some_and(|h| self.explains_each_log(&h)) {
+            ids.extend(differing);
+        }
+        ids
+    }
+
+    fn ids(&self, hypothesis: &Hypothesis) -> Vec<&'static str> {
+        let variants = hypothesis.parts.iter().map(|p| p.variant);
+        variants
+            .map(|k| self.library.variants[k].effect.id)
+            .collect()
+    }
+
+    /// Whether effects leave noise that are fitted to each log alone.
+    fn explains_each_log(&self, hypothesis: &Hypothesis) -> bool {
+        let of = |(log, prepared): (usize, &PreparedLog)| {
+            let problem = self.joint.of_rows(|k, _| k == log);
+            let own = fitted_to(
+                &problem,
+                self.library,
+                hypothesis,
+                self.joint,
+                Care::Estimating,
+            );
+            (own.contribution(&prepared.scene), own.gain)
+        };
+        let each = self.joint.logs.par_iter().enumerate().map(of);
+        let (own, gains): (Vec<Column>, Vec<f64>) = each.unzip();
+        let left = structure::left_apart(self.joint, &own, gains.iter().sum());
+        !left.any()
+    }
+
     /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
     /// have in common: several effects together imitate what changes from log to log. Steps of a
     /// reading look different in each log.
-    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<&'static str> {
+    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
         let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
         if logs < 2 || self.joint.is_rounded() {
             return None;
         }
         let which_log = 2.0 * (logs as f64).ln();
-        let evidence = |variant: &Variant, log: usize| -> Option<f64> {
+        let alone = |place: usize, log: usize| -> Option<Hypothesis> {
+            let variant = &self.library.variants[place];
             let columns = variant.columns.iter().map(|k| &self.library.columns[*k]);
-            let alone: Vec<Column> = columns.map(|c| problem.masked(c, log)).collect();
-            let solution = problem.solve_whitened(&alone, &variant.signs)?;
+            let of_log: Vec<Column> = columns.map(|c| problem.masked(c, log)).collect();
+            let solution = problem.solve_whitened(&of_log, &variant.signs)?;
             let open = variant.signs.iter().filter(|s| **s != Sign::One).count();
-            let paid = self.price * (open + variant.scanned()) as f64 + evidence::prior();
+            let parameters = open + variant.scanned();
+            let paid = self.price * parameters as f64 + evidence::prior() + which_log;
             let possible = solution.wrong.is_empty();
-            possible.then_some(solution.gain - paid - which_log)
+            possible.then(|| Hypothesis {
+                parts: vec![Part {
+                    variant: place,
+                    used: (0..variant.columns.len()).collect(),
+                }],
+                evidence: solution.gain - paid,
+                solution,
+                parameters,
+            })
         };
-        let whole = |variant: &&Variant| self.any || !variant.effect.effect.detail;
-        let variants: Vec<&Variant> = self.library.variants.iter().filter(whole).collect();
-        let best = variants.par_iter().filter_map(|variant| {
-            let each = (0..logs).filter_map(|log| evidence(variant, log));
-            Some((each.reduce(f64::max)?, variant.effect.id))
-        });
-        let (best, id) = best.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let better = |a: &Hypothesis, b: &Hypothesis| a.evidence.total_cmp(&b.evidence);
+        let detail = |k: &usize| self.library.variants[*k].effect.effect.detail;
+        let all = (0..self.library.variants.len()).into_par_iter();
+        let best = all
+            .filter(|k| self.any || !detail(k))
+            .filter_map(|k| (0..logs).filter_map(|log| alone(k, log)).max_by(better))
+            .max_by(better)?;
         let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
         let explained = accepted.map_or(0.0, |t| t.gain);
-        (best > common + threshold(self.joint.known + explained)).then_some(id)
+        (best.evidence > common + threshold(self.joint.known + explained)).then_some(best)
     }
 
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {
