@@ -165,8 +165,8 @@ impl Driver for Network {
         Some(ToSend(&mut self.to_send))
     }
 
-    fn link_state(&mut self, _context: &mut Context<'_>) -> LinkState {
-        LinkState::Up
+    fn link_state(&mut self, context: &mut Context<'_>) -> LinkState {
+        self.controller.borrow_mut().ethernet.link_state(context)
     }
 
     fn capabilities(&self) -> Capabilities {
