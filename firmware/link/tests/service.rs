@@ -23,7 +23,7 @@ fn frame(sequence: u16, payload: &[u8]) -> Vec<u8> {
         version: 1,
         kind: Kind::Request,
         sequence,
-        schema: 0x0102_0300,
+        conversation: 0x0102_0300,
         payload,
     };
     frame.encode().unwrap().to_vec()
@@ -37,7 +37,7 @@ fn a_frame_comes_back_whole() {
     assert!(rest.iter().all(|byte| reader.push(*byte).is_none()));
     let read = reader.push(*last).unwrap().unwrap();
     assert_eq!((read.version, read.kind), (1, Kind::Request));
-    assert_eq!((read.sequence, read.schema), (700, 0x0102_0300));
+    assert_eq!((read.sequence, read.conversation), (700, 0x0102_0300));
     assert_eq!(read.payload, [0, 1, 0, 0, 255]);
 }
 
@@ -52,7 +52,7 @@ fn payloads_have_a_largest_size() {
             version: 1,
             kind: Kind::Answer,
             sequence: 0,
-            schema: 0,
+            conversation: 0,
             payload: &longer,
         };
         assert_eq!(frame.encode(), Err(FrameError::Length));

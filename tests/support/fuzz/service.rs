@@ -4,16 +4,18 @@ use core::cell::Cell;
 use embassy_futures::block_on;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use softdock_app::board::Clock;
-use softdock_app::image::{IMAGE_MAX_BYTES, schema};
-use softdock_app::service::{End, Service, Session};
+use softdock_app::image::IMAGE_MAX_BYTES;
+use softdock_app::service::{End, Now, Service, Session};
 use softdock_app::settings::BoardSettings;
-use softdock_app::shared::Shared;
-use softdock_app::store::Store;
+use softdock_app::shared::{Shared, Status};
+use softdock_app::store::{Boot, Store};
 use softdock_link::service::{Frame, FrameReader, Kind, PROTOCOL};
 use softdock_rig::board::flash::FileFlash;
 
 /// For all answers of a session, bytes.
 const ROOM: usize = 1 << 20;
+/// Number of the boot.
+const BOOT: u32 = 7;
 
 /// Time that passes when somebody waits for it.
 struct Quick(Cell<u64>);
@@ -28,9 +30,33 @@ impl Clock for Quick {
     }
 }
 
-/// The bytes as pieces: a length, and a frame's payload; or, with an odd length, bytes of the line.
-fn line(input: &[u8]) -> Vec<u8> {
-    let (mut line, mut rest) = (Vec::new(), input);
+const HELLO: Frame<'static> = Frame {
+    version: PROTOCOL,
+    kind: Kind::Hello,
+    sequence: 0,
+    conversation: 0,
+    payload: &[],
+};
+
+/// Number of the first conversation of a board that starts so.
+fn first_conversation(boot: &Boot) -> u32 {
+    let mut session = Session::new(boot, BOOT, "a board");
+    let now = Now {
+        us: 0,
+        status: Status::default(),
+    };
+    session.take(&HELLO, &now, &mut [0; IMAGE_MAX_BYTES]);
+    let mut frames = FrameReader::new();
+    let mut numbers = session.line().iter().filter_map(|byte| {
+        let frame = frames.push(*byte)?;
+        Some(frame.expect("a frame").conversation)
+    });
+    numbers.next().expect("an answer")
+}
+
+/// A hello, and the bytes as pieces: a length, and a frame's payload; or, with an odd length, bytes of the line.
+fn line(input: &[u8], conversation: u32) -> Vec<u8> {
+    let (mut line, mut rest) = (HELLO.encode().unwrap().to_vec(), input);
     for sequence in 1.. {
         let Some((length, tail)) = rest.split_first() else {
             break;
@@ -45,7 +71,7 @@ fn line(input: &[u8]) -> Vec<u8> {
             version: PROTOCOL,
             kind: Kind::Request,
             sequence,
-            schema: schema(),
+            conversation,
             payload: piece,
         };
         line.extend_from_slice(&frame.encode().unwrap());
@@ -66,8 +92,9 @@ pub(super) fn service_session(input: &[u8]) {
         let mut store = Store::new(&mut flash);
         let boot = block_on(store.boot(trial.take(), &mut block));
         boot.settings.validate().expect("settings that may be used");
+        let conversation = first_conversation(&boot);
         let shared = Shared::<NoopRawMutex>::new();
-        let mut session = Session::new(&boot, 7, "a board");
+        let mut session = Session::new(&boot, BOOT, "a board");
         let mut room = vec![0; ROOM];
         let mut answers = room.as_mut_slice();
         let service = Service {
@@ -77,7 +104,7 @@ pub(super) fn service_session(input: &[u8]) {
             block: &mut block,
         };
         let clock = Quick(Cell::new(0));
-        let end = block_on(service.run(line(input).as_slice(), &mut answers, &clock));
+        let end = block_on(service.run(line(input, conversation).as_slice(), &mut answers, &clock));
         let said = ROOM - answers.len();
         let mut frames = FrameReader::new();
         for byte in &room[..said] {

@@ -5,7 +5,7 @@
 //! | 1 | version of the protocol; [`Kind::Hello`] and its answer are the same in all of them |
 //! | 1 | [`Kind`] |
 //! | 2 | sequence number: an answer bears that of its request |
-//! | 4 | schema of the board's settings; 0 in a hello |
+//! | 4 | number of the conversation, which the board gives with its answer to a hello; 0 in the hello of the host |
 //! | n | payload: a message in postcard's format |
 //! | 4 | CRC-32 (ISO-HDLC) of everything before |
 //!
@@ -85,8 +85,8 @@ pub struct Frame<'a> {
     pub kind: Kind,
     /// Number of the request.
     pub sequence: u16,
-    /// Schema of the board's settings; 0 if it does not matter.
-    pub schema: u32,
+    /// Number of the conversation, as the frame of the board's [`Hello`](super::Hello) bears it; 0 in that of the host.
+    pub conversation: u32,
     /// The message.
     pub payload: &'a [u8],
 }
@@ -99,11 +99,11 @@ impl<'a> Frame<'a> {
     pub fn encode(&self) -> Result<Vec<u8, ENCODED_MAX_BYTES>, FrameError> {
         let mut plain = Vec::<u8, PLAIN_MAX_BYTES>::new();
         let sequence = self.sequence.to_le_bytes();
-        let schema = self.schema.to_le_bytes();
+        let conversation = self.conversation.to_le_bytes();
         let parts: [&[u8]; 4] = [
             &[self.version, self.kind as u8],
             &sequence,
-            &schema,
+            &conversation,
             self.payload,
         ];
         for part in parts {
@@ -138,12 +138,12 @@ impl<'a> Frame<'a> {
         let (header, payload) = body
             .split_first_chunk::<HEADER_BYTES>()
             .ok_or(FrameError::Length)?;
-        let &[version, kind, q0, q1, s0, s1, s2, s3] = header;
+        let &[version, kind, q0, q1, c0, c1, c2, c3] = header;
         Ok(Self {
             version,
             kind: Kind::of(kind).ok_or(FrameError::Kind)?,
             sequence: u16::from_le_bytes([q0, q1]),
-            schema: u32::from_le_bytes([s0, s1, s2, s3]),
+            conversation: u32::from_le_bytes([c0, c1, c2, c3]),
             payload,
         })
     }

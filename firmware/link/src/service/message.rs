@@ -13,8 +13,9 @@
 //! ```
 //!
 //! A host begins with a hello, which gives up the draft of the host before, and counts its frames from there. The
-//! board takes a request only if its number is one of the next, so that an old frame that comes again
-//! (repeated by a line, or by whoever recorded it) changes nothing.
+//! board's answer gives the conversation a number that no other has had. It takes a request only with that number, and
+//! only if it is one of the next, so that an old frame that comes again (repeated by a line, or by whoever recorded
+//! it, alone or with its hello) changes nothing.
 //!
 //! Messages know nothing of the settings: a name is a path like `control.sensor.tool_mass_kg`, a
 //! value is one of a few forms. So a host program can read and change the settings of a firmware
@@ -25,7 +26,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 /// Version of the protocol: that of all messages but [`Hello`].
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 /// Most numbers of an array.
 pub const ARRAY_MAX: usize = 16;
 /// Most words that a setting may choose from.
@@ -320,8 +321,8 @@ pub struct LogLine {
 pub enum Refusal {
     /// The request cannot be read.
     Unreadable,
-    /// The settings of the board have another form than the host thinks.
-    Schema,
+    /// The request is of no conversation that the board is in.
+    NoConversation,
     /// No setting has this name.
     UnknownName,
     /// The setting takes another kind of value.
@@ -368,7 +369,9 @@ impl core::fmt::Display for Refusal {
             ),
             other => f.write_str(match other {
                 Self::Unreadable => "the board cannot read the request",
-                Self::Schema => "the board's settings have another form than it said",
+                Self::NoConversation => {
+                    "the request is of no conversation that the board is in: it started over, another program talks to it, or the line repeats itself; begin anew"
+                }
                 Self::UnknownName => "the board has no setting of this name",
                 Self::WrongForm => "the setting takes another kind of value",
                 Self::UnknownWord => {

@@ -73,12 +73,15 @@ pub struct Client {
     port: Port,
     frames: FrameReader,
     sequence: u16,
+    /// Number of the conversation, as the frame of the board's hello bore it; 0 before.
+    conversation: u32,
     identity: Identity,
 }
 
 /// A frame as it came.
 struct Reply {
     kind: Kind,
+    conversation: u32,
     payload: Vec<u8>,
 }
 
@@ -93,6 +96,7 @@ impl Client {
             frames: FrameReader::new(),
             // Not that of the program that was here before.
             sequence: RandomState::new().build_hasher().finish() as u16,
+            conversation: 0,
             identity: Identity::default(),
         };
         client.hello(ATTEMPTS)?;
@@ -109,10 +113,9 @@ impl Client {
     /// # Errors
     /// As [`Self::connect`].
     pub fn hello(&mut self, attempts: u32) -> Result<(), LinkError> {
-        let schema = std::mem::take(&mut self.identity.schema);
-        let reply = self.exchange(Kind::Hello, &[], ANSWER, attempts);
-        self.identity.schema = schema;
-        self.identity = identity(&reply?)?;
+        let reply = self.exchange(Kind::Hello, &[], ANSWER, attempts)?;
+        self.identity = identity(&reply)?;
+        self.conversation = reply.conversation;
         Ok(())
     }
 
@@ -293,11 +296,15 @@ impl Client {
         attempts: u32,
     ) -> Result<Reply, LinkError> {
         self.sequence = self.sequence.wrapping_add(1);
+        let conversation = match kind {
+            Kind::Hello => 0,
+            _ => self.conversation,
+        };
         let frame = Frame {
             version: PROTOCOL,
             kind,
             sequence: self.sequence,
-            schema: self.identity.schema,
+            conversation,
             payload,
         };
         let line = frame.encode().map_err(|_| LinkError::Unexpected)?;
@@ -330,6 +337,7 @@ impl Client {
                 if answer && frame.sequence == self.sequence {
                     return Ok(Some(Reply {
                         kind: frame.kind,
+                        conversation: frame.conversation,
                         payload: frame.payload.to_vec(),
                     }));
                 }

@@ -147,7 +147,7 @@ impl Session {
             version: PROTOCOL,
             kind: Kind::Answer,
             sequence: self.sequence,
-            schema: self.schema,
+            conversation: self.conversation().unwrap_or_default(),
             payload: &[],
         }
     }

@@ -91,8 +91,10 @@ pub struct Session {
     damaged: u32,
     /// The request that was answered last: its number and checksum.
     answered: Option<(u16, u32)>,
-    /// The newest number of this conversation; none before the first one.
-    newest: Option<u16>,
+    /// Conversations that hosts have begun since boot.
+    conversations: u32,
+    /// The newest number of a request of this one.
+    newest: u16,
     /// Number of the request that is being answered.
     sequence: u16,
     line: Vec<u8, ENCODED_MAX_BYTES>,
@@ -121,7 +123,8 @@ impl Session {
             frames: 0,
             damaged: 0,
             answered: None,
-            newest: None,
+            conversations: 0,
+            newest: 0,
             sequence: 0,
             line: Vec::new(),
         };
@@ -231,16 +234,24 @@ impl Session {
     /// A host says hello: its numbers begin anew, and what the one before has begun is given up.
     fn begin_conversation(&mut self) {
         self.answered = None;
-        self.newest = Some(self.sequence);
+        self.conversations = self.conversations.wrapping_add(1);
+        self.newest = self.sequence;
         self.draft = None;
         self.staged = None;
+    }
+
+    /// Number of this conversation: that of no other, of this boot or another; none before the first hello.
+    fn conversation(&self) -> Option<u32> {
+        let mut number = CHECKSUM.digest();
+        number.update(&self.boot.to_le_bytes());
+        number.update(&self.conversations.to_le_bytes());
+        (self.conversations > 0).then(|| number.finalize())
     }
 
     /// Whether a request's number is one of the next. A line may repeat old frames, and so may whoever has
     /// recorded them; an old `Begin` would give up the draft.
     fn follows(&self, sequence: u16) -> bool {
-        self.newest
-            .is_none_or(|newest| (1..=AHEAD).contains(&sequence.wrapping_sub(newest)))
+        (1..=AHEAD).contains(&sequence.wrapping_sub(self.newest))
     }
 
     /// Takes a frame. `block` is room for a whole image; between the parts of one that comes or goes
@@ -260,11 +271,14 @@ impl Session {
                 if self.answered == Some(request) {
                     return Outcome::Answer;
                 }
+                if self.conversation() != Some(frame.conversation) {
+                    return self.refuse(Refusal::NoConversation);
+                }
                 if !self.follows(frame.sequence) {
                     return self.refuse(Refusal::OldRequest);
                 }
                 self.answered = Some(request);
-                self.newest = Some(frame.sequence);
+                self.newest = frame.sequence;
                 self.request(frame, now, block)
             }
             Kind::HelloAnswer | Kind::Answer => Outcome::Ignore,

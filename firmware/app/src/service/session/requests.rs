@@ -13,9 +13,6 @@ use softdock_link::service::{Answer, Counters, Frame, Refusal, Request};
 
 impl Session {
     pub(super) fn request(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
-        if frame.schema != self.schema {
-            return self.refuse(Refusal::Schema);
-        }
         let Ok(request) = postcard::from_bytes::<Request<'_>>(frame.payload) else {
             return self.refuse(Refusal::Unreadable);
         };

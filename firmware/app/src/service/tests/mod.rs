@@ -14,12 +14,14 @@ use softdock_link::service::{Answer, Frame, Hello, Kind, PROTOCOL, Request, Valu
 
 const BOOT: u32 = 77;
 
-/// A board without line and flash, and the number of its next request.
+/// A board without line and flash, and a host's numbers.
 struct Desk {
     session: Session,
     block: Box<Block>,
     now: Now,
+    /// That of the last request.
     sequence: u16,
+    conversation: u32,
 }
 
 fn with_mass(mass_kg: f64) -> BoardSettings {
@@ -70,20 +72,29 @@ impl Desk {
             connected: true,
             ..Status::default()
         };
-        Self {
+        let mut desk = Self {
             session: Session::new(&boot, BOOT, "a board"),
             block: Box::new([0; IMAGE_MAX_BYTES]),
             now: Now { us: 0, status },
             sequence: 0,
-        }
+            conversation: 0,
+        };
+        desk.conversation = desk.hello();
+        desk
     }
 
-    fn frame(&mut self, kind: Kind, version: u8, schema: u32, payload: &[u8]) -> Outcome {
+    /// Begins a conversation; its number.
+    fn hello(&mut self) -> u32 {
+        self.frame(Kind::Hello, PROTOCOL, 0, &[]);
+        self.answer_frame(|frame| frame.conversation)
+    }
+
+    fn frame(&mut self, kind: Kind, version: u8, conversation: u32, payload: &[u8]) -> Outcome {
         let frame = Frame {
             version,
             kind,
             sequence: self.sequence,
-            schema,
+            conversation,
             payload,
         };
         self.session.take(&frame, &self.now, &mut self.block)
@@ -91,18 +102,22 @@ impl Desk {
 
     fn ask(&mut self, request: &Request<'_>) -> Outcome {
         self.sequence = self.sequence.wrapping_add(1);
-        let schema = crate::image::schema();
-        self.frame(Kind::Request, PROTOCOL, schema, &payload(request))
+        let conversation = self.conversation;
+        self.frame(Kind::Request, PROTOCOL, conversation, &payload(request))
     }
 
     /// The answer that went out, for a look.
     fn said<R>(&self, look: impl FnOnce(Kind, &[u8]) -> R) -> R {
+        self.answer_frame(|frame| look(frame.kind, frame.payload))
+    }
+
+    fn answer_frame<R>(&self, look: impl FnOnce(&Frame<'_>) -> R) -> R {
         let mut frames = FrameReader::new();
         let (last, rest) = self.session.line().split_last().unwrap();
         assert!(rest.iter().all(|byte| frames.push(*byte).is_none()));
         let frame = frames.push(*last).unwrap().unwrap();
         assert_eq!(frame.sequence, self.sequence);
-        look(frame.kind, frame.payload)
+        look(&frame)
     }
 
     /// The answer to a request, as text.
@@ -134,13 +149,13 @@ const COMMIT: Request<'_> = Request::Commit {
 #[test]
 fn hello_is_answered_in_every_version() {
     let mut desk = Desk::new(kept());
-    for (kind, version, schema) in [
+    for (kind, version, conversation) in [
         (Kind::Hello, PROTOCOL, 0),
         (Kind::Hello, 99, 12345),
         (Kind::Request, PROTOCOL + 1, 0),
     ] {
         assert_eq!(
-            desk.frame(kind, version, schema, b"anything"),
+            desk.frame(kind, version, conversation, b"anything"),
             Outcome::Answer
         );
         desk.said(|kind, payload| {
@@ -157,18 +172,20 @@ fn hello_is_answered_in_every_version() {
 }
 
 #[test]
-fn a_host_that_thinks_of_other_settings_is_refused() {
+fn a_request_needs_a_conversation_and_has_to_be_readable() {
     let mut desk = Desk::new(kept());
-    let other = crate::image::schema() ^ 1;
-    let request = payload(&Request::Status);
-    desk.frame(Kind::Request, PROTOCOL, other, &request);
-    desk.said(|_, payload| {
-        let answer = postcard::from_bytes(payload);
-        assert_eq!(answer, Ok(Answer::Refused(Refusal::Schema)));
-    });
-    let schema = crate::image::schema();
+    let known = desk.conversation;
+    desk.conversation ^= 1;
+    desk.is_refused(&Request::Status, &Refusal::NoConversation);
+    // A board that has started over is in none, whatever number it is told.
+    desk.session = Session::new(&kept(), BOOT + 1, "a board");
+    for number in [known, 0] {
+        desk.conversation = number;
+        desk.is_refused(&Request::Status, &Refusal::NoConversation);
+    }
+    let conversation = desk.hello();
     desk.sequence += 1;
-    desk.frame(Kind::Request, PROTOCOL, schema, &[0xff; 9]);
+    desk.frame(Kind::Request, PROTOCOL, conversation, &[0xff; 9]);
     desk.said(|_, payload| {
         let answer = postcard::from_bytes(payload);
         assert_eq!(answer, Ok(Answer::Refused(Refusal::Unreadable)));
@@ -373,6 +390,7 @@ fn an_old_frame_that_comes_again_changes_nothing() {
     };
     let mut desk = Desk::new(kept());
     desk.sequence = 0xfffe;
+    desk.conversation = desk.hello();
     desk.is_done(&Request::Begin);
     let begin = desk.sequence;
     desk.set("control.body_k.mass_kg", Value::Real(22.0));
@@ -386,14 +404,17 @@ fn an_old_frame_that_comes_again_changes_nothing() {
     desk.sequence = next + AHEAD - 1;
     desk.set("control.body_k.mass_kg", Value::Real(33.0));
 
-    // A whole conversation of before, from its hello on: what was begun since is given up, not committed.
+    // A whole conversation of before, from its hello on: what was begun since is given up, and nothing else is done,
+    // neither what is recorded nor what the live host goes on with.
     let live = desk.sequence;
-    desk.sequence = 0x4000;
-    desk.frame(Kind::Hello, PROTOCOL, 0, &[]);
+    desk.sequence = 0xfffe;
+    assert_ne!(desk.hello(), desk.conversation);
     assert_eq!(mass(&desk), None);
-    desk.is_done(&Request::Begin);
-    desk.sequence = live;
-    desk.is_refused(&COMMIT, &Refusal::OldRequest);
+    for sequence in [0xfffe, live] {
+        desk.sequence = sequence;
+        desk.is_refused(&Request::Begin, &Refusal::NoConversation);
+        desk.is_refused(&COMMIT, &Refusal::NoConversation);
+    }
 }
 
 #[test]
