@@ -188,7 +188,7 @@ fn a_file_that_is_large_enough_is_ended() {
 #[test]
 fn boots_that_are_made_up_fill_no_disk() {
     let bounds = Bounds {
-        boots: 20,
+        begun: 20,
         piece_cycles: 50,
         ..Bounds::default()
     };
@@ -208,6 +208,24 @@ fn boots_that_are_made_up_fill_no_disk() {
     assert_eq!((kept, of_the_board.count()), (248, 5));
     assert_eq!(recordings.len(), 5 + 19);
     assert_eq!(summary.dropped_cycles, 198 - 19);
+}
+
+/// Likewise settings that are announced in turn.
+#[test]
+fn settings_that_are_made_up_fill_no_disk() {
+    let bounds = Bounds {
+        begun: 20,
+        ..Bounds::default()
+    };
+    let (mut board, mut bench) = (Board::boot(1), Bench::within(bounds));
+    for turn in 0..100 {
+        bench.hears(&board.announces(settings(100.0 + f64::from(turn % 2))));
+        bench.hears(&board.runs([u64::try_from(turn).unwrap()]));
+    }
+    let (summary, recordings) = bench.finish();
+    assert_eq!(recordings.len(), 20);
+    let kept: usize = recordings.iter().map(|piece| piece.cycles.len()).sum();
+    assert_eq!(summary.dropped_cycles, 100 - kept as u64);
 }
 
 #[test]

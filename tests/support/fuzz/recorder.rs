@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 
 /// Small ones, which a few datagrams reach.
 const BOUNDS: Bounds = Bounds {
-    boots: 3,
+    begun: 3,
     piece_bytes: 1 << 20,
     piece_cycles: 5,
     total_bytes: 1 << 20,

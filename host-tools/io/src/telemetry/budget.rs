@@ -10,9 +10,9 @@ const LOW_SPACE: [u64; 2] = [4 << 30, 1 << 30];
 /// Bounds of what is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Boots that get a file; cycles of further ones are dropped. Whoever can send to the recorder can make
-    /// boots up.
-    pub boots: u32,
+    /// Files that are begun for a boot, or for settings that a boot has anew; cycles of further ones are dropped.
+    /// Whoever can send to the recorder can make both up.
+    pub begun: u32,
     /// Size at which a file is ended and the next one begun, bytes.
     pub piece_bytes: u64,
     /// Number of cycles likewise.
@@ -25,7 +25,7 @@ impl Default for Bounds {
     /// Pieces of about half an hour at 4 ms, two days of them.
     fn default() -> Self {
         Self {
-            boots: 64,
+            begun: 64,
             piece_bytes: 1 << 30,
             piece_cycles: u64::MAX,
             total_bytes: 100 << 30,
@@ -37,7 +37,7 @@ impl Default for Bounds {
 pub(super) struct Budget {
     names: Names,
     bounds: Bounds,
-    boots: u32,
+    begun: u32,
     /// Bytes that were written, of all files.
     written: u64,
     /// Place in [`LOW_SPACE`] of the next warning.
@@ -50,23 +50,23 @@ impl Budget {
         Self {
             names: Names::new(path),
             bounds,
-            boots: 0,
+            begun: 0,
             written: 0,
             warned: 0,
             warnings: Vec::new(),
         }
     }
 
-    /// The first file of a boot; none if there are too many boots.
-    pub(super) fn first_file(&mut self) -> Option<PathBuf> {
-        if self.boots >= self.bounds.boots {
+    /// A file for a boot or for settings that it has anew; none if there are too many.
+    pub(super) fn begin_file(&mut self) -> Option<PathBuf> {
+        if self.begun >= self.bounds.begun {
             return None;
         }
-        self.boots += 1;
+        self.begun += 1;
         Some(self.names.next_path())
     }
 
-    /// A further file of a boot that has one.
+    /// A further file of cycles whose last one is full.
     pub(super) fn next_file(&mut self) -> PathBuf {
         self.names.next_path()
     }
@@ -129,14 +129,14 @@ mod tests {
     #[test]
     fn boots_and_bytes_are_bounded() {
         let bounds = Bounds {
-            boots: 2,
+            begun: 2,
             total_bytes: 1000,
             ..Bounds::default()
         };
         let path = Path::new("run.mcap");
         let mut budget = Budget::new(path, bounds);
-        assert!(budget.first_file().is_some() && budget.first_file().is_some());
-        assert_eq!(budget.first_file(), None);
+        assert!(budget.begin_file().is_some() && budget.begin_file().is_some());
+        assert_eq!(budget.begin_file(), None);
         assert!(budget.count(999, path).is_ok());
         let error = budget.count(1, path).unwrap_err().to_string();
         assert!(error.contains("--max-gb"), "{error}");

@@ -193,11 +193,7 @@ impl Stream {
     /// Begins a file and writes the cycles that wait; drops them if the boot may not have one.
     fn open(&mut self, budget: &mut Budget) -> Result<()> {
         let first = self.finished.is_empty();
-        let path = match first {
-            true => budget.first_file(),
-            false => Some(budget.next_file()),
-        };
-        let Some(path) = path else {
+        let Some(path) = budget.begin_file() else {
             self.dropped += self.held.len() as u64;
             self.held.clear();
             return Ok(());
