@@ -5,12 +5,13 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use softdock_io::recording::Recording;
 use softdock_io::replay::{Replay as Recomputation, ReplayReport};
+use softdock_io::telemetry::sort_pieces;
 use std::path::PathBuf;
 
 /// Recompute every correction of a recording and compare it bit for bit.
 ///
 /// Ends with 0 if all cycles are identical; else it names the first cycle and quantity that
-/// differ. A run that was recorded into several files is given whole, in their order.
+/// differ. A run that was recorded into several files is given whole, as run*.mcap.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock replay run.mcap run-2.mcap")]
 pub(super) struct Replay {
@@ -40,7 +41,9 @@ impl Replay {
     fn recompute(&self) -> Result<ReplayReport> {
         let mut recomputation = Recomputation::default();
         let mut report = None;
-        for path in &self.recordings {
+        let mut recordings = self.recordings.clone();
+        sort_pieces(&mut recordings);
+        for path in &recordings {
             let recording = Recording::open(path)?;
             if let Some(cut) = &recording.cut {
                 eprintln!("note: {cut}");

@@ -26,6 +26,7 @@ mod window;
 
 pub use budget::Bounds;
 pub use listener::{Listener, Received};
+pub use names::sort_pieces;
 pub use part::{METADATA, PartSummary};
 pub use pieces::{Pieces, Time};
 pub use recorder::{Progress, Recorder, Summary};

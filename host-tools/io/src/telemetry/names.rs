@@ -44,9 +44,29 @@ impl Names {
     }
 }
 
+/// Sorts the files of recordings that have several as they were written, of each recording by its numbers: a shell
+/// gives `run-10.mcap` before `run-2.mcap`.
+pub fn sort_pieces(paths: &mut [PathBuf]) {
+    paths.sort_by_cached_key(|path| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let number = stem.rsplit_once('-');
+        let number = number.and_then(|(name, number)| Some((name, number.parse::<u32>().ok()?)));
+        let (name, number) = number.unwrap_or((&stem, 1));
+        (path.with_file_name(name), number)
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pieces_are_sorted_by_their_numbers() {
+        let sorted = ["a/run.mcap", "a/run-2.mcap", "a/run-10.mcap", "b-c.mcap"].map(PathBuf::from);
+        let mut given = [2, 3, 1, 0].map(|k| sorted[k].clone());
+        sort_pieces(&mut given);
+        assert_eq!(given, sorted);
+    }
 
     #[test]
     fn what_exists_is_passed_over() {
