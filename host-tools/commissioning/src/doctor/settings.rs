@@ -10,7 +10,21 @@ pub(super) fn checks(board: &BoardSettings) -> Vec<Check> {
         Ok(()) => Check::good("settings", "complete and in their ranges"),
         Err(error) => Check::bad("settings", error.to_string()),
     };
-    vec![valid, tool(board), robot(board), law(board), address(board)]
+    let mut all = vec![valid, tool(board), robot(board), law(board), address(board)];
+    all.extend(frozen_sensor(board));
+    all
+}
+
+/// Who has to know that a watch is switched off.
+fn frozen_sensor(board: &BoardSettings) -> Option<Check> {
+    let off = board.control.sensor.frozen_after_cycles == 0;
+    off.then(|| {
+        Check::warning(
+            "frozen sensor",
+            "not looked for: a sensor that repeats its last reading is taken for one that measures; set \
+             `control.sensor.frozen_after_cycles` to 5, unless the sensor is a simulation without noise",
+        )
+    })
 }
 
 fn tool(board: &BoardSettings) -> Check {
