@@ -30,36 +30,67 @@ pub enum Distribution {
 impl Distribution {
     /// Its numbers make sense.
     pub(super) fn check(&self) -> Result<()> {
+        let finite = |numbers: &[f64]| {
+            let wrong = numbers.iter().find(|number| !number.is_finite());
+            ensure!(
+                wrong.is_none(),
+                "{}: expected finite numbers, received {}",
+                self.text(),
+                wrong.copied().unwrap_or_default()
+            );
+            Ok(())
+        };
         match self {
             Self::Uniform([low, high]) => {
+                finite(&[*low, *high])?;
                 ensure!(
                     low < high,
                     "uniform from {low} to {high}: expected low < high"
                 );
             }
-            Self::LogUniform([low, high]) => ensure!(
-                *low > 0.0 && low < high,
-                "log_uniform from {low} to {high}: expected 0 < low < high"
-            ),
-            Self::Normal(normal) => {
+            Self::LogUniform([low, high]) => {
+                finite(&[*low, *high])?;
                 ensure!(
-                    normal.sigma > 0.0 && normal.mean.is_finite(),
+                    *low > 0.0 && low < high,
+                    "log_uniform from {low} to {high}: expected 0 < low < high"
+                );
+            }
+            Self::Normal(normal) => {
+                let bounds = normal.low.into_iter().chain(normal.high);
+                let numbers: Vec<f64> = bounds.chain([normal.mean, normal.sigma]).collect();
+                finite(&numbers)?;
+                ensure!(
+                    normal.sigma > 0.0,
                     "normal with sigma {}: expected more than 0",
                     normal.sigma
                 );
                 let [low, high] = shares(normal);
                 ensure!(
                     high - low > 1e-6,
-                    "less than a millionth of this normal distribution lies between its bounds"
+                    "{}: less than a millionth of it lies between its bounds; expected low < high around the mean",
+                    self.text()
                 );
             }
-            Self::List(values) => ensure!(!values.is_empty(), "the list is empty"),
-            Self::Grid(grid) => ensure!(
-                (1..=MOST_POINTS).contains(&grid.points)
-                    && grid.from.is_finite()
-                    && grid.to.is_finite(),
-                "a grid has 1 to {MOST_POINTS} points between finite numbers"
-            ),
+            Self::List(values) => {
+                ensure!(
+                    !values.is_empty(),
+                    "the list is empty; expected one value or more"
+                );
+                // What the file calls nan or inf.
+                ensure!(
+                    !values.contains(&Value::Null),
+                    "{}: expected finite numbers; `null` stands for one that is nan or inf",
+                    self.text()
+                );
+            }
+            Self::Grid(grid) => {
+                finite(&[grid.from, grid.to])?;
+                ensure!(
+                    (1..=MOST_POINTS).contains(&grid.points),
+                    "{}: expected 1 to {MOST_POINTS}",
+                    self.text()
+                );
+            }
         }
         Ok(())
     }
@@ -176,30 +207,44 @@ mod tests {
 
     #[test]
     fn what_is_no_distribution_is_refused() {
-        for wrong in [
-            Distribution::Uniform([2.0, 1.0]),
-            Distribution::Uniform([f64::NAN, 1.0]),
-            Distribution::LogUniform([0.0, 1.0]),
+        let normal = |sigma, low| {
             Distribution::Normal(Normal {
                 mean: 0.0,
-                sigma: 0.0,
-                low: None,
+                sigma,
+                low,
                 high: None,
-            }),
-            Distribution::Normal(Normal {
-                mean: 0.0,
-                sigma: 1.0,
-                low: Some(9.0),
-                high: None,
-            }),
-            Distribution::List(vec![]),
+            })
+        };
+        let grid = |to, points| {
             Distribution::Grid(Grid {
                 from: 0.0,
-                to: 1.0,
-                points: u32::MAX,
-            }),
+                to,
+                points,
+            })
+        };
+        for (wrong, said) in [
+            (Distribution::Uniform([2.0, 1.0]), "expected low < high"),
+            (Distribution::Uniform([f64::NAN, 1.0]), "received NaN"),
+            (Distribution::Uniform([0.0, f64::INFINITY]), "received inf"),
+            (Distribution::LogUniform([0.0, 1.0]), "expected 0 < low"),
+            (
+                Distribution::LogUniform([1.0, f64::INFINITY]),
+                "received inf",
+            ),
+            (normal(0.0, None), "expected more than 0"),
+            (normal(f64::INFINITY, None), "received inf"),
+            (normal(1.0, Some(9.0)), "a millionth"),
+            (normal(1.0, Some(f64::NAN)), "received NaN"),
+            (Distribution::List(vec![]), "the list is empty"),
+            (
+                Distribution::List(vec![json!(1.0), json!(f64::NAN)]),
+                "nan or inf",
+            ),
+            (grid(f64::NEG_INFINITY, 2), "received -inf"),
+            (grid(1.0, u32::MAX), "expected 1 to 1000000"),
         ] {
-            assert!(wrong.check().is_err(), "{wrong:?}");
+            let error = wrong.check().unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
         }
     }
 }

@@ -163,6 +163,31 @@ impl Factor {
     }
 }
 
+impl Limit {
+    fn check(&self) -> Result<()> {
+        let Self { outcome, low, high } = self;
+        check_outcome(outcome)?;
+        ensure!(
+            low.is_some() || high.is_some(),
+            "the limit of `{outcome}` has neither `low` nor `high`; give one or both"
+        );
+        for (name, bound) in [("low", low), ("high", high)] {
+            ensure!(
+                bound.is_none_or(f64::is_finite),
+                "the limit of `{outcome}` has `{name} = {}`; expected a finite number, or no `{name}` for no bound there",
+                bound.unwrap_or_default()
+            );
+        }
+        if let (Some(low), Some(high)) = (low, high) {
+            ensure!(
+                low <= high,
+                "the limit of `{outcome}` has `low = {low}` above `high = {high}`, which nothing keeps; exchange them"
+            );
+        }
+        Ok(())
+    }
+}
+
 impl CampaignFile {
     /// Checks what can be seen without the scenario.
     ///
@@ -198,13 +223,7 @@ impl CampaignFile {
                 "two columns would be called `{column}`; give one factor another `name`"
             );
         }
-        for Limit { outcome, low, high } in &self.limits {
-            check_outcome(outcome)?;
-            ensure!(
-                low.is_some() || high.is_some(),
-                "the limit of `{outcome}` has neither `low` nor `high`"
-            );
-        }
+        self.limits.iter().try_for_each(Limit::check)?;
         self.outcomes
             .iter()
             .chain(&self.worst)

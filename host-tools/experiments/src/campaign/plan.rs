@@ -152,9 +152,11 @@ impl Plan {
                 "`seed` cannot be a factor: every draw has a noise of its own"
             );
             let targets = written.iter().map(|setting| SettingName::parse(setting));
+            let targets = targets.collect::<Result<Vec<_>>>()?;
+            refuse_overwritten(&factors, &name, &targets)?;
             factors.push(PlannedFactor {
                 name,
-                targets: targets.collect::<Result<_>>()?,
+                targets,
                 settings: written.into_iter().map(str::to_owned).collect(),
                 distribution,
                 source,
@@ -345,6 +347,21 @@ impl Plan {
         scenario.validate()?;
         Ok(scenario)
     }
+}
+
+/// No factor takes back what one before it sets.
+fn refuse_overwritten(before: &[PlannedFactor], name: &str, targets: &[SettingName]) -> Result<()> {
+    for other in before {
+        let theirs = other.targets.iter().zip(&other.settings);
+        for (target, setting) in theirs {
+            ensure!(
+                !targets.iter().any(|own| own.contains(target)),
+                "factor `{name}` sets `{setting}` again, which factor `{}` sets; expected one factor for each setting: leave one out",
+                other.name
+            );
+        }
+    }
+    Ok(())
 }
 
 /// A checksum over texts.

@@ -76,6 +76,11 @@ impl SettingName {
         Ok(Self(steps))
     }
 
+    /// Whether it is another setting, or a whole of which the other is a part.
+    pub(super) fn contains(&self, other: &Self) -> bool {
+        other.0.starts_with(&self.0)
+    }
+
     /// Gives the setting a value. A key that is not there is made: whether it may be, the scenario says
     /// when it is read.
     fn set(&self, tree: &mut Value, value: Value) -> Result<()> {

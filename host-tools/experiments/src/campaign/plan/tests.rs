@@ -100,9 +100,38 @@ fn what_cannot_be_is_said_before_anything_runs() {
     assert!(ways.contains("exactly one of uniform"), "{ways}");
     let seed = with("board.control.delay.law\"", "seed\"\nname = \"noise\"");
     assert!(seed.contains("`seed` cannot be a factor"), "{seed}");
+    let limits = with("low = 0.9", "low = 1.2");
+    assert!(
+        limits.contains("`low = 1.2` above `high = 1.1`"),
+        "{limits}"
+    );
+    let limits = with("high = 1.1", "high = inf");
+    assert!(limits.contains("no `high` for no bound"), "{limits}");
     let names = with("name = \"speed_m_s\"", "name = \"restitution\"");
     assert!(
         names.contains("two columns would be called `restitution`"),
         "{names}"
     );
+}
+
+#[test]
+fn one_factor_for_each_setting() {
+    let second = |setting: &str, values: &str| {
+        let factor = format!("[[factors]]\nname = \"b\"\nsetting = \"{setting}\"\n{values}\n");
+        planned(&BASE.replacen("[[limits]]", &format!("{factor}\n[[limits]]"), 1))
+    };
+    let speed = "board.control.body_k.velocity_m_s";
+    let whole = "list = [[0.01, 0.0, 0.0]]";
+    for (setting, values) in [
+        (format!("{speed}[0]"), "uniform = [0.01, 0.02]"),
+        // The whole, of which the first factor sets a part.
+        (speed.to_owned(), whole),
+    ] {
+        let error = format!("{:#}", second(&setting, values).unwrap_err());
+        assert!(
+            error.contains("which factor `speed_m_s` sets"),
+            "{setting}: {error}"
+        );
+    }
+    assert!(second(&format!("{speed}[1]"), "uniform = [0.0, 0.001]").is_ok());
 }
