@@ -124,6 +124,26 @@ fn mistakes_are_named_before_anything_runs() {
             "expected low < high",
         ),
         (
+            "uniform = [0.005, 0.02]",
+            "uniform = [0.005, inf]",
+            "expected finite numbers, received inf",
+        ),
+        (
+            "list = [\"none\", \"predictor\"]",
+            "list = [\"none\", nan]",
+            "stands for one that is nan or inf",
+        ),
+        (
+            "high = 1.1",
+            "high = 0.8",
+            "the limit of `restitution` has `low = 0.9` above `high = 0.8`",
+        ),
+        (
+            "setting = \"rig.mechanism.walls[0].tip_m[1]\"",
+            "setting = \"board.control.body_k.velocity_m_s[0]\"",
+            "expected one factor for each setting",
+        ),
+        (
             "design = \"latin",
             "desing = \"latin",
             "did you mean `design`",
@@ -141,7 +161,11 @@ fn mistakes_are_named_before_anything_runs() {
     }
     plan(&folder, "c");
     let error = refused(&folder, &["campaign", "plan", "campaign.toml", "-o", "c"]);
-    assert!(error.contains("exists already"), "{error}");
+    assert!(
+        error.contains("give another folder with -o, or remove this one"),
+        "{error}"
+    );
+    assert!(!error.contains("--force"), "{error}");
     let error = refused(
         &folder,
         &["campaign", "rerun", "c", "--index", "24", "-o", "r.mcap"],

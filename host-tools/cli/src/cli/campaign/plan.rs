@@ -1,7 +1,7 @@
 //! `softdock campaign plan`.
 
 use crate::cli::{print, print_json};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_experiments::campaign::{plan, setting};
@@ -45,8 +45,13 @@ struct Factor<'a> {
 impl Plan {
     pub(super) fn execute(self) -> Result<()> {
         let plan = plan::Plan::new(&self.campaign)?;
-        // Parts of another plan would be refused later anyhow: say it now.
-        refuse_overwrite(&self.output, false)?;
+        // Without --force: there may be rows that took days.
+        let folder = self.output.display();
+        ensure!(
+            refuse_overwrite(&self.output, false).is_ok(),
+            "{folder} exists already, nothing was written: give another folder with -o, or remove this one first if nobody needs what is in it. \
+             (`softdock campaign run {folder}` goes on with a campaign that was planned there.)"
+        );
         plan.write(&self.output)?;
         let factor = |factor: &'_ plan::PlannedFactor| factor.distribution.text();
         let factors = plan.factors.iter().map(|planned| Factor {
@@ -79,7 +84,6 @@ impl Plan {
             ];
             table.push(cells.map(Cell::text).into());
         }
-        let folder = self.output.display();
         print(&format!(
             "{table}\n{} rows, plan {}\nNext: softdock campaign run {folder}\n",
             planned.rows, planned.hash
