@@ -43,8 +43,14 @@ fn the_example_leads_to_a_report() {
         rerun.starts_with("softdock campaign rerun campaign --index "),
         "{rerun}"
     );
+    let limit = &summary["limits"][0];
+    assert_eq!(
+        (&limit["outcome"], &limit["source_read"]),
+        (&"restitution".into(), &true.into())
+    );
     let page = fs::read_to_string(folder.join("results.html")).unwrap();
     for part in [
+        "chosen here: within a tenth",
         "Which factor matters",
         "Where it succeeds",
         "Worst rows",
@@ -54,18 +60,39 @@ fn the_example_leads_to_a_report() {
     }
 }
 
-/// Three of the dockings in the standard's box: what was captured has a time, and every load was measured.
+/// Two approaches from the standard's box with both laws: what was captured has a time, every load was measured, and the page
+/// says which of its limits nobody has read.
 #[test]
 fn a_soft_capture_knows_its_loads() {
     let folder = scratch("campaign_soft_capture");
-    let example =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaign/soft-capture.toml");
-    let example = example.to_str().unwrap();
-    done(&folder, &["campaign", "plan", example, "-o", "campaign"]);
-    let arguments = ["campaign", "run", "campaign", "--shard", "0/40", "--json"];
-    let run = json(&folder, &arguments);
-    assert_eq!((&run["rows"], &run["failed"]), (&3.into(), &0.into()));
-    let part = DataTable::read_parquet(&folder.join("campaign/part-0-of-40.parquet")).unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaign");
+    let example = fs::read_to_string(examples.join("soft-capture.toml")).unwrap();
+    let scenario = examples.join("../../host-tools/scenarios/soft-capture.toml");
+    let two = example.replace("samples = 60", "samples = 2").replace(
+        "../../host-tools/scenarios/soft-capture.toml",
+        scenario.to_str().unwrap(),
+    );
+    fs::write(folder.join("two.toml"), two).unwrap();
+    done(&folder, &["campaign", "plan", "two.toml", "-o", "c"]);
+    let run = json(&folder, &["campaign", "run", "c", "--json"]);
+    assert_eq!((&run["rows"], &run["failed"]), (&4.into(), &0.into()));
+    let arguments = [
+        "campaign",
+        "merge",
+        "c",
+        "-o",
+        "t.parquet",
+        "--report",
+        "t.html",
+    ];
+    let said = done(&folder, &arguments);
+    let page = fs::read_to_string(folder.join("t.html")).unwrap();
+    for text in [said, page] {
+        let headline = "Limits from sources that nobody has read: 5 of 6.";
+        assert!(text.contains(headline), "{text}");
+        assert!(text.contains("✗ IDSS IDD from memory"), "{text}");
+    }
+    let part = DataTable::read_parquet(&folder.join("t.parquet")).unwrap();
     let numbers = |name: &str| match part.values(name).unwrap() {
         Values::Number(values) => values.clone(),
         other => panic!("{name}: {other:?}"),

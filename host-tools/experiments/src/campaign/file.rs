@@ -126,6 +126,12 @@ pub struct Limit {
     /// Not above.
     #[serde(default)]
     pub high: Option<f64>,
+    /// Where the number comes from, in words.
+    #[serde(default)]
+    pub source: Option<String>,
+    /// Whether somebody has read it there; a report marks it if not.
+    #[serde(default)]
+    pub source_read: bool,
 }
 
 impl Factor {
@@ -165,7 +171,9 @@ impl Factor {
 
 impl Limit {
     fn check(&self) -> Result<()> {
-        let Self { outcome, low, high } = self;
+        let Self {
+            outcome, low, high, ..
+        } = self;
         check_outcome(outcome)?;
         ensure!(
             low.is_some() || high.is_some(),
@@ -184,7 +192,37 @@ impl Limit {
                 "the limit of `{outcome}` has `low = {low}` above `high = {high}`, which nothing keeps; exchange them"
             );
         }
+        let named = self.source.as_ref().is_some_and(|s| !s.trim().is_empty());
+        ensure!(
+            named || !self.source_read,
+            "the limit of `{outcome}` has `source_read = true` and no `source`; name what was read"
+        );
         Ok(())
+    }
+
+    /// Whether a value keeps it.
+    pub fn holds(&self, value: f64) -> bool {
+        let low = self.low.unwrap_or(f64::NEG_INFINITY);
+        let high = self.high.unwrap_or(f64::INFINITY);
+        (low..=high).contains(&value)
+    }
+
+    /// How far a value is beyond it; less than 0 within.
+    pub fn beyond(&self, value: f64) -> f64 {
+        let below = self.low.map(|low| low - value);
+        let above = self.high.map(|high| value - high);
+        let sides = below.into_iter().chain(above);
+        sides.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Its bounds in words, without the unit.
+    pub fn bounds(&self) -> String {
+        match (self.low, self.high) {
+            (Some(low), Some(high)) => format!("{low} to {high}"),
+            (Some(low), None) => format!("at least {low}"),
+            (None, Some(high)) => format!("at most {high}"),
+            (None, None) => String::new(),
+        }
     }
 }
 

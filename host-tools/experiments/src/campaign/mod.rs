@@ -8,7 +8,7 @@
 //! a row           row, outcome  one run without recording, or a row of a benchmark (bench); failures and panics are outcomes
 //! a part          shard         every N-th row, in parallel, with a journal to go on from; whole or not at all
 //! the table       merge         all parts, row by row, or an error that says what is missing
-//! the report      summary, page success, quantiles, worst rows, which factor matters
+//! the report      summary, page success, limits (kept), quantiles, worst rows, which factor matters
 //! ```
 
 pub mod bench;
@@ -16,6 +16,7 @@ pub mod design;
 pub mod distribution;
 pub mod file;
 pub mod journal;
+pub mod kept;
 pub mod merge;
 pub mod outcome;
 pub mod page;
@@ -23,6 +24,7 @@ pub mod plan;
 pub mod row;
 pub mod setting;
 pub mod shard;
+mod split;
 pub mod statistics;
 pub mod status;
 pub mod submit;

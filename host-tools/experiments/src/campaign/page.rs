@@ -1,6 +1,9 @@
 //! What a campaign found, as a person reads it: tables for terminal and page, plots for the page.
 
+use super::file::Limit;
+use super::kept::KeptLimit;
 use super::setting::unit;
+use super::split::{Split, splits};
 use super::statistics::Estimate;
 use super::summary::{Results, Sensitivity, Summary};
 use super::table::{BINARY, PLAN};
@@ -28,8 +31,14 @@ pub fn headline(summary: &Summary) -> String {
     let captured = summary
         .captured
         .map(|share| format!("; captured: {}", percent(&share)));
+    let all = summary.limits.len();
+    let read = summary.limits.iter().filter(|l| l.limit.source_read);
+    let unread = match all - read.count() {
+        0 => String::new(),
+        unread => format!(" Limits from sources that nobody has read: {unread} of {all}."),
+    };
     format!(
-        "Of {} runs, {kept} are successes{}{failed}.",
+        "Of {} runs, {kept} are successes{}{failed}.{unread}",
         summary.rows,
         captured.unwrap_or_default()
     )
@@ -39,6 +48,7 @@ pub fn headline(summary: &Summary) -> String {
 pub fn tables(summary: &Summary) -> Vec<(&'static str, Table)> {
     let all = [
         ("Not carried out", failures(summary)),
+        ("Limits", limits(&summary.limits)),
         ("Success by value", groups(summary)),
         ("Outcomes: quantiles with bounds", outcomes(summary)),
         (
@@ -69,6 +79,56 @@ fn failures(summary: &Summary) -> Table {
         table.push(vec![Cell::text(reason), Cell::text(count.to_string())]);
     }
     table
+}
+
+/// Each limit beside what the runs came to. Where it comes from stands once, in its first row.
+fn limits(limits: &[KeptLimit]) -> Table {
+    let mut table = Table::new(vec![
+        Column::text("outcome"),
+        Column::number("limit", ""),
+        Column::text("unit"),
+        Column::text("runs with"),
+        Column::number("median", ""),
+        Column::number("worst", ""),
+        Column::number("kept by", ""),
+        Column::text("source of the limit"),
+    ]);
+    for KeptLimit { limit, unit, kept } in limits {
+        let number = |value: Option<f64>| {
+            value.map_or_else(|| Cell::text(""), |value| Cell::number(value, DIGITS))
+        };
+        for (place, kept) in kept.iter().enumerate() {
+            table.push(vec![
+                Cell::text(&limit.outcome),
+                Cell::text(limit.bounds()),
+                Cell::text(unit.replace('1', "")),
+                Cell::text(if kept.of.is_empty() { "all" } else { &kept.of }),
+                number(kept.median.map(|median| median.value)),
+                number(kept.worst),
+                Cell::text(kept.share.as_ref().map(percent).unwrap_or_default()),
+                match place {
+                    0 => source(limit),
+                    _ => Cell::text(""),
+                },
+            ]);
+        }
+    }
+    let unread = limits.iter().any(|one| !one.limit.source_read);
+    table.explained(if unread {
+        "✗ nobody has read the source of this limit: check the number before use"
+    } else {
+        ""
+    })
+}
+
+/// Where a limit comes from, marked if nobody has read it there.
+fn source(limit: &Limit) -> Cell {
+    let said = Cell::text(limit.source.as_deref().unwrap_or("none given"));
+    if limit.source_read {
+        said
+    } else {
+        said.marked(Mark::Bad)
+    }
 }
 
 fn groups(summary: &Summary) -> Table {
@@ -208,7 +268,7 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
         _ => (Mark::Neutral, "partly kept"),
     };
     page.verdict(mark, badge, &headline(summary));
-    page.section("What was asked").list(&asked(results));
+    page.section("What was varied").list(&varied(results));
     for (title, table) in tables(summary) {
         page.section(title).table(&table);
     }
@@ -228,8 +288,8 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
     Ok(page)
 }
 
-/// Factors and limits as sentences.
-fn asked(results: &Results<'_>) -> Vec<String> {
+/// Factors as sentences.
+fn varied(results: &Results<'_>) -> Vec<String> {
     let factors = results.plan.factors.iter().map(|factor| {
         let unit = unit(&factor.settings[0]).replace('1', "");
         format!(
@@ -239,16 +299,7 @@ fn asked(results: &Results<'_>) -> Vec<String> {
             factor.settings.join(", ")
         )
     });
-    let limits = results.plan.campaign.limits.iter().map(|limit| {
-        let bound = |word: &str, bound: Option<f64>| bound.map(|b| format!(" {word} {b}"));
-        let bounds = [bound("at least", limit.low), bound("at most", limit.high)];
-        format!(
-            "limit: {}{}",
-            limit.outcome,
-            bounds.into_iter().flatten().collect::<String>()
-        )
-    });
-    factors.chain(limits).collect()
+    factors.collect()
 }
 
 /// How strongly each factor goes with the outcome that ranks rows.
@@ -276,34 +327,6 @@ fn strongest(summary: &Summary) -> Vec<(&str, f64)> {
         .collect();
     factors.sort_by(|a, b| b.1.total_cmp(&a.1));
     factors
-}
-
-/// Rows that belong together, with the name of what they have in common.
-struct Split {
-    name: String,
-    rows: Vec<bool>,
-}
-
-/// The rows by the words of the first factor that has words, or all of them.
-fn splits(results: &Results<'_>) -> Result<Vec<Split>> {
-    for factor in &results.plan.factors {
-        let Values::Text(words) = results.table.values(&factor.name)? else {
-            continue;
-        };
-        let mut known: Vec<&String> = words.iter().flatten().collect();
-        known.sort();
-        known.dedup();
-        let split = |word: &String| Split {
-            name: word.clone(),
-            rows: words.iter().map(|own| own.as_ref() == Some(word)).collect(),
-        };
-        return Ok(known.into_iter().map(split).collect());
-    }
-    let rows = vec![true; results.table.rows()];
-    Ok(vec![Split {
-        name: String::new(),
-        rows,
-    }])
 }
 
 /// Where it succeeds, over the two numeric factors that matter most.

@@ -2,6 +2,7 @@
 
 use super::bench::Bench;
 use super::file::Limit;
+use super::kept::{KeptLimit, kept_limits};
 use super::outcome::{NUMBERS, Number};
 use super::plan::{Conditions, Plan, PlannedFactor};
 use super::setting::unit;
@@ -39,6 +40,8 @@ pub struct Summary {
     pub success: Option<Estimate>,
     /// Share of the runs in which the mechanism captured, where it can.
     pub captured: Option<Estimate>,
+    /// Each limit, and whether it was kept.
+    pub limits: Vec<KeptLimit>,
     /// Success for each value of a list or grid.
     pub groups: Vec<Group>,
     /// Quantiles of the outcomes.
@@ -239,6 +242,7 @@ pub fn summary(results: &Results<'_>, folder: &Path) -> Result<Summary> {
         failures,
         success: of_all(&success),
         captured: of_all(&captured),
+        limits: kept_limits(results)?,
         groups: groups(results, &success)?,
         outcomes: outcomes.collect::<Result<_>>()?,
         worst_by: results.worst_by().0.to_owned(),
@@ -247,7 +251,8 @@ pub fn summary(results: &Results<'_>, folder: &Path) -> Result<Summary> {
     })
 }
 
-fn ordered<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
+/// Finite values from the smallest to the largest.
+pub(super) fn ordered<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
     let mut ordered: Vec<f64> = values.copied().filter(|value| value.is_finite()).collect();
     ordered.sort_by(f64::total_cmp);
     ordered
@@ -292,15 +297,7 @@ fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
 fn worst(results: &Results<'_>, folder: &Path) -> Result<Vec<WorstRow>> {
     let (name, limit) = results.worst_by();
     let badness = |value: f64| match limit {
-        // How far outside; inside it is negative.
-        Some(Limit { low, high, .. }) => {
-            let below = low.map(|low| low - value);
-            let above = high.map(|high| value - high);
-            below
-                .into_iter()
-                .chain(above)
-                .fold(f64::NEG_INFINITY, f64::max)
-        }
+        Some(limit) => limit.beyond(value),
         None => value.abs(),
     };
     let values = results.numbers(name)?.iter().enumerate();

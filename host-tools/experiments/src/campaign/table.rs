@@ -44,9 +44,7 @@ pub(super) fn own_columns() -> impl Iterator<Item = &'static str> {
 pub fn is_success(plan: &Plan, outcome: &Outcome) -> bool {
     let kept = |limit: &super::file::Limit| {
         let value = outcome.number(&limit.outcome);
-        let low = limit.low.unwrap_or(f64::NEG_INFINITY);
-        let high = limit.high.unwrap_or(f64::INFINITY);
-        value.is_some_and(|value| (low..=high).contains(&value))
+        value.is_some_and(|value| limit.holds(value))
     };
     outcome.status == Status::Completed
         && outcome.fault.is_none()

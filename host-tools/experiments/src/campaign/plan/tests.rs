@@ -107,6 +107,8 @@ fn what_cannot_be_is_said_before_anything_runs() {
     );
     let limits = with("high = 1.1", "high = inf");
     assert!(limits.contains("no `high` for no bound"), "{limits}");
+    let limits = with("high = 1.1", "source_read = true");
+    assert!(limits.contains("name what was read"), "{limits}");
     let names = with("name = \"speed_m_s\"", "name = \"restitution\"");
     assert!(
         names.contains("two columns would be called `restitution`"),

@@ -1,0 +1,155 @@
+//! Each limit against what the runs came to.
+
+use super::file::Limit;
+use super::setting::unit;
+use super::split::splits;
+use super::statistics::{Estimate, quantile, share};
+use super::summary::{Results, ordered};
+use anyhow::Result;
+use serde::Serialize;
+
+/// A limit, and what came of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct KeptLimit {
+    /// The limit, with its source.
+    #[serde(flatten)]
+    pub limit: Limit,
+    /// Unit of its bounds.
+    pub unit: &'static str,
+    /// What the outcome came to, for each word of the first factor that has words.
+    pub kept: Vec<Kept>,
+}
+
+/// What an outcome came to in some of the runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct Kept {
+    /// The word that these runs have in common; empty if they are all.
+    pub of: String,
+    /// The largest value, or the smallest where the limit is a lower one: what is nearest to the limit or farthest beyond it.
+    pub worst: Option<f64>,
+    /// The median.
+    pub median: Option<Estimate>,
+    /// Share of the runs that kept the limit; one without the outcome did not.
+    pub share: Option<Estimate>,
+}
+
+/// All limits of a campaign.
+///
+/// # Errors
+/// The table is not that of the plan.
+pub(super) fn kept_limits(results: &Results<'_>) -> Result<Vec<KeptLimit>> {
+    let splits = splits(results)?;
+    let of_limit = |limit: &Limit| {
+        let all = results.numbers(&limit.outcome)?;
+        let kept = splits.iter().map(|split| {
+            let own = all.iter().zip(&split.rows).filter(|(_, own)| **own);
+            let own: Vec<Option<f64>> = own.map(|(value, _)| *value).collect();
+            let values = own.iter().flatten().copied();
+            let inside = values.clone().filter(|value| limit.holds(*value)).count();
+            Kept {
+                of: split.name.clone(),
+                worst: values.max_by(|a, b| limit.beyond(*a).total_cmp(&limit.beyond(*b))),
+                median: quantile(&ordered(own.iter().flatten()), 0.5),
+                share: share(inside, own.len()),
+            }
+        });
+        Ok(KeptLimit {
+            limit: limit.clone(),
+            unit: unit(&limit.outcome),
+            kept: kept.collect(),
+        })
+    };
+    results.plan.campaign.limits.iter().map(of_limit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::outcome::Outcome;
+    use crate::campaign::plan::Plan;
+    use crate::campaign::summary::summary;
+    use crate::campaign::{page, table};
+    use crate::scenario::SPRING_ROD;
+    use std::path::Path;
+
+    const CAMPAIGN: &str = r#"
+scenario = "spring-rod.toml"
+samples = 4
+
+[[factors]]
+name = "speed_m_s"
+setting = "board.control.body_k.velocity_m_s[0]"
+uniform = [0.005, 0.02]
+
+[[factors]]
+name = "law"
+setting = "board.control.delay.law"
+list = ["none", "lead"]
+
+[[limits]]
+outcome = "captured_s"
+high = 10.0
+source = "chosen here"
+source_read = true
+
+[[limits]]
+outcome = "shear_n"
+low = -50.0
+high = 100.0
+source = "from memory"
+"#;
+
+    fn plan() -> Plan {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("campaign.toml");
+        std::fs::write(folder.path().join("spring-rod.toml"), SPRING_ROD).unwrap();
+        std::fs::write(&path, CAMPAIGN).unwrap();
+        Plan::new(&path).unwrap()
+    }
+
+    /// Each second row has the law `lead`: 10, 30, 60 and 99 N, against 20, 40, 101 and -70 N without one.
+    #[test]
+    fn each_law_against_each_limit() {
+        let loads = [20.0, 10.0, 40.0, 30.0, 101.0, 60.0, -70.0, 99.0];
+        let rows = loads.iter().enumerate().map(|(row, load)| {
+            let outcome = Outcome {
+                shear_n: Some(*load),
+                captured_s: (row != 2).then_some(row as f64),
+                ..Outcome::default()
+            };
+            (row as u64, outcome)
+        });
+        let plan = plan();
+        let table = table::table(&plan, &rows.collect::<Vec<_>>());
+        let results = Results {
+            plan: &plan,
+            table: &table,
+        };
+        let limits = kept_limits(&results).unwrap();
+        let said: Vec<(&str, Option<f64>, f64)> = limits
+            .iter()
+            .flat_map(|limit| &limit.kept)
+            .map(|kept| (kept.of.as_str(), kept.worst, kept.share.unwrap().value))
+            .collect();
+        assert_eq!(
+            said,
+            [
+                ("lead", Some(7.0), 1.0),
+                ("none", Some(6.0), 0.75),
+                ("lead", Some(99.0), 1.0),
+                // 20 N below the one bound is worse than 1 N above the other.
+                ("none", Some(-70.0), 0.5),
+            ]
+        );
+        let summary = summary(&results, Path::new("c")).unwrap();
+        assert!(
+            page::headline(&summary).ends_with("Limits from sources that nobody has read: 1 of 2."),
+            "{}",
+            page::headline(&summary)
+        );
+        let (_, shown) = page::tables(&summary).swap_remove(0);
+        let shown = shown.to_html();
+        assert!(shown.contains(">chosen here<"), "{shown}");
+        assert!(shown.contains(">✗ from memory<"), "{shown}");
+    }
+}
