@@ -34,6 +34,7 @@ fn a_row_is_a_run_bit_for_bit() {
             "campaign", "rerun", "c", "--index", "5", "-o", "r.mcap", "--json",
         ],
     );
+    assert_eq!(again["same_as"], "part 0/1");
     let recording = Recording::open(&folder.join("r.mcap")).unwrap();
     fs::write(
         folder.join("row.toml"),
@@ -69,6 +70,47 @@ fn a_row_is_a_run_bit_for_bit() {
     assert!(
         text.starts_with("index,seed,speed_m_s,tip_m,law,status"),
         "{text}"
+    );
+}
+
+/// What was not carried out is not compared; a stored row is, in every column.
+#[test]
+fn a_rerun_is_held_against_the_stored_row() {
+    let folder = scratch("campaign_rerun");
+    plan(&folder, "c");
+    let rerun = [
+        "campaign", "rerun", "c", "--index", "5", "-o", "r.mcap", "--force",
+    ];
+    let said = done(&folder, &rerun);
+    assert!(said.contains("not carried out before"), "{said}");
+    done(&folder, &["campaign", "run", "c", "--shard", "1/4"]);
+    let said = done(&folder, &rerun);
+    assert!(said.contains("bit for bit the row in part 1/4"), "{said}");
+    for column in [
+        "success = false",
+        "fault = ActuatorUnlike",
+        "final_mode = Fault",
+        "speed_m_s = ",
+    ] {
+        assert!(said.contains(column), "{said}");
+    }
+    let part = folder.join("c/part-1-of-4.parquet");
+    let mut table = DataTable::read_parquet(&part).unwrap();
+    let columns = &mut table.columns;
+    let column = columns
+        .iter_mut()
+        .find(|c| c.name == "peak_force_n")
+        .unwrap();
+    let Values::Number(forces) = &mut column.values else {
+        panic!("`peak_force_n` holds numbers");
+    };
+    // Row 5 is the second of 1, 5, 9, ..
+    forces[1] = forces[1].map(f64::next_up);
+    table.write(&part).unwrap();
+    let error = refused(&folder, &rerun);
+    assert!(
+        error.contains("differs from the one in part 1/4 of c: `peak_force_n`: stored"),
+        "{error}"
     );
 }
 

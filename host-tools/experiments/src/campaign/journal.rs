@@ -71,14 +71,14 @@ pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Ou
     Ok(rows)
 }
 
-/// How many rows are kept in journals of shards that are not done.
+/// All rows that are kept in journals of shards that are not done.
 ///
 /// # Errors
 /// The folder cannot be read.
-pub fn kept(plan: &Plan, folder: &Path) -> Result<u64> {
+pub fn all(plan: &Plan, folder: &Path) -> Result<BTreeMap<u64, Outcome>> {
     let names = super::shard::names(folder)?.into_iter();
     let journals = names.filter(|name| name.ends_with(ENDING));
-    Ok(rows(plan, journals.map(|name| folder.join(name))).len() as u64)
+    Ok(rows(plan, journals.map(|name| folder.join(name))))
 }
 
 fn rows(plan: &Plan, journals: impl IntoIterator<Item = PathBuf>) -> BTreeMap<u64, Outcome> {

@@ -27,6 +27,7 @@ pub mod shard;
 mod split;
 pub mod statistics;
 pub mod status;
+pub mod stored;
 pub mod submit;
 pub mod summary;
 pub mod table;

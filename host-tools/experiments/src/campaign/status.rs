@@ -54,7 +54,7 @@ pub fn progress(plan: &Plan, folder: &Path) -> Result<Progress> {
         rows: plan.rows(),
         done: done.iter().filter(|done| **done).count() as u64,
         failed: failures,
-        kept: journal::kept(plan, folder)?,
+        kept: journal::all(plan, folder)?.len() as u64,
         shards,
         missing_shards: (0..shards).filter(missing).collect(),
     })

@@ -5,17 +5,19 @@ use crate::cli::{print, print_json};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
-use softdock_experiments::campaign::outcome::Observer;
+use softdock_experiments::campaign::outcome::{Observer, Outcome};
 use softdock_experiments::campaign::plan::{Conditions, Plan};
 use softdock_experiments::campaign::shard::own_files;
-use softdock_experiments::campaign::{row, table};
+use softdock_experiments::campaign::stored::{StoredRow, value};
+use softdock_experiments::campaign::table;
 use softdock_experiments::record_file::record_file;
+use softdock_io::data_table::DataTable;
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::telemetry::{Bounds, Pieces, Time};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// Run one row of a campaign again, and record every cycle.
+/// Run one row of a campaign again, record every cycle, and hold it against the row that is stored.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock campaign rerun campaign --index 4711 -o case.mcap")]
 pub(super) struct Rerun {
@@ -63,15 +65,26 @@ impl Rerun {
             ControlFlow::Continue(())
         })?;
         let outcome = observer.finish(&ran);
-        ensure!(
-            outcome == row::execute(&plan, self.index),
-            "the recorded run differs from the row; this is a defect of softdock"
-        );
+        let success = table::is_success(&plan, &outcome);
+        let row = table::table(&plan, &[(self.index, outcome.clone())]);
+        let stored = StoredRow::find(&plan, &self.folder, self.index)?;
         let recording = self.output.display().to_string();
+        if let Some(stored) = &stored
+            && let Some(difference) = stored.difference(&row)?
+        {
+            bail!(
+                "row {} differs from the one in {} of {}: {difference}\n\
+                 The same program gives the same bits on every machine: one of the two is damaged, or this is a defect of softdock. The new run is in {recording}.",
+                self.index,
+                stored.place,
+                self.folder.display()
+            );
+        }
         let again = Again {
             index: self.index,
             recording: &recording,
-            success: table::is_success(&plan, &outcome),
+            success,
+            same_as: stored.map(|stored| stored.place),
             conditions: plan
                 .factors
                 .iter()
@@ -83,7 +96,7 @@ impl Rerun {
         if self.json {
             return print_json(&again);
         }
-        print(&again.text())
+        print(&again.text(&row))
     }
 }
 
@@ -92,36 +105,27 @@ struct Again<'a> {
     index: u64,
     recording: &'a str,
     success: bool,
+    /// Where the row stands that has the same bits; none if it was not carried out before.
+    same_as: Option<String>,
     conditions: serde_json::Map<String, serde_json::Value>,
-    outcome: &'a softdock_experiments::campaign::outcome::Outcome,
+    outcome: &'a Outcome,
 }
 
 impl Again<'_> {
-    fn text(&self) -> String {
-        let conditions = self
-            .conditions
-            .iter()
-            .map(|(name, value)| format!("  {name} = {value}\n"));
-        let outcomes = softdock_experiments::campaign::outcome::NUMBERS
-            .iter()
-            .filter_map(|number| {
-                Some(format!(
-                    "  {} = {:.6}\n",
-                    number.name,
-                    (number.value)(self.outcome)?
-                ))
-            });
-        format!(
-            "{}: row {}, {}\n{}outcome\n{}",
-            self.recording,
-            self.index,
-            if self.success {
-                "a success"
-            } else {
-                "no success"
-            },
-            conditions.collect::<String>(),
-            outcomes.collect::<String>(),
-        )
+    /// All columns of the row.
+    fn text(&self, row: &DataTable) -> String {
+        let same = match &self.same_as {
+            Some(place) => format!("bit for bit the row in {place}"),
+            None => "not carried out before, so there is no row to compare it with".to_owned(),
+        };
+        let columns = row.columns.iter().map(|column| {
+            let unit = column.unit.replace('1', "");
+            match value(&column.values, 0) {
+                Some(value) => format!("  {} = {value} {unit}", column.name),
+                None => format!("  {} = none", column.name),
+            }
+        });
+        let lines = columns.map(|line| format!("{}\n", line.trim_end()));
+        format!("{}: {same}\n{}", self.recording, lines.collect::<String>())
     }
 }

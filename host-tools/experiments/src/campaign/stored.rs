@@ -1,0 +1,72 @@
+//! The row that a campaign has kept, and whether a new run of it is the same.
+
+use super::journal;
+use super::plan::Plan;
+use super::status::{indices, parts};
+use super::table::table;
+use anyhow::Result;
+use softdock_io::data_table::{DataTable, Values};
+use std::path::Path;
+
+/// A row of a part or of a journal.
+#[derive(Clone, Debug)]
+pub struct StoredRow {
+    /// Where it stands, in words.
+    pub place: String,
+    table: DataTable,
+    row: usize,
+}
+
+impl StoredRow {
+    /// Looks a row up in the parts of a folder, then in the journals of shards that are not done; none if it has not been carried out.
+    ///
+    /// # Errors
+    /// A part is no table of this plan and program, or the folder cannot be read.
+    pub fn find(plan: &Plan, folder: &Path, index: u64) -> Result<Option<Self>> {
+        for (shard, part) in parts(plan, folder)? {
+            if let Some(row) = indices(&part)?.iter().position(|own| *own == index) {
+                return Ok(Some(Self {
+                    place: format!("part {shard}"),
+                    table: part,
+                    row,
+                }));
+            }
+        }
+        let outcome = journal::all(plan, folder)?.remove(&index);
+        Ok(outcome.map(|outcome| Self {
+            place: "a journal".to_owned(),
+            table: table(plan, &[(index, outcome)]),
+            row: 0,
+        }))
+    }
+
+    /// The first column in which a table of one row differs in any bit, with the values of both.
+    ///
+    /// # Errors
+    /// The part lacks a column.
+    pub fn difference(&self, again: &DataTable) -> Result<Option<String>> {
+        for column in &again.columns {
+            let stored = value(self.table.values(&column.name)?, self.row);
+            let now = value(&column.values, 0);
+            if stored != now {
+                let [stored, now] = [stored, now].map(|value| value.unwrap_or("none".to_owned()));
+                let name = &column.name;
+                return Ok(Some(format!("`{name}`: stored {stored}, now {now}")));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// A value with all its digits, from which it can be read back bit for bit; none where there is none.
+pub fn value(values: &Values, row: usize) -> Option<String> {
+    fn text<T: ToString>(values: &[Option<T>], row: usize) -> Option<String> {
+        values.get(row)?.as_ref().map(T::to_string)
+    }
+    match values {
+        Values::Number(values) => text(values, row),
+        Values::Count(values) => text(values, row),
+        Values::Flag(values) => text(values, row),
+        Values::Text(values) => text(values, row),
+    }
+}
