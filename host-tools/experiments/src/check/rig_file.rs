@@ -102,21 +102,36 @@ impl Rig {
         scenario.rig.validate().context("[rig]")?;
         let mechanism = &scenario.rig.mechanism;
         let dockings = mechanism.docking.iter();
-        let met = dockings
-            .clone()
-            .filter_map(|d| Some(as_wall(d, d.kind.first_contact()?)));
-        let walls = mechanism.walls.iter().cloned().chain(met);
-        let approached = walls.filter_map(|wall| {
+        // A mechanism that is no spring takes part with none: it may be what is met first.
+        let none = Joint {
+            stiffness_n_per_m: 0.0,
+            damping_n_s_per_m: 0.0,
+        };
+        let met = dockings.clone().enumerate().map(|(place, docking)| {
+            let joint = docking.kind.first_contact();
+            let wall = as_wall(docking, joint.unwrap_or(none));
+            (wall, joint.is_none().then_some(place))
+        });
+        let walls = mechanism.walls.iter().cloned().map(|wall| (wall, None));
+        let approached = walls.chain(met).filter_map(|(wall, nonlinear)| {
             let (distance_m, speed_m_s) = approach(scenario, &wall);
-            (speed_m_s > 0.0).then(|| (distance_m.max(0.0) / speed_m_s, speed_m_s, wall))
+            let time_s = distance_m.max(0.0) / speed_m_s;
+            (speed_m_s > 0.0).then_some((time_s, speed_m_s, wall, nonlinear))
         });
         let first = approached.min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, speed_m_s, wall)) = first else {
+        let Some((_, speed_m_s, wall, nonlinear)) = first else {
             bail!(
-                "neither a wall of `rig.mechanism.walls` nor a linear docking mechanism is approached; give the spacecraft a velocity towards one \
+                "neither a wall of `rig.mechanism.walls` nor a docking mechanism is approached; give the spacecraft a velocity towards one \
                  (`control.body_k.velocity_m_s` of the settings)"
             );
         };
+        if let Some(place) = nonlinear {
+            bail!(
+                "`rig.mechanism.docking[{place}]` is met first, at {speed_m_s} m/s, and its force is not that of a spring and a damper, which is what \
+                 this check computes with. Give a rig file in the scenario's place with the [contact] that lasts as long and gives back as \
+                 much at that speed (host-tools/scenarios/rig.toml is one), or look at the runs themselves: `softdock run` with each `--law`"
+            );
+        }
         let rig = Self {
             actuator: scenario.rig.robot.actuator.clone(),
             feedback_latency_cycles: scenario.rig.robot.feedback_latency_cycles,
@@ -286,4 +301,48 @@ fn approach(scenario: &Scenario, wall: &WallSettings) -> (f64, f64) {
     let velocity = c_from_q * relative.linear + start * relative.angular.cross(&lever);
     let distance_m = (tip - Vector3::from(wall.point_m)).dot(&normal) + wall.gap_m;
     (distance_m, -velocity.dot(&normal))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_mechanism::{EddyCurrent, HuntCrossley, Kind};
+
+    /// The spring rod with a mechanism so far before its wall, m.
+    fn before_the_wall(kind: Kind, ahead_m: f64) -> Result<Rig> {
+        let mut scenario = Scenario::spring_rod().unwrap();
+        let wall = &scenario.rig.mechanism.walls[0];
+        let [x, y, z] = wall.point_m;
+        scenario.rig.mechanism.docking = vec![DockingSettings {
+            position_m: [x - ahead_m, y, z],
+            orientation_abc_rad: [0.0; 3],
+            tip_m: wall.tip_m,
+            tip_abc_rad: [0.0; 3],
+            limits: None,
+            kind,
+        }];
+        Rig::of_scenario(&scenario)
+    }
+
+    #[test]
+    fn a_mechanism_that_is_no_spring_is_named_if_it_is_met_first() {
+        let hertz = Kind::HuntCrossley(HuntCrossley {
+            stiffness_n_per_m15: 3e6,
+            loss_s_per_m: 0.0,
+        });
+        let brake = Kind::EddyCurrent(EddyCurrent {
+            largest_force_n: 50.0,
+            critical_speed_m_s: 0.1,
+        });
+        for kind in [hertz, brake] {
+            let error = before_the_wall(kind, 1e-3).unwrap_err().to_string();
+            assert!(
+                error.starts_with("`rig.mechanism.docking[0]` is met first, at 0.005 m/s"),
+                "{error}"
+            );
+            assert!(!error.contains("velocity towards"), "{error}");
+            let behind = before_the_wall(kind, -1e-3).unwrap();
+            assert_eq!(behind.contact.stiffness_n_per_m, 220_500.0);
+        }
+    }
 }
