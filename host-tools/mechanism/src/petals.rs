@@ -99,3 +99,74 @@ impl Petals {
             .then(|| gaps.fold(f64::NEG_INFINITY, f64::max))
     }
 }
+
+/// Known answers from statics: three planes at 120°, whose normals have sin γ along the axis and cos γ across it, give
+/// Σ n nᵀ = 3 diag(sin²γ, ½ cos²γ, ½ cos²γ), and all their normals meet in one point of the axis.
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    const PETALS: Petals = Petals {
+        angle_rad: 0.7,
+        length_m: 0.2,
+        clearance_m: 0.0,
+        edge_radius_m: 0.6,
+    };
+    const STIFFNESS_N_PER_M: f64 = 5e5;
+    /// Depth along the axis that keeps all three in touch, m.
+    const PRESSED_M: f64 = 1e-5;
+
+    /// Where the normals meet, on x of P.
+    fn centre() -> Vector3<f64> {
+        Vector3::new(-0.6 * 0.7_f64.tan(), 0.0, 0.0)
+    }
+
+    /// Force of smooth petals on J before a ring at home, and its torque about the centre.
+    fn push(p_from_j: Pose<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let touches = PETALS.touches(&p_from_j, &Pose::identity());
+        let forces = touches[..3].iter().map(|touch| {
+            assert!(touch.depth_m > 0.0, "{touch:?}");
+            let force = touch.normal * (STIFFNESS_N_PER_M * touch.depth_m);
+            (force, (touch.point - centre()).cross(&force))
+        });
+        forces.fold(
+            (Vector3::zeros(), Vector3::zeros()),
+            |(force, torque), (f, t)| (force + f, torque + t),
+        )
+    }
+
+    #[test]
+    fn they_are_as_stiff_in_every_direction_across() {
+        let (sin, cos) = 0.7_f64.sin_cos();
+        for direction in 0..12 {
+            let across =
+                UnitQuaternion::from_scaled_axis(Vector3::x() * 0.5 * f64::from(direction))
+                    * Vector3::y()
+                    * 5e-6;
+            let (force, torque) = push(Pose::translation(PRESSED_M, across.y, across.z));
+            let along = Vector3::x() * (sin * sin * PRESSED_M);
+            let expected = (along + across * (0.5 * cos * cos)) * (-3.0 * STIFFNESS_N_PER_M);
+            assert!(
+                (force - expected).norm() < 1e-9 * expected.norm(),
+                "{force}"
+            );
+            assert!(torque.norm() < 1e-9 * expected.norm(), "{torque}");
+        }
+    }
+
+    /// About the point where the normals meet, J tilts without a force.
+    #[test]
+    fn a_tilt_about_the_common_point_is_free() {
+        let (still, _) = push(Pose::translation(PRESSED_M, 0.0, 0.0));
+        let to_centre = Translation3::from(centre());
+        for axis in [Vector3::y(), Vector3::z()] {
+            let turned = |about: Translation3<f64>| {
+                let tilt = UnitQuaternion::from_scaled_axis(axis * 1e-6);
+                push(Translation3::new(PRESSED_M, 0.0, 0.0) * about * tilt * about.inverse()).0
+            };
+            assert!((turned(to_centre) - still).norm() < 1e-4);
+            assert!((turned(Translation3::identity()) - still).norm() > 0.1);
+        }
+    }
+}
