@@ -71,6 +71,18 @@ impl Named {
         self
     }
 
+    /// What was chosen for it and has no interval, such as the number of a leg, in words; none if everything is fitted.
+    pub(super) fn choice(&self) -> Option<String> {
+        let EffectModel { id, parameters, .. } = &self.effect;
+        let chosen = parameters
+            .iter()
+            .filter(|(name, _)| !self.estimates.contains_key(*name));
+        let chosen: Vec<String> = chosen
+            .map(|(name, value)| format!("{name} = {value}"))
+            .collect();
+        (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
+    }
+
     /// Ends each interval where its parameter's range ends: a curvature knows nothing of a time
     /// constant that cannot be negative.
     fn bounded(mut self) -> Self {

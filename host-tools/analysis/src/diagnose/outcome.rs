@@ -80,6 +80,9 @@ pub(crate) fn conclude(
     let remainder = remainder(stages, &left);
     let mut notes = notes(stages, &remainder, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
+    if !unnamed {
+        notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
+    }
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
         verdict,
