@@ -2,6 +2,7 @@
 
 mod command;
 mod compare_regimes;
+mod docking_hypotheses;
 mod docking_mechanism;
 mod drive;
 mod hidden_effects;
