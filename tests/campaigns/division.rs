@@ -38,6 +38,23 @@ fn the_table_does_not_depend_on_how_the_rows_are_divided() {
     assert!(merged(&folder, "c") == whole());
 }
 
+/// Machines without a shared folder: each has the plan, and the parts are copied together.
+#[test]
+fn parts_that_were_copied_together_make_the_same_table() {
+    let folder = scratch("campaign_copied");
+    plan(&folder, "c");
+    for number in 0..3 {
+        let machine = format!("machine-{number}");
+        let (own, part) = (folder.join(&machine), format!("part-{number}-of-3.parquet"));
+        fs::create_dir(&own).unwrap();
+        fs::copy(folder.join("c/plan.json"), own.join("plan.json")).unwrap();
+        let shard = format!("{number}/3");
+        done(&folder, &["campaign", "run", &machine, "--shard", &shard]);
+        fs::copy(own.join(&part), folder.join("c").join(&part)).unwrap();
+    }
+    assert!(merged(&folder, "c") == whole());
+}
+
 #[test]
 fn a_missing_shard_is_named_and_merge_refuses_the_gap() {
     let folder = scratch("campaign_gap");
