@@ -1,6 +1,7 @@
 //! The integration tests: one program, a folder per kind.
 //!
 //! What takes long is ignored with a reason that begins with `long:`; `tests/run --all` runs that too.
+#![allow(clippy::print_stderr, reason = "a test says what it measured")]
 
 mod campaigns;
 mod check;

@@ -14,3 +14,4 @@ mod robot_config;
 mod rough_places;
 mod series;
 mod shells;
+mod streams;

@@ -23,7 +23,7 @@ fn main() -> ExitCode {
             if json {
                 print_json_error(&error);
             }
-            eprintln!("error: {error}");
+            softdock_io::say!("error: {error}");
             ExitCode::FAILURE
         }
     }

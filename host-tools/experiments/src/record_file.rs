@@ -6,6 +6,7 @@ use anyhow::{Result, anyhow};
 use cpu_time::ProcessTime;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::TruthRecord;
+use softdock_io::say;
 use softdock_io::telemetry::Pieces;
 use std::ops::ControlFlow;
 use std::sync::mpsc::sync_channel;
@@ -34,7 +35,7 @@ pub fn record_file(
             for (record, truth) in batches.into_iter().flatten() {
                 pieces.push(&record, Some(&truth))?;
                 for warning in pieces.take_warnings() {
-                    eprintln!("{warning}");
+                    say!("{warning}");
                 }
             }
             pieces.finish()

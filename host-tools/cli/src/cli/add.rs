@@ -9,6 +9,7 @@ use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose, fit_effect};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::addition::{Addition, model_after, useless};
+use softdock_io::say;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
@@ -61,16 +62,14 @@ impl Add {
         let difference = edited.difference();
         let useless = useless(&diagnosis.steps, logs.unseen());
         if self.dry_run {
-            useless
-                .iter()
-                .for_each(|reason| eprintln!("warning: {reason}"));
+            useless.iter().for_each(|reason| say!("warning: {reason}"));
             return self.show(diagnosis, &logs, &difference, false);
         }
         match useless {
             Some(reason) if !self.force => {
                 bail!("{reason}; nothing was written (--force writes it anyway)");
             }
-            Some(reason) => eprintln!("warning: {reason}"),
+            Some(reason) => say!("warning: {reason}"),
             None => {}
         }
         edited.save()?;

@@ -10,6 +10,7 @@ use softdock_io::address::address;
 use softdock_io::identity;
 use softdock_io::input::{self, refuse_overwrite_of};
 use softdock_io::recording::Header;
+use softdock_io::say;
 use softdock_io::telemetry::{Pieces, Time};
 use softdock_rig::board::process::{CanAddress, Process, Record, ServiceAddress};
 use std::net::SocketAddr;
@@ -83,7 +84,7 @@ impl Board {
                 .collect();
             refuse_overwrite_of(&inputs, path, self.force)?;
         }
-        eprintln!("board: {}", identity::text());
+        say!("board: {}", identity::text());
         let stop = raised_by_ctrl_c()?;
         let Self {
             flash,
@@ -144,7 +145,7 @@ fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Re
         for record in records {
             pieces.push(&record, None)?;
             for warning in pieces.take_warnings() {
-                eprintln!("board: {warning}");
+                say!("board: {warning}");
             }
         }
         pieces.finish()

@@ -16,6 +16,7 @@ use softdock_control::frames::orientation_from_abc;
 use softdock_control::settings::SensorSettings;
 use softdock_io::input;
 use softdock_io::recording::Recording;
+use softdock_io::say;
 use softdock_report::{Cell, Column, Table, number};
 use std::path::{Path, PathBuf};
 
@@ -189,7 +190,7 @@ impl Sensor {
         };
         for (path, read) in self.recording.iter().zip(&all) {
             for note in &read.notes {
-                eprintln!("warning: {}: {note}", path.display());
+                say!("warning: {}: {note}", path.display());
             }
             ensure!(
                 place(read)? == place(&all[0])?,
@@ -205,7 +206,7 @@ impl Sensor {
     /// Writes and prints what was found.
     fn give(&self, found: &Calibration, origin: &str) -> Result<()> {
         for remark in found.remarks() {
-            eprintln!("note: {remark}");
+            say!("note: {remark}");
         }
         let text = format!(
             "{}\n\n{}\n\n{}\ncondition {}\n",

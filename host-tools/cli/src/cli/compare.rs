@@ -9,6 +9,7 @@ use softdock_analysis::compare::{Comparison, SeriesFile, compare};
 use softdock_io::data_table::Values;
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::Recording;
+use softdock_io::say;
 use softdock_physics::model::Model;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -73,13 +74,13 @@ impl Compare {
         let model = Model::load(&self.model)?;
         let recording = Recording::open(&self.recording)?;
         if let Some(cut) = &recording.cut {
-            eprintln!("note: {cut}");
+            say!("note: {cut}");
         }
         let comparison = compare(&model, &recording)?;
         if let Some(path) = &self.report {
             self.refuse_overwrite(path)?;
             crate::pages::comparison::page(&comparison)?.write(path)?;
-            eprintln!("report: {}", path.display());
+            say!("report: {}", path.display());
         }
         let series = self.series.as_deref().map(|path| {
             self.refuse_overwrite(path)?;
@@ -87,7 +88,7 @@ impl Compare {
         });
         let series = series.transpose()?;
         if let Some(series) = &series {
-            eprintln!("series: {}", series.file);
+            say!("series: {}", series.file);
         }
         if self.json {
             return print_json(&Output {

@@ -13,6 +13,7 @@ use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_experiments::rehearsal::separation;
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::say;
 use softdock_physics::model::Model;
 use std::path::{Path, PathBuf};
 
@@ -75,7 +76,7 @@ impl Diagnose {
         notes.splice(0..0, logs.notes.iter().cloned());
         if let Some(path) = &self.report {
             self.page(&report, &logs)?.write(path)?;
-            eprintln!("report: {}", path.display());
+            say!("report: {}", path.display());
         }
         if self.json {
             return print_json(&report.diagnosis);

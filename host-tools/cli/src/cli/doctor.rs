@@ -14,6 +14,7 @@ use softdock_commissioning::doctor::{
 use softdock_io::input;
 use softdock_io::port::BAUD_RATE;
 use softdock_io::recording::Recording;
+use softdock_io::say;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -65,7 +66,7 @@ struct Terminal;
 
 impl Onlooker for Terminal {
     fn tell(&mut self, step: &str) {
-        eprintln!("doctor: {step}");
+        say!("doctor: {step}");
     }
 
     fn sees(&mut self, question: &str) -> Option<bool> {

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use softdock_io::input::refuse_overwrite;
+use softdock_io::say;
 use softdock_physics::effects::{CATALOGUE, Effect, Group, named};
 use std::path::{Path, PathBuf};
 
@@ -72,7 +73,7 @@ impl Show {
         let effect = named(&self.id)?;
         if let Some(path) = &self.picture {
             write(effect, path, self.force)?;
-            eprintln!("picture: {}", path.display());
+            say!("picture: {}", path.display());
         }
         if self.json {
             return print_json(effect);

@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::{Recording, export_csv};
+use softdock_io::say;
 use std::path::{Path, PathBuf};
 
 /// Write a recording as CSV, or with the standard messages of ROS 2 for viewers.
@@ -42,7 +43,7 @@ impl Export {
     pub(super) fn execute(self) -> Result<()> {
         let recording = Recording::open(&self.recording)?;
         if let Some(cut) = &recording.cut {
-            eprintln!("note: {cut}");
+            say!("note: {cut}");
         }
         ensure!(
             !recording.cycles.is_empty(),

@@ -8,6 +8,7 @@ use serde::Serialize;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::fragment::Fragment;
 use softdock_io::input::{self, refuse_overwrite_of};
+use softdock_io::{say, to_standard_error};
 use softdock_report::Page;
 use std::path::{Path, PathBuf};
 
@@ -55,13 +56,13 @@ impl Destination {
     ) -> Result<()> {
         if let Some(file) = &self.report {
             page()?.write(file)?;
-            eprintln!("report: {}", file.display());
+            say!("report: {}", file.display());
         }
         if let Some(file) = &self.output {
             fragment.write(file, self.force)?;
         }
         if let Some(file) = &self.into {
-            eprint!("{}", fragment.write_into(file)?);
+            to_standard_error(format_args!("{}", fragment.write_into(file)?));
         }
         if self.json {
             return print_json(found);

@@ -4,6 +4,7 @@ use super::{print, print_json};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde::Serialize;
+use softdock_io::say;
 use softdock_report::{Cell, Column, Format, Table};
 use softdock_rig::firmware::{
     Elf, RELEASED, SensorLink, StackUsage, Usage, build, nucleo_executors, nucleo_h743zi, regions,
@@ -59,7 +60,7 @@ impl Firmware {
         } else {
             print(&tables(&built.usage)?)?;
             print(&format!("\n{}", stack_table(&built.stack)))?;
-            eprintln!("image: {}", built.image.display());
+            say!("image: {}", built.image.display());
         }
         built.stack.ensure_fits()
     }

@@ -7,6 +7,7 @@ use softdock_app::image::{IMAGE_MAX_BYTES, Image};
 use softdock_app::settings::BoardSettings;
 use softdock_io::input;
 use softdock_io::port::only_board;
+use softdock_io::say;
 use softdock_rig::firmware::{
     Elf, RELEASED, Region, SensorLink, build, nucleo_h743zi, regions, repository,
 };
@@ -113,7 +114,7 @@ fn probe_rs(arguments: &[&Path]) -> Result<()> {
     if done_by_probe_rs(arguments)? {
         return Ok(());
     }
-    eprintln!("flash: probe-rs ended with an error; once more");
+    say!("flash: probe-rs ended with an error; once more");
     if done_by_probe_rs(arguments)? {
         return Ok(());
     }

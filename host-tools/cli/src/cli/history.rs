@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::say;
 use softdock_physics::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
 use std::path::PathBuf;
@@ -43,7 +44,7 @@ impl History {
         if let Some(path) = &self.report {
             refuse_overwrite_of(&[&self.model], path, self.force)?;
             self.page(&model)?.write(path)?;
-            eprintln!("report: {}", path.display());
+            say!("report: {}", path.display());
         }
         if self.json {
             return print_json(&Fall::of(&model.history));

@@ -12,6 +12,7 @@ use softdock_experiments::jog_rehearsal::jog;
 use softdock_experiments::scenario::Scenario;
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::Recording;
+use softdock_io::say;
 use softdock_physics::model::Axis;
 use std::path::{Path, PathBuf};
 
@@ -103,7 +104,7 @@ impl Actuator {
             (Some(path), _) => {
                 let read = read(path, self.mapping.as_deref())?;
                 for note in &read.notes {
-                    eprintln!("warning: {note}");
+                    say!("warning: {note}");
                 }
                 Ok((read.recording, path.display().to_string()))
             }
@@ -134,7 +135,7 @@ impl Actuator {
     /// Writes and prints what was found.
     fn give(&self, found: &Identification, origin: &str) -> Result<()> {
         for note in &found.notes {
-            eprintln!("note: {note}");
+            say!("note: {note}");
         }
         let text = format!("{}\n\n{}\n", found.sentence(), found.table());
         let page = || crate::pages::identification::page(found, origin);

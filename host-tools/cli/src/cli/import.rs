@@ -8,6 +8,7 @@ use softdock_analysis::import::summary::Summary;
 use softdock_analysis::import::{docking_rig_log, mapping, model_text, starter};
 use softdock_io::input::refuse_overwrite_of;
 use softdock_io::recording::{Recording, import_csv};
+use softdock_io::say;
 use std::path::{Path, PathBuf};
 
 /// Read logs of a rig into recordings, with a model to start from.
@@ -61,7 +62,7 @@ impl Import {
     pub(super) fn execute(self) -> Result<()> {
         let imported = self.read()?;
         for warning in &imported.warnings {
-            eprintln!("warning: {warning}");
+            say!("warning: {warning}");
         }
         let written = self.write(imported)?;
         if self.json {

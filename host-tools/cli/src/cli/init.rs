@@ -5,6 +5,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_experiments::starter;
 use softdock_io::input::refuse_overwrite;
+use softdock_io::say;
 use std::path::PathBuf;
 
 /// Write a scenario, a board, a rig and a model to start from.
@@ -38,7 +39,7 @@ impl Init {
             let path = self.folder.join(name);
             std::fs::write(&path, text)
                 .with_context(|| format!("cannot write {}", path.display()))?;
-            eprintln!("{} written", path.display());
+            say!("{} written", path.display());
         }
         let folder = self.folder.display().to_string();
         let enter = match folder.as_str() {

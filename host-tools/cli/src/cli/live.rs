@@ -4,6 +4,7 @@ use super::progress::Progress;
 use anyhow::{Context, Result};
 use softdock_commissioning::fragment::Fragment;
 use softdock_commissioning::live::LiveBoard;
+use softdock_io::say;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,12 +23,12 @@ pub(super) fn upload(board: &mut LiveBoard, found: &Fragment) -> Result<()> {
     let progress = |count: u16, of: u16| {
         bar.show(f64::from(count) / f64::from(of), "reading settings");
     };
-    let changes = board.write(found, progress, &mut |step| eprintln!("{step} .."))?;
+    let changes = board.write(found, progress, &mut |step| say!("{step} .."))?;
     drop(bar);
     for change in &changes {
-        eprintln!("{}: {} -> {}", change.name, change.board, change.wanted);
+        say!("{}: {} -> {}", change.name, change.board, change.wanted);
     }
-    eprintln!(
+    say!(
         "{} settings of the board changed and confirmed",
         changes.len()
     );

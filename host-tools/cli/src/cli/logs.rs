@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use softdock_analysis::fit::Logs;
+use softdock_io::say;
 use softdock_physics::model::Model;
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 pub(super) fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Logs> {
     let logs = Logs::open(model, train, test)?;
     for note in &logs.notes {
-        eprintln!("warning: {note}");
+        say!("warning: {note}");
     }
     Ok(logs)
 }

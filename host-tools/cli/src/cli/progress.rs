@@ -1,6 +1,7 @@
 //! A bar on standard error while something runs; nothing where nobody watches.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use softdock_io::say;
 
 /// Resolution of the bar.
 const STEPS: f64 = 1000.0;
@@ -43,7 +44,7 @@ impl Progress {
 
     /// Prints a line that stays.
     pub(super) fn say(&self, line: &str) {
-        self.0.suspend(|| eprintln!("{line}"));
+        self.0.suspend(|| say!("{line}"));
     }
 }
 

@@ -8,6 +8,7 @@ use softdock_app::settings::BoardSettings;
 use softdock_io::address::address;
 use softdock_io::identity;
 use softdock_io::input;
+use softdock_io::say;
 use softdock_rig::board::qemu::{Chip, Qemu};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -70,7 +71,7 @@ impl QemuCommand {
         settings
             .validate()
             .with_context(|| format!("in {}", self.settings.display()))?;
-        eprintln!("qemu: {}", identity::text());
+        say!("qemu: {}", identity::text());
         let stop = raised_by_ctrl_c()?;
         let Self {
             flash,

@@ -10,6 +10,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use softdock_io::address::address;
 use softdock_io::input::refuse_overwrite;
+use softdock_io::say;
 use softdock_io::telemetry::{Listener, Progress, Recorder, Summary};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -61,7 +62,7 @@ impl Record {
         check_output(&self.output, self.force)?;
         let stop = raised_by_ctrl_c()?;
         let listener = Listener::bind(self.listen)?;
-        eprintln!("record: listening on UDP {}", listener.address());
+        say!("record: listening on UDP {}", listener.address());
 
         let mut recorder = Recorder::within(&self.output, bounds);
         let recorded = self.record(&listener, &mut recorder, &stop);
@@ -71,7 +72,7 @@ impl Record {
                 .try_for_each(|(datagram, from)| recorder.accept(&datagram, from))
         });
         for note in recorder.take_notes() {
-            eprintln!("record: {note}");
+            say!("record: {note}");
         }
         let progress = recorder.progress();
         let (summary, finished) = recorder.finish();
@@ -208,7 +209,7 @@ impl Display {
     }
 
     fn say(&self, note: &str) {
-        self.bar.suspend(|| eprintln!("record: {note}"));
+        self.bar.suspend(|| say!("record: {note}"));
     }
 
     fn is_due(&mut self) -> bool {

@@ -5,6 +5,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use softdock_io::recording::Recording;
 use softdock_io::replay::{Replay as Recomputation, ReplayReport};
+use softdock_io::say;
 use softdock_io::telemetry::sort_pieces;
 use std::path::PathBuf;
 
@@ -46,7 +47,7 @@ impl Replay {
         for path in &recordings {
             let recording = Recording::open(path)?;
             if let Some(cut) = &recording.cut {
-                eprintln!("note: {cut}");
+                say!("note: {cut}");
             }
             let found = recomputation.take(&recording);
             let found = found.with_context(|| path.display().to_string())?;

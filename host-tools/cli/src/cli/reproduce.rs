@@ -8,6 +8,7 @@ use serde::Serialize;
 use softdock_experiments::reproduce::{Bounces, DONE, Row, reproduce};
 use softdock_experiments::reproduce_page::{bounce_table, headline, page, table};
 use softdock_io::input::refuse_overwrite;
+use softdock_io::say;
 use std::path::PathBuf;
 
 /// Reproduce the paper's spring-rod experiment with and without its delay compensation.
@@ -55,7 +56,7 @@ impl Reproduce {
         page(&reproduction)?.write(&html)?;
         std::fs::write(&json, serde_json::to_string_pretty(&document)?)
             .with_context(|| format!("cannot write {}", json.display()))?;
-        eprintln!("report: {}\ndata:   {}", html.display(), json.display());
+        say!("report: {}\ndata:   {}", html.display(), json.display());
         if self.json {
             return print_json(&document);
         }

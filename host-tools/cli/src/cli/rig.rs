@@ -11,6 +11,7 @@ use softdock_experiments::scenario::Scenario;
 use softdock_io::address::address;
 use softdock_io::input;
 use softdock_io::port::BAUD_RATE;
+use softdock_io::say;
 use softdock_rig::peer::{Peer, SensorLink, Tally, Watcher};
 use softdock_rig::rig::Hidden;
 use softdock_rig::rig::hidden::{any, spacecraft, suggest};
@@ -98,7 +99,7 @@ impl RigCommand {
         }
         let sensor = &scenario.rig.sensor;
         if sensor.noise_force_n <= 0.0 && sensor.noise_torque_nm <= 0.0 {
-            eprintln!(
+            say!(
                 "warning: the simulated sensor has no noise; a board takes readings that repeat for a frozen sensor \
                  unless its `control.sensor.frozen_after_cycles` is 0"
             );
@@ -197,12 +198,10 @@ fn poses() -> Receiver<[f64; 3]> {
                     if typed.send(abc_deg.map(f64::to_radians)).is_err() {
                         return;
                     }
-                    eprintln!(
-                        "rig: the robot leaves the mechanism and goes to A,B,C = {line} degrees"
-                    );
+                    say!("rig: the robot leaves the mechanism and goes to A,B,C = {line} degrees");
                 }
                 Err(_) if line.is_empty() => {}
-                Err(error) => eprintln!("rig: `{line}`: {error}, A,B,C in degrees"),
+                Err(error) => say!("rig: `{line}`: {error}, A,B,C in degrees"),
             }
         }
     });
@@ -225,7 +224,7 @@ impl Display {
 
 impl Watcher for Display {
     fn say(&self, what: &str) {
-        self.bar.suspend(|| eprintln!("rig: {what}"));
+        self.bar.suspend(|| say!("rig: {what}"));
     }
 
     fn captured(&self) {

@@ -7,6 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_app::settings::BoardSettings;
 use softdock_io::input::{self, refuse_overwrite_of};
+use softdock_io::say;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -72,7 +73,7 @@ impl RobotConfig {
                 notes: &notes,
             });
         }
-        eprint!("{notes}");
+        say!("{}", notes.trim_end());
         Ok(())
     }
 }

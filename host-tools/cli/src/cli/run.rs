@@ -16,6 +16,7 @@ use softdock_experiments::record_file::record_file;
 use softdock_experiments::run::RunStatistics;
 use softdock_experiments::scenario::Scenario;
 use softdock_io::input::{self, refuse_overwrite_of};
+use softdock_io::say;
 use softdock_io::telemetry::{Pieces, Time};
 use softdock_mechanism::{EnergyBook, Loads};
 use softdock_report::{Cell, Column, Table};
@@ -134,7 +135,7 @@ impl Run {
         })?;
         drop(progress);
         for warning in &summary.warnings {
-            eprintln!("warning: {warning}");
+            say!("warning: {warning}");
         }
         if self.json {
             print_json(&summary)

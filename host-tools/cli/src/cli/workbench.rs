@@ -5,6 +5,7 @@ use super::run::Run;
 use anyhow::Result;
 use clap::Args;
 use serde_json::Value;
+use softdock_io::say;
 use softdock_workbench::{AccessToken, Reach, Server, Simulation};
 use std::net::IpAddr;
 use std::ops::ControlFlow;
@@ -45,7 +46,7 @@ impl Workbench {
             None => Reach::ThisComputer,
         };
         if let Reach::Network(address, _) = &reach {
-            eprintln!(
+            say!(
                 "warning: whoever reaches {address} and knows the token reads the recordings and models of this \
                  folder and changes its models; the line is not encrypted"
             );
@@ -54,7 +55,7 @@ impl Workbench {
         let url = server.url();
         print(&format!("{url}\n"))?;
         if self.open && open::that_detached(&url).is_err() {
-            eprintln!("note: no browser was found; open the address yourself");
+            say!("note: no browser was found; open the address yourself");
         }
         server.serve()
     }

@@ -14,6 +14,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::store::{Boot, Origin, Store};
+use softdock_io::say;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -99,7 +100,7 @@ impl Process {
             && !flash.put_if_empty(settings)?
             && let Some(path) = &self.flash
         {
-            eprintln!(
+            say!(
                 "board: settings come from {}, which holds some already; --settings is not used",
                 path.display()
             );
@@ -115,7 +116,7 @@ impl Process {
         if let Some(ethercat) = &ethercat {
             sensor += &format!(", EtherCAT on UDP {}", ethercat.local_addr()?);
         }
-        eprintln!("board: robot on UDP {}{sensor}{service}", udp.local_addr()?);
+        say!("board: robot on UDP {}{sensor}{service}", udp.local_addr()?);
         Ok(Listening {
             udp,
             can,
@@ -162,7 +163,7 @@ impl Listening {
                 End::Hang if !stop.load(Ordering::Relaxed) => trial = None,
                 _ => return Ok(()),
             }
-            eprintln!("board: starts over");
+            say!("board: starts over");
         }
     }
 }
@@ -175,11 +176,12 @@ fn in_use(what: &str, address: SocketAddr) -> String {
 
 fn report(boot: &Boot) {
     match boot.origin {
-        Origin::Flash { sequence, .. } => eprintln!("board: settings {sequence}"),
-        Origin::Trial(trial) => eprintln!(
+        Origin::Flash { sequence, .. } => say!("board: settings {sequence}"),
+        Origin::Trial(trial) => say!(
             "board: settings {} on trial for {} s",
-            trial.sequence, trial.confirm_within_s
+            trial.sequence,
+            trial.confirm_within_s
         ),
-        Origin::Defaults(error) => eprintln!("board: DEFAULT SETTINGS, not to be armed: {error}"),
+        Origin::Defaults(error) => say!("board: DEFAULT SETTINGS, not to be armed: {error}"),
     }
 }

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
+use softdock_io::say;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -49,7 +50,7 @@ impl BoardImage {
 pub fn build(board: &BoardImage, profile: &str) -> Result<PathBuf> {
     let root = repository()?;
     ensure_target(board.target)?;
-    eprintln!("building {} for {}", board.package, board.target);
+    say!("building {} for {}", board.package, board.target);
     // Until the program has its own name, nobody else may build the package with other features.
     let lock = root.join("target/images.lock");
     let _locked = lock_file(&lock).with_context(|| lock.display().to_string())?;

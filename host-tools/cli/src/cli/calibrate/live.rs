@@ -12,6 +12,7 @@ use softdock_commissioning::live::{LiveBoard, LiveRecorder};
 use softdock_control::settings::SensorSettings;
 use softdock_io::input::refuse_overwrite;
 use softdock_io::port::BAUD_RATE;
+use softdock_io::say;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,23 +44,23 @@ impl Sensor {
             refuse_overwrite(file, self.to.force)?;
         }
         let mut board = LiveBoard::connect(Some(port), self.live.baud)?;
-        eprintln!("{port}: {}", board.client.identity().text);
+        say!("{port}: {}", board.client.identity().text);
         let sensor = self.mounted(&mut board)?;
         let address = board.recorder(self.live.listen)?;
         board.hold()?;
         let stop = raised_by_ctrl_c()?;
         let mut recorder = LiveRecorder::open(address, self.live.keep.as_deref())?;
-        eprintln!(
+        say!(
             "The board holds. Move the robot by hand or by its own program, slowly, RSI running; rest for \
              a second in each pose, hands off the tool. Ctrl-C takes what there is."
         );
         if let Err(error) = self.watch(&sensor, &mut recorder, &stop) {
-            eprintln!("{}", recorder.interrupted());
+            say!("{}", recorder.interrupted());
             return Err(error);
         }
         let (recording, notes) = recorder.finish()?;
         for note in &notes {
-            eprintln!("warning: {note}");
+            say!("warning: {note}");
         }
         let read = Read {
             recording,

@@ -13,6 +13,7 @@ use softdock_control::delay::{DelaySettings, LawName, ModelVelocity};
 use softdock_experiments::demo::{self, Answer, Bounce, Run};
 use softdock_experiments::diagnosis::{self, Part};
 use softdock_experiments::impacts::Impact;
+use softdock_io::to_standard_error;
 use softdock_physics::model::Model;
 use softdock_report::Page;
 use softdock_report::number::significant;
@@ -274,7 +275,7 @@ impl Story<'_> {
     /// Tells the story: to standard output, unless that is for the JSON document.
     fn say(&self, text: &str) -> Result<()> {
         if self.quiet {
-            eprint!("{text}");
+            to_standard_error(format_args!("{text}"));
             return Ok(());
         }
         print(text)

@@ -10,6 +10,7 @@ use softdock_commissioning::identify::identify;
 use softdock_commissioning::identify::live::Jogs;
 use softdock_commissioning::live::{LiveBoard, LiveRecorder};
 use softdock_io::port::BAUD_RATE;
+use softdock_io::say;
 use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 
@@ -37,11 +38,11 @@ impl Actuator {
     /// Asks, jogs, identifies, and uploads.
     pub(super) fn jog_live(&self, port: &str) -> Result<()> {
         let mut board = LiveBoard::connect(Some(port), self.live.baud)?;
-        eprintln!("{port}: {}", board.client.identity().text);
+        say!("{port}: {}", board.client.identity().text);
         let jogs = Jogs::new(&mut board, &self.axis)?;
         let address = board.recorder(self.live.listen)?;
         board.hold()?;
-        eprint!("The robot will move:\n{}", jogs.announcement());
+        say!("The robot will move:\n{}", jogs.announcement().trim_end());
         if !self.live.yes {
             ensure!(
                 !self.to.json,
@@ -57,12 +58,12 @@ impl Actuator {
         });
         drop(bar);
         if let Err(error) = done {
-            eprintln!("{}", recorder.interrupted());
+            say!("{}", recorder.interrupted());
             return Err(error);
         }
         let (recording, notes) = recorder.finish()?;
         for note in notes {
-            eprintln!("warning: {note}");
+            say!("warning: {note}");
         }
         let found = identify(&recording)?;
         // From here on every step is whole or not done: nothing is to be stopped.

@@ -6,6 +6,7 @@ use crate::cli::{print, print_json};
 use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use softdock_commissioning::parameters::{Difference, Setting, missing};
+use softdock_io::say;
 use softdock_link::service::{Form, Origin};
 
 /// What has become of the board's settings.
@@ -97,18 +98,18 @@ impl Board {
             return print_json(&Changed { changed, sequence });
         }
         match (changed.len(), sequence) {
-            (0, _) => eprintln!("nothing to change: the board has these settings"),
+            (0, _) => say!("nothing to change: the board has these settings"),
             (count, Some(sequence)) => {
-                eprintln!("{count} changed, confirmed and read back: settings {sequence}");
+                say!("{count} changed, confirmed and read back: settings {sequence}");
             }
-            (count, None) => eprintln!("{count} changed: the board has no settings of its own"),
+            (count, None) => say!("{count} changed: the board has no settings of its own"),
         }
         Ok(())
     }
 }
 
 fn tell(step: &str) {
-    eprintln!("{step} ..");
+    say!("{step} ..");
 }
 
 /// A value as a person types it: quotes are not needed.

@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use clap::{Args, Subcommand};
 use softdock_commissioning::parameters::{Client, Setting};
 use softdock_io::port::{BAUD_RATE, Port, only_board};
+use softdock_io::say;
 use std::path::PathBuf;
 
 /// Settings, state and commands of a board over its serial line.
@@ -179,7 +180,7 @@ impl Board {
         };
         let port = Port::open(&name, baud)?;
         let client = Client::connect(port).with_context(|| name.clone())?;
-        eprintln!("{name}: {}", client.identity().text);
+        say!("{name}: {}", client.identity().text);
         let port = name;
         Ok(Self { client, port, json })
     }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use softdock_commissioning::parameters::{self, Difference, Setting, differences, missing};
 use softdock_io::input::refuse_overwrite;
 use softdock_io::port::found;
+use softdock_io::say;
 use softdock_report::{Cell, Column, Table};
 use std::path::Path;
 
@@ -17,7 +18,7 @@ pub(super) fn ports(json: bool) -> Result<()> {
         return print_json(&serde_json::json!({ "ports": ports }));
     }
     if ports.is_empty() {
-        eprintln!("no serial port: is the board plugged in (CN1, ST-Link)?");
+        say!("no serial port: is the board plugged in (CN1, ST-Link)?");
         return Ok(());
     }
     let mut table = Table::new(vec![Column::text("Port"), Column::text("Device")]);
@@ -88,7 +89,7 @@ impl Board {
         if let Some(path) = output {
             std::fs::write(path, &text)
                 .with_context(|| format!("cannot write {}", path.display()))?;
-            eprintln!("{} settings in {}", settings.len(), path.display());
+            say!("{} settings in {}", settings.len(), path.display());
         }
         match (self.json, output) {
             (true, _) => print_json(&serde_json::json!({ "settings": settings })),
@@ -103,7 +104,7 @@ impl Board {
             return print_json(&serde_json::json!({ "differences": found }));
         }
         if found.is_empty() {
-            eprintln!("no difference");
+            say!("no difference");
             return Ok(());
         }
         print(&table(&found, "File"))

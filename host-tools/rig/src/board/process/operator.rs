@@ -3,6 +3,7 @@
 use super::Shared;
 use softdock_app::shared::Status;
 use softdock_control::modes::Command;
+use softdock_io::say;
 use std::io::BufRead;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -28,17 +29,15 @@ pub(super) fn start_operator(current: Arc<Mutex<Arc<Shared>>>) {
             match Command::from_word(word) {
                 Some(command) => {
                     if shared.commands.try_send(command).is_err() {
-                        eprintln!("board: `{word}` is lost: too many commands wait already");
+                        say!("board: `{word}` is lost: too many commands wait already");
                     } else if !shared.status().connected {
-                        eprintln!(
-                            "board: `{word}` waits: the robot is silent (a new RSI run drops it)"
-                        );
+                        say!("board: `{word}` waits: the robot is silent (a new RSI run drops it)");
                     }
                 }
                 None if word.is_empty() => {}
                 None => {
                     let known: Vec<&str> = Command::WORDS.iter().map(|(word, _)| *word).collect();
-                    eprintln!(
+                    say!(
                         "board: `{word}` is no command; expected one of {}",
                         known.join(", ")
                     );
@@ -65,7 +64,7 @@ pub(super) fn start_watch(
             }
             let now = shared.status();
             if now.mode != last.mode {
-                eprintln!("board: mode {:?}", now.mode);
+                say!("board: mode {:?}", now.mode);
             }
             if let Some(fault) = now.fault.filter(|_| now.fault != last.fault) {
                 let softdock_control::modes::Fault {
@@ -73,15 +72,15 @@ pub(super) fn start_watch(
                     expected,
                     received,
                 } = fault;
-                eprintln!(
+                say!(
                     "board: fault {code:?}: expected {expected}, received {received}; `reset` when it is mended"
                 );
             }
             if let Some((command, refusal)) = now.refusal.filter(|_| now.refusal != last.refusal) {
-                eprintln!("board: {command:?} refused: {refusal:?}");
+                say!("board: {command:?} refused: {refusal:?}");
             }
             if let Some(sensor) = now.sensor.filter(|_| now.sensor != last.sensor) {
-                eprintln!("board: sensor {sensor:?}");
+                say!("board: sensor {sensor:?}");
             }
             last = now;
         }

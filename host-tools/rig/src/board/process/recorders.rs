@@ -4,6 +4,7 @@ use super::telemetry;
 use anyhow::Result;
 use softdock_app::board::Recorder;
 use softdock_app::record::CycleRecord;
+use softdock_io::say;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread;
 
@@ -45,7 +46,7 @@ impl Recorder for QueueRecorder {
 impl Drop for QueueRecorder {
     fn drop(&mut self) {
         if self.lost > 0 {
-            eprintln!(
+            say!(
                 "board: {} records were lost: the recorder was too slow",
                 self.lost
             );
@@ -61,7 +62,7 @@ pub(super) fn start_recorder(record: Record) -> (QueueRecorder, thread::JoinHand
         let mut records = records.into_iter();
         let outcome = record(&mut records);
         if let Err(error) = &outcome {
-            eprintln!("board: the recording ends here, the board goes on: {error:#}");
+            say!("board: the recording ends here, the board goes on: {error:#}");
         }
         records.for_each(drop);
         outcome

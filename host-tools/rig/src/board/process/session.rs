@@ -18,6 +18,7 @@ use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::shared::LinkCounters;
 use softdock_app::store::{Block, Boot, Origin, Store};
+use softdock_io::say;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -132,8 +133,13 @@ impl BoardSession {
 }
 
 fn print_counters(link: &LinkCounters) {
-    eprintln!(
+    say!(
         "board: {} cycles, {} lost, {} twice, {} overtaken, {} malformed, {} foreign",
-        link.cycles, link.lost, link.duplicates, link.overtaken, link.malformed, link.foreign
+        link.cycles,
+        link.lost,
+        link.duplicates,
+        link.overtaken,
+        link.malformed,
+        link.foreign
     );
 }

@@ -4,6 +4,7 @@ use super::mailbox::Mailbox;
 use anyhow::{Context, Result};
 use softdock_app::board::{IoError, SensorBus};
 use softdock_io::port::Port;
+use softdock_io::say;
 use softdock_link::can::Frame;
 use softdock_link::slcan::{
     AdapterEvent, AdapterLines, CLOSING, MAX_LINE_BYTES, OPENING, encode_frame_line,
@@ -78,7 +79,7 @@ fn serve(place: &AdapterPort, writer: &Writer, received: &Mailbox<Frame>, stop: 
         if let Ok(port) = place.open() {
             match run(port, writer, received, stop) {
                 Ok(()) => return,
-                Err(error) => eprintln!("board: SLCAN adapter {} has gone: {error}", place.name),
+                Err(error) => say!("board: SLCAN adapter {} has gone: {error}", place.name),
             }
             *lock(writer) = None;
         }
@@ -103,14 +104,14 @@ fn run(
         // A channel that is not open cannot be closed, and some adapters say so.
         if refused && command != CLOSING {
             let command = String::from_utf8_lossy(command);
-            eprintln!(
+            say!(
                 "board: the SLCAN adapter refused `{}`; expected one that does 1 Mbit/s and whose channel nobody else has opened",
                 command.trim()
             );
         }
     }
     *lock(writer) = Some(port.try_clone()?);
-    eprintln!("board: SLCAN channel opened at 1 Mbit/s");
+    say!("board: SLCAN channel opened at 1 Mbit/s");
     let mut puzzled = false;
     while !stop.load(Ordering::Relaxed) {
         for event in read(&mut port, &mut lines)? {
@@ -118,7 +119,7 @@ fn run(
                 AdapterEvent::Frame(frame) => received.push(frame),
                 AdapterEvent::NotUnderstood if !puzzled => {
                     puzzled = true;
-                    eprintln!("board: the SLCAN adapter sends lines that are no frames");
+                    say!("board: the SLCAN adapter sends lines that are no frames");
                 }
                 AdapterEvent::Done | AdapterEvent::Refused | AdapterEvent::NotUnderstood => {}
             }

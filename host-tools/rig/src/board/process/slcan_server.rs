@@ -4,6 +4,7 @@
 use super::mailbox::Mailbox;
 use anyhow::{Context, Result};
 use softdock_app::board::{IoError, SensorBus};
+use softdock_io::say;
 use softdock_link::can::Frame;
 use softdock_link::slcan::{MAX_LINE_BYTES, Slcan, SlcanEvent};
 use std::io::{ErrorKind, Read, Write};
@@ -67,14 +68,14 @@ fn serve(
         if let Ok((stream, peer)) = listener.accept() {
             match connect(stream) {
                 Ok((read, write)) => {
-                    eprintln!("board: SLCAN client {peer}");
+                    say!("board: SLCAN client {peer}");
                     reader = Some(read);
                     *lock(client) = Some(Client {
                         stream: write,
                         adapter: Slcan::new(),
                     });
                 }
-                Err(error) => eprintln!("board: SLCAN client {peer} refused: {error}"),
+                Err(error) => say!("board: SLCAN client {peer} refused: {error}"),
             }
         }
         let Some(stream) = &mut reader else {
@@ -82,7 +83,7 @@ fn serve(
             continue;
         };
         if !read(stream, client, received) {
-            eprintln!("board: SLCAN client has gone");
+            say!("board: SLCAN client has gone");
             reader = None;
             *lock(client) = None;
         }
@@ -143,7 +144,7 @@ impl SensorBus for SlcanBus {
         }
         // A client that does not read would hold up every cycle, and a line cut in two would not be
         // understood: it may connect again.
-        eprintln!("board: SLCAN client does not read; disconnected");
+        say!("board: SLCAN client does not read; disconnected");
         drop(stream.shutdown(Shutdown::Both));
         *client = None;
         Err(IoError::Lost)

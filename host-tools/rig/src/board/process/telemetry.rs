@@ -14,6 +14,7 @@ use softdock_app::telemetry::{
     Announcement, Datagram, RecordQueue, Slot, Stream, encode, transmit,
 };
 use softdock_io::identity;
+use softdock_io::say;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
@@ -54,7 +55,7 @@ impl Telemetry {
         }
         .encode(&mut image)?;
         image.truncate(length);
-        eprintln!("board: telemetry to UDP {recorder}");
+        say!("board: telemetry to UDP {recorder}");
         Ok(Self {
             sink: Sink(socket),
             recorder,

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, anyhow};
 use defmt_decoder::{DecodeError, Frame, Table};
+use softdock_io::say;
 use std::io::Read;
 use std::path::Path;
 
@@ -44,15 +45,15 @@ impl Log {
             loop {
                 match decoder.decode() {
                     Ok(frame) => {
-                        eprintln!("board: {}", line(&frame));
+                        say!("board: {}", line(&frame));
                         if !announced && frame.display_message().to_string() == READY {
-                            eprintln!("board: {addresses}");
+                            say!("board: {addresses}");
                             announced = true;
                         }
                     }
                     Err(DecodeError::UnexpectedEof) => break,
                     // The next line is readable again.
-                    Err(DecodeError::Malformed) => eprintln!("board: (a damaged line of the log)"),
+                    Err(DecodeError::Malformed) => say!("board: (a damaged line of the log)"),
                 }
             }
         }

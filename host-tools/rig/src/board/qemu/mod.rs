@@ -18,6 +18,7 @@ mod ports;
 mod segment;
 
 pub use chip::Chip;
+use softdock_io::say;
 
 use crate::firmware::{build, emulated_profile};
 use anyhow::{Context, Result, bail};
@@ -88,7 +89,7 @@ impl Qemu {
             }
             Some(file) => {
                 let (settings, locked) = flash::keep(&file, &flash)?;
-                eprintln!("qemu: settings as they are in {}", file.display());
+                say!("qemu: settings as they are in {}", file.display());
                 rsi_port = settings.map_or(rsi_port, |settings| settings.network.rsi_port);
                 (file, Some(locked))
             }

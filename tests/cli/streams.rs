@@ -1,0 +1,46 @@
+//! Readers that go away.
+
+#![cfg(unix)]
+
+use softdock_tests::process::{scratch, softdock, softdock_binary};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder with a model and a short recording of it.
+fn folder(test: &str) -> PathBuf {
+    let folder = scratch(test);
+    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    let run = "run scenario.toml -o run.mcap --duration-s 0.5";
+    let run: Vec<&str> = run.split(' ').collect();
+    assert_eq!(softdock(&folder, &run).code, Some(0));
+    folder
+}
+
+/// Runs a line of a shell, in which `$0` is the program.
+fn shell(folder: &Path, line: &str) -> Output {
+    let mut shell = Command::new("sh");
+    let shell = shell.current_dir(folder).args(["-c", line]);
+    shell.arg(softdock_binary()).output().unwrap()
+}
+
+#[test]
+fn a_reader_that_has_gone_away_is_no_error() {
+    let folder = folder("streams_gone");
+    for (command, code) in [
+        ("compare model.toml run.mcap --report a.html", 0),
+        ("compare none.toml run.mcap", 1),
+    ] {
+        // The reader is away before the program begins.
+        let gone =
+            |stream: &str| format!("(sleep 0.3; \"$0\" {command} {stream}; echo $? >code) | true");
+        for stream in ["2>&1 >run.txt", "2>run.txt", "2>&1"] {
+            let _ = fs::remove_file(folder.join("code"));
+            let _ = fs::remove_file(folder.join("a.html"));
+            shell(&folder, &gone(stream));
+            let ended = fs::read_to_string(folder.join("code")).unwrap();
+            assert_eq!(ended.trim(), code.to_string(), "{command} {stream}");
+        }
+        assert_eq!(folder.join("a.html").exists(), code == 0);
+    }
+}
