@@ -1,4 +1,4 @@
-//! Readers that go away.
+//! Readers that go away, and disks that are full.
 
 #![cfg(unix)]
 
@@ -43,4 +43,35 @@ fn a_reader_that_has_gone_away_is_no_error() {
         }
         assert_eq!(folder.join("a.html").exists(), code == 0);
     }
+}
+
+#[test]
+fn what_does_not_fit_is_not_begun() {
+    let folder = folder("streams_full");
+    let before = names(&folder);
+    // A limit of 4 or 8 kB for each file stands for a full disk.
+    for command in [
+        "export run.mcap -o run.csv",
+        "export run.mcap -o view.mcap",
+        "compare model.toml run.mcap --report r.html",
+        "compare model.toml run.mcap --series s.csv",
+        "effects show guide_coulomb --picture guide.html",
+    ] {
+        let ended = shell(
+            &folder,
+            &format!("trap '' XFSZ; ulimit -f 8; \"$0\" {command}"),
+        );
+        let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!(ended.status.code(), Some(1), "{command}: {said}");
+        assert!(said.contains("error: cannot write"), "{command}: {said}");
+        assert_eq!(names(&folder), before, "{command}");
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let files = fs::read_dir(folder).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
 }

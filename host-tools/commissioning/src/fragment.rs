@@ -4,6 +4,7 @@
 use anyhow::{Context, Result};
 use softdock_app::settings::BoardSettings;
 use softdock_io::input;
+use softdock_io::output::write_whole;
 use softdock_physics::model::edit::{replace, rounded, with_its_line_ends};
 use softdock_report::number;
 use std::fmt::Write;
@@ -100,8 +101,7 @@ impl Fragment {
     /// The file is there already, or cannot be written.
     pub fn write(&self, path: &Path, force: bool) -> Result<()> {
         input::refuse_overwrite(path, force)?;
-        std::fs::write(path, self.text())
-            .with_context(|| format!("cannot write {}", path.display()))
+        write_whole(path, self.text())
     }
 
     /// Changes the settings file `path`, in one step, and returns what was changed as a unified

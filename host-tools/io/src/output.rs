@@ -1,8 +1,10 @@
 //! Writing files that are there whole or not at all.
 
-use anyhow::{Context, Result};
-use std::io::Write;
-use std::path::Path;
+use anyhow::{Error, Result};
+use std::fs::File;
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// What a new file may be used for, before the user's mask.
 #[cfg(unix)]
@@ -13,8 +15,8 @@ const ANYBODY: u32 = 0o666;
 ///
 /// # Errors
 /// The folder is missing, full or not to be written to.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
-    write_whole_with(path, |file| Ok(file.write_all(content)?))
+pub fn write_whole(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    NewFile::of(path, content)?.keep()
 }
 
 /// The same for what is too long to be held in memory: `write` is given the file.
@@ -25,8 +27,61 @@ pub fn write_whole_with(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
 ) -> Result<()> {
-    let failed = || format!("cannot write {}", path.display());
+    NewFile::written(path, write)?.keep()
+}
+
+/// A whole file that has not got its name yet; one that is dropped leaves nothing. Files that belong together are
+/// written first and then kept.
+#[must_use = "only `keep` gives it its name"]
+pub struct NewFile {
+    path: PathBuf,
+    /// What `path` leads to, and what shall be there; none for a device, which is written to at once.
+    new: Option<(PathBuf, NamedTempFile)>,
+}
+
+impl NewFile {
+    /// Writes this content beside `path`.
+    ///
+    /// # Errors
+    /// Those of [`write_whole`].
+    pub fn of(path: &Path, content: impl AsRef<[u8]>) -> Result<Self> {
+        Self::written(path, |file| Ok(file.write_all(content.as_ref())?))
+    }
+
+    /// Writes beside `path` what shall be there.
+    ///
+    /// # Errors
+    /// Those of [`write_whole_with`].
+    pub fn written(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<Self> {
+        let new = beside(path, write).map_err(|error| cannot_write(path, error))?;
+        let path = path.to_path_buf();
+        Ok(Self { path, new })
+    }
+
+    /// Gives it its name, in place of what had it.
+    ///
+    /// # Errors
+    /// The folder cannot be written to.
+    pub fn keep(self) -> Result<()> {
+        let Some((target, new)) = self.new else {
+            return Ok(());
+        };
+        let kept = new.persist(target);
+        kept.map_err(|error| cannot_write(&self.path, error.error))?;
+        Ok(())
+    }
+}
+
+fn beside(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<Option<(PathBuf, NamedTempFile)>> {
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let old = std::fs::metadata(&target).ok();
+    if old.as_ref().is_some_and(|old| !old.is_file()) {
+        write(&mut File::create(&target)?)?;
+        return Ok(None);
+    }
     let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -34,22 +89,36 @@ pub fn write_whole_with(
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(ANYBODY));
-    let mut new = builder.tempfile_in(folder).with_context(failed)?;
-    write(new.as_file_mut()).with_context(failed)?;
-    if let Ok(old) = std::fs::metadata(&target) {
-        let file = new.as_file();
-        file.set_permissions(old.permissions())
-            .with_context(failed)?;
+    let mut new = builder.tempfile_in(folder)?;
+    write(new.as_file_mut())?;
+    if let Some(old) = old {
+        new.as_file().set_permissions(old.permissions())?;
     }
-    new.as_file().sync_all().with_context(failed)?;
-    new.persist(&target).with_context(failed)?;
-    Ok(())
+    new.as_file().sync_all()?;
+    Ok(Some((target, new)))
+}
+
+/// Says which file it was that could not be written, and what to do where the system's words do not.
+pub(crate) fn cannot_write(path: &Path, error: impl Into<Error>) -> Error {
+    let error = error.into();
+    let mut kinds = error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<io::Error>());
+    let advice = match kinds.next().map(io::Error::kind) {
+        Some(ErrorKind::StorageFull) => ": the disk is full; make room, or choose another disk",
+        Some(ErrorKind::QuotaExceeded) => {
+            ": your share of the disk is full; make room, or choose another disk"
+        }
+        Some(ErrorKind::NotFound) => ": its folder does not exist; make it first",
+        _ => "",
+    };
+    error.context(format!("cannot write {}{advice}", path.display()))
 }
 
 #[cfg(test)]
 #[cfg(unix)]
 mod tests {
-    use super::write_whole;
+    use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     #[test]
@@ -73,6 +142,40 @@ mod tests {
     fn a_missing_folder_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let error = write_whole(&folder.path().join("none/file"), b"").unwrap_err();
-        assert!(format!("{error:#}").contains("none/file"), "{error:#}");
+        let error = format!("{error:#}");
+        assert!(
+            error.contains("none/file: its folder does not exist"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_fails_half_way_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        write_whole(&file, b"first").unwrap();
+        let error = write_whole_with(&file, |file| {
+            file.write_all(b"sec")?;
+            Err(io::Error::from(ErrorKind::StorageFull).into())
+        });
+        let error = format!("{:#}", error.unwrap_err());
+        assert!(error.contains("file: the disk is full"), "{error}");
+        assert_eq!(std::fs::read(&file).unwrap(), b"first");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_device_is_written_to_and_not_replaced() {
+        use std::os::unix::fs::FileTypeExt;
+        let full = Path::new("/dev/full");
+        let error = format!("{:#}", write_whole(full, b"text").unwrap_err());
+        assert!(error.contains("/dev/full: the disk is full"), "{error}");
+        assert!(
+            std::fs::metadata(full)
+                .unwrap()
+                .file_type()
+                .is_char_device()
+        );
     }
 }

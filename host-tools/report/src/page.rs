@@ -5,8 +5,7 @@ use super::plot::Plot;
 use super::table::{Mark, Table};
 use super::text::escape;
 use super::theme;
-use anyhow::{Context, Result};
-use std::path::Path;
+use anyhow::Result;
 
 /// Layout of the page; the colours come from [`theme::css`].
 const LAYOUT: &str = include_str!("page.css");
@@ -158,20 +157,6 @@ impl Page {
             body = self.body,
             identity = escape(&self.identity),
         )
-    }
-
-    /// Writes the page to `path`, replacing what was there.
-    ///
-    /// # Errors
-    ///
-    /// If the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        std::fs::write(path, self.to_html()).with_context(|| {
-            format!(
-                "cannot write the report to {}; check that the folder exists and can be written to",
-                path.display()
-            )
-        })
     }
 
     fn push(&mut self, html: &str) -> &mut Self {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use softdock_analysis::compare::{Comparison, SeriesFile, compare};
 use softdock_io::data_table::Values;
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::output::write_whole;
 use softdock_io::recording::Recording;
 use softdock_io::say;
 use softdock_physics::model::Model;
@@ -79,7 +80,8 @@ impl Compare {
         let comparison = compare(&model, &recording)?;
         if let Some(path) = &self.report {
             self.refuse_overwrite(path)?;
-            crate::pages::comparison::page(&comparison)?.write(path)?;
+            let page = crate::pages::comparison::page(&comparison)?;
+            write_whole(path, page.to_html())?;
             say!("report: {}", path.display());
         }
         let series = self.series.as_deref().map(|path| {

@@ -4,6 +4,7 @@ use super::{Cli, print};
 use anyhow::{Context, Result};
 use clap::{Args, Command, CommandFactory};
 use clap_complete::{Shell, generate};
+use softdock_io::output::write_whole;
 use std::path::{Path, PathBuf};
 
 /// Print completions for a shell.
@@ -50,7 +51,7 @@ fn write(command: &Command, name: &str, folder: &Path) -> Result<()> {
     clap_mangen::Man::new(command.clone())
         .title(name)
         .render(&mut page)?;
-    std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
+    write_whole(&path, page)?;
     let below = command.get_subcommands().filter(|c| c.get_name() != "help");
     below
         .into_iter()

@@ -13,6 +13,7 @@ use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_experiments::rehearsal::separation;
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use softdock_physics::model::Model;
 use std::path::{Path, PathBuf};
@@ -75,7 +76,8 @@ impl Diagnose {
         let notes = &mut report.diagnosis.notes;
         notes.splice(0..0, logs.notes.iter().cloned());
         if let Some(path) = &self.report {
-            self.page(&report, &logs)?.write(path)?;
+            let page = self.page(&report, &logs)?;
+            write_whole(path, page.to_html())?;
             say!("report: {}", path.display());
         }
         if self.json {

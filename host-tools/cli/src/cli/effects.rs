@@ -2,10 +2,11 @@
 
 use super::{print, print_json};
 use crate::catalogue::{lesson, overview, page, picture};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use softdock_io::input::refuse_overwrite;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use softdock_physics::effects::{CATALOGUE, Effect, Group, named};
 use std::path::{Path, PathBuf};
@@ -93,5 +94,5 @@ fn write(effect: &Effect, path: &Path, force: bool) -> Result<()> {
         ),
     };
     refuse_overwrite(path, force)?;
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    write_whole(path, text)
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::fragment::Fragment;
 use softdock_io::input::{self, refuse_overwrite_of};
+use softdock_io::output::write_whole;
 use softdock_io::{say, to_standard_error};
 use softdock_report::Page;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,7 @@ impl Destination {
         text: &str,
     ) -> Result<()> {
         if let Some(file) = &self.report {
-            page()?.write(file)?;
+            write_whole(file, page()?.to_html())?;
             say!("report: {}", file.display());
         }
         if let Some(file) = &self.output {

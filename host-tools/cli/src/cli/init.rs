@@ -5,6 +5,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use softdock_experiments::starter;
 use softdock_io::input::refuse_overwrite;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use std::path::PathBuf;
 
@@ -37,8 +38,7 @@ impl Init {
             .with_context(|| format!("cannot make the folder {}", self.folder.display()))?;
         for (name, text) in &files {
             let path = self.folder.join(name);
-            std::fs::write(&path, text)
-                .with_context(|| format!("cannot write {}", path.display()))?;
+            write_whole(&path, text)?;
             say!("{} written", path.display());
         }
         let folder = self.folder.display().to_string();

@@ -8,6 +8,7 @@ use serde::Serialize;
 use softdock_experiments::reproduce::{Bounces, DONE, Row, reproduce};
 use softdock_experiments::reproduce_page::{bounce_table, headline, page, table};
 use softdock_io::input::refuse_overwrite;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use std::path::PathBuf;
 
@@ -53,9 +54,8 @@ impl Reproduce {
                 .collect(),
             bounces: &reproduction.bounces,
         };
-        page(&reproduction)?.write(&html)?;
-        std::fs::write(&json, serde_json::to_string_pretty(&document)?)
-            .with_context(|| format!("cannot write {}", json.display()))?;
+        write_whole(&html, page(&reproduction)?.to_html())?;
+        write_whole(&json, serde_json::to_string_pretty(&document)?)?;
         say!("report: {}\ndata:   {}", html.display(), json.display());
         if self.json {
             return print_json(&document);

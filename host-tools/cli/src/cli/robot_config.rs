@@ -2,11 +2,12 @@
 
 use super::{print, print_json};
 use crate::robot_config::{ethernet_xml, notes};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_app::settings::BoardSettings;
 use softdock_io::input::{self, refuse_overwrite_of};
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -60,8 +61,7 @@ impl RobotConfig {
             Some(path) => {
                 let inputs: Vec<&Path> = self.settings.iter().map(PathBuf::as_path).collect();
                 refuse_overwrite_of(&inputs, path, self.force)?;
-                std::fs::write(path, &xml)
-                    .with_context(|| format!("cannot write {}", path.display()))?;
+                write_whole(path, &xml)?;
             }
             None if self.json => {}
             None => print(&xml)?,

@@ -234,7 +234,7 @@ impl Plan {
             scenario_toml,
         };
         let text = serde_json::to_string_pretty(&file)?;
-        output::write_whole(&folder.join(FILE), text.as_bytes())
+        output::write_whole(&folder.join(FILE), text)
     }
 
     /// Reads the plan of a folder, to look at what was done.

@@ -23,7 +23,7 @@ mod parquet_file;
 
 pub use description::Description;
 
-use crate::output::write_whole;
+use crate::output::{NewFile, write_whole};
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -147,10 +147,12 @@ impl DataTable {
     /// The name has another ending, the columns do not make a table, or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         match path.extension().and_then(|ending| ending.to_str()) {
-            Some("parquet") => write_whole(path, &self.to_parquet()?),
+            Some("parquet") => write_whole(path, self.to_parquet()?),
             Some("csv") => {
-                write_whole(&path.with_extension("json"), self.description()?.as_bytes())?;
-                write_whole(path, &self.to_csv()?)
+                let table = NewFile::of(path, self.to_csv()?)?;
+                let json = NewFile::of(&path.with_extension("json"), self.description()?)?;
+                table.keep()?;
+                json.keep()
             }
             _ => bail!(
                 "{}: a table is written as .parquet or .csv; choose one of these endings",

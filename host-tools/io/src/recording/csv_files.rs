@@ -7,8 +7,10 @@ use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
 use super::{Header, Recording, WallClock};
 use crate::data_table::Description;
+use crate::output::NewFile;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
+use std::io::Write;
 use std::path::Path;
 
 /// Name of the format, in the JSON file.
@@ -36,11 +38,12 @@ struct Sidecar {
     columns: Vec<Description>,
 }
 
-/// Writes `path` (CSV) and the JSON file of the same name beside it.
+/// Writes `path` (CSV) and the JSON file of the same name beside it: both whole, or none.
+///
+/// # Errors
+/// The files cannot be written.
 pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
     let topics = Topic::all(!recording.truth.is_empty());
-    write_table(recording, topics, path)
-        .with_context(|| format!("cannot write the table `{}`", path.display()))?;
     let Header {
         identity,
         settings_toml,
@@ -60,17 +63,25 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
             |column| &column.name,
         ),
     };
-    let json = path.with_extension("json");
-    std::fs::write(&json, serde_json::to_string_pretty(&sidecar)?)
-        .with_context(|| format!("cannot write the table's description `{}`", json.display()))
+    let table = NewFile::written(path, |file| write_table(recording, topics, file))?;
+    let text = serde_json::to_string_pretty(&sidecar)?;
+    let described = NewFile::of(&path.with_extension("json"), text)?;
+    table.keep()?;
+    described.keep()
 }
 
-fn write_table(recording: &Recording, topics: &[Topic], path: &Path) -> anyhow::Result<()> {
+fn write_table(
+    recording: &Recording,
+    topics: &[Topic],
+    file: &mut dyn Write,
+) -> anyhow::Result<()> {
     let truths = recording.truths()?;
-    let mut table = csv::Writer::from_path(path)?;
+    let mut table = csv::Writer::from_writer(file);
     let names: Vec<String> = topics.iter().flat_map(|topic| columns(*topic)).collect();
     let time = names.iter().position(|name| name == TIME).unwrap_or(0);
-    table.write_record(time_first(names, |name| name))?;
+    table
+        .write_record(time_first(names, |name| name))
+        .map_err(cause)?;
     let mut writer = CellWriter::default();
     for (cycle, truth) in recording.cycles.iter().zip(truths) {
         let (cycle, truth) = (*cycle, truth.copied().unwrap_or_default());
@@ -80,9 +91,17 @@ fn write_table(recording: &Recording, topics: &[Topic], path: &Path) -> anyhow::
             let Ok(()) = topic.visit(&mut writer, &mut row);
         }
         writer.cells[..=time].rotate_right(1);
-        table.write_record(&writer.cells)?;
+        table.write_record(&writer.cells).map_err(cause)?;
     }
     Ok(table.flush()?)
+}
+
+/// The system's error, which an error of the table hides.
+fn cause(error: csv::Error) -> anyhow::Error {
+    match error.kind() {
+        csv::ErrorKind::Io(cause) => std::io::Error::from(cause.kind()).into(),
+        _ => error.into(),
+    }
 }
 
 /// The columns in the order of the table.

@@ -7,7 +7,8 @@ use super::cdr::Encoder;
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
 use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
-use anyhow::{Context, ensure};
+use crate::output::{cannot_write, write_whole_with};
+use anyhow::ensure;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions};
@@ -65,16 +66,14 @@ impl RecordingWriter {
                 path: Some(path.to_owned()),
                 ..writer
             })
-            .with_context(|| format!("cannot write the recording `{}`", path.display()))
+            .map_err(|error| cannot_write(path, error))
     }
 }
 
 /// Says which file it was that could not be written.
 fn named<T>(path: Option<&Path>, written: anyhow::Result<T>) -> anyhow::Result<T> {
     match path {
-        Some(path) => {
-            written.with_context(|| format!("cannot write the recording `{}`", path.display()))
-        }
+        Some(path) => written.map_err(|error| cannot_write(path, error)),
         None => written,
     }
 }
@@ -225,13 +224,12 @@ pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
 }
 
 impl Recording {
-    /// Writes the recording into a file.
+    /// Writes the recording into a file, whole or not at all.
+    ///
+    /// # Errors
+    /// Those of [`write_whole_with`].
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        File::create(path)
-            .map_err(anyhow::Error::from)
-            .and_then(|file| self.write_to(BufWriter::new(file)))
-            .map(drop)
-            .with_context(|| format!("cannot write the recording `{}`", path.display()))
+        write_whole_with(path, |file| self.write_to(BufWriter::new(file)).map(drop))
     }
 
     /// Writes the recording into any sink and gives the sink back.

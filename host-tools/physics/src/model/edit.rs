@@ -154,7 +154,7 @@ pub fn replace(path: &Path, before: &str, after: &str) -> Result<()> {
             path.display()
         );
     }
-    write_whole(path, after.as_bytes())
+    write_whole(path, after)
 }
 
 fn read(path: &Path) -> Result<String> {

@@ -31,21 +31,3 @@ fn a_page_is_well_formed_escaped_and_complete_in_itself() {
         "an address other than the SVG namespace"
     );
 }
-
-#[test]
-fn a_page_is_written_or_the_reason_is_told() {
-    // Stays beside the test program, for a look with a browser.
-    let folder = std::env::current_exe()
-        .unwrap()
-        .parent()
-        .unwrap()
-        .to_path_buf();
-    let path = folder.join("report-sample.html");
-    let page = sample_page();
-    page.write(&path).unwrap();
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), page.to_html());
-    let error = page
-        .write(&folder.join("missing-folder").join("a.html"))
-        .unwrap_err();
-    assert!(format!("{error:#}").contains("check that the folder exists"));
-}

@@ -11,6 +11,7 @@ use softdock_experiments::bench::delay::row::Row;
 use softdock_experiments::bench::delay::run::{rows, run};
 use softdock_experiments::bench::delay::{case::Case, cases, page, tables};
 use softdock_io::input::refuse_overwrite;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -67,7 +68,7 @@ impl Delay {
         bar.finish_and_clear();
         let seconds = start.elapsed().as_secs_f64();
         if let Some(file) = &self.report {
-            page::page(&rows, &laws)?.write(file)?;
+            write_whole(file, page::page(&rows, &laws)?.to_html())?;
             say!("report: {}", file.display());
         }
         if self.json {

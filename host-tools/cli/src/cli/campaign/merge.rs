@@ -11,6 +11,7 @@ use softdock_experiments::campaign::shard::own_files;
 use softdock_experiments::campaign::summary::{Results, Summary, summary};
 use softdock_experiments::campaign::{page, status};
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::output::write_whole;
 use std::path::PathBuf;
 
 /// Merge all parts of a campaign into one table, and say what it found.
@@ -77,7 +78,8 @@ impl Merge {
         };
         let summary = summary(&results, &self.folder)?;
         if let Some(report) = &self.report {
-            page::page(&results, &summary)?.write(report)?;
+            let page = page::page(&results, &summary)?;
+            write_whole(report, page.to_html())?;
         }
         let files = tables.iter().chain(&self.report);
         let merged = Merged {

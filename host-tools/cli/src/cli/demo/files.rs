@@ -1,6 +1,6 @@
 //! What the demonstration leaves behind.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use softdock_io::input::refuse_overwrite;
 use std::path::{Path, PathBuf};
 
@@ -83,11 +83,6 @@ Try next:
 "
         )
     }
-}
-
-/// Writes a text file.
-pub(super) fn write(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The first folder name that is not taken.

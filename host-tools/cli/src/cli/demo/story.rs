@@ -1,6 +1,6 @@
 //! The story of the demonstration, told while it happens.
 
-use super::files::{Files, write};
+use super::files::Files;
 use crate::cli::progress::Progress;
 use crate::cli::{print, print_json};
 use crate::pages::{self, diagnosis::Identity};
@@ -13,6 +13,7 @@ use softdock_control::delay::{DelaySettings, LawName, ModelVelocity};
 use softdock_experiments::demo::{self, Answer, Bounce, Run};
 use softdock_experiments::diagnosis::{self, Part};
 use softdock_experiments::impacts::Impact;
+use softdock_io::output::write_whole;
 use softdock_io::to_standard_error;
 use softdock_physics::model::Model;
 use softdock_report::Page;
@@ -47,7 +48,7 @@ impl Story<'_> {
         let (after, mut page) = self.add(&report, &runs)?;
         let answers = self.resolve(&report.diagnosis)?;
         let bounces = self.compensate(&report, &mut page)?;
-        page.write(&self.files.report)?;
+        write_whole(&self.files.report, page.to_html())?;
         if self.quiet {
             return print_json(&Document {
                 report: &self.files.report,
@@ -105,9 +106,10 @@ impl Story<'_> {
 
     /// Step 4.
     fn compare(&self, model: &Model, runs: &Recordings) -> Result<Comparison> {
-        write(&self.files.model_before, diagnosis::MODEL)?;
+        write_whole(&self.files.model_before, diagnosis::MODEL)?;
         let comparison = compare(model, &runs.test.recording)?;
-        pages::comparison::page(&comparison)?.write(&self.files.compare)?;
+        let page = pages::comparison::page(&comparison)?;
+        write_whole(&self.files.compare, page.to_html())?;
         self.say(&format!(
             "\n4. Compare with the model. Where does it fail?\n   {}\n",
             comparison.sentence
@@ -161,7 +163,7 @@ impl Story<'_> {
     fn add(&self, report: &Report, runs: &Recordings) -> Result<(Comparison, Page)> {
         let (train, test) = (name(&self.files.train), name(&self.files.test));
         let text = demo::model_with(report, &train, &test)?;
-        write(&self.files.model, &text)?;
+        write_whole(&self.files.model, &text)?;
         let model = Model::from_toml(&text, &self.files.model.display().to_string())?;
         let comparison = compare(&model, &runs.test.recording)?;
         let identity = Identity {
@@ -247,7 +249,7 @@ impl Story<'_> {
         let mut settings = vec![plain(LawName::None), plain(LawName::Seed)];
         if let Some(robot) = &learned {
             let delay = demo::delay_settings(LawName::Predictor, robot);
-            write(&self.files.board, &demo::board_text(&delay)?)?;
+            write_whole(&self.files.board, &demo::board_text(&delay)?)?;
             settings.push(delay);
         }
         let bounces = settings

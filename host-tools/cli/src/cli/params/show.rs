@@ -2,10 +2,11 @@
 
 use super::{Board, File};
 use crate::cli::{print, print_json};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde::Serialize;
 use softdock_commissioning::parameters::{self, Difference, Setting, differences, missing};
 use softdock_io::input::refuse_overwrite;
+use softdock_io::output::write_whole;
 use softdock_io::port::found;
 use softdock_io::say;
 use softdock_report::{Cell, Column, Table};
@@ -87,8 +88,7 @@ impl Board {
         );
         let text = parameters::write(&settings, &head);
         if let Some(path) = output {
-            std::fs::write(path, &text)
-                .with_context(|| format!("cannot write {}", path.display()))?;
+            write_whole(path, &text)?;
             say!("{} settings in {}", settings.len(), path.display());
         }
         match (self.json, output) {

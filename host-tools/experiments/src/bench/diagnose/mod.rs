@@ -17,6 +17,7 @@ use softdock_hidden_effects::score::{Answer, Rate, Scores, error_drop_percent};
 use softdock_hidden_effects::{
     CaseSpec, Level, NoiseRange, Truth, Verdict, parse_truth, truth_json,
 };
+use softdock_io::output::write_whole;
 use std::collections::BTreeMap;
 use std::path::Path;
 use truth::Interval;
@@ -115,15 +116,14 @@ pub fn write(specs: &[CaseSpec], folder: &Path, done: &(dyn Fn() + Sync)) -> any
         ];
         for (name, text) in texts {
             let file = own.join(name);
-            std::fs::write(&file, text).with_context(|| named(&file))?;
+            write_whole(&file, text)?;
         }
         done();
         Ok((case.name, case.truth))
     };
     let truths: Vec<(String, Truth)> = specs.par_iter().map(one).collect::<Result<_, _>>()?;
     let text = truth_json(truths.iter().map(|(name, truth)| (name.as_str(), truth)));
-    let file = folder.join("truth.json");
-    std::fs::write(&file, text).with_context(|| named(&file))
+    write_whole(&folder.join("truth.json"), text)
 }
 
 /// Diagnoses the cases of a folder with a `truth.json`.
