@@ -1,5 +1,6 @@
 //! `softdock export`: a recording for other programs.
 
+use super::outputs::exported_file;
 use super::print_json;
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -23,7 +24,7 @@ pub(super) struct Export {
     /// Recording (MCAP)
     recording: PathBuf,
     /// File to write: CSV, or MCAP for viewers with the ending .mcap
-    #[arg(short, long, value_name = "RUN.csv|.mcap")]
+    #[arg(short, long, value_name = "RUN.csv|.mcap", value_parser = exported_file)]
     output: PathBuf,
     /// Overwrite existing files
     #[arg(long)]
@@ -56,12 +57,6 @@ impl Export {
         let sidecar = self.output.with_extension("json");
         let mut files = vec![self.output.as_path()];
         if !is_mcap {
-            ensure!(
-                self.output != sidecar,
-                "{} is the name of the sidecar; give the table another one, such as {}",
-                sidecar.display(),
-                self.output.with_extension("csv").display()
-            );
             files.push(&sidecar);
         }
         for file in &files {

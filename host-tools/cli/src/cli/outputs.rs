@@ -29,6 +29,21 @@ pub(super) fn mcap_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// What `softdock export` writes: a table, or a copy for viewers.
+pub(super) fn exported_file(text: &str) -> Result<PathBuf, String> {
+    match Path::new(text)
+        .extension()
+        .map(|ending| ending.to_string_lossy())
+    {
+        None => Ok(text.into()),
+        Some(ending) if ["csv", "mcap"].contains(&&*ending) => Ok(text.into()),
+        Some(other) => Err(format!(
+            "a recording is exported as .csv (a table) or .mcap (for viewers), not .{other}; `softdock compare --series` \
+             writes .parquet"
+        )),
+    }
+}
+
 /// The ending, if it promises a format.
 fn ending(text: &str) -> Option<&'static str> {
     let ending = Path::new(text).extension()?.to_str()?.to_lowercase();
@@ -51,5 +66,16 @@ mod tests {
             error.contains("run.mcap") && error.contains("softdock export"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_recording_is_exported_as_what_its_ending_says() {
+        for good in ["run.csv", "run.mcap", "/dev/full"] {
+            assert_eq!(exported_file(good), Ok(good.into()));
+        }
+        for bad in ["run.pdf", "run.json", "run.xlsx"] {
+            let error = exported_file(bad).unwrap_err();
+            assert!(error.contains(".csv") && error.contains(".mcap"), "{error}");
+        }
     }
 }
