@@ -243,7 +243,7 @@ fn a_jog_is_an_operators_command() {
     let robot = RunningRobot::start(served.board.robot);
     let said = served.refused(&["mode", "jog", "x"]);
     assert!(
-        said.contains("jog x refused in mode Idle: WrongMode"),
+        said.contains("jog x refused in mode Idle: it does not apply in this mode"),
         "{said}"
     );
     served.done(&["mode", "hold"]);

@@ -174,7 +174,7 @@ fn an_operator_works_by_the_service_alone() {
     assert!(said.contains("robot moves or is armed"), "{said}");
     let said = served.refused(&["mode", "arm"]);
     assert!(
-        said.contains("arm refused in mode Running: WrongMode"),
+        said.contains("arm refused in mode Running: it does not apply in this mode"),
         "{said}"
     );
     served.done(&["mode", "stop"]);

@@ -19,7 +19,7 @@ fn commands_lead_through_the_modes() {
     let mut robot = Robot::new(board.robot);
     robot.cycle();
     for (command, says) in [
-        ("start", "Start refused: WrongMode"),
+        ("start", "start refused: it does not apply in this mode"),
         (
             "dance",
             "`dance` is no command; expected one of hold, arm, start, stop, reset, zero",
@@ -28,7 +28,10 @@ fn commands_lead_through_the_modes() {
         ("arm", "mode Armed"),
         ("start", "mode Running"),
         ("stop", "mode Hold"),
-        ("zero\nreset", "Reset refused: WrongMode"),
+        (
+            "zero\nreset",
+            "reset refused: it does not apply in this mode",
+        ),
     ] {
         board.process.say(command);
         board.cycles_until(&mut robot, says);

@@ -52,7 +52,10 @@ fn without_its_sensor_the_board_faults_and_still_answers() {
     let mut robot = Robot::new(board.robot);
     board.cycles_until(&mut robot, "mode Running");
     sensor.be_silent(true);
-    board.cycles_until(&mut robot, "fault SensorStale: expected 200, received 201");
+    board.cycles_until(
+        &mut robot,
+        "fault: cycles without a new sensor sample: expected 200, received 201",
+    );
     for _ in 0..200 {
         // The robot checks that each answer has its time stamp.
         let answer = robot.cycle();
@@ -60,7 +63,7 @@ fn without_its_sensor_the_board_faults_and_still_answers() {
     }
     // The operator may not go on before the sensor does.
     board.process.say("reset");
-    board.cycles_until(&mut robot, "Reset refused: SensorStale");
+    board.cycles_until(&mut robot, "reset refused: there is no fresh sensor sample");
     let (path, log) = board.stop();
     assert_eq!(counted(&log, "lost"), 0, "{log}");
     let recording = Recording::open(&path).unwrap();

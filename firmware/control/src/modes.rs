@@ -17,6 +17,8 @@
 //! small contact force. In every mode each telegram is answered; only Running and Jogging move the
 //! robot.
 
+mod words;
+
 use crate::jog::Jog;
 
 /// Mode of the controller.
@@ -94,6 +96,12 @@ impl Command {
             .iter()
             .find(|(w, _)| *w == word)
             .map(|(_, command)| *command)
+    }
+
+    /// The word of this command.
+    pub fn word(self) -> &'static str {
+        let known = Self::WORDS.iter().find(|(_, command)| *command == self);
+        known.map_or("", |(word, _)| word)
     }
 }
 

@@ -11,7 +11,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             if json && error.use_stderr() {
-                print_json_error(error.to_string().trim_end());
+                let text = error.to_string();
+                print_json_error(text.trim_start_matches("error: ").trim_end());
             }
             error.exit()
         }

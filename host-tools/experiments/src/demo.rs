@@ -320,7 +320,7 @@ fn stopped(fault: &Fault) -> String {
             "refused before the stop was touched: the robot is late in another way than it was told \
              (a share of {numbers}); what was named is not all that delays it"
         ),
-        code => format!("stopped before the stop was touched: {code:?} ({numbers})"),
+        code => format!("stopped before the stop was touched: {code} ({numbers})"),
     }
 }
 

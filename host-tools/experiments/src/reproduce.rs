@@ -149,12 +149,7 @@ fn bounce(name: &str) -> Result<Bounces> {
     let (recording, _) = record(&scenario)?;
     let impacts = impacts::find(&scenario, &recording);
     let fault = recording.cycles.last().and_then(|cycle| cycle.trace.fault);
-    let fault = fault.map(|f| {
-        format!(
-            "{:?}: limit {}, value {:.1}",
-            f.code, f.expected, f.received
-        )
-    });
+    let fault = fault.map(|f| format!("{}: limit {}, value {:.1}", f.code, f.expected, f.received));
     Ok(Bounces {
         name: name.to_owned(),
         impacts,

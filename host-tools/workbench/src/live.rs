@@ -156,10 +156,10 @@ impl Frame {
         self.mode = Some(format!("{:?}", trace.mode));
         self.fault = trace.fault.map(|fault| {
             let (limit, received) = (fault.expected, fault.received);
-            format!("{:?} (limit {limit}, received {received})", fault.code)
+            format!("{} (limit {limit}, received {received})", fault.code)
         });
         if let Some(refusal) = &trace.refusal {
-            self.refusal = Some(format!("{refusal:?}"));
+            self.refusal = Some(refusal.to_string());
         }
         self.sensor_age = trace.sensor_age;
         self.late_answers = record.inputs.robot.late_answers;

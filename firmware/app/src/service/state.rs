@@ -15,10 +15,7 @@ pub(super) fn word(value: impl Debug) -> Word {
 
 /// The word of a command.
 pub(super) fn command_word(command: Command) -> Word {
-    let known = Command::WORDS.iter().find(|(_, known)| *known == command);
-    known
-        .and_then(|(word, _)| Word::try_from(*word).ok())
-        .unwrap_or_default()
+    Word::try_from(command.word()).unwrap_or_default()
 }
 
 /// Counters of robot, sensor and bus.

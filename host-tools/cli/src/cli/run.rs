@@ -203,7 +203,7 @@ impl Run {
             final_mode: format!("{:?}", last.mode),
             fault: last.fault.map(|f| {
                 format!(
-                    "{:?}: expected {}, received {}",
+                    "{}: expected {}, received {}",
                     f.code, f.expected, f.received
                 )
             }),

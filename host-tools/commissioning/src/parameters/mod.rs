@@ -7,6 +7,7 @@
 //! | `file` | settings as TOML, with their descriptions, and back |
 //! | `change` | new settings for a board: all of them or none |
 //! | `operate` | an operator's commands |
+//! | `words` | what a board tells by name, in words |
 //!
 //! All that is known of the settings is what the board tells, so a board with an older or newer
 //! firmware is served as well.
@@ -16,8 +17,10 @@ mod client;
 mod file;
 mod operate;
 mod setting;
+mod words;
 
 pub use change::{Difference, differences};
 pub use client::{Client, Identity, LinkError};
 pub use file::{parse, read, write};
 pub use setting::{OwnedValue, Setting, missing};
+pub use words::words;

@@ -1,7 +1,9 @@
 //! An operator's command, and whether the board has carried it out.
 
 use super::Client;
+use super::words::{named, words};
 use anyhow::{Result, bail};
+use softdock_control::modes::Refusal;
 use softdock_link::service::{Answer, Request, Status};
 use std::time::{Duration, Instant};
 
@@ -36,8 +38,8 @@ impl Client {
         if let Some((refused, why)) = &status.refusal
             && refused.as_str() == command
         {
-            let mend = mend(why).map(|mend| format!("; {mend}"));
-            let mend = mend.unwrap_or_default();
+            let mend = named(why).and_then(mend).map(|mend| format!("; {mend}"));
+            let (why, mend) = (words::<Refusal>(why), mend.unwrap_or_default());
             bail!("{refused} refused in mode {}: {why}{mend}", status.mode);
         }
         Ok(status)
@@ -45,24 +47,24 @@ impl Client {
 }
 
 /// What a person can do about a refusal.
-fn mend(refusal: &str) -> Option<&'static str> {
+fn mend(refusal: Refusal) -> Option<&'static str> {
     Some(match refusal {
-        "SensorStale" => "the sensor is silent: look at its line (`softdock doctor`)",
-        "SensorUnhealthy" => "the sensor reports an error or is saturated (`softdock doctor`)",
-        "NoPose" => "the robot sends no RIst: load the configuration of `softdock robot-config`",
-        "ForceTooLarge" => {
-            "the force at rest is beyond `control.start.max_force_n` or `max_torque_n_m`: is the tool \
+        Refusal::SensorStale => "look at its line (`softdock doctor`)",
+        Refusal::SensorUnhealthy => "`softdock doctor` says which",
+        Refusal::NoPose => "load the configuration of `softdock robot-config` (RIst)",
+        Refusal::ForceTooLarge => {
+            "it is beyond `control.start.max_force_n` or `max_torque_n_m`: is the tool \
              free, is the sensor calibrated (`softdock calibrate sensor`)?"
         }
-        "StillMoving" => "wait until the last motion has faded out",
-        "MovedSinceArmed" => "arm again",
-        "TooFewSamples" => "wait until the sensor has rested for a second",
-        "OrientationSingular" => "turn the robot away from B = ±90°",
-        "NoRoom" => {
-            "the jog could leave the box (`control.limits`) around the pose in which RSI began, or come \
+        Refusal::StillMoving => "wait until it has",
+        Refusal::MovedSinceArmed => "arm again",
+        Refusal::TooFewSamples => "wait until the sensor has rested for a second",
+        Refusal::OrientationSingular => "turn the robot away from B = ±90°",
+        Refusal::NoRoom => {
+            "it could leave the box (`control.limits`) around the pose in which RSI began, or come \
              near B = ±90°: move the robot and start RSI anew, jog the other way, or lower \
              `control.jog.reach_m` or `reach_rad`"
         }
-        _ => return None,
+        Refusal::WrongMode => return None,
     })
 }

@@ -82,8 +82,8 @@ function show() {
   fill('live-state',
     h('p', { class: 'mode', 'data-mode': mode ?? '' }, quiet
       ? h('span', { class: 'muted' }, past[0].length ? `Silent for ${Math.round(silent)} s` : 'Waiting for a board …')
-      : [h('strong', { class: fault ? 'bad' : mode === 'Running' ? 'good' : '' }, words(mode)), fault && h('span', { class: 'bad' }, ` ${words(fault)}`)]),
-    refusal && h('p', { class: 'small' }, `Refused last: ${words(refusal)}`),
+      : [h('strong', { class: fault ? 'bad' : mode === 'Running' ? 'good' : '' }, words(mode)), fault && h('span', { class: 'bad' }, ` ${fault}`)]),
+    refusal && h('p', { class: 'small' }, `Refused last: ${refusal}`),
     frame.firmware && h('p', { class: 'small muted' }, frame.firmware),
     h('div', { class: 'counters' }, counter('cycle', frame.cycle.toLocaleString('en')), counter('sensor age', `${frame.sensor_age} cycles`, frame.sensor_age > 2),
       counter('late answers', frame.late_answers, frame.late_answers), counter('lost on the board', losses[0], losses[0]),

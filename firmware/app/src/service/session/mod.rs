@@ -216,14 +216,17 @@ impl Session {
             self.note(
                 now.us,
                 format_args!(
-                    "fault {:?}: expected {}, received {}",
+                    "fault: {}: expected {}, received {}",
                     fault.code, fault.expected, fault.received
                 ),
             );
         }
         if let Some((command, refusal)) = status.refusal.filter(|_| status.refusal != last.refusal)
         {
-            self.note(now.us, format_args!("{command:?} refused: {refusal:?}"));
+            self.note(
+                now.us,
+                format_args!("{} refused: {refusal}", command.word()),
+            );
         }
         if let Some(sensor) = status.sensor.filter(|_| status.sensor != last.sensor) {
             self.note(now.us, format_args!("sensor {sensor:?}"));

@@ -130,8 +130,8 @@ fn each_change_is_logged_once_with_its_numbers() {
         "settings 4",
         "robot connected",
         "robot silent",
-        "fault SensorStale: expected 5, received 6",
-        "Start refused: WrongMode",
+        "fault: cycles without a new sensor sample: expected 5, received 6",
+        "start refused: it does not apply in this mode",
         "sensor Starting",
     ];
     assert_eq!(log, expected);

@@ -4,7 +4,8 @@ use super::Board;
 use crate::cli::{print, print_json};
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use softdock_control::modes::Command;
+use softdock_commissioning::parameters::words;
+use softdock_control::modes::{Command, FaultCode, Refusal};
 use softdock_io::input::nearest;
 use softdock_link::service::{AnswerTimes, Counters, InputStatistics, Machine, Origin, Status};
 use softdock_report::number::{percent, significant};
@@ -59,11 +60,12 @@ impl Board {
         if let Some((name, expected, received)) = &status.fault {
             let _ = writeln!(
                 out,
-                "FAULT     {name}: expected {expected}, received {received}"
+                "FAULT     {}: expected {expected}, received {received}",
+                words::<FaultCode>(name)
             );
         }
         if let Some((command, refusal)) = &status.refusal {
-            let _ = writeln!(out, "refused   {command}: {refusal}");
+            let _ = writeln!(out, "refused   {command}: {}", words::<Refusal>(refusal));
         }
         for line in log {
             let at_s = line.at_ms as f64 * 1e-3;

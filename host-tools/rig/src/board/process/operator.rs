@@ -4,6 +4,7 @@ use super::Shared;
 use softdock_app::shared::Status;
 use softdock_control::modes::Command;
 use softdock_io::say;
+use softdock_link::sensor::SensorState;
 use std::io::BufRead;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -73,14 +74,17 @@ pub(super) fn start_watch(
                     received,
                 } = fault;
                 say!(
-                    "board: fault {code:?}: expected {expected}, received {received}; `reset` when it is mended"
+                    "board: fault: {code}: expected {expected}, received {received}; `reset` when it is mended"
                 );
             }
             if let Some((command, refusal)) = now.refusal.filter(|_| now.refusal != last.refusal) {
-                say!("board: {command:?} refused: {refusal:?}");
+                say!("board: {} refused: {refusal}", command.word());
             }
             if let Some(sensor) = now.sensor.filter(|_| now.sensor != last.sensor) {
-                say!("board: sensor {sensor:?}");
+                match sensor {
+                    SensorState::Failed(fault) => say!("board: sensor {sensor:?}: {fault}"),
+                    state => say!("board: sensor {state:?}"),
+                }
             }
             last = now;
         }
