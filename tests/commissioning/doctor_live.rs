@@ -43,7 +43,7 @@ fn a_board_that_is_ready_is_said_to_be() {
     for (name, says) in [
         ("board", &*served.port),
         ("protocol", "version 1"),
-        ("origin of settings", "set 1 from flash"),
+        ("origin of settings", "set 1, in memory"),
         ("settings", "complete"),
         ("mode", "Hold"),
         ("faults", "none"),
@@ -53,7 +53,7 @@ fn a_board_that_is_ready_is_said_to_be() {
         ("late answers", "none"),
         ("sensor", "Running"),
         ("sensor status", "no error bit"),
-        ("flash", "slot A holds set 1, slot B is free"),
+        ("flash", "`softdock board --flash FILE` keeps them"),
         ("recorder", "listens on"),
         ("running settings", "the settings of the file"),
     ] {
@@ -113,6 +113,18 @@ fn a_board_alone_is_not_ready() {
         "{}",
         run.stderr
     );
+    served.board.stop();
+}
+
+/// Its settings name nobody, and its command line does.
+#[test]
+fn a_recorder_on_the_command_line_is_looked_at() {
+    let recorder = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = recorder.local_addr().unwrap().to_string();
+    let served = serve("doctor_telemetry", "", &["--telemetry", &address]);
+    let (_, checks) = doctor(&served.board.folder, &["--port", &served.port]);
+    let says = format!("a program of this computer listens on {address}");
+    is(&checks, "recorder", "good", &says);
     served.board.stop();
 }
 

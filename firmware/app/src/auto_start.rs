@@ -21,14 +21,15 @@ impl AutoStart {
         self.wanted = false;
     }
 
-    /// The command for the next cycle. A refused command is given again in the next cycle.
-    pub fn command(&mut self, mode: Mode) -> Option<Command> {
+    /// The command for the next cycle. Before the first reading of the sensor (`sensed`) nothing is armed; a refused
+    /// command is given again in the next cycle.
+    pub fn command(&mut self, mode: Mode, sensed: bool) -> Option<Command> {
         if !self.wanted {
             return None;
         }
         match mode {
             Mode::Idle => Some(Command::Hold),
-            Mode::Hold => Some(Command::Arm),
+            Mode::Hold => sensed.then_some(Command::Arm),
             Mode::Armed => Some(Command::Start),
             Mode::Running | Mode::Jogging | Mode::Fault => {
                 self.wanted = false;

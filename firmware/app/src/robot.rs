@@ -134,7 +134,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         };
         let sequence = self.link.follow(&telegram)?;
         let sample = self.sample_now(clock).await;
-        let command = self.command(sequence);
+        let command = self.command(sequence, &sample);
         Some(self.link.run_cycle(&telegram, sequence, sample, command))
     }
 
@@ -171,7 +171,7 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
         self.shared.sample()
     }
 
-    fn command(&mut self, sequence: Sequence) -> Option<Command> {
+    fn command(&mut self, sequence: Sequence, sample: &SensorSample) -> Option<Command> {
         if sequence == Sequence::NewRun {
             self.shared.commands.clear();
         }
@@ -185,7 +185,9 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
                 self.auto_start.cancel();
                 Some(command)
             }
-            Err(_) => self.auto_start.command(self.link.mode()),
+            Err(_) => self
+                .auto_start
+                .command(self.link.mode(), sample.counter > 0),
         }
     }
 

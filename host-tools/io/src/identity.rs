@@ -1,5 +1,6 @@
 //! Who made a recording: name, version, git hash, changed or not.
 
+use std::net::SocketAddr;
 use std::sync::OnceLock;
 
 /// Git state of the program's build. The program says it and not this crate, which would be compiled
@@ -15,4 +16,53 @@ pub fn built_from(git: &'static str) {
 pub fn text() -> String {
     let git = GIT.get().copied().unwrap_or("as a library");
     format!("softdock {} ({git})", env!("CARGO_PKG_VERSION"))
+}
+
+/// In the identity of a board that forgets its settings when it ends.
+const NO_FLASH: &str = ", no flash";
+/// In that of a board that was told where its cycles go; the address follows.
+const TELEMETRY: &str = ", telemetry to ";
+
+/// The board on this computer, with what its settings do not say: whether it keeps them, and where its cycles go in
+/// place of what they name.
+pub fn of_board_process(flash: bool, telemetry: Option<SocketAddr>) -> String {
+    let mut identity = format!("{}, board of this computer, f64", text());
+    if !flash {
+        identity += NO_FLASH;
+    }
+    if let Some(recorder) = telemetry {
+        identity += &format!("{TELEMETRY}{recorder}");
+    }
+    identity
+}
+
+/// Whether a board says that it forgets its settings when it ends.
+pub fn is_without_flash(identity: &str) -> bool {
+    identity.contains(NO_FLASH)
+}
+
+/// Where a board says that its cycles go in place of what its settings name.
+pub fn telemetry(identity: &str) -> Option<SocketAddr> {
+    identity.split_once(TELEMETRY)?.1.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_process_says_what_its_settings_do_not() {
+        let recorder = Some(SocketAddr::from(([127, 0, 0, 1], 49_200)));
+        let told = of_board_process(false, recorder);
+        assert!(
+            is_without_flash(&told) && telemetry(&told) == recorder,
+            "{told}"
+        );
+        let silent = of_board_process(true, None);
+        assert!(
+            !is_without_flash(&silent) && telemetry(&silent).is_none(),
+            "{silent}"
+        );
+        assert!(told.starts_with(&silent));
+    }
 }

@@ -32,10 +32,8 @@ fn an_automatic_start_waits_for_the_sensor() {
     bench.world().sensor.behaviour = Behaviour::Silent;
     bench.cycles(100);
     assert_eq!(bench.status().mode, Mode::Hold);
-    assert_eq!(
-        bench.status().refusal,
-        Some((Command::Arm, Refusal::SensorStale))
-    );
+    // It does not ask for what is refused.
+    assert_eq!(bench.status().refusal, None);
     bench.world().sensor.behaviour = Behaviour::Healthy;
     bench.cycles(100);
     assert_eq!(bench.status().mode, Mode::Running);
@@ -87,9 +85,10 @@ fn an_automatic_start_gives_way_to_an_operator() {
 fn an_automatic_start_is_for_once() {
     for mode in [Mode::Running, Mode::Fault] {
         let mut start = AutoStart::new(true);
-        assert_eq!(start.command(Mode::Hold), Some(Command::Arm));
-        assert_eq!(start.command(mode), None);
-        assert_eq!(start.command(Mode::Hold), None);
+        assert_eq!(start.command(Mode::Hold, false), None);
+        assert_eq!(start.command(Mode::Hold, true), Some(Command::Arm));
+        assert_eq!(start.command(mode, true), None);
+        assert_eq!(start.command(Mode::Hold, true), None);
     }
 }
 

@@ -53,7 +53,7 @@ pub(super) struct Board {
     /// UDP address of `softdock record`, which gets each cycle; without it, that of the settings
     #[arg(long, value_name = "UDP_ADDR", value_parser = address)]
     telemetry: Option<SocketAddr>,
-    /// Arm and start as soon as robot and sensor are healthy
+    /// Arm and start as soon as robot and sensor are healthy; once, and not again after a change of the settings
     #[arg(long)]
     start: bool,
     /// Recording to write (MCAP)

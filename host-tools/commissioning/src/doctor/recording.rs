@@ -73,7 +73,7 @@ pub(super) fn made_by_firmware(made_by: &str) -> Check {
 }
 
 fn settings(recording: &Recording) -> Check {
-    let name = "settings";
+    let name = "recorded settings";
     if recording.header.settings_toml.trim().is_empty() {
         return Check::warning(name, "the recording holds no settings");
     }
@@ -97,7 +97,7 @@ fn faults(recording: &Recording) -> Check {
         Some(fault) => Check::bad(
             name,
             format!(
-                "{:?} was latched: expected {}, received {}",
+                "one was latched: {}: expected {}, received {}",
                 fault.code, fault.expected, fault.received
             ),
         ),

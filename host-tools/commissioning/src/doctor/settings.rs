@@ -59,7 +59,7 @@ fn law(board: &BoardSettings) -> Check {
             name,
             "none: a late robot gives every bounce energy; choose `control.delay.law`",
         ),
-        law => Check::good(name, format!("{law:?}")),
+        law => Check::good(name, law.name()),
     }
 }
 
@@ -84,8 +84,8 @@ pub(super) fn recorder(recorder: &str) -> Check {
     if recorder.is_empty() {
         return Check::warning(
             name,
-            "the settings name nobody who gets each cycle: set `network.recorder` (a board that was started with \
-             --telemetry sends there all the same)",
+            "the settings name nobody who gets each cycle: set `network.recorder`, or start `softdock board` with \
+             --telemetry",
         );
     }
     Check::good(name, recorder)

@@ -3,6 +3,7 @@
 use crate::fragment::Fragment;
 use crate::parameters::{Client, Difference, OwnedValue, Setting, differences, parse};
 use anyhow::{Context, Result, bail, ensure};
+use softdock_io::identity;
 use softdock_io::port::{Port, only_board};
 use softdock_link::service::{Origin, Status};
 use std::net::SocketAddr;
@@ -64,14 +65,14 @@ impl LiveBoard {
         numbers.with_context(|| format!("{}: `{name}` is {value}, expected {N} numbers", self.port))
     }
 
-    /// The address on which the board's cycles can be heard: `listen`, or where its settings send
+    /// The address on which the board's cycles can be heard: `listen`, or where its command line or its settings send
     /// them.
     ///
     /// # Errors
     /// There is none.
     pub fn recorder(&mut self, listen: Option<SocketAddr>) -> Result<SocketAddr> {
-        if let Some(listen) = listen {
-            return Ok(listen);
+        if let Some(told) = listen.or(identity::telemetry(&self.client.identity().text)) {
+            return Ok(told);
         }
         let set = self.client.value(RECORDER);
         let set = set.with_context(|| self.port.clone())?;
@@ -82,8 +83,7 @@ impl LiveBoard {
         address.with_context(|| {
             format!(
                 "{}: the board's settings do not say where it sends its cycles: `softdock params set \
-                 {RECORDER} ADDRESS:49200` with this computer's address; a board that sends them by \
-                 --telemetry ADDRESS:PORT is heard with --listen ADDRESS:PORT",
+                 {RECORDER} ADDRESS:49200` with this computer's address, or `softdock board --telemetry`",
                 self.port
             )
         })

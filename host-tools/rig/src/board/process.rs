@@ -14,6 +14,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use softdock_app::service::End;
 use softdock_app::settings::BoardSettings;
 use softdock_app::store::{Boot, Origin, Store};
+use softdock_io::identity;
 use softdock_io::say;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
@@ -66,7 +67,7 @@ pub struct Process {
     pub service: Option<ServiceAddress>,
     /// UDP address of the recorder that gets each cycle, in place of that of the settings.
     pub telemetry: Option<SocketAddr>,
-    /// Arm and start as soon as robot and sensor are healthy.
+    /// Arm and start, once, as soon as robot and sensor are healthy.
     pub start: bool,
 }
 
@@ -78,6 +79,7 @@ pub struct Listening {
     line: Option<Line>,
     store: Store<FileFlash>,
     telemetry: Option<SocketAddr>,
+    identity: String,
     start: bool,
 }
 
@@ -124,6 +126,7 @@ impl Process {
             line,
             store: Store::new(flash),
             telemetry: self.telemetry,
+            identity: identity::of_board_process(self.flash.is_some(), self.telemetry),
             start: self.start,
         })
     }
@@ -154,8 +157,11 @@ impl Listening {
                     .transpose()?,
                 line: self.line.clone(),
                 telemetry: self.telemetry,
+                identity: self.identity.clone(),
             };
-            let session = BoardSession::prepare(boot, io, self.start)?;
+            // Who changes settings starts by hand.
+            let start = std::mem::take(&mut self.start);
+            let session = BoardSession::prepare(boot, io, start)?;
             let record = record(session.settings())?;
             match session.run(stop, &current, &mut self.store, &mut block, record)? {
                 End::Restart(next) if !stop.load(Ordering::Relaxed) => trial = next,

@@ -2,7 +2,10 @@
 
 use super::super::{Check, recording};
 use super::Answers;
+use crate::parameters::words;
 use softdock_app::image::schema;
+use softdock_control::modes::FaultCode;
+use softdock_io::identity;
 use softdock_link::service::{FlashSlot, Origin, PROTOCOL};
 
 /// What a line of the log has in it when it tells of trouble.
@@ -25,7 +28,7 @@ pub(super) fn checks(port: &str, answers: &Answers) -> Vec<Check> {
         recording::made_by_firmware(&answers.identity.text),
         protocol(answers),
         line(answers),
-        origin(&answers.status.origin),
+        origin(answers),
         mode(answers),
         fault(answers),
     ]
@@ -64,9 +67,12 @@ fn line(answers: &Answers) -> Check {
     }
 }
 
-fn origin(origin: &Origin) -> Check {
+fn origin(answers: &Answers) -> Check {
     let name = "origin of settings";
-    match origin {
+    match &answers.status.origin {
+        Origin::Flash { sequence } if identity::is_without_flash(&answers.identity.text) => {
+            Check::good(name, format!("set {sequence}, in memory"))
+        }
         Origin::Flash { sequence } => Check::good(name, format!("set {sequence} from flash")),
         Origin::Trial { sequence, left_s } => Check::warning(
             name,
@@ -115,8 +121,9 @@ fn fault(answers: &Answers) -> Check {
         Some((word, expected, received)) => Check::bad(
             name,
             format!(
-                "{word} is latched: expected {expected}, received {received}; remove its cause, then \
-                 `softdock params mode reset`"
+                "one is latched: {}: expected {expected}, received {received}; remove its cause, then \
+                 `softdock params mode reset`",
+                words::<FaultCode>(word)
             ),
         ),
     }
@@ -127,6 +134,12 @@ pub(super) fn flash(answers: &Answers) -> Check {
     let Some(slots) = &answers.slots else {
         return Check::warning(name, "the firmware does not tell what is in its slots");
     };
+    if identity::is_without_flash(&answers.identity.text) {
+        return Check::good(
+            name,
+            "none: changed settings end with the board; `softdock board --flash FILE` keeps them",
+        );
+    }
     let words: Vec<String> = ["A", "B"].iter().zip(slots).map(slot).collect();
     let words = words.join(", ");
     let kept = |slot: &FlashSlot| matches!(slot, FlashSlot::Kept { .. });

@@ -18,6 +18,7 @@ use super::{Check, settings};
 use crate::parameters::{Client, Identity, LinkError};
 use softdock_app::image::{Image, schema};
 use softdock_app::settings::BoardSettings;
+use softdock_io::identity;
 use softdock_io::port::Port;
 use softdock_link::service::{Counters, FlashSlot, Health, LogLine, Machine, Refusal, Status};
 use std::time::{Duration, Instant};
@@ -134,7 +135,10 @@ fn checks(port: &str, answers: &Answers) -> Vec<Check> {
     checks.extend(robot::checks(answers, control));
     checks.extend(sensor::checks(answers, control));
     checks.push(board::flash(answers));
-    checks.extend(known.map(|settings| recorder::check(&settings.network.recorder)));
+    checks.extend(known.map(|settings| {
+        let told = identity::telemetry(&answers.identity.text).map(|to| to.to_string());
+        recorder::check(told.as_deref().unwrap_or(&settings.network.recorder))
+    }));
     checks.push(board::log(answers));
     checks
 }

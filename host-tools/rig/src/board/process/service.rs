@@ -7,7 +7,6 @@ use crate::board::block_on::block_on;
 use crate::board::flash::FileFlash;
 use softdock_app::service::{End, Service, Session};
 use softdock_app::store::{Block, Boot, Store};
-use softdock_io::identity;
 use std::hash::{BuildHasher, Hasher, RandomState};
 
 /// Runs the service of a board that has started with `boot` until it is to start over or the line is
@@ -19,9 +18,9 @@ pub(super) fn run(
     clock: &RealClock,
     store: &mut Store<FileFlash>,
     block: &mut Block,
+    identity: &str,
 ) -> End {
-    let identity = format!("{}, board of this computer, f64", identity::text());
-    let mut session = Session::new(boot, boot_number(), &identity);
+    let mut session = Session::new(boot, boot_number(), identity);
     let service = Service {
         shared,
         session: &mut session,

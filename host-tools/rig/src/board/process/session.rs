@@ -32,6 +32,8 @@ pub(super) struct Io {
     pub(super) line: Option<Line>,
     /// The recorder, in place of that of the settings.
     pub(super) telemetry: Option<SocketAddr>,
+    /// Who the board is.
+    pub(super) identity: String,
 }
 
 /// A board that is ready to run.
@@ -100,7 +102,7 @@ impl BoardSession {
             let (shared, ended, clock, boot) = (&*shared, &ended, &clock, &boot);
             let service = io.line.map(|line| {
                 scope.spawn(move || {
-                    let end = service::run(shared, boot, line, clock, store, block);
+                    let end = service::run(shared, boot, line, clock, store, block, &io.identity);
                     ended.store(true, Ordering::Relaxed);
                     end
                 })
