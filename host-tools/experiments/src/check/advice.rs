@@ -18,7 +18,7 @@ const IMPULSE_MATTERS: f64 = 0.25;
 /// All advice, the weightiest first.
 pub(super) fn of(check: &Check, settings: &Settings, rig: &Rig) -> Vec<String> {
     let mut advice = physics(check);
-    advice.extend(beliefs(settings, rig));
+    advice.extend(beliefs(check.delay_s, settings, rig));
     advice.extend(law(check));
     advice.extend(speed(settings, rig));
     advice
@@ -51,15 +51,16 @@ fn physics(check: &Check) -> Vec<String> {
 }
 
 /// What the settings believe of the robot and the rig says otherwise.
-fn beliefs(settings: &Settings, rig: &Rig) -> Vec<String> {
+fn beliefs(delay_s: f64, settings: &Settings, rig: &Rig) -> Vec<String> {
     let (believed, mut advice) = (&settings.delay.actuator, Vec::new());
-    let (is_s, true_s) = (believed.mean_delay_s(), rig.mean_delay_s());
-    if (is_s - true_s).abs() > DELAY_MATTERS_S {
+    let believed_s = settings.delay.horizon_s(settings.robot.cycle_s);
+    if (believed_s - delay_s).abs() > DELAY_MATTERS_S {
         advice.push(format!(
-            "The settings believe in a robot that is {:.1} ms late; this one is {:.1} ms late. Set \
-             `delay.actuator`: delay_s = {}, lag_s = {}.",
-            1e3 * is_s,
-            1e3 * true_s,
+            "The settings believe in a loop delay of {:.2} ms; with this robot it is {:.2} ms, of which {:.2} ms are the \
+             robot's. Set `delay.actuator`: delay_s = {}, lag_s = {}.",
+            1e3 * believed_s,
+            1e3 * delay_s,
+            1e3 * rig.mean_delay_s(),
             rig.actuator.delay_s,
             rig.actuator.lag_s
         ));
@@ -82,25 +83,8 @@ fn law(check: &Check) -> Vec<String> {
     let Some(chosen) = check.chosen() else {
         return Vec::new();
     };
-    let mut advice = Vec::new();
-    if let Some(fault) = &chosen.fault {
-        advice.push(format!(
-            "With law `{}` the test ends in a fault: {fault}.",
-            chosen.law
-        ));
-    } else if chosen.flies_on {
-        advice.push(format!(
-            "With law `{}` the robot leaves the wall before the spacecraft has turned: the restitution is \
-             negative, and it touches again and again. The law leads too much for this contact, or the \
-             delay is believed too long.",
-            chosen.law
-        ));
-    } else if !chosen.stable {
-        advice.push(format!(
-            "Law `{}` adds energy: do not close the loop with it on this contact.",
-            chosen.law
-        ));
-    }
+    let told = |row: &&LawRow| row.fault.is_some() || row.law == chosen.law;
+    let mut advice: Vec<String> = check.laws.iter().filter(told).filter_map(fails).collect();
     if chosen.law == LawName::Seed.name() && chosen.stable {
         advice.push(
             "Law `seed` keeps its sums: over repeated bounces it runs away, whatever one bounce says."
@@ -135,6 +119,25 @@ fn law(check: &Check) -> Vec<String> {
         Some(_) => {}
     }
     advice
+}
+
+/// Why a law is not stable.
+fn fails(row: &LawRow) -> Option<String> {
+    let law = row.law;
+    if let Some(fault) = &row.fault {
+        return Some(format!(
+            "With law `{law}` the test ends in a fault: {fault}."
+        ));
+    }
+    if row.flies_on {
+        return Some(format!(
+            "With law `{law}` the robot leaves the wall before the spacecraft has turned: the restitution is \
+             negative, and it touches again and again. The law leads too much for this contact, or the \
+             delay is believed too long."
+        ));
+    }
+    (!row.stable)
+        .then(|| format!("Law `{law}` adds energy: do not close the loop with it on this contact."))
 }
 
 /// A rebound that is right for the wrong reason.

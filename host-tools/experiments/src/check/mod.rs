@@ -143,7 +143,10 @@ fn row(law: LawName, settings: &Settings, rig: &Rig) -> Result<LawRow> {
     let flies_on = bounces.mean().is_some_and(|mean| mean < -SLACK);
     let fault = bounces.fault().map(|fault| {
         let (expected, received) = (fault.expected, fault.received);
-        format!("{:?}: allowed {expected}, received {received}", fault.code)
+        format!(
+            "{}: allowed {expected:.4}, received {received:.4}",
+            fault.code
+        )
     });
     Ok(LawRow {
         law: law.name(),

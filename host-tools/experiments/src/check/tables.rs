@@ -49,7 +49,7 @@ impl Check {
             table.push(vec![Cell::text(name), Cell::number(here, 4), critical]);
         };
         row(
-            "delay, ms",
+            "loop delay, ms",
             1e3 * self.delay_s,
             Some(1e3 * self.critical_delay_s),
         );
