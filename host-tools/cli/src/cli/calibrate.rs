@@ -9,8 +9,8 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 use softdock_app::settings::BoardSettings;
 use softdock_commissioning::calibrate::plan::{PlannedPose, plan};
-use softdock_commissioning::calibrate::source::{Mounting, one_after_the_other};
-use softdock_commissioning::calibrate::{Ask, Calibration, calibrate};
+use softdock_commissioning::calibrate::source::{Mounting, one_after_the_other, unusable};
+use softdock_commissioning::calibrate::{Ask, Calibration, WORST_CONDITION, calibrate, rests};
 use softdock_commissioning::input::{Read, read};
 use softdock_control::frames::orientation_from_abc;
 use softdock_control::settings::SensorSettings;
@@ -149,6 +149,12 @@ impl Sensor {
         };
         let readings = one_after_the_other(all.iter().map(|read| &read.recording))?;
         let mut found = calibrate(&readings, &Mounting::new(&sensor), &ask)?;
+        for read in all {
+            found.notes.extend(unusable(&read.recording)?);
+        }
+        if all.len() > 1 && !ask.at_rest && !ask.inertia {
+            found.notes.extend(self.without_a_pose(all)?);
+        }
         let unseen: Vec<&Recording> = all.iter().filter_map(|r| r.unseen.as_ref()).collect();
         if !unseen.is_empty() {
             found.judge(&one_after_the_other(unseen)?, ask.at_rest)?;
@@ -161,6 +167,17 @@ impl Sensor {
             );
         }
         Ok(found)
+    }
+
+    /// Recordings of a pose each in which the robot never rests, in sentences.
+    fn without_a_pose(&self, all: &[Read]) -> Result<Vec<String>> {
+        let mut told = Vec::new();
+        for (path, read) in self.recording.iter().zip(all) {
+            if rests(&one_after_the_other([&read.recording])?).is_empty() {
+                told.push(format!("{} holds no pose.", path.display()));
+            }
+        }
+        Ok(told)
     }
 
     /// What the answer comes from, in words.
@@ -209,7 +226,7 @@ impl Sensor {
             say!("note: {remark}");
         }
         let text = format!(
-            "{}\n\n{}\n\n{}\ncondition {}\n",
+            "{}\n\n{}\n\n{}\nCondition number of the poses: {}; at most {WORST_CONDITION:.0} is accepted.\n",
             found.sentence(),
             found.table(),
             found.residual_table(),

@@ -1,7 +1,7 @@
 //! The report of a calibration.
 
 use anyhow::Result;
-use softdock_commissioning::calibrate::{Calibration, Residual};
+use softdock_commissioning::calibrate::{Calibration, Residual, WORST_CONDITION};
 use softdock_io::identity;
 use softdock_report::{Hue, Interval, Mark, Page, Plot, Series, Style, number};
 
@@ -20,7 +20,7 @@ pub fn page(found: &Calibration, origin: &str) -> Result<Page> {
     };
     page.verdict(mark, &badge, &found.sentence());
     page.paragraph(&format!(
-        "From {origin}: {} used, condition {}.",
+        "From {origin}: {} used; the condition number of the poses is {}, at most {WORST_CONDITION:.0} is accepted.",
         found.used,
         number::significant(found.condition, 2)
     ));

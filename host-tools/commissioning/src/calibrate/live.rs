@@ -158,7 +158,9 @@ impl Guide {
         }
         let gravity = Gravity::new(self.gravity_m_s2);
         let state = match self.condition() {
-            Some(condition) => format!("condition {condition:.1}"),
+            Some(condition) => {
+                format!("condition number {condition:.1}, expected at most {GOOD_CONDITION}")
+            }
             None => open_words(&determined_by(&self.taken, &self.mounting, &gravity)),
         };
         let missing = self.planned.iter().find(|pose| {
@@ -178,7 +180,9 @@ impl Guide {
 }
 
 fn degrees(rotation: &UnitQuaternion<f64>) -> String {
-    let [a, b, c] = abc_from_orientation(rotation).map(f64::to_degrees);
+    // Rounded, and without the sign of a zero.
+    let tenths = |angle: f64| (angle.to_degrees() * 10.0).round() / 10.0 + 0.0;
+    let [a, b, c] = abc_from_orientation(rotation).map(tenths);
     format!("A {a:.1}°, B {b:.1}°, C {c:.1}°")
 }
 

@@ -89,7 +89,12 @@ pub fn calibrate(readings: &[Reading], mounting: &Mounting, ask: &Ask) -> Result
         mounting,
     };
     if !ask.inertia {
-        return problem.solved(&standstill::groups(readings, mounting, ask.at_rest)?);
+        let mut calibration =
+            problem.solved(&standstill::groups(readings, mounting, ask.at_rest)?)?;
+        if !ask.at_rest {
+            calibration.notes.extend(standstill::unused(readings));
+        }
+        return Ok(calibration);
     }
     let stretches = motion::stretches(readings, mounting)?;
     let age_s = problem.age_s(&stretches)?;
@@ -156,7 +161,7 @@ impl Problem<'_> {
             return Ok(());
         }
         bail!(
-            "the poses hardly differ for what is asked: the condition of the problem is {:.0}, at \
+            "the poses hardly differ for what is asked: the condition number of the problem is {:.0}, at \
              most {WORST_CONDITION:.0} is accepted; {}. {}",
             fit.condition,
             fit.weakest.sentence(),

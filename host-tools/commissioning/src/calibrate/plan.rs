@@ -103,9 +103,9 @@ fn described(
             let condition = (determined.open == 0).then_some(determined.condition);
             let adds = match (condition, before) {
                 (None, _) => format!("still open: {}", open_words(&determined)),
-                (Some(now), None) => format!("all is determined, condition {now:.1}"),
+                (Some(now), None) => format!("all is determined, condition number {now:.1}"),
                 (Some(now), Some(last)) if now < 0.95 * last => {
-                    format!("a better condition: {now:.1}")
+                    format!("a better condition number: {now:.1}")
                 }
                 (Some(_), Some(_)) => "less noise, and a check of the others".to_owned(),
             };

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use nalgebra::UnitQuaternion;
 use softdock_control::frames::{self, Pose, Wrench};
+use softdock_control::io::SensorSample;
 use softdock_control::settings::SensorSettings;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::{Signals, Step};
@@ -64,6 +65,26 @@ pub fn one_after_the_other<'a>(
         all.extend(own);
     }
     Ok(all)
+}
+
+/// Says which readings of a recording cannot be used; none if all can.
+///
+/// # Errors
+///
+/// Those of [`RecordedReadings`].
+pub fn unusable(recording: &Recording) -> Result<Option<String>> {
+    let signals = Signals::new(recording)?;
+    let unfit = |sensor: &SensorSample| sensor.saturated || sensor.status != 0;
+    let bad = signals.cycles.iter().filter(|c| unfit(&c.inputs.sensor));
+    let times_s: Vec<f64> = bad.map(|cycle| cycle.trace.time_s).collect();
+    let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else {
+        return Ok(None);
+    };
+    Ok(Some(format!(
+        "{} readings between {first:.1} s and {last:.1} s are left out: the sensor is saturated or reports an error; a \
+         pose in which it does is none.",
+        times_s.len()
+    )))
 }
 
 /// The sensor's place on the flange.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use softdock_actuator::Chain;
-use softdock_physics::model::Axis;
+use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
 
 /// What is left over the noise from which on something is missing in the structure.
@@ -263,15 +263,22 @@ impl Identification {
                 "acceleration",
                 best.max_acceleration.is_none(),
                 best.tried_acceleration,
+                "/s²",
             ),
-            ("velocity", best.max_velocity.is_none(), best.tried_velocity),
+            (
+                "velocity",
+                best.max_velocity.is_none(),
+                best.tried_velocity,
+                "/s",
+            ),
         ];
-        for (of, unmet, tried) in tried {
+        for (of, unmet, tried, per_s) in tried {
             if unmet {
                 let tried = number::significant(tried, 2);
                 let axis = best.axis;
                 notes.push(format!(
-                    "No limit of the {of} was met up to {tried} (SI units of axis {axis})."
+                    "No limit of the {of} of {axis} was met up to {tried} {}{per_s}.",
+                    Channel::Pose.unit(axis)
                 ));
             }
         }
