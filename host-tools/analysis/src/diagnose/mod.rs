@@ -48,6 +48,7 @@ pub(crate) use outcome::levels_of;
 pub use stretches::held_back;
 
 use crate::compare::compare;
+use crate::fit::same_rig;
 use anyhow::{bail, ensure};
 pub use engine::Logs;
 use engine::{Question, Watch, WrenchFinding};
@@ -190,6 +191,9 @@ fn ask(
                 .notes
                 .push(format!("What is left on {log}: {rest}"));
         }
+    }
+    if let Some(settings) = same_rig::said_first(train, test) {
+        diagnosis.sentence = sentence::of_two_rigs(&settings, &diagnosis.sentence);
     }
     diagnosis.seconds = started.elapsed().as_secs_f64();
     progress(1.0, "done");

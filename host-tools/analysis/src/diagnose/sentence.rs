@@ -27,6 +27,13 @@ pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> St
     }
 }
 
+/// The sentence about logs of two rigs, which begins with what their settings say.
+pub(crate) fn of_two_rigs(settings: &str, sentence: &str) -> String {
+    format!(
+        "{settings}: they are of two rigs, and what differs may show as an error of the model. {sentence}"
+    )
+}
+
 fn title(id: &str) -> String {
     softdock_physics::effects::by_id(id).map_or_else(
         || format!("your own hypothesis `{id}`"),

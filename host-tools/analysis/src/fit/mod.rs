@@ -21,7 +21,7 @@ mod logs;
 mod nominal;
 mod parameter;
 mod residual;
-mod same_rig;
+pub(crate) mod same_rig;
 
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};

@@ -4,16 +4,17 @@ use softdock_io::recording::Recording;
 use toml_edit::DocumentMut;
 
 /// Settings that describe the rig and its spacecraft; what a test starts with and the law may differ.
-const OF_THE_RIG: [&str; 9] = [
-    "control.body_k.mass_kg",
-    "control.body_k.inertia_kg_m2",
-    "control.body_q.mass_kg",
-    "control.body_q.inertia_kg_m2",
-    "control.body_q.fixed",
-    "control.sensor.tool_mass_kg",
-    "control.sensor.position_m",
-    "control.sensor.orientation_wxyz",
-    "control.robot.cycle_s",
+/// Each with its words before the value and its unit.
+const OF_THE_RIG: [(&str, &str, &str); 9] = [
+    ("control.body_k.mass_kg", "mass of spacecraft K", " kg"),
+    ("control.body_k.inertia_kg_m2", "inertia of K", " kg·m²"),
+    ("control.body_q.mass_kg", "mass of spacecraft Q", " kg"),
+    ("control.body_q.inertia_kg_m2", "inertia of Q", " kg·m²"),
+    ("control.body_q.fixed", "Q fixed:", ""),
+    ("control.sensor.tool_mass_kg", "mass of the tool", " kg"),
+    ("control.sensor.position_m", "sensor at", " m"),
+    ("control.sensor.orientation_wxyz", "sensor turned by", ""),
+    ("control.robot.cycle_s", "cycle of", " s"),
 ];
 
 /// What differs between the first recording and the others, in sentences; names go with them.
@@ -26,11 +27,9 @@ pub(super) fn differences(logs: &[(&str, &Recording)]) -> Vec<String> {
     };
     let of_other = |(name, other): &(&str, &Recording)| {
         let other = settings(other)?;
-        let differ = OF_THE_RIG.iter().filter_map(|path| {
-            let (here, there) = (value(&first, path)?, value(&other, path)?);
-            (here != there).then(|| format!("`{path}` is {there} in place of {here}"))
-        });
-        let differ: Vec<String> = differ.collect();
+        let differ: Vec<String> = differing(&first, &other)
+            .map(|((path, ..), here, there)| format!("`{path}` is {there} in place of {here}"))
+            .collect();
         (!differ.is_empty()).then(|| {
             format!(
                 "{name} is of another rig or spacecraft than {first_name}: {}; what differs may show as an error of \
@@ -40,6 +39,42 @@ pub(super) fn differences(logs: &[(&str, &Recording)]) -> Vec<String> {
         })
     };
     others.iter().filter_map(of_other).collect()
+}
+
+/// The settings in which the first unseen recording differs from the first one of the fit, as the beginning of a
+/// sentence; none if it does not, or nothing is unseen.
+pub(crate) fn said_first(train: &[&Recording], test: &[&Recording]) -> Option<String> {
+    let (fit, unseen) = (settings(train.first()?)?, settings(test.first()?)?);
+    let (mut here, mut there) = (Vec::new(), Vec::new());
+    for ((_, words, unit), of_fit, of_unseen) in differing(&fit, &unseen) {
+        let told = |value: &str| format!("{words} {}{unit}", value.trim_end_matches(".0"));
+        here.push(told(&of_fit));
+        there.push(told(&of_unseen));
+    }
+    (!here.is_empty()).then(|| {
+        format!(
+            "The test log was recorded with {}, the training log with {}",
+            there.join(" and "),
+            here.join(" and ")
+        )
+    })
+}
+
+/// Settings that differ, with both values.
+fn differing(
+    here: &DocumentMut,
+    there: &DocumentMut,
+) -> impl Iterator<
+    Item = (
+        &'static (&'static str, &'static str, &'static str),
+        String,
+        String,
+    ),
+> {
+    OF_THE_RIG.iter().filter_map(move |setting| {
+        let (here, there) = (value(here, setting.0)?, value(there, setting.0)?);
+        (here != there).then_some((setting, here, there))
+    })
 }
 
 /// None where a recording has no settings, as those of other programs.
@@ -84,5 +119,11 @@ mod tests {
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].starts_with("heavy is of another rig"), "{found:?}");
         assert!(found[0].contains("is 300.0 in place of 200.0"), "{found:?}");
+        assert_eq!(said_first(&[&train], &[&slow]), None);
+        let said = said_first(&[&train], &[&heavy]).unwrap();
+        assert_eq!(
+            said,
+            "The test log was recorded with mass of spacecraft K 300 kg, the training log with mass of spacecraft K 200 kg"
+        );
     }
 }
