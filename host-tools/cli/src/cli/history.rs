@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::output::write_whole;
 use softdock_io::say;
 use softdock_physics::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
@@ -43,7 +44,7 @@ impl History {
         let steps = &model.history;
         if let Some(path) = &self.report {
             refuse_overwrite_of(&[&self.model], path, self.force)?;
-            self.page(&model)?.write(path)?;
+            write_whole(path, self.page(&model)?.to_html())?;
             say!("report: {}", path.display());
         }
         if self.json {
@@ -109,13 +110,13 @@ fn headline(steps: &[HistoryStep]) -> String {
 fn waterfall(run: &[HistoryStep], model: &Model) -> BarChart {
     let mut chart = BarChart::waterfall(
         "Error of all channels together after each step",
-        "RMS error [σ]",
+        "RMS error [σₙ]",
         Format::Significant(DIGITS),
     );
     let tested = run.iter().any(|step| step.test_error.is_some());
     if tested {
         chart.names = Some(["unseen data".to_owned(), "data of the fit".to_owned()]);
-        "RMS error [σ] | of the fit".clone_into(&mut chart.value_label);
+        "RMS error [σₙ] | of the fit".clone_into(&mut chart.value_label);
     }
     chart.bars = run
         .iter()
@@ -143,8 +144,8 @@ fn label(step: &HistoryStep, model: &Model) -> String {
 fn plain(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
-        Column::number("Error, fit", "σ"),
-        Column::number("unseen", "σ"),
+        Column::number("Error, fit", "σₙ"),
+        Column::number("unseen", "σₙ"),
         Column::text("Fitted on"),
         Column::text("Unseen"),
     ]);
@@ -165,8 +166,8 @@ fn plain(model: &Model) -> Table {
 fn table(model: &Model) -> Table {
     let mut table = Table::new(vec![
         Column::text("Step"),
-        Column::number("Error, fit", "σ"),
-        Column::number("unseen", "σ"),
+        Column::number("Error, fit", "σₙ"),
+        Column::number("unseen", "σₙ"),
         Column::text(""),
         Column::text("Fitted on"),
     ]);

@@ -26,7 +26,7 @@ function fall(trial) {
   const noisy = Object.values(trial.residual_rms_sigma?.before ?? {}).filter((one) => one > 1e-6).length;
   const where = first.test_error === null ? 'the data of the fit' : 'unseen data';
   return h('p', { class: 'fall' }, 'Error on ', where, ': ', h('strong', {}, significant(before)), ' → ',
-    h('strong', { class: after < before ? 'good' : 'bad' }, significant(after)), ' σ',
+    h('strong', { class: after < before ? 'good' : 'bad' }, significant(after)), ' σₙ',
     noisy > 0 && h('span', { class: 'small muted' }, ` (all channels together; ${significant(Math.sqrt(noisy))} is noise)`));
 }
 

@@ -31,7 +31,7 @@ function bar(step, before, largest) {
   const gone = !NAMES[step.effect] && !there().some((one) => one.id === step.effect);
   return h('li', { class: gone ? 'refused' : '' }, h('span', { class: 'name' }, name, gone && h('span', { class: 'small muted' }, ' (taken out)')),
     h('div', { class: 'bar waterfall' }, before === undefined ? part(value, 'fill on') : [part(from, 'fill on'), part(change, `fill ${kind}`)]),
-    h('span', { class: 'number' }, `${significant(value)} σ`));
+    h('span', { class: 'number' }, `${significant(value)} σₙ`));
 }
 
 function run(steps) {

@@ -42,8 +42,8 @@ pub(super) fn text(diagnosis: &Diagnosis) -> String {
 pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
     let mut table = Table::new(vec![
         Column::text("Channel"),
-        Column::number("Before", "σ"),
-        Column::number("After", "σ"),
+        Column::number("Before", "σₙ"),
+        Column::number("After", "σₙ"),
     ]);
     let of = |l: &ChannelLevels| [l.executed_velocity, l.wrench, l.model_velocity, l.pose];
     let pairs = of(&both.before).into_iter().zip(of(&both.after));

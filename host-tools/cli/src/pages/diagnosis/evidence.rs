@@ -30,7 +30,7 @@ impl Source<'_> {
         ));
         page.paragraph(&format!(
             "RMS of measured minus predicted over all axes of a channel on {}, in units of the data sheet's \
-             noise (σ).",
+             noise (σₙ, its standard deviation).",
             self.identity.judged()
         ));
         Ok(())
@@ -40,14 +40,14 @@ impl Source<'_> {
         let steps = &self.diagnosis.steps;
         let mut chart = BarChart::waterfall(
             "Error of all channels together after each effect",
-            "RMS error [σ]",
+            "RMS error [σₙ]",
             Format::Significant(3),
         );
         let tested = steps.iter().any(|step| step.test_error.is_some());
         if tested {
             let unseen = words::unseen(self.diagnosis).to_owned();
             chart.names = Some([unseen, "data of the fit".to_owned()]);
-            "RMS error [σ] | of the fit".clone_into(&mut chart.value_label);
+            "RMS error [σₙ] | of the fit".clone_into(&mut chart.value_label);
         }
         chart.bars = steps
             .iter()
@@ -244,10 +244,10 @@ enum Standing {
 fn level_table(levels: &BeforeAfter, two: bool) -> Table {
     let mut columns = vec![
         Column::text("Channel"),
-        Column::number(if two { "Before" } else { "RMS error" }, "σ"),
+        Column::number(if two { "Before" } else { "RMS error" }, "σₙ"),
     ];
     if two {
-        columns.push(Column::number("After", "σ"));
+        columns.push(Column::number("After", "σₙ"));
         columns.push(Column::number("Change", ""));
     }
     let mut table = Table::new(columns);

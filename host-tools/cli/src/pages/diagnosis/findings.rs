@@ -42,11 +42,11 @@ impl Source<'_> {
                 } else {
                     "RMS"
                 },
-                "σ",
+                "σᵣ",
             ),
         ];
         if self.after.is_some() {
-            columns.push(Column::number("After", "σ"));
+            columns.push(Column::number("After", "σᵣ"));
         }
         columns.push(Column::text("When"));
         let mut table = Table::new(columns);

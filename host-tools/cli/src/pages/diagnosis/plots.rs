@@ -59,12 +59,12 @@ impl Source<'_> {
         let before = of(self.before);
         let mut text = match self.after {
             Some(after) => format!(
-                "RMS error {before} σ with the model as given, {} σ with the named effects; σ is the \
-                 noise to expect of measured minus predicted, 1 is a perfect model.",
+                "RMS error {before} σᵣ with the model as given, {} σᵣ with the named effects; σᵣ is the standard \
+                 deviation to expect of measured minus predicted, 1 is a perfect model.",
                 of(after)
             ),
             None => format!(
-                "RMS error {before} σ; σ is the noise to expect of measured minus predicted, 1 is a \
+                "RMS error {before} σᵣ; σᵣ is the standard deviation to expect of measured minus predicted, 1 is a \
                  perfect model."
             ),
         };
@@ -115,13 +115,13 @@ impl Source<'_> {
 
     /// An empty plot of errors in units of the noise, with the noise's band.
     fn in_sigma(&self, focus: &Focus, cycles: &Range<usize>, title: &str) -> Plot {
-        let mut plot = Plot::new(title, "time [s]", "error [σ]");
+        let mut plot = Plot::new(title, "time [s]", "error [σᵣ]");
         plot.height = 215;
         plot.shaded = self.bands(focus, cycles);
         plot.corridor = Some(Band {
             from: -BAND_SIGMA,
             to: BAND_SIGMA,
-            label: "±2 σ of the noise".to_owned(),
+            label: "±2 σᵣ".to_owned(),
             hue: None,
         });
         plot
