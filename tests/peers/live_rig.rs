@@ -243,6 +243,14 @@ fn any_effect_is_one_that_the_rig_can_hide() {
     assert!(!drawn("7").is_empty());
     assert_eq!(drawn("7"), drawn("7"));
     assert_ne!(drawn("7"), drawn("8"));
+    // A secret without a seed is a new one each time: nobody can tell which is meant.
+    let which = reveal(&["--hide", "any"]);
+    assert_eq!(which.code, Some(1));
+    assert!(
+        which.stderr.contains("--seed with the number"),
+        "{}",
+        which.stderr
+    );
     let refused = reveal(&["--hide", "sc_mass_error"]);
     assert_eq!(refused.code, Some(1));
     assert!(

@@ -20,10 +20,14 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// How long `--patient` waits for an answer.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// In place of an effect's id: one of all.
+const ANY: &str = "any";
+/// Seeds that are drawn: short enough to be typed.
+const SEEDS: u64 = 1_000_000;
 
 /// Play robot, mechanism and sensor of a scenario in real time against a board.
 ///
@@ -36,8 +40,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 Example: softdock rig scenario.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536
 (the board in another terminal: softdock board --settings board.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --start)
 
-softdock rig scenario.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --hide any --seed 7
-(a rig with a secret: record it, compare, diagnose; --reveal says what it was)")]
+softdock rig scenario.toml --robot 127.0.0.1:49152 --can 127.0.0.1:29536 --hide any
+(a rig with a secret: record it, compare, diagnose; --seed with the number that it says, and --reveal, tell what it was)")]
 pub(super) struct RigCommand {
     /// Scenario file (TOML)
     scenario: PathBuf,
@@ -65,7 +69,7 @@ pub(super) struct RigCommand {
     /// Effect of the catalogue for the rig to hide, in a size drawn from the seed, or `any`; may be repeated
     #[arg(long, value_name = "ID|any")]
     hide: Vec<String>,
-    /// Seed of all random numbers, instead of the scenario's
+    /// Seed of all random numbers, instead of the scenario's; `--hide any` without it draws one and says it
     #[arg(long)]
     seed: Option<u64>,
     /// Say what --hide and --seed hide, and do no more
@@ -93,9 +97,15 @@ impl RigCommand {
                 "--seconds is {seconds}; expected is more than 0, at most 1000000"
             );
         }
-        let (scenario, hidden) = self.scenario()?;
+        let drawn = self.drawn_seed()?;
+        let (scenario, hidden) = self.scenario(drawn)?;
         if self.reveal {
             return self.tell(&hidden);
+        }
+        if let Some(seed) = drawn {
+            say!(
+                "rig: the secret has the seed {seed}: --seed {seed} hides it again, with --reveal it is told"
+            );
         }
         let sensor = &scenario.rig.sensor;
         if sensor.noise_force_n <= 0.0 && sensor.noise_torque_nm <= 0.0 {
@@ -144,8 +154,22 @@ impl RigCommand {
         Ok(())
     }
 
+    /// A seed by the time of day where nobody gave one for a secret.
+    fn drawn_seed(&self) -> Result<Option<u64>> {
+        if self.seed.is_some() || !self.hide.iter().any(|id| id == ANY) {
+            return Ok(None);
+        }
+        ensure!(
+            !self.reveal,
+            "which secret shall be told? Each seed hides another one: --seed with the number that the rig said when it \
+             started"
+        );
+        let now = SystemTime::now().duration_since(UNIX_EPOCH)?;
+        Ok(Some(now.as_millis() as u64 % SEEDS))
+    }
+
     /// The scenario with what it hides, and that alone.
-    fn scenario(&self) -> Result<(Scenario, Vec<Hidden>)> {
+    fn scenario(&self, drawn: Option<u64>) -> Result<(Scenario, Vec<Hidden>)> {
         let mut scenario = Scenario::load(&self.scenario)?;
         if let Some(path) = &self.settings {
             scenario.board = input::load(path)?;
@@ -153,11 +177,11 @@ impl RigCommand {
         if let Some(abc_deg) = self.abc_deg {
             scenario.start_abc_rad = abc_deg.map(f64::to_radians);
         }
-        scenario.seed = self.seed.unwrap_or(scenario.seed);
+        scenario.seed = self.seed.or(drawn).unwrap_or(scenario.seed);
         let mut hidden = Vec::new();
         for id in &self.hide {
             let effect = match id.as_str() {
-                "any" => any(&scenario.rig, scenario.seed)?,
+                ANY => any(&scenario.rig, scenario.seed)?,
                 id => suggest(id, scenario.seed)?,
             };
             ensure!(
