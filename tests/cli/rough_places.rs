@@ -114,7 +114,46 @@ fn an_ending_that_promises_another_format_is_refused() {
         "run scenario.toml -o run.csv",
         &["name it run.mcap", "softdock export"],
     );
+    for output in ["r.pdf", "run.json"] {
+        let says = ["exported as .csv (a table) or .mcap (for viewers)"];
+        refused(&folder, &format!("export run.mcap -o {output}"), &says);
+    }
     assert!(!folder.join("r.pdf").exists() && !folder.join("run.csv").exists());
+}
+
+#[test]
+fn a_table_that_is_not_there_is_named() {
+    let folder = folder("rough_missing");
+    let says = [
+        "none.csv: no such file or folder",
+        "`softdock export`",
+        "--mapping",
+    ];
+    refused(&folder, "import none.csv -o out", &says);
+    refused(
+        &folder,
+        "import none.csv --mapping model.toml -o out",
+        &says,
+    );
+}
+
+/// One number has one name, and a law that fails has its reason.
+#[test]
+fn a_check_gives_reasons() {
+    let folder = scratch("rough_reasons");
+    assert_eq!(softdock(&folder, &["init", "."]).code, Some(0));
+    let run = softdock(&folder, &["check", "board.toml", "rig.toml"]);
+    for says in [
+        "loop delay, ms",
+        "believe in a loop delay of 34.00 ms; with this robot it is 20.00 ms, of which 18.00 ms are the robot's",
+        "With law `predictor` the test ends in a fault: misfit of the robot's motion to `delay.actuator`",
+    ] {
+        assert!(
+            run.stdout.contains(says),
+            "expected `{says}` in {}",
+            run.stdout
+        );
+    }
 }
 
 #[test]
@@ -176,7 +215,11 @@ fn an_error_is_json_where_json_was_asked_for() {
     assert!(
         error(&["compare", "nope.toml", "run.mcap", "--json"]).contains("nope.toml: no such file")
     );
-    assert!(error(&["compare", "--json"]).contains("<MODEL>"));
+    let missing = error(&["compare", "--json"]);
+    assert!(
+        missing.contains("<MODEL>") && !missing.starts_with("error:"),
+        "{missing}"
+    );
     // A result that is there is the one document.
     let bad = softdock(
         &folder,
@@ -205,7 +248,7 @@ fn a_stable_loop_passes_the_check() {
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_named_with_the_file() {
     let folder = folder("rough_full");
-    let says = ["/dev/full", "No space left on device"];
+    let says = ["cannot write /dev/full: the disk is full"];
     refused(&folder, "run scenario.toml -o /dev/full --force", &says);
     refused(
         &folder,
@@ -310,4 +353,6 @@ fn a_recording_of_another_rig_is_said_to_be_one() {
     );
     let says = "test.mcap is of another rig or spacecraft than train.mcap: `control.body_k.mass_kg` is 900.0";
     assert!(run.stderr.contains(says), "{}", run.stderr);
+    let leads = "The test log was recorded with mass of spacecraft K 900 kg, the training log with mass of spacecraft K 500 kg";
+    assert!(run.stdout.starts_with(leads), "{}", run.stdout);
 }

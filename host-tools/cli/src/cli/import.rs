@@ -1,12 +1,13 @@
 //! `softdock import`: logs of other rigs, and tables of our own, as recordings.
 
 use super::{print, print_json};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::import::summary::Summary;
 use softdock_analysis::import::{docking_rig_log, mapping, model_text, starter};
 use softdock_io::input::refuse_overwrite_of;
+use softdock_io::output::write_whole;
 use softdock_io::recording::{Recording, import_csv};
 use softdock_io::say;
 use std::path::{Path, PathBuf};
@@ -75,6 +76,12 @@ impl Import {
 
     fn read(&self) -> Result<Imported> {
         let path = self.path.as_path();
+        ensure!(
+            path.exists(),
+            "{}: no such file or folder; import reads a docking-rig-log/1 folder, a table that `softdock export` wrote \
+             (RUN.csv with RUN.json beside it), or any table with --mapping FILE.toml",
+            path.display()
+        );
         if let Some(mapping) = &self.mapping {
             return mapped(path, mapping);
         }
@@ -125,8 +132,7 @@ impl Import {
         std::fs::create_dir_all(&self.output)
             .with_context(|| format!("cannot create {}", self.output.display()))?;
         if let Some((file, text)) = model {
-            std::fs::write(&file, text)
-                .with_context(|| format!("cannot write {}", file.display()))?;
+            write_whole(&file, text)?;
         }
         let (mut cycles, mut logs) = (0, Vec::new());
         for (file, recording) in &recordings {
