@@ -121,7 +121,7 @@ fn the_advice_names_what_is_wrong() {
     rig.actuator.delay_s = 0.048;
     rig.feedback_latency_cycles = 2;
     let text = advice(&board, &rig);
-    assert!(text.contains("late; this one is 48.0 ms late"), "{text}");
+    assert!(text.contains("with this robot it is 50.00 ms"), "{text}");
     assert!(
         text.contains("`delay.actuator.feedback_latency_cycles` = 2"),
         "{text}"

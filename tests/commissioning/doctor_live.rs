@@ -42,7 +42,7 @@ fn a_board_that_is_ready_is_said_to_be() {
     let (code, checks) = doctor(folder, &[&port[..], &["--settings", "board.toml"]].concat());
     for (name, says) in [
         ("board", &*served.port),
-        ("protocol", "version 1"),
+        ("protocol", "version 2"),
         ("origin of settings", "set 1, in memory"),
         ("settings", "complete"),
         ("mode", "Hold"),

@@ -234,8 +234,13 @@ impl Session {
         self.seen = now.status;
     }
 
-    /// A host says hello: its numbers begin anew, and what the one before has begun is given up.
+    /// A host says hello: its numbers begin anew, and what the one before has begun is given up. One that is in doubt
+    /// whether it was heard says it again, and may have both answers.
     fn begin_conversation(&mut self) {
+        let said_again = self.answered.is_none() && self.newest == self.sequence;
+        if said_again && self.conversations > 0 {
+            return;
+        }
         self.answered = None;
         self.conversations = self.conversations.wrapping_add(1);
         self.newest = self.sequence;

@@ -184,6 +184,7 @@ fn a_request_needs_a_conversation_and_has_to_be_readable() {
         desk.is_refused(&Request::Status, &Refusal::NoConversation);
     }
     let conversation = desk.hello();
+    assert_eq!(desk.hello(), conversation, "the answer may have been lost");
     desk.sequence += 1;
     desk.frame(Kind::Request, PROTOCOL, conversation, &[0xff; 9]);
     desk.said(|_, payload| {
