@@ -107,7 +107,12 @@ fn a_missing_file_is_named() {
     let error = Recording::default()
         .write("no/such.mcap".as_ref())
         .unwrap_err();
-    assert!(error.to_string().contains("`no/such.mcap`"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("cannot write no/such.mcap: its folder does not exist"),
+        "{error}"
+    );
 }
 
 /// Times are nanoseconds of the run where nobody knows the time of day, one message per cycle and topic, in chunks of a quarter of

@@ -149,7 +149,13 @@ fn bounce(name: &str) -> Result<Bounces> {
     let (recording, _) = record(&scenario)?;
     let impacts = impacts::find(&scenario, &recording);
     let fault = recording.cycles.last().and_then(|cycle| cycle.trace.fault);
-    let fault = fault.map(|f| format!("{}: limit {}, value {:.1}", f.code, f.expected, f.received));
+    // A fault's name is part of the format.
+    let fault = fault.map(|f| {
+        format!(
+            "{:?}: limit {}, value {:.1}",
+            f.code, f.expected, f.received
+        )
+    });
     Ok(Bounces {
         name: name.to_owned(),
         impacts,
