@@ -102,17 +102,31 @@ impl Browser {
         }
     }
 
-    /// Presses the mouse button in the middle of an element, as a hand does.
+    /// Presses the mouse button in the middle of an element, as a hand does: again, if the element was moved away from
+    /// under the mouse in that moment.
     ///
     /// # Panics
     /// If there is no such element, or it cannot be pressed.
     pub fn click(&mut self, selector: &str) {
-        let place = self.place_at_rest(selector);
-        for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
-            let event = json!({
-                "type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1
-            });
-            self.tools.call("Input.dispatchMouseEvent", event);
+        let watch = format!(
+            "(() => {{ window.clicked = false; document.querySelector({selector:?}).addEventListener('click', \
+             () => {{ window.clicked = true; }}, {{once: true, capture: true}}); }})()"
+        );
+        let give_up = Instant::now() + PATIENCE;
+        loop {
+            let place = self.place_at_rest(selector);
+            self.evaluate(&watch);
+            for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
+                let event = json!({
+                    "type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1
+                });
+                self.tools.call("Input.dispatchMouseEvent", event);
+            }
+            // A page that was left by the click knows nothing of it.
+            if self.evaluate("window.clicked") != json!(false) {
+                return;
+            }
+            assert!(Instant::now() < give_up, "{selector} was never hit");
         }
     }
 
