@@ -11,7 +11,8 @@ use tempfile::NamedTempFile;
 const ANYBODY: u32 = 0o666;
 
 /// Writes a file through a temporary one beside it: whoever looks at `path` finds what was there
-/// before or all of `content`, after a crash too. A link stays a link; permissions stay.
+/// before or all of `content`, after a crash too. A link stays a link; permissions stay. Only a file in a folder that
+/// may not be written to is written in its place.
 ///
 /// # Errors
 /// The folder is missing, full or not to be written to.
@@ -76,11 +77,15 @@ fn beside(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
 ) -> Result<Option<(PathBuf, NamedTempFile)>> {
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let target = led_to(path);
     let old = std::fs::metadata(&target).ok();
     if old.as_ref().is_some_and(|old| !old.is_file()) {
         write(&mut File::create(&target)?)?;
         return Ok(None);
+    }
+    if old.is_some() {
+        // What may not be written to may not be replaced either.
+        File::options().write(true).open(&target)?;
     }
     let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -89,13 +94,28 @@ fn beside(
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(ANYBODY));
-    let mut new = builder.tempfile_in(folder)?;
+    let mut new = match builder.tempfile_in(folder) {
+        // A file of one's own in a folder of somebody else has no room beside it.
+        Err(error) if error.kind() == ErrorKind::PermissionDenied && old.is_some() => {
+            write(&mut File::create(&target)?)?;
+            return Ok(None);
+        }
+        other => other?,
+    };
     write(new.as_file_mut())?;
     if let Some(old) = old {
         new.as_file().set_permissions(old.permissions())?;
     }
     new.as_file().sync_all()?;
     Ok(Some((target, new)))
+}
+
+/// What a path leads to, be it there or not.
+fn led_to(path: &Path) -> PathBuf {
+    let folder = || path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let linked = || Some(folder().join(std::fs::read_link(path).ok()?));
+    let found = std::fs::canonicalize(path).ok().or_else(linked);
+    found.unwrap_or_else(|| path.to_path_buf())
 }
 
 /// Says which file it was that could not be written, and what to do where the system's words do not.
@@ -134,6 +154,11 @@ mod tests {
         assert!(link.is_symlink());
         let mode = std::fs::metadata(&file).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o640);
+        // Whether there is a file at its end or not yet.
+        std::fs::remove_file(&file).unwrap();
+        write_whole(&link, b"third").unwrap();
+        assert_eq!(std::fs::read(&file).unwrap(), b"third");
+        assert!(link.is_symlink());
         // Nothing temporary is left.
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }

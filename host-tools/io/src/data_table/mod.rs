@@ -151,8 +151,8 @@ impl DataTable {
             Some("csv") => {
                 let table = NewFile::of(path, self.to_csv()?)?;
                 let json = NewFile::of(&path.with_extension("json"), self.description()?)?;
-                table.keep()?;
-                json.keep()
+                json.keep()?;
+                table.keep()
             }
             _ => bail!(
                 "{}: a table is written as .parquet or .csv; choose one of these endings",

@@ -38,7 +38,8 @@ struct Sidecar {
     columns: Vec<Description>,
 }
 
-/// Writes `path` (CSV) and the JSON file of the same name beside it: both whole, or none.
+/// Writes `path` (CSV) and the JSON file of the same name beside it: each whole; the table
+/// comes last.
 ///
 /// # Errors
 /// The files cannot be written.
@@ -66,8 +67,8 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
     let table = NewFile::written(path, |file| write_table(recording, topics, file))?;
     let text = serde_json::to_string_pretty(&sidecar)?;
     let described = NewFile::of(&path.with_extension("json"), text)?;
-    table.keep()?;
-    described.keep()
+    described.keep()?;
+    table.keep()
 }
 
 fn write_table(
