@@ -175,9 +175,8 @@ impl Client {
         match committed {
             // The answer may be what was lost: whether the board starts over will tell.
             Ok(()) | Err(LinkError::Silent | LinkError::Garbled(_)) => {}
-            // So it is when the same request came again behind the restart: on trial after a good
-            // start, without a draft after one that the board gave up.
-            Err(LinkError::Refused(Refusal::OnTrial | Refusal::NoDraft)) => {}
+            // So it is when the same request came again behind the restart, which ended the conversation.
+            Err(LinkError::Refused(Refusal::NoConversation)) => {}
             Err(error @ LinkError::Refused(_)) => return Err(error).context(UNCHANGED),
             Err(error) => return Err(error).context(on_trial(confirm_within_s)),
         }
