@@ -88,7 +88,7 @@ fn a_soft_capture_knows_its_loads() {
     let said = done(&folder, &arguments);
     let page = fs::read_to_string(folder.join("t.html")).unwrap();
     for text in [said, page] {
-        let headline = "Limits from sources that nobody has read: 5 of 6.";
+        let headline = "Limits without a source that somebody has read: 5 of 6.";
         assert!(text.contains(headline), "{text}");
         assert!(text.contains("✗ IDSS IDD from memory"), "{text}");
     }

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! A host begins with a hello, which gives up the draft of the host before, and counts its frames from there. The
-//! board's answer gives the conversation a number that no other has had. It takes a request only with that number, and
+//! board's answer gives the conversation a number that no other of this boot has, and hardly one of another. It takes a request only with that number, and
 //! only if it is one of the next, so that an old frame that comes again (repeated by a line, or by whoever recorded
 //! it, alone or with its hello) changes nothing.
 //!

@@ -123,7 +123,7 @@ fn actuator_stage(
     let around = cost.around(search.terms());
     let white = around.white(search.terms());
     let fitted = around.of_logs(|log| log < logs.fitted);
-    // Terms that explain no log by amounts of its own show something else than a disagreement.
+    // What all logs show beside terms in amounts of their own is something else than a disagreement.
     let explain = |own: &Vec<Vec<Term>>| !left_apart(own, logs, cost, jitters).any();
     let disagree = search.apart.as_ref().is_some_and(explain);
     let disagreeing = search.accepted.iter().filter(|_| disagree);

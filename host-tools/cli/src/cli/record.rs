@@ -157,7 +157,7 @@ fn text(summary: &Summary) -> String {
     } = summary;
     if *dropped > 0 {
         text += &format!(
-            "DROPPED: {dropped} cycles of further boots; too many were heard, and some may be made up.\n"
+            "DROPPED: {dropped} cycles of further boots or settings; too many were heard, and some may be made up.\n"
         );
     }
     if foreign + damaged + repeated > 0 {

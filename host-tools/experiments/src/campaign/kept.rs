@@ -143,7 +143,8 @@ source = "from memory"
         );
         let summary = summary(&results, Path::new("c")).unwrap();
         assert!(
-            page::headline(&summary).ends_with("Limits from sources that nobody has read: 1 of 2."),
+            page::headline(&summary)
+                .ends_with("Limits without a source that somebody has read: 1 of 2."),
             "{}",
             page::headline(&summary)
         );

@@ -35,7 +35,7 @@ pub fn headline(summary: &Summary) -> String {
     let read = summary.limits.iter().filter(|l| l.limit.source_read);
     let unread = match all - read.count() {
         0 => String::new(),
-        unread => format!(" Limits from sources that nobody has read: {unread} of {all}."),
+        unread => format!(" Limits without a source that somebody has read: {unread} of {all}."),
     };
     format!(
         "Of {} runs, {kept} are successes{}{failed}.{unread}",
@@ -115,7 +115,7 @@ fn limits(limits: &[KeptLimit]) -> Table {
     }
     let unread = limits.iter().any(|one| !one.limit.source_read);
     table.explained(if unread {
-        "✗ nobody has read the source of this limit: check the number before use"
+        "✗ no source of this limit that somebody has read: check the number before use"
     } else {
         ""
     })

@@ -64,7 +64,7 @@ pub struct Summary {
     pub damaged_datagrams: u64,
     /// Datagrams that came twice or too late.
     pub repeated_datagrams: u64,
-    /// Cycles of boots that were too many to get a file.
+    /// Cycles of boots, or of settings that a boot has anew, that were too many to get a file.
     pub dropped_cycles: u64,
     /// Boards that could not be recorded, and why.
     pub refused: Vec<String>,

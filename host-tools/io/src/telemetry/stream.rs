@@ -194,6 +194,12 @@ impl Stream {
     fn open(&mut self, budget: &mut Budget) -> Result<()> {
         let first = self.finished.is_empty();
         let Some(path) = budget.begin_file() else {
+            if self.dropped == 0 {
+                self.notes.push(format!(
+                    "boot {:08x} is not recorded: as many files as are allowed were begun; start `softdock record` anew",
+                    self.boot
+                ));
+            }
             self.dropped += self.held.len() as u64;
             self.held.clear();
             return Ok(());

@@ -248,7 +248,8 @@ impl Session {
         self.staged = None;
     }
 
-    /// Number of this conversation: that of no other, of this boot or another; none before the first hello.
+    /// Number of this conversation: that of no other of this boot, and by a chance of 2⁻³² that of one of another; none
+    /// before the first hello.
     fn conversation(&self) -> Option<u32> {
         let mut number = CHECKSUM.digest();
         number.update(&self.boot.to_le_bytes());

@@ -305,7 +305,10 @@ fn apart_if_they_disagree(
     nominal: &Candidate,
     cost: &Cost<'_>,
 ) -> Option<Vec<Vec<Term>>> {
-    let more = candidate.parameters() * cost.logs.len().saturating_sub(1);
+    if cost.logs.len() < 2 {
+        return None;
+    }
+    let more = candidate.parameters() * (cost.logs.len() - 1);
     let own = |log: usize| {
         let alone = cost.of_logs(|k| k == log);
         let terms = refined(candidate.terms.clone(), &alone);

@@ -293,8 +293,8 @@ impl Work<'_> {
         }
     }
 
-    /// Effects about which the logs disagree: in amounts of its own for each log they explain more, and they leave noise.
-    /// What they do not explain so is something else, which no log alone has.
+    /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
+    /// even so is something else, which is of no log alone.
     fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<&'static str> {
         let one = self.of_one_log(accepted);
         let one = one.filter(|h| self.explains_each_log(h));
@@ -324,7 +324,7 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Whether effects leave noise that are fitted to each log alone.
+    /// Whether effects that are fitted to each log alone leave no structure that all logs show.
     fn explains_each_log(&self, hypothesis: &Hypothesis) -> bool {
         let of = |(log, prepared): (usize, &PreparedLog)| {
             let problem = self.joint.of_rows(|k, _| k == log);
