@@ -9,12 +9,11 @@
 //! | `bus` | the bus as the sensor's task sees it |
 //! | `segment` | start-up and exchanges |
 //! | `pump` | frames between ethercrab and the port |
-//! | `port` | with the feature `micro`: the port of a microcontroller |
+//! | `port` | the port of a microcontroller |
 //!
 //! There are no distributed clocks: the sensor runs free, and the robot's telegram asks for an exchange.
 
 mod bus;
-#[cfg(feature = "micro")]
 pub mod port;
 mod pump;
 mod segment;

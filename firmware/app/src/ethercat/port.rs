@@ -2,7 +2,7 @@
 
 use crate::board::{EthernetPort, IoError};
 use core::task::{Context, Poll};
-use embassy_net::driver::{Driver, RxToken, TxToken};
+use embassy_net_driver::{Driver, RxToken, TxToken};
 
 /// A driver that carries nothing but EtherCAT.
 pub struct DriverPort<D>(pub D);
@@ -38,7 +38,7 @@ impl<D: Driver> EthernetPort for DriverPort<D> {
 mod tests {
     use super::*;
     use core::task::Waker;
-    use embassy_net::driver::{Capabilities, HardwareAddress, LinkState};
+    use embassy_net_driver::{Capabilities, HardwareAddress, LinkState};
 
     /// A controller without a frame.
     #[derive(Default)]
