@@ -24,6 +24,8 @@ const SILENT_US: u64 = 2_000_000;
 /// Most numbers that a host may have skipped: requests that it gave up, and the board never heard. Small beside
 /// all 65,536, for another conversation begins anywhere among them.
 pub(super) const AHEAD: u16 = 64;
+/// Room for a refusal or a hello on the line, bytes: a short frame.
+const ASIDE_BYTES: usize = 256;
 /// Longest part of an image in an answer: room is left for the message around it.
 const PART_BYTES: usize = PAYLOAD_MAX_BYTES - 32;
 
@@ -98,6 +100,9 @@ pub struct Session {
     /// Number of the request that is being answered.
     sequence: u16,
     line: Vec<u8, ENCODED_MAX_BYTES>,
+    /// What a frame is told that is none of this conversation, empty if the last one was: the answer in `line` is kept
+    /// for a host that asks again.
+    aside: Vec<u8, ASIDE_BYTES>,
 }
 
 impl Session {
@@ -127,6 +132,7 @@ impl Session {
             newest: 0,
             sequence: 0,
             line: Vec::new(),
+            aside: Vec::new(),
         };
         match session.origin {
             Origin::Flash { sequence, .. } => session.note(0, format_args!("settings {sequence}")),
@@ -169,7 +175,10 @@ impl Session {
 
     /// The bytes of the last answer.
     pub fn line(&self) -> &[u8] {
-        &self.line
+        match self.aside.is_empty() {
+            true => &self.line,
+            false => &self.aside,
+        }
     }
 
     /// A frame was damaged on the line.
@@ -268,23 +277,27 @@ impl Session {
     pub fn take(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
         self.frames = self.frames.wrapping_add(1);
         self.sequence = frame.sequence;
+        self.aside.clear();
         match frame.kind {
             Kind::Hello => {
                 self.begin_conversation();
                 self.say_hello()
             }
             // Who speaks another version is told which one is spoken here.
-            Kind::Request if frame.version != PROTOCOL => self.say_hello(),
+            Kind::Request if frame.version != PROTOCOL => {
+                let hello = self.hello();
+                self.send_aside(&hello)
+            }
             Kind::Request => {
                 let request = (frame.sequence, CHECKSUM.checksum(frame.payload));
                 if self.answered == Some(request) {
                     return Outcome::Answer;
                 }
                 if self.conversation() != Some(frame.conversation) {
-                    return self.refuse(Refusal::NoConversation);
+                    return self.refuse_aside(Refusal::NoConversation);
                 }
                 if !self.follows(frame.sequence) {
-                    return self.refuse(Refusal::OldRequest);
+                    return self.refuse_aside(Refusal::OldRequest);
                 }
                 self.answered = Some(request);
                 self.newest = frame.sequence;

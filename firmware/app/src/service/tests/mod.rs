@@ -149,6 +149,8 @@ const COMMIT: Request<'_> = Request::Commit {
 #[test]
 fn hello_is_answered_in_every_version() {
     let mut desk = Desk::new(kept());
+    let longest = "b".repeat(IDENTITY_BYTES);
+    desk.session = Session::new(&kept(), BOOT, &longest);
     for (kind, version, conversation) in [
         (Kind::Hello, PROTOCOL, 0),
         (Kind::Hello, 99, 12345),
@@ -163,7 +165,7 @@ fn hello_is_answered_in_every_version() {
             let hello: Hello<'_> = postcard::from_bytes(payload).unwrap();
             assert_eq!((hello.protocol, hello.boot), (PROTOCOL, BOOT));
             assert_eq!(hello.schema, crate::image::schema());
-            assert_eq!(hello.identity, "a board");
+            assert_eq!(hello.identity, longest);
         });
     }
     for kind in [Kind::Answer, Kind::HelloAnswer] {
@@ -371,9 +373,20 @@ fn what_comes_twice_is_done_once() {
     assert_eq!(desk.ask(&hold), job);
     desk.session.finish(Ok(()));
     let line = desk.session.line().to_vec();
-    desk.sequence -= 1;
-    assert_eq!(desk.ask(&hold), Outcome::Answer);
-    assert_eq!(desk.session.line(), line);
+    // What somebody else on the line is told meanwhile does not take the answer's place.
+    let sequence = desk.sequence;
+    for (version, conversation) in [
+        (PROTOCOL + 1, 0),
+        (PROTOCOL, desk.conversation ^ 1),
+        (PROTOCOL, desk.conversation),
+    ] {
+        desk.sequence = sequence + AHEAD + 9;
+        desk.frame(Kind::Request, version, conversation, &payload(&hold));
+        assert_ne!(desk.session.line(), line);
+        desk.sequence = sequence - 1;
+        assert_eq!(desk.ask(&hold), Outcome::Answer);
+        assert_eq!(desk.session.line(), line);
+    }
     assert_eq!(
         desk.ask(&hold),
         job,
