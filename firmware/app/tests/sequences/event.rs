@@ -13,6 +13,8 @@ pub(crate) enum Event {
     Command(Command),
     /// Beside a gauge at its range.
     Blind(Command),
+    /// On a reading that is too old to be integrated, and not so old that it is a fault.
+    Stale(Command),
     Quiet,
     NewRun,
     Lost(u64),
@@ -32,6 +34,14 @@ pub(crate) enum Event {
     Frozen,
     Contact,
 }
+
+/// Those that need fit data.
+const DEMANDING: [Command; 4] = [
+    Command::Arm,
+    Command::Start,
+    Command::Reset,
+    Command::Jog(Jog::X),
+];
 
 const COMMANDS: [Command; 7] = [
     Command::Hold,
@@ -68,13 +78,10 @@ impl Event {
             Self::Contact,
         ];
         let commands = COMMANDS.into_iter().map(Self::Command);
-        let blind = [
-            Command::Arm,
-            Command::Start,
-            Command::Reset,
-            Command::Jog(Jog::X),
-        ];
-        commands.chain(blind.map(Self::Blind)).chain(others)
+        commands
+            .chain(DEMANDING.map(Self::Blind))
+            .chain(DEMANDING.map(Self::Stale))
+            .chain(others)
     }
 
     /// Where the table speaks of it.
@@ -100,7 +107,8 @@ impl Event {
             | Self::Silent
             | Self::Frozen => Column::Sensor,
             Self::Contact => Column::Contact,
-            Self::Lost(_)
+            Self::Stale(_)
+            | Self::Lost(_)
             | Self::Clamps
             | Self::Twice
             | Self::Unreadable
@@ -122,6 +130,12 @@ impl Event {
             Self::Blind(command) => {
                 rig.sample(|sample| sample.saturated = true);
                 rig.telegram(as_ever, Some(command));
+            }
+            Self::Stale(command) => {
+                rig.cycle();
+                (0..2).for_each(|_| rig.telegram(as_ever, None));
+                rig.telegram(as_ever, Some(command));
+                rig.cycle();
             }
             Self::Quiet => (0..64).for_each(|_| rig.cycle()),
             Self::NewRun => {
