@@ -20,25 +20,30 @@ const TIMEOUT: Duration = Duration::from_secs(3);
 /// Makers of debug probes with a serial line: STMicroelectronics.
 const ST: u16 = 0x0483;
 
-trait Stream: Read + Write + Send {
-    fn try_clone(&self) -> io::Result<Box<dyn Stream>>;
+/// What bytes go over, both ways.
+pub trait Line: Read + Write + Send {
+    /// The same line for another thread.
+    ///
+    /// # Errors
+    /// The system gives no more handles.
+    fn try_clone(&self) -> io::Result<Box<dyn Line>>;
 }
 
-impl Stream for TcpStream {
-    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+impl Line for TcpStream {
+    fn try_clone(&self) -> io::Result<Box<dyn Line>> {
         Ok(Box::new(Self::try_clone(self)?))
     }
 }
 
-impl Stream for Box<dyn SerialPort> {
-    fn try_clone(&self) -> io::Result<Box<dyn Stream>> {
+impl Line for Box<dyn SerialPort> {
+    fn try_clone(&self) -> io::Result<Box<dyn Line>> {
         Ok(Box::new(SerialPort::try_clone(&**self)?))
     }
 }
 
 /// An open line. No other softdock has it.
 pub struct Port {
-    stream: Box<dyn Stream>,
+    line: Box<dyn Line>,
     /// Held while the line is open.
     lock: Option<Arc<Lock>>,
 }
@@ -55,13 +60,21 @@ impl Port {
         }
     }
 
+    /// A line that is open already.
+    pub fn over(line: impl Line + 'static) -> Self {
+        Self {
+            line: Box::new(line),
+            lock: None,
+        }
+    }
+
     /// The same line for another thread.
     ///
     /// # Errors
     /// The system gives no more handles.
     pub fn try_clone(&self) -> io::Result<Self> {
         Ok(Self {
-            stream: self.stream.try_clone()?,
+            line: self.line.try_clone()?,
             lock: self.lock.clone(),
         })
     }
@@ -82,7 +95,7 @@ impl Port {
         stream.set_read_timeout(Some(POLL_INTERVAL))?;
         stream.set_write_timeout(Some(TIMEOUT))?;
         Ok(Self {
-            stream: Box::new(stream),
+            line: Box::new(stream),
             lock: Some(Arc::new(lock)),
         })
     }
@@ -93,10 +106,7 @@ impl Port {
             .timeout(POLL_INTERVAL)
             .open();
         let stream = port.map_err(|error| serial_error(path, &error))?;
-        Ok(Self {
-            stream: Box::new(stream),
-            lock: None,
-        })
+        Ok(Self::over(stream))
     }
 }
 
@@ -131,7 +141,7 @@ fn serial_error(path: &str, error: &serialport::Error) -> anyhow::Error {
 impl Read for Port {
     /// 0 bytes: nothing came for a while. The end of the line is an error.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self.stream.read(buffer) {
+        match self.line.read(buffer) {
             Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
             Err(error)
                 if matches!(
@@ -150,11 +160,11 @@ impl Read for Port {
 
 impl Write for Port {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.stream.write(bytes)
+        self.line.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.stream.flush()
+        self.line.flush()
     }
 }
 

@@ -41,15 +41,15 @@ impl Dice {
 }
 
 /// Runs a target on its corpus, then on mutations of it while `more` says so of the inputs so far and the time; how
-/// many inputs there were. What fails is kept in a file, for the corpus.
+/// many inputs there were. A seed gives the same mutations each time. What fails is kept in a file, for the corpus.
 ///
 /// # Panics
 /// As the target does.
-pub fn fuzz(target: Target, more: impl Fn(u64, Duration) -> bool) -> u64 {
+pub fn fuzz(target: Target, seed: u64, more: impl Fn(u64, Duration) -> bool) -> u64 {
     let corpus = inputs(target.name);
     let longest = corpus.iter().map(Vec::len).fold(LONGEST, usize::max);
     corpus.iter().for_each(|input| run(target, input));
-    let (began, mut dice, mut runs) = (Instant::now(), Dice(17), corpus.len() as u64);
+    let (began, mut dice, mut runs) = (Instant::now(), Dice(seed), corpus.len() as u64);
     while more(runs, began.elapsed()) {
         let mut input = corpus[dice.roll(corpus.len() as u64) as usize].clone();
         for _ in 0..=dice.roll(MUTATIONS) {

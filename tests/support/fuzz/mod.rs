@@ -8,10 +8,12 @@
     reason = "a target that finds something fails the test"
 )]
 
+mod answers;
 mod codecs;
 pub mod driver;
 mod ethercat;
 mod files;
+mod folder;
 mod import;
 mod log;
 mod recorder;
@@ -32,7 +34,7 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 19] = [
+pub const TARGETS: [Target; 21] = [
     target("rsi", codecs::rsi, 2_000),
     target("slcan", codecs::slcan, 2_000),
     target("can-sensor", codecs::can_sensor, 2_000),
@@ -41,6 +43,7 @@ pub const TARGETS: [Target; 19] = [
     target("telemetry", codecs::telemetry, 2_000),
     target("robot-session", session::robot_session, 2_000),
     target("service-session", service::service_session, 2_000),
+    target("board-answers", answers::board_answers, 1_000),
     target("ethercat-frames", ethercat::frames, 2_000),
     target("ethercat-session", ethercat::session, 40),
     target("recorder", recorder::recorder, 200),
@@ -49,6 +52,7 @@ pub const TARGETS: [Target; 19] = [
     target("settings", files::settings, 5_000),
     target("scenario", files::scenario, 2_000),
     target("campaign", files::campaign, 300),
+    target("campaign-folder", folder::campaign_folder, 100),
     target("import", import::table, 1_000),
     target("docking-rig-log", import::rig_log, 1_000),
     target("log", log::log, 200),

@@ -21,6 +21,10 @@ const FLASH_ANSWER: Duration = Duration::from_secs(3);
 /// Times that such a request is sent.
 const FLASH_ATTEMPTS: u32 = 4;
 
+/// Lines of a board's log after which no more are asked for: many times what a board keeps, which may add lines while it is
+/// asked.
+const LOG_LINES: usize = 1000;
+
 /// Why there is no answer, or not the one that was wanted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkError {
@@ -162,9 +166,11 @@ impl Client {
     /// As [`Self::call`].
     pub fn list(&mut self, mut progress: impl FnMut(u16, u16)) -> Result<Vec<Setting>, LinkError> {
         let mut settings = Vec::new();
-        for index in 0.. {
+        for index in 0..=u16::MAX {
             let entry = self.call(&Request::List(index), |answer| match answer {
-                Answer::Entry(entry) => Some(Some((entry.of, Setting::from(entry)))),
+                Answer::Entry(entry) if index < entry.of => {
+                    Some(Some((entry.of, Setting::from(entry))))
+                }
                 Answer::End => Some(None),
                 _ => None,
             })?;
@@ -255,17 +261,16 @@ impl Client {
     /// As [`Self::call`].
     pub fn log(&mut self, mut from: u32) -> Result<Vec<LogLine>, LinkError> {
         let mut lines = Vec::new();
-        loop {
+        while lines.len() < LOG_LINES {
             let more = self.call(&Request::Log(from), |answer| match answer {
                 Answer::Log(lines) => Some(lines),
                 _ => None,
             })?;
-            let Some(last) = more.last() else {
-                return Ok(lines);
-            };
-            from = last.number + 1;
+            let Some(last) = more.last() else { break };
+            from = last.number.wrapping_add(1);
             lines.extend(more);
         }
+        Ok(lines)
     }
 
     /// The whole image of the settings in use, as it would lie in flash.
