@@ -10,10 +10,8 @@ use softdock_control::scalar::{Fixed, Scalar};
 use softdock_control::settings::BodySettings;
 use softdock_delay_plants::{Contact, ForceLaw, Wall};
 
-/// Energy after over energy before: no contact gives any.
-const LARGEST_ENERGY: f64 = 1.01;
-/// Likewise on the worst of many plants: what bound and integrator leave together.
-const LARGEST_OF_MANY: f64 = 1.015;
+/// Energy after over energy before: no contact gives any, but for the slack of the bound and rounding.
+const LARGEST_ENERGY: f64 = 1.0081;
 /// Flight before the touch, s.
 const FLIGHT_S: f64 = 0.5;
 /// Cycles of a run: start, flight, contact and some time after it.
@@ -177,10 +175,7 @@ fn no_law_makes_energy() {
 #[test]
 #[ignore = "long: the energy bound on 20,000 plants"]
 fn no_law_makes_energy_on_many_plants() {
-    run(20_000, |wild| {
-        let energy = wild.energy::<f64>();
-        assert!(energy < LARGEST_OF_MANY, "{energy} {wild:?}");
-    });
+    run(20_000, judge::<f64>);
 }
 
 #[test]

@@ -15,6 +15,7 @@
 //! It bounds energy, not momentum: what the scaled wrench lacks is in the trace (`unaccounted_impulse`).
 
 use super::LawInput;
+use crate::dynamics::relative_velocity;
 use crate::frames::Wrench;
 use crate::scalar::Scalar;
 use core::marker::PhantomData;
@@ -126,8 +127,12 @@ impl<S: Scalar> EnergyBound<S> {
             return (0.0, 0.0);
         }
         let along = |motion: [f64; 6]| parts.iter().zip(motion).map(|(w, v)| w * v).sum::<f64>();
-        let linear = (input.measured.rotation.inverse() * input.model_end.linear).map(S::get);
-        let angular = input.model_end.angular.map(S::get);
+        // In axes of the model's K, to which the wrench is applied: the robot's own attitude is late.
+        let (k, q) = (&input.state.k, &input.state.q);
+        let relative = relative_velocity(k, q);
+        let in_c = q.c_from_body.rotation * relative.linear;
+        let linear = (k.c_from_body.rotation.inverse() * in_c).map(S::get);
+        let angular = relative.angular.map(S::get);
         let before = [
             linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
         ];
