@@ -8,8 +8,9 @@ use softdock_control::io::SensorSample;
 use softdock_control::modes::{Command, Mode};
 use softdock_delay_plants::Sample;
 
-/// Energy of a guarded model, by what it began with, less what the bound cannot see.
-const LARGEST_ENERGY: f64 = 1.015;
+/// Energy of a guarded model, by the most that it had before the touch, less what the bound cannot see: its slack, and
+/// nothing of the integrator's, of which the bound counts the exact work.
+const LARGEST_ENERGY: f64 = 1.008;
 
 /// Follows a run.
 pub(super) struct Judge {
@@ -20,12 +21,15 @@ pub(super) struct Judge {
     /// The cycle before, and the last one on a fresh reading.
     last: Option<CycleRecord>,
     fresh: Option<CycleRecord>,
-    /// Fastest that was sent while that reading could be believed, m/s.
-    fastest: f64,
+    /// Fastest that was sent while that reading could be believed, m/s and rad/s.
+    fastest: [f64; 2],
     faulted: bool,
     /// Energy in the wall when its force is at the threshold of the bound, twice (once on the way in, once on the
     /// way out), J.
     unseen: f64,
+    /// Most energy of the model before its first load that counts, J, and whether there was one.
+    before: f64,
+    touched: bool,
     /// Most energy of a guarded model, less that, by what it began with.
     pub(super) most_energy: f64,
 }
@@ -41,8 +45,10 @@ impl Judge {
             unchanged: 0,
             last: None,
             fresh: None,
-            fastest: 0.0,
+            fastest: [0.0; 2],
             faulted: false,
+            before: 0.0,
+            touched: false,
             most_energy: 0.0,
         }
     }
@@ -79,11 +85,11 @@ impl Judge {
         }
         self.energy(record);
         self.last = Some(*record);
-        let sent = speed(&record.trace.sent_velocity);
+        let sent = parts(&record.trace.sent_velocity);
         if self.unchanged == 0 {
             (self.fresh, self.fastest) = (Some(*record), sent);
         } else if self.unchanged <= self.settings.control.sensor.stale_after_cycles {
-            self.fastest = self.fastest.max(sent);
+            self.fastest = core::array::from_fn(|i| self.fastest[i].max(sent[i]));
         }
     }
 
@@ -103,26 +109,49 @@ impl Judge {
             return;
         };
         if self.unchanged > stale && fresh.trace.mode == Mode::Running {
-            let (now, most) = (speed(&record.trace.sent_velocity), self.fastest);
-            let cycles = self.unchanged;
-            assert!(
-                now <= most * (1.0 + 1e-9) + 1e-9,
-                "{now} m/s of {most} m/s, {cycles} cycles"
-            );
+            let now = parts(&record.trace.sent_velocity);
+            let (cycles, most) = (self.unchanged, self.fastest);
+            for (now, most) in now.into_iter().zip(most) {
+                assert!(
+                    now <= most * (1.0 + 1e-9) + 1e-9,
+                    "{now} m/s or rad/s of {most}, {cycles} cycles"
+                );
+            }
         }
         if self.unchanged == 0 || !self.feels_what_is_measured() {
             return;
         }
-        let force = speed(&fresh.trace.wrench_at_m).max(speed(&record.trace.wrench_at_m));
+        let body = &self.settings.control.body_k;
+        let wrenches = [&fresh, record].map(|cycle| &cycle.trace.wrench_at_m);
+        let twists = [&fresh, record].map(|cycle| &cycle.trace.body_k.velocity);
+        let largest = |of: fn(&[f64; 6]) -> f64, twists: [&[f64; 6]; 2]| {
+            twists.map(of).into_iter().fold(0.0, f64::max)
+        };
+        // Of a body whose axes are its principal ones, as here.
+        let inertia: [f64; 3] = core::array::from_fn(|i| body.inertia_kg_m2[i][i]);
+        let [least, greatest] = [
+            inertia.into_iter().fold(f64::MAX, f64::min),
+            inertia.into_iter().fold(0.0, f64::max),
+        ];
+        let spin = largest(turning, twists);
+        let torque = largest(turning, wrenches) + (greatest - least) * spin * spin;
+        let accelerations = [
+            (
+                speed as fn(&[f64; 6]) -> f64,
+                largest(speed, wrenches) / body.mass_kg,
+                "m/s",
+            ),
+            (turning, torque / least, "rad/s"),
+        ];
         let cycles = f64::from(self.unchanged.min(stale));
-        let most = cycles * 0.004 * force / self.settings.control.body_k.mass_kg;
-        let (then, now) = (fresh.trace.body_k.velocity, record.trace.body_k.velocity);
-        let change: [f64; 6] = core::array::from_fn(|i| now[i] - then[i]);
-        let change = speed(&change);
-        assert!(
-            change <= most * 1.000_001 + 1e-12,
-            "{change} m/s of {most} in {cycles} cycles"
-        );
+        let change: [f64; 6] = core::array::from_fn(|i| twists[1][i] - twists[0][i]);
+        for (part, acceleration, unit) in accelerations {
+            let (change, most) = (part(&change), cycles * 0.004 * acceleration);
+            assert!(
+                change <= most * 1.000_001 + 1e-12,
+                "{change} {unit} of {most} in {cycles} cycles"
+            );
+        }
     }
 
     /// Laws that hand the measured wrench on to the spacecraft, with no guard that takes of it.
@@ -147,9 +176,18 @@ impl Judge {
                 + c * body.inertia_kg_m2[2][2];
             0.5 * (body.mass_kg * (x + y + z) + turning)
         };
-        let [x, y, z] = body.velocity_m_s;
-        let before = energy(&[x, y, z, 0.0, 0.0, 0.0]);
-        let now = energy(&record.trace.body_k.velocity) - self.unseen;
+        let now = energy(&record.trace.body_k.velocity);
+        let [x, y, z, ..] = record.trace.wrench_at_m;
+        let loaded = [x, y, z]
+            .iter()
+            .any(|part| part.abs() >= delay.passivity.threshold_n);
+        self.touched |= loaded;
+        if !self.touched {
+            // What noise has pushed it up to is no contact's to answer for.
+            self.before = self.before.max(now);
+            return;
+        }
+        let (now, before) = (now - self.unseen, self.before);
         assert!(now <= before * LARGEST_ENERGY, "{now} J of {before} J");
         self.most_energy = self.most_energy.max(now / before);
     }
@@ -174,11 +212,21 @@ impl Judge {
     }
 }
 
-/// Length of the first three components.
+/// Length of a twist's or wrench's first three components.
 fn speed(twist: &[f64; 6]) -> f64 {
-    twist[..3]
-        .iter()
-        .map(|part| part * part)
-        .sum::<f64>()
-        .sqrt()
+    length(&twist[..3])
+}
+
+/// Length of its last three.
+fn turning(twist: &[f64; 6]) -> f64 {
+    length(&twist[3..])
+}
+
+/// Both.
+fn parts(twist: &[f64; 6]) -> [f64; 2] {
+    [speed(twist), turning(twist)]
+}
+
+fn length(vector: &[f64]) -> f64 {
+    vector.iter().map(|part| part * part).sum::<f64>().sqrt()
 }

@@ -8,6 +8,7 @@ mod faults;
 mod judge;
 mod line;
 mod soak;
+mod tape;
 
 pub use soak::soak_law;
 
@@ -47,6 +48,8 @@ struct Case {
     delay_s: f64,
     pause_s: f64,
     tilt: f64,
+    /// Of the touch from the axis through the mass centre, m: the body turns.
+    lever_m: f64,
     /// Cycles from the touch to the fault.
     at: usize,
     /// Cycles that it lasts.
@@ -57,12 +60,12 @@ struct Case {
 fn case() -> impl Strategy<Value = Case> {
     let law = (0..LawName::ALL.len(), any::<bool>());
     let craft = (100.0..2000.0, 0.002..0.015);
-    let rig = (10.0..30.0, 0.008..0.048, 0.0..0.02, -0.5..0.5);
+    let rig = (10.0..30.0, 0.008..0.048, 0.0..0.02, -0.5..0.5, -0.1..0.1);
     (law, craft, rig, (0usize..90, 1usize..60), any::<u64>()).prop_map(
         |(
             (law, guard),
             (mass_kg, speed_m_s),
-            (omega, delay_s, pause_s, tilt),
+            (omega, delay_s, pause_s, tilt, lever_m),
             (at, lasts),
             seed,
         )| Case {
@@ -74,6 +77,7 @@ fn case() -> impl Strategy<Value = Case> {
             delay_s,
             pause_s,
             tilt,
+            lever_m,
             at,
             lasts,
             seed,
@@ -110,8 +114,10 @@ impl Case {
                 ..Actuator::ideal()
             },
             contact: Contact {
-                probes: vec![[0.0; 3]],
-                surfaces: vec![Wall::elastic([2e-3, 0.0, 0.0], normal, self.stiffness()).into()],
+                probes: vec![[0.0, self.lever_m, 0.0]],
+                surfaces: vec![
+                    Wall::elastic([2e-3, self.lever_m, 0.0], normal, self.stiffness()).into(),
+                ],
             },
             measurement: Measurement {
                 force_noise_n: 0.05,

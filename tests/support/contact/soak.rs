@@ -4,6 +4,7 @@
 use super::faults::{FAULTS, Moment};
 use super::judge::Judge;
 use super::line::{Answered, Cycle, Line};
+use super::tape::Tape;
 use super::{MakeBoard, velocity};
 use softdock_app::settings::BoardSettings;
 use softdock_control::delay::LawName;
@@ -40,6 +41,7 @@ struct Soak<'a> {
     make: MakeBoard<'a>,
     line: Line,
     judge: Judge,
+    tape: Tape,
     plant: Plant,
     sample: Sample,
     dice: Dice,
@@ -89,7 +91,7 @@ fn plant(seed: u64) -> Plant {
 }
 
 impl<'a> Soak<'a> {
-    fn new(law: LawName, make: MakeBoard<'a>) -> Self {
+    fn new(law: LawName, piece: u64, make: MakeBoard<'a>) -> Self {
         let settings = settings(law);
         let mut plant = plant(1);
         Self {
@@ -97,6 +99,7 @@ impl<'a> Soak<'a> {
             make,
             // Energy is judged contact by contact.
             judge: Judge::new(&settings, 0.0),
+            tape: Tape::new(&settings, piece),
             sample: plant.first_sample(),
             plant,
             dice: Dice(law as u64),
@@ -134,6 +137,7 @@ impl<'a> Soak<'a> {
     fn restart_the_board(&mut self) {
         self.line = Line::new(&self.settings, (self.make)(&self.settings));
         self.judge = Judge::new(&self.settings, 0.0);
+        self.tape.boot();
         (self.mode, self.resets) = (Mode::Idle, 0);
         self.restarts += 1;
         self.walk_to_the_robot();
@@ -198,6 +202,7 @@ impl<'a> Soak<'a> {
         let Some(record) = &answered.record else {
             return;
         };
+        self.tape.take(record);
         let trace = &record.trace;
         let begins = matches!(trace.mode, Mode::Armed | Mode::Jogging) && trace.mode != self.mode;
         if begins {
@@ -231,24 +236,28 @@ fn resident() -> u64 {
     pages.unwrap_or_default() * 4096
 }
 
-/// So many cycles with a law; says what happened in them.
+/// So many cycles with a law, recorded; says what happened in them.
 ///
 /// # Panics
-/// If something moves, drifts or leaks that should not.
+/// If something moves, drifts or leaks that should not, or a recording does not give it back.
 pub fn soak_law(law: LawName, cycles: u64, make: MakeBoard<'_>) {
-    let mut soak = Soak::new(law, make);
+    let mut soak = Soak::new(law, cycles / 8, make);
     soak.run(cycles / 4);
+    soak.tape.end();
     let early = resident();
     soak.run(cycles - cycles / 4);
+    soak.tape.end();
     let grown = resident().saturating_sub(early);
     let Soak {
         starts,
         faults,
         restarts,
+        tape: Tape { pieces, bytes, .. },
         ..
     } = soak;
     println!(
-        "{law:?}: {cycles} cycles, {starts} starts, {faults} faults, {restarts} boards started over, {grown} bytes more"
+        "{law:?}: {cycles} cycles, {starts} starts, {faults} faults, {restarts} boards started over, {pieces} recordings of {bytes} bytes in all, \
+         {grown} bytes more"
     );
     assert!(starts > cycles / 50_000, "{law:?} ran {starts} times only");
     // A minute of the plant's log comes and goes.
