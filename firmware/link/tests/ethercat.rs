@@ -9,10 +9,13 @@ use softdock_link::sensor::{SensorDriver, SensorFault, SensorReading, SensorStat
 /// Time after which readings are believed, µs.
 const BELIEVED_US: u64 = 25_000;
 
+/// Time after which an exchange is lost, µs.
+const TIMEOUT_US: u64 = 800;
+
 fn config() -> EtherCatConfig {
     EtherCatConfig {
         poll_period_us: 1_000,
-        answer_timeout_us: 1_000,
+        answer_timeout_us: TIMEOUT_US,
         control: Control {
             filter: 2,
             ..Control::default()
@@ -74,7 +77,7 @@ impl Bench {
 
     fn answer(&mut self, working_counter: u16, operational: bool) -> Option<SensorReading> {
         let inputs = Inputs {
-            counts: [2_000_000, 0, 0, 0, 0, 50_000],
+            counts: [2_000_000, -1_000_000, 500_000, 20_000, -30_000, 50_000],
             status: 0,
             sample: self.sample,
         };
@@ -104,7 +107,7 @@ impl Bench {
 fn a_reading_is_scaled_and_numbered() {
     let mut bench = Bench::running();
     let reading = bench.exchange().unwrap();
-    assert_eq!(reading.wrench, [2.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+    assert_eq!(reading.wrench, [2.0, -1.0, 0.5, 0.2, -0.3, 0.5]);
     assert_eq!((reading.counter, reading.status), (2, 0));
     assert_eq!(
         reading.at_us,
@@ -120,6 +123,58 @@ fn the_bias_is_cleared_first_and_the_filter_set() {
     bench.answer(WORKING_COUNTER, true);
     let mut bench = Bench::running();
     assert_eq!(bench.ask()[0], 0x20);
+}
+
+/// Cleared for 20 ms, believed 5 ms later, to the microsecond.
+#[test]
+fn a_reading_is_believed_when_the_bias_has_settled() {
+    for (at_us, cleared) in [(19_999, 0x24), (20_000, 0x20)] {
+        let mut bench = Bench::operational();
+        bench.now_us = at_us;
+        assert_eq!(bench.ask()[0], cleared, "{at_us}");
+    }
+    for (at_us, believed) in [(BELIEVED_US - 1, false), (BELIEVED_US, true)] {
+        let mut bench = Bench::operational();
+        bench.exchange();
+        // It is answered 100 µs later.
+        bench.now_us = at_us - 100;
+        assert_eq!(bench.exchange().is_some(), believed, "{at_us}");
+    }
+}
+
+#[test]
+fn an_exchange_is_asked_for_once_in_a_period_and_waited_for() {
+    let mut bench = Bench::running();
+    let asked_us = bench.now_us;
+    assert_eq!(bench.driver.next_deadline_us(), asked_us);
+    bench.ask();
+    assert_eq!(bench.driver.next_deadline_us(), asked_us + TIMEOUT_US);
+    assert_eq!(bench.driver.poll_transmit(asked_us + 1), None, "on its way");
+    bench.sample += 7;
+    assert!(bench.answer(WORKING_COUNTER, true).is_some());
+    assert_eq!(bench.driver.next_deadline_us(), asked_us + 1_000);
+    assert_eq!(bench.driver.poll_transmit(asked_us + 999), None, "early");
+    bench.driver.expedite(asked_us + 300);
+    assert_eq!(bench.driver.next_deadline_us(), asked_us + 300);
+    bench.now_us = asked_us + 300;
+    bench.ask();
+}
+
+/// Running is who has measured and whose last exchange was whole; whose last one failed is about to be again.
+#[test]
+fn the_state_says_what_the_last_exchanges_were() {
+    let mut bench = Bench::operational();
+    assert_eq!(bench.driver.state(), SensorState::Starting);
+    bench.ask();
+    assert_eq!(bench.answer(1, true), None);
+    assert_eq!(bench.driver.state(), SensorState::Starting);
+    let mut bench = Bench::running();
+    bench.ask();
+    assert_eq!(bench.answer(1, true), None);
+    assert_eq!(bench.driver.state(), SensorState::Resynchronising);
+    bench.now_us += 1_000;
+    assert!(bench.exchange().is_some());
+    assert_eq!(bench.driver.state(), SensorState::Running);
 }
 
 #[test]

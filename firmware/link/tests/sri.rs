@@ -42,6 +42,9 @@ fn starts_the_stream_and_reads_it() {
     let start = driver.poll_transmit(5).unwrap();
     assert_eq!(start, Frame::new(Id::Standard(0x80), &[0x02]).unwrap());
     assert!(is_start_command(&start));
+    let stop = Frame::new(Id::Standard(0x80), &[0x01]).unwrap();
+    let other = Frame::new(Id::Standard(0x81), &[0x02]).unwrap();
+    assert!(!is_start_command(&stop) && !is_start_command(&other));
     assert_eq!(driver.poll_transmit(5), None);
     assert_eq!(driver.state(), SensorState::Starting);
 

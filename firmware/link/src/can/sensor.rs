@@ -61,3 +61,106 @@ impl SensorDriver for CanSensor {
         delegate!(self.restart());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::Id;
+    use crate::can::ati::{AtiCalibration, AtiConfig, AtiDevice, ForceUnit, TorqueUnit};
+    use crate::can::sri::{SriConfig, stream_frames};
+
+    /// Bare and behind the common face a driver does the same at each step: start-up, readings, a frame that fits nowhere,
+    /// silence, a request that is made to hurry, and a restart. `answers` is the sensor.
+    macro_rules! assert_alike {
+        ($bare:ident, $variant:ident, $answers:expr) => {
+            let mut common = CanSensor::$variant($bare.clone());
+            let mut readings = 0;
+            for step in 0..1_200 {
+                let now_us = 1_000 * step;
+                let asked = $bare.poll_transmit(now_us);
+                assert_eq!(common.poll_transmit(now_us), asked);
+                assert_eq!(common.next_deadline_us(), $bare.next_deadline_us());
+                let silent = (30..34).contains(&step);
+                let answers: Vec<Frame> = $answers(asked);
+                let stray = Frame::new(Id::Standard(0x7f0), &[1, 2]).ok();
+                for frame in answers.into_iter().chain(stray).filter(|_| !silent) {
+                    let reading = $bare.receive(&frame, now_us + 300);
+                    assert_eq!(common.receive(&frame, now_us + 300), reading);
+                    readings += u32::from(reading.is_some());
+                }
+                assert_eq!(common.state(), $bare.state());
+                assert_eq!(common.counters(), $bare.counters());
+                if step == 50 {
+                    $bare.restart();
+                    common.restart();
+                    assert_eq!(common.state(), $bare.state());
+                }
+            }
+            assert_eq!(common.state(), SensorState::Running);
+            assert!(readings > 20, "{readings}");
+            assert_ne!(common.counters(), SensorCounters::default());
+        };
+    }
+
+    fn ati() -> AtiDriver {
+        AtiDriver::new(AtiConfig::default())
+    }
+
+    fn ati_device() -> AtiDevice {
+        let mut matrix = [[0.0; 6]; 6];
+        for (i, row) in matrix.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        let calibration = AtiCalibration {
+            matrix,
+            counts_per_force: 1_000.0,
+            counts_per_torque: 50_000.0,
+        };
+        let units = (ForceUnit::Newton, TorqueUnit::NewtonMetre);
+        AtiDevice::new(0x20, &calibration, units.0, units.1).unwrap()
+    }
+
+    #[test]
+    fn an_ati_sensor_is_driven_as_by_its_own_driver() {
+        let (mut bare, mut device) = (ati(), ati_device());
+        let answers = |asked: Option<Frame>| {
+            let asked = asked.into_iter();
+            asked
+                .flat_map(|frame| device.answer(&frame, [1, -2, 3, -4, 5, -6], 0))
+                .collect()
+        };
+        let mut answers = answers;
+        assert_alike!(bare, Ati, answers);
+    }
+
+    #[test]
+    fn an_sri_sensor_is_driven_as_by_its_own_driver() {
+        let mut bare = SriDriver::new(SriConfig::default());
+        let answers = |_| stream_frames([1.5; 6]).unwrap().to_vec();
+        assert_alike!(bare, Sri, answers);
+    }
+
+    /// A request that waits for its period goes out at once; a stream has none.
+    #[test]
+    fn a_request_can_be_made_to_hurry() {
+        let (mut sensor, mut device) = (CanSensor::Ati(ati()), ati_device());
+        let (mut now_us, mut read) = (0, false);
+        while !read {
+            now_us = sensor.next_deadline_us().max(now_us);
+            let asked = sensor.poll_transmit(now_us).into_iter();
+            for answer in asked.flat_map(|frame| device.answer(&frame, [0; 6], 0)) {
+                read |= sensor.receive(&answer, now_us + 300).is_some();
+            }
+        }
+        now_us += 301;
+        assert!(sensor.next_deadline_us() > now_us);
+        assert_eq!(sensor.poll_transmit(now_us), None);
+        sensor.expedite(now_us);
+        assert!(sensor.poll_transmit(now_us).is_some());
+
+        let mut stream = CanSensor::Sri(SriDriver::new(SriConfig::default()));
+        assert!(stream.poll_transmit(0).is_some());
+        stream.expedite(1);
+        assert_eq!(stream.poll_transmit(1), None);
+    }
+}
