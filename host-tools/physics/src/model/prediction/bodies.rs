@@ -132,7 +132,7 @@ impl TwoSpacecraft {
                 }
                 let mut change = self.change(signals, n, &c_from_q);
                 if let (Some(resistance), Some(change)) = (&self.resistance, &mut change) {
-                    resistance.add_to(signals, n, change);
+                    resistance.add_to(signals, n, &self.velocity_before(signals, n), change);
                 }
                 // The first integrated cycle only serves the mean of the second.
                 let before = std::mem::replace(&mut last, change)?;
@@ -185,6 +185,15 @@ impl TwoSpacecraft {
         };
         let six = change.get();
         six.iter().all(|v| v.is_finite()).then_some(six)
+    }
+
+    /// Velocity of the model before the integration of cycle n, of a log that has it after each, or the mean of both: half
+    /// a cycle's acceleration by the contact would pass for a resistance.
+    fn velocity_before(&self, signals: &Signals<'_>, n: usize) -> Six {
+        let logged = |n: usize| signals.cycles[n].trace.model_velocity;
+        let (earlier, now) = (logged(n.saturating_sub(1)), logged(n));
+        let share = if self.mean { 0.5 } else { 0.0 };
+        std::array::from_fn(|i| earlier[i] + share * (now[i] - earlier[i]))
     }
 
     /// State before the integration of cycle n and the wrench on K in its axes.
@@ -272,12 +281,12 @@ impl Resistance {
         })
     }
 
-    /// Adds the change of velocity in the cycle.
-    fn add_to(&self, signals: &Signals<'_>, n: usize, change: &mut Six) {
+    /// Adds the change of velocity in cycle n, before which the velocity was `before`.
+    fn add_to(&self, signals: &Signals<'_>, n: usize, before: &Six, change: &mut Six) {
         let trace = &signals.cycles[n].trace;
         for (axis, change) in change.iter_mut().take(3).enumerate() {
             let pull = self.stiffness_per_kg * (trace.pose[axis] - self.rest_m[axis])
-                + self.damping_per_kg * trace.model_velocity[axis];
+                + self.damping_per_kg * before[axis];
             *change -= signals.cycle_s * pull;
         }
     }
