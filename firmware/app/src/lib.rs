@@ -14,6 +14,7 @@
 pub mod arrivals;
 pub mod auto_start;
 pub mod board;
+pub mod can_queue;
 mod checksum;
 pub mod emulated_flash;
 #[cfg(feature = "ethercat")]

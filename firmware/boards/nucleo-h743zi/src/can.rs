@@ -1,6 +1,9 @@
 //! The sensor's bus: FDCAN1 on PD0 and PD1, classic CAN at 1 Mbit/s.
 
+use crate::can_fifo;
 use core::num::{NonZeroU8, NonZeroU16};
+use core::task::Poll;
+use embassy_futures::poll_once;
 use embassy_stm32::can::config::{
     FdCanConfig, FrameTransmissionConfig, NominalBitTiming, TxBufferMode,
 };
@@ -13,6 +16,7 @@ use embassy_stm32::peripherals::{FDCAN1, PD0, PD1};
 use embassy_stm32::{Peri, bind_interrupts, rcc};
 use embassy_time::Timer;
 use softdock_app::board::{IoError, SensorBus};
+use softdock_app::can_queue::Handed;
 use softdock_app::loop_back::loop_back;
 use softdock_app::micro::clock::UptimeClock;
 use softdock_link::can::{BitTiming, Frame, Id};
@@ -37,7 +41,7 @@ const CHOSEN: BitTiming = BitTiming {
 const _: () = assert!(CHOSEN.is_as_expected(CLOCK_HZ, BITRATE));
 
 /// Frames that may wait for the sensor's task: the controller's own queue holds three, and a bus that
-/// is full brings one in 47 µs at least.
+/// is full brings one in 47 µs at least. What has no room is told as lost.
 const RECEIVED: usize = 32;
 /// Frames that may wait to be sent, besides the controller's three. More would only be late.
 const TO_SEND: usize = 1;
@@ -46,12 +50,12 @@ const TO_SEND: usize = 1;
 const RECOVERY_MS: u32 = 20;
 
 bind_interrupts!(struct Irqs {
-    FDCAN1_IT0 => can::IT0InterruptHandler<FDCAN1>;
+    FDCAN1_IT0 => can_fifo::Before, can::IT0InterruptHandler<FDCAN1>, can_fifo::Behind;
     FDCAN1_IT1 => can::IT1InterruptHandler<FDCAN1>;
 });
 
 /// FDCAN1.
-pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>);
+pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>, Handed);
 
 impl Bus {
     /// Starts the controller.
@@ -84,7 +88,7 @@ impl Bus {
         let can = can.start(OperatingMode::NormalOperationMode);
         BitTiming::from_nbtp(REGISTERS.nbtp().read().0)
             .check(rcc::frequency::<FDCAN1>().0, BITRATE)?;
-        Ok(Self(can.buffered(TX.take(), RX.take())))
+        Ok(Self(can.buffered(TX.take(), RX.take()), Handed::default()))
     }
 
     fn check(&self) -> Result<(), IoError> {
@@ -112,7 +116,16 @@ impl SensorBus for Bus {
             REGISTERS.ir().write(|w| w.set_rfl(0, true));
             return Err(IoError::Lost);
         }
-        let envelope = self.0.read().await;
+        let taken = can_fifo::taken();
+        let envelope = match poll_once(self.0.read()) {
+            Poll::Ready(envelope) => envelope,
+            // What was taken out of the controller is neither here nor there.
+            Poll::Pending if self.1.misses(taken) => return Err(IoError::Lost),
+            Poll::Pending => self.0.read().await,
+        };
+        if envelope.is_ok() {
+            self.1.count();
+        }
         // The controller reports an error of the line together with its state.
         let envelope = envelope.map_err(|_| self.check().err().unwrap_or(IoError::Lost))?;
         from_fdcan(&envelope.frame).ok_or(IoError::Lost)

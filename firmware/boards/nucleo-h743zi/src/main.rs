@@ -19,6 +19,8 @@
 
 #[cfg(not(feature = "ethercat"))]
 mod can;
+#[cfg(not(feature = "ethercat"))]
+mod can_fifo;
 mod clocks;
 mod ethernet;
 mod executors;
