@@ -43,4 +43,6 @@ pub mod shared;
 pub mod slcan_bus;
 pub mod store;
 pub mod telemetry;
+#[cfg(feature = "ethercat")]
+pub mod w5500;
 pub mod watchdog;

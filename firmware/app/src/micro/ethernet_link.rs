@@ -12,14 +12,16 @@ use softdock_link::service::EthernetHealth;
 pub struct EthernetLink<B> {
     phy: B,
     monitor: PhyMonitor,
+    told: bool,
 }
 
 impl<B: Management> EthernetLink<B> {
-    /// The PHY on a management bus.
-    pub fn new(phy: B) -> Self {
+    /// The PHY on a management bus; onlookers are told if it is that of the robot's network.
+    pub fn new(phy: B, told: bool) -> Self {
         Self {
             phy,
             monitor: PhyMonitor::default(),
+            told,
         }
     }
 
@@ -36,7 +38,7 @@ impl<B: Management> EthernetLink<B> {
         let up = self
             .monitor
             .is_up(&mut self.phy, Instant::now().as_micros());
-        if self.monitor != before {
+        if self.told && self.monitor != before {
             let losses = self.monitor.losses();
             tell(|ethernet| (ethernet.link, ethernet.losses) = (up, losses));
         }

@@ -84,7 +84,7 @@ impl Lan9118 {
         // is pending at boot.
         IRQ_CFG.write(0x111);
         interrupts::unmask(Interrupt::ETHERNET);
-        let mut link = EthernetLink::new(Phy);
+        let mut link = EthernetLink::new(Phy, true);
         link.reset();
         Self {
             address,

@@ -31,6 +31,9 @@ const RX_PACKETS: usize = 8;
 /// The PHY's address on its management bus (UM2407, Ethernet: PHYAD0 is low).
 const PHY_ADDRESS: u8 = 0;
 
+/// Onlookers are told of the robot's network. What a sensor's is like, the sensor's state says.
+const TOLD: bool = !cfg!(feature = "ethercat");
+
 /// Frames that were received, for [`watch`]; wraps.
 static FRAMES: AtomicU32 = AtomicU32::new(0);
 
@@ -61,7 +64,7 @@ pub(crate) fn start(pins: Pins) -> Driver {
     // SAFETY: `init` has written every byte.
     let queue = unsafe { queue.assume_init_mut() };
     let bus = Bus(Sma::new(pins.sma, pins.mdio, pins.mdc));
-    let phy = Lan8742(EthernetLink::new(bus));
+    let phy = Lan8742(EthernetLink::new(bus, TOLD));
     Driver(Ethernet::new_with_phy(
         queue,
         pins.eth,
@@ -149,7 +152,9 @@ pub(crate) async fn watch() -> ! {
         ticker.next().await;
         let (receive, transmit) = channels();
         let cure = monitor.look(receive, transmit, FRAMES.load(Ordering::Relaxed));
-        tell(|ethernet| ethernet.overruns = monitor.overruns());
+        if TOLD {
+            tell(|ethernet| ethernet.overruns = monitor.overruns());
+        }
         match cure {
             None => {}
             Some(Cure::Resume) => resume(),

@@ -15,7 +15,7 @@ pub(crate) type Hardware = w5500::Pins;
 /// The robot's network.
 pub(crate) type Network = w5500::Driver;
 
-/// Starts the sensor's task; the robot's network, if its controller answers.
+/// Starts the sensor's task; the robot's network.
 pub(crate) async fn start(
     spawner: &Spawner,
     settings: &BoardSettings,
@@ -41,6 +41,6 @@ async fn sensor_task(settings: EtherCatSettings, port: DriverPort<ethernet::Driv
 }
 
 #[embassy_executor::task]
-async fn w5500_task(runner: w5500::Runner) -> ! {
-    runner.run().await
+async fn w5500_task(runner: w5500::Runner) {
+    runner.run().await;
 }

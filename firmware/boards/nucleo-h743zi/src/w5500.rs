@@ -2,9 +2,10 @@
 #![allow(unsafe_code, reason = "a buffer in a section of its own")]
 
 use crate::ethernet::mac_address;
+use core::convert::Infallible;
 use core::ptr::addr_of_mut;
-use embassy_net_wiznet::chip::W5500;
-use embassy_net_wiznet::{Device, State};
+use embassy_net_driver::HardwareAddress;
+use embassy_net_driver_channel::{self as channel, Device, State};
 use embassy_stm32::exti::{self, ExtiInput};
 use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::mode::Async;
@@ -15,9 +16,11 @@ use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, bind_interrupts, dma, interrupt};
-use embassy_time::Delay;
-use embedded_hal_async::spi::{ErrorType, SpiBus};
+use embassy_time::{Delay, Timer};
 use embedded_hal_bus::spi::ExclusiveDevice;
+use softdock_app::micro::clock::UptimeClock;
+use softdock_app::micro::ethernet_link::tell;
+use softdock_app::w5500::{Buffer, Chip, FRAME_BYTES, Health, run};
 use static_cell::StaticCell;
 
 /// Clock of the bus. The chip takes 33 MHz (data sheet, 5.5.4); from SPI1's 80 MHz that leaves 20.
@@ -26,21 +29,18 @@ const CLOCK: Hertz = Hertz::mhz(20);
 const RX_PACKETS: usize = 8;
 const TX_PACKETS: usize = 4;
 
-/// Bytes that the DMA moves at once.
-const BUFFER_BYTES: usize = 512;
+/// For the chip's own clock to be there, ms.
+const RESET_MS: u64 = 100;
 
 /// What the DMA reads and writes: it reaches neither the stack nor what only a cache holds, so it gets memory of the
 /// section that is made for the Ethernet's.
 #[unsafe(link_section = ".ethernet")]
-static mut BUFFER: [u8; BUFFER_BYTES] = [0; BUFFER_BYTES];
+static mut BUFFER: Buffer = [0; size_of::<Buffer>()];
 
-type Bus = ExclusiveDevice<BufferedSpi, Output<'static>, Delay>;
+type Bus = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
 
 /// The network driver.
-pub(crate) type Driver = Device<'static>;
-/// What moves packets between chip and driver.
-pub(crate) type Runner =
-    embassy_net_wiznet::Runner<'static, W5500, Bus, ExtiInput<'static, Async>, Output<'static>>;
+pub(crate) type Driver = Device<'static, FRAME_BYTES>;
 
 bind_interrupts!(struct Irqs {
     DMA1_STREAM0 => dma::InterruptHandler<DMA1_CH0>;
@@ -68,88 +68,59 @@ pub(crate) struct Pins {
     pub(crate) reset: Peri<'static, PF12>,
 }
 
-/// Resets the chip and starts it; once. None if it does not answer.
+/// Resets the chip; the network driver, and what moves packets between both. None if it was started before.
 pub(crate) async fn start(pins: Pins) -> Option<(Driver, Runner)> {
-    static STATE: StaticCell<State<RX_PACKETS, TX_PACKETS>> = StaticCell::new();
+    static STATE: StaticCell<State<FRAME_BYTES, RX_PACKETS, TX_PACKETS>> = StaticCell::new();
+    let state = STATE.try_init_with(State::new)?;
     let mut config = spi::Config::default();
     config.frequency = CLOCK;
     let bus = Spi::new(
         pins.spi, pins.sck, pins.mosi, pins.miso, pins.tx, pins.rx, Irqs, config,
     );
     let select = Output::new(pins.select, Level::High, Speed::VeryHigh);
-    let bus = BufferedSpi {
-        spi: bus,
-        // SAFETY: this is the only reference, since `Pins` exists once; any bytes are valid.
-        buffer: unsafe { &mut *addr_of_mut!(BUFFER) },
-    };
     let Ok(device) = ExclusiveDevice::new(bus, select, Delay);
     let interrupt = ExtiInput::new(pins.interrupt, pins.exti, Pull::Up, Irqs);
-    let reset = Output::new(pins.reset, Level::Low, Speed::Low);
-    let state = STATE.try_init_with(State::new)?;
-    let started = embassy_net_wiznet::new(mac_address(), state, device, interrupt, reset).await;
-    match started {
-        Ok(started) => Some(started),
-        Err(error) => {
-            defmt::error!(
-                "the W5500 does not answer ({}): look at its supply and at the wires of CN7",
-                defmt::Debug2Format(&error)
-            );
-            None
-        }
-    }
+    // Data sheet, 5.5.1: half a millisecond of reset, and one until its clock is there.
+    let mut reset = Output::new(pins.reset, Level::Low, Speed::Low);
+    Timer::after_millis(1).await;
+    reset.set_high();
+    Timer::after_millis(RESET_MS).await;
+    let address = mac_address();
+    // SAFETY: this is the only reference, since `Pins` exists once; any bytes are valid.
+    let buffer = unsafe { &mut *addr_of_mut!(BUFFER) };
+    let (frames, driver) = channel::new(state, HardwareAddress::Ethernet(address));
+    let runner = Runner {
+        chip: Chip::new(device, buffer, address),
+        interrupt,
+        frames,
+        _reset: reset,
+    };
+    Some((driver, runner))
 }
 
-/// The bus, by way of [`BUFFER`].
-pub(crate) struct BufferedSpi {
-    spi: Spi<'static, Async, Master>,
-    buffer: &'static mut [u8; BUFFER_BYTES],
+/// What moves packets between chip and driver.
+pub(crate) struct Runner {
+    chip: Chip<'static, Bus>,
+    interrupt: ExtiInput<'static, Async>,
+    frames: channel::Runner<'static, FRAME_BYTES>,
+    /// Dropped, the pin would be let go.
+    _reset: Output<'static>,
 }
 
-impl ErrorType for BufferedSpi {
-    type Error = spi::Error;
-}
-
-impl SpiBus for BufferedSpi {
-    async fn read(&mut self, words: &mut [u8]) -> Result<(), spi::Error> {
-        for part in words.chunks_mut(BUFFER_BYTES) {
-            let (room, _) = self.buffer.split_at_mut(part.len());
-            self.spi.read(room).await?;
-            part.copy_from_slice(room);
-        }
-        Ok(())
-    }
-
-    async fn write(&mut self, words: &[u8]) -> Result<(), spi::Error> {
-        for part in words.chunks(BUFFER_BYTES) {
-            let (room, _) = self.buffer.split_at_mut(part.len());
-            room.copy_from_slice(part);
-            self.spi.write(room).await?;
-        }
-        Ok(())
-    }
-
-    /// What is written beyond what is read, and the other way round, is exchanged for nothing.
-    async fn transfer(&mut self, read: &mut [u8], write: &[u8]) -> Result<(), spi::Error> {
-        let both = read.len().min(write.len());
-        let (read, read_on) = read.split_at_mut(both);
-        let (write, write_on) = write.split_at(both);
-        read.copy_from_slice(write);
-        self.transfer_in_place(read).await?;
-        self.read(read_on).await?;
-        self.write(write_on).await
-    }
-
-    async fn transfer_in_place(&mut self, words: &mut [u8]) -> Result<(), spi::Error> {
-        for part in words.chunks_mut(BUFFER_BYTES) {
-            let (room, _) = self.buffer.split_at_mut(part.len());
-            room.copy_from_slice(part);
-            self.spi.transfer_in_place(room).await?;
-            part.copy_from_slice(room);
-        }
-        Ok(())
-    }
-
-    async fn flush(&mut self) -> Result<(), spi::Error> {
-        Ok(())
+impl Runner {
+    /// Runs for ever.
+    pub(crate) async fn run(mut self) -> Infallible {
+        let mut answered = true;
+        let low = async || self.interrupt.wait_for_low().await;
+        let onlookers = |health: &Health| {
+            tell(|ethernet| *ethernet = health.ethernet);
+            if answered && !health.answers {
+                defmt::error!(
+                    "the W5500 does not answer: look at its supply and at the wires of CN7"
+                );
+            }
+            answered = health.answers;
+        };
+        run(self.chip, low, self.frames, &UptimeClock, onlookers).await
     }
 }
