@@ -1,12 +1,14 @@
 //! The Ethernet's PHY: what it offers, and whether there is a link.
 //!
 //! A look at a register takes 27 µs of waiting on the management bus, so it is looked every
-//! [`PERIOD_US`] and remembered in between. A PHY that has lost what it was told, by a dip of its supply
+//! [`PERIOD_US`], or [`WAIT_US`] while there is no link, and remembered in between. A PHY that has lost what it was told, by a dip of its supply
 //! or a discharge at the plug, is told again. Nothing here waits: a board boots without a cable, and with
 //! a PHY that does not answer.
 
-/// How often the registers are looked at, µs.
+/// How often the registers are looked at while there is a link, µs.
 pub const PERIOD_US: u64 = 100_000;
+/// While there is none, µs: half of the 10 cycles of 4 ms within which the robot is answered again.
+pub const WAIT_US: u64 = 20_000;
 
 // Registers and their bits: IEEE 802.3, clause 22.2.4.
 const CONTROL: u8 = 0;
@@ -52,12 +54,17 @@ impl PhyMonitor {
     /// Whether there is a link; looks at the PHY when it is time to.
     pub fn is_up(&mut self, phy: &mut impl Management, now_us: u64) -> bool {
         if now_us >= self.next_us {
-            self.next_us = now_us + PERIOD_US;
             let up = look(phy);
+            self.next_us = now_us + if up { PERIOD_US } else { WAIT_US };
             self.losses = self.losses.saturating_add(u32::from(self.up && !up));
             self.up = up;
         }
         self.up
+    }
+
+    /// When it is looked again, µs.
+    pub fn next_us(&self) -> u64 {
+        self.next_us
     }
 
     /// Times that the link was lost since boot.
@@ -129,8 +136,8 @@ mod tests {
         assert!(!monitor.is_up(&mut phy, 0), "it is being reset");
         phy.forget();
         phy.plug(plugged);
-        assert!(!monitor.is_up(&mut phy, PERIOD_US), "it is being told");
-        (phy, monitor, 2 * PERIOD_US)
+        assert!(!monitor.is_up(&mut phy, WAIT_US), "it is being told");
+        (phy, monitor, 2 * WAIT_US)
     }
 
     #[test]
@@ -151,6 +158,18 @@ mod tests {
     }
 
     #[test]
+    fn a_link_that_comes_is_seen_within_ten_cycles() {
+        let (mut phy, mut monitor, start) = told(false);
+        assert!(!monitor.is_up(&mut phy, start));
+        phy.plug(true);
+        let seen = (start + 1..).find(|now_us| monitor.is_up(&mut phy, *now_us));
+        assert!(
+            seen.is_some_and(|at_us| at_us - start <= 10 * 4_000),
+            "{seen:?}"
+        );
+    }
+
+    #[test]
     fn between_two_looks_nothing_is_asked() {
         let (mut phy, mut monitor, start) = told(true);
         assert!(monitor.is_up(&mut phy, start));
@@ -168,7 +187,7 @@ mod tests {
         phy.forget();
         assert!(!monitor.is_up(&mut phy, start + PERIOD_US));
         assert_eq!(phy.registers[usize::from(ADVERTISEMENT)], 0x0101);
-        assert!(monitor.is_up(&mut phy, start + 2 * PERIOD_US));
+        assert!(monitor.is_up(&mut phy, start + PERIOD_US + WAIT_US));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The link of an Ethernet controller, for the network's stack and for onlookers.
 
 use super::SHARED;
-use crate::phy::{Management, PERIOD_US, PhyMonitor};
+use crate::phy::{Management, PhyMonitor};
 use core::future::Future;
 use core::pin::pin;
 use core::task::Context;
@@ -32,12 +32,13 @@ impl<B: Management> EthernetLink<B> {
 
     /// Whether there is a link. The task of `context` is woken for the next look.
     pub fn is_up(&mut self, context: &mut Context<'_>) -> bool {
-        // Who is woken asks again; the timer only has to ring.
-        let _ = pin!(Timer::after_micros(PERIOD_US)).poll(context);
         let before = self.monitor;
         let up = self
             .monitor
             .is_up(&mut self.phy, Instant::now().as_micros());
+        // Who is woken asks again; the timer only has to ring.
+        let next = Instant::from_micros(self.monitor.next_us());
+        let _ = pin!(Timer::at(next)).poll(context);
         if self.told && self.monitor != before {
             let losses = self.monitor.losses();
             tell(|ethernet| (ethernet.link, ethernet.losses) = (up, losses));
