@@ -179,9 +179,10 @@ fn a_board_that_was_flashed_shows_what_it_can_do() {
     let table = String::from_utf8_lossy(&run.stdout).into_owned();
     let line = |name: &str| table.lines().find(|line| line.contains(name)).unwrap();
     assert!(line("flash and reset").contains("good"), "{table}");
-    for name in ["CAN controller", "LEDs", "watchdog"] {
+    for name in ["CAN controller", "LEDs", "watchdog", "reason of the reset"] {
         assert!(line(name).contains("warning"), "{table}");
     }
+    assert!(table.contains("has no chip that tells"), "{table}");
 }
 
 #[test]

@@ -22,6 +22,10 @@ const CLOCK: f64 = 0.003;
 /// Time for the settings to be confirmed.
 const CONFIRM_WITHIN_S: u16 = 60;
 
+/// Of a board that does not say why it started.
+const NO_CHIP: &str =
+    "this board is a program on a computer, and has no chip that tells why it started";
+
 /// LEDs: what is printed beside them, their pin, and which is to be lit.
 const LEDS: [(&str, &str, [bool; 3]); 3] = [
     ("LD1 (green)", "PB0", [true, false, false]),
@@ -115,6 +119,7 @@ fn reset(client: &mut Client) -> Check {
     let name = "reason of the reset";
     match client.machine() {
         Ok(machine) if machine.reset == "software" => Check::good(name, "software, as was asked"),
+        Ok(machine) if machine.reset.is_empty() => Check::warning(name, NO_CHIP),
         Ok(machine) if machine.reset == "watchdog" => Check::bad(
             name,
             "the watchdog: the start takes longer than 0.35 s; the log says how far it came",
@@ -231,6 +236,9 @@ fn watchdog(client: &mut Client, hang: bool, onlooker: &mut impl Onlooker) -> Ch
     match client.machine() {
         Ok(machine) if machine.reset == "watchdog" => {
             Check::good(name, "a board that hung was reset by it")
+        }
+        Ok(machine) if machine.reset.is_empty() => {
+            Check::warning(name, format!("it came back; {NO_CHIP}"))
         }
         Ok(machine) => Check::warning(
             name,
