@@ -5,7 +5,7 @@ use super::faults::moving;
 use softdock_control::delay::LawName;
 use softdock_experiments::scenario::Scenario;
 use softdock_rig::firmware::{RELEASED, STACK_BUDGET, emulated_profile};
-use softdock_tests::peers::{LockStepRig, QemuBoard, params, patient};
+use softdock_tests::peers::{LockStepRig, Motion, QemuBoard, params, patient};
 use std::net::{SocketAddrV4, UdpSocket};
 use toml_edit::ser::to_string_pretty;
 
@@ -48,6 +48,13 @@ fn deepest(board: &mut QemuBoard, when: &str) -> u64 {
     deepest
 }
 
+/// The spacecraft came and went: there was a contact in between.
+fn assert_bounced(motion: &Motion) {
+    let way = |cycles: &[[i64; 6]]| cycles.iter().map(|step| step[0]).sum::<i64>();
+    let (came, went) = (way(&motion[150..200]), way(&motion[CYCLES - 50..]));
+    assert!(came * went < 0, "{came} before, {went} behind");
+}
+
 #[test]
 fn the_stack_has_room_whatever_the_board_does() {
     // Nobody reads what comes to it.
@@ -68,12 +75,13 @@ fn the_stack_has_room_whatever_the_board_does() {
     let mut board = QemuBoard::start("qemu_stack", &toml, &["--start"]);
     let mut rig = LockStepRig::connect(&scenario, &settings, board.robot, board.can);
     board.process().wait_for("sensor Running");
-    rig.run(CYCLES / 2);
+    let mut motion = rig.run(CYCLES / 2);
     board.process().wait_for("mode Running");
     // The service is at work with its largest answers while the loop is closed.
     let list = ask(&board, &["list"]);
     assert!(list["settings"].as_array().unwrap().len() > 90);
-    rig.run(CYCLES / 2);
+    motion.extend(rig.run(CYCLES / 2));
+    assert_bounced(&motion);
     deepest(
         &mut board,
         "the loop closed, with a contact, service and telemetry",
@@ -101,7 +109,7 @@ fn ethercat_leaves_room_on_the_stack() {
     let segment = board.ethercat.expect("a port");
     let mut rig = LockStepRig::connect_ethercat(&scenario, &settings, board.robot, segment);
     board.process().wait_for("sensor Running");
-    rig.run(CYCLES);
+    assert_bounced(&rig.run(CYCLES));
     deepest(&mut board, "the loop closed over EtherCAT, with a contact");
     drop(rig);
     board.stop();
