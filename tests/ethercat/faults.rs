@@ -277,8 +277,13 @@ fn a_disturbed_frame_costs_nothing() {
             segment.cable = if on { cable } else { Cable::Good }
         });
     }
-    // For the rest of the run: each frame twice, with others in between, or late but in time.
-    for cable in [Cable::Repeats, Cable::Foreign, Cable::Delays(300)] {
+    // For the rest of the run: each frame twice, with others in between, in a flood at line rate, or late but in time.
+    for cable in [
+        Cable::Repeats,
+        Cable::Foreign,
+        Cable::Floods,
+        Cable::Delays(300),
+    ] {
         assert_survives(CYCLES, |segment, on| {
             segment.cable = if on { cable } else { Cable::Good }
         });

@@ -116,6 +116,41 @@ mod tests {
         }
     }
 
+    /// Telegrams of a robot, one each 4 ms, until one comes through a receiver that has fallen silent and wants a cure.
+    /// It is looked at first after `look_us`.
+    fn cycles_until_answered(silent: Channel, wants: Cure, mut look_us: u64) -> u64 {
+        let (mut monitor, mut receive) = (DmaMonitor::default(), silent);
+        // One has come since the last look, before it fell silent.
+        let frames = 1;
+        for cycle in 1..100 {
+            while look_us <= cycle * 4000 {
+                if monitor.look(receive, Suspended, frames) == Some(wants) {
+                    receive = Running;
+                }
+                look_us += PERIOD_US;
+            }
+            if receive == Running {
+                return cycle;
+            }
+        }
+        panic!("{silent:?} for ever");
+    }
+
+    #[test]
+    fn whatever_brings_it_back_the_robot_is_answered_within_ten_cycles() {
+        let cures = [
+            (Suspended, Cure::Resume),
+            (Suspended, Cure::Restart),
+            (Stopped, Cure::Restart),
+        ];
+        for (silent, wants) in cures {
+            for look_us in (0..=PERIOD_US).step_by(1000) {
+                let cycles = cycles_until_answered(silent, wants, look_us);
+                assert!(cycles <= 10, "{wants:?}: {cycles}");
+            }
+        }
+    }
+
     #[test]
     fn a_flood_that_comes_through_is_no_reason_to_restart() {
         let mut monitor = DmaMonitor::default();

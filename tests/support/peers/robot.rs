@@ -31,8 +31,6 @@ pub struct Robot {
     pub ipoc: u64,
     /// Pose in units of 10⁻⁴ mm and degrees: the sum of all corrections.
     pub pose: [i64; 6],
-    /// Telegrams that the last [`Self::cycle_through_flood`] has sent.
-    pub attempts: usize,
 }
 
 impl Robot {
@@ -47,7 +45,6 @@ impl Robot {
             board,
             ipoc: FIRST_IPOC,
             pose: [0; 6],
-            attempts: 0,
         };
         robot.patience(PATIENCE);
         robot
@@ -99,9 +96,7 @@ impl Robot {
     pub fn cycle_through_flood(&mut self) -> Answer {
         let give_up = Instant::now() + PATIENCE;
         self.patience(Duration::from_millis(100));
-        self.attempts = 0;
         let answer = loop {
-            self.attempts += 1;
             self.send(self.telegram(self.ipoc).as_bytes());
             let mut buffer = [0; 2048];
             if let Ok((length, _)) = self.socket.recv_from(&mut buffer) {
@@ -117,6 +112,45 @@ impl Robot {
         self.patience(PATIENCE);
         self.apply(&answer);
         answer
+    }
+
+    /// Goes on as a real one does, with a new telegram each cycle whether the last was answered or not, until one is
+    /// answered within its cycle: the cycles that this took.
+    ///
+    /// # Panics
+    /// If none ever is.
+    pub fn cycles_until_answered(&mut self) -> usize {
+        let give_up = Instant::now() + PATIENCE;
+        for cycles in 1.. {
+            if self.answered_in_time() {
+                return cycles;
+            }
+            assert!(Instant::now() < give_up, "no answer in {cycles} cycles");
+        }
+        unreachable!("it is patient for less")
+    }
+
+    /// One cycle in real time. An answer to an older telegram is too late.
+    fn answered_in_time(&mut self) -> bool {
+        let end = Instant::now() + Duration::from_millis(CYCLE_MS);
+        self.send(self.telegram(self.ipoc).as_bytes());
+        let asked = self.ipoc;
+        self.ipoc += CYCLE_MS;
+        let mut buffer = [0; 2048];
+        while let Some(left) = end.checked_duration_since(Instant::now()) {
+            self.patience(left.max(Duration::from_micros(1)));
+            let Ok((length, _)) = self.socket.recv_from(&mut buffer) else {
+                continue;
+            };
+            let answer = Answer::parse(&buffer[..length]);
+            if answer.ipoc == asked {
+                self.patience(PATIENCE);
+                self.apply(&answer);
+                return true;
+            }
+        }
+        self.patience(PATIENCE);
+        false
     }
 
     fn patience(&self, patience: Duration) {

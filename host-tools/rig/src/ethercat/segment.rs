@@ -6,6 +6,8 @@ use super::subdevice::SubDevice;
 
 /// Shortest Ethernet frame without its checksum.
 const SHORTEST: usize = 60;
+/// Time between two of the shortest frames at 100 Mbit/s, in whole µs.
+const LINE_RATE_US: usize = 7;
 /// The first SubDevice sets it in the sender's address (ETG.1000.4, 5.3).
 const PROCESSED: u8 = 0x02;
 
@@ -25,6 +27,8 @@ pub enum Cable {
     Delays(u64),
     /// A frame of somebody else comes before each.
     Foreign,
+    /// A millisecond of frames of somebody else, at line rate, comes around each.
+    Floods,
     /// Frames come back cut off.
     Cuts,
     /// Frames come back with a sender's address as they left: nothing has seen them.
@@ -88,11 +92,13 @@ impl Segment {
         match self.cable {
             Cable::Repeats => vec![(0, back.clone()), (1, back)],
             Cable::Delays(by_us) => vec![(by_us, back)],
-            Cable::Foreign => {
-                // Another stack's, with the same shape but for the index.
-                let mut foreign = back.clone();
-                foreign[17] ^= 0x80;
-                vec![(0, vec![0xA5; 90]), (0, foreign), (0, back)]
+            Cable::Foreign => vec![(0, vec![0xA5; 90]), (0, of_others(&back)), (0, back)],
+            Cable::Floods => {
+                let flood = (0..1000).step_by(LINE_RATE_US);
+                let flood = flood.map(|late_us| (late_us, of_others(&back)));
+                let mut frames: Vec<_> = flood.collect();
+                frames.push((500, back));
+                frames
             }
             Cable::Cuts => vec![(0, back[..40].to_vec())],
             _ => vec![(0, back)],
@@ -110,6 +116,13 @@ impl Segment {
             }
         })
     }
+}
+
+/// A frame of another stack, with the same shape but for the index.
+fn of_others(frame: &[u8]) -> Vec<u8> {
+    let mut foreign = frame.to_vec();
+    foreign[17] ^= 0x80;
+    foreign
 }
 
 /// The next of a sequence of random numbers (Marsaglia 2003, xorshift64).
