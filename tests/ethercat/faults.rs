@@ -41,6 +41,16 @@ fn run_for(
 }
 
 fn simulated(
+    scenario: Scenario,
+    commands: &[(u64, Command)],
+    happens: impl FnMut(u64, &mut Segment),
+) -> Seen {
+    let rig = Rig::new(&scenario.rig, scenario.start_pose(), 1).unwrap();
+    simulated_on(rig, scenario, commands, happens)
+}
+
+fn simulated_on(
+    rig: Rig,
     mut scenario: Scenario,
     commands: &[(u64, Command)],
     mut happens: impl FnMut(u64, &mut Segment),
@@ -49,7 +59,7 @@ fn simulated(
     let sensor = &scenario.rig.sensor;
     let simulation = Simulation {
         board: &scenario.board,
-        rig: Rig::new(&scenario.rig, scenario.start_pose(), 1).unwrap(),
+        rig,
         calibration: AtiCalibration {
             matrix: sensor.calibration,
             counts_per_force: sensor.counts_per_newton,
@@ -215,6 +225,22 @@ fn a_segment_that_is_not_the_sensor_alone_is_named() {
     });
     for cable in [Cable::Out, Cable::Echoes, Cable::Cuts] {
         assert_never_starts(SensorFault::NoAnswer, |_, segment| segment.cable = cable);
+    }
+}
+
+/// Over the whole way from the process data to the interlock; what a bit means is tested with the driver.
+#[test]
+fn a_status_bit_of_the_sensor_arms_nothing() {
+    for status in [1, 1 << 2, 1 << 15] {
+        let scenario = Scenario::spring_rod().unwrap();
+        let mut rig = Rig::new(&scenario.rig, scenario.start_pose(), 1).unwrap();
+        rig.set_sensor_status(status);
+        let seen = simulated_on(rig, scenario, &[], |_, _| {});
+        assert_eq!(seen.end().sensor, Some(SensorState::Running));
+        let told = seen.end().sample.map(|sample| sample.status);
+        assert_eq!(told, Some(status.into()));
+        assert!(seen.records.iter().all(|record| !record.trace.mode.moves()));
+        seen.assert_zeros_from(0);
     }
 }
 
