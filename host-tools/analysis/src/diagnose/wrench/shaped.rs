@@ -270,14 +270,9 @@ impl<'a> Shaped<'a> {
         Some(next)
     }
 
-    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
-    /// place, all together: from the products of the columns with the derivatives of what the shapes
-    /// contribute. None if the logs do not determine them.
-    pub(super) fn deviations(
-        &self,
-        coefficients: &[f64],
-        shapes: &[Vec<f64>],
-    ) -> Option<(Vec<f64>, ShapeDeviations)> {
+    /// Derivatives of what the hypothesis contributes by its open coefficients, and by the logarithms of its shapes that
+    /// have a size.
+    fn slopes(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Slopes> {
         /// Relative step of the derivatives.
         const STEP: f64 = 0.02;
         let mut columns: Vec<Projected> = Vec::new();
@@ -292,8 +287,7 @@ impl<'a> Shaped<'a> {
         for (i, part) in self.parts.iter().enumerate() {
             let own = &coefficients[at..at + part.used.len()];
             at += part.used.len();
-            let effect = self.library.variants[part.variant].effect;
-            for (k, shape) in effect.shapes.iter().enumerate() {
+            for (k, shape) in self.effect(part).shapes.iter().enumerate() {
                 if !has_size(shape, shapes[i][k]) {
                     continue;
                 }
@@ -309,20 +303,96 @@ impl<'a> Shaped<'a> {
                 places.push((i, k));
             }
         }
-        let size = columns.len();
-        let products = DMatrix::from_fn(size, size, |i, k| columns[i].product(&columns[k]));
-        let scale: Vec<f64> = (0..size).map(|i| products[(i, i)].sqrt()).collect();
-        let unit = DMatrix::from_fn(size, size, |i, k| products[(i, k)] / (scale[i] * scale[k]));
+        let products = |i: usize, k: usize| columns[i].product(&columns[k]);
+        let scale: Vec<f64> = (0..columns.len()).map(|i| products(i, i).sqrt()).collect();
+        let unit = DMatrix::from_fn(columns.len(), columns.len(), |i, k| {
+            products(i, k) / (scale[i] * scale[k])
+        });
         let covariance = unit.cholesky()?.inverse();
-        let sigma = |i: usize| covariance[(i, i)].sqrt() / scale[i];
+        Some(Slopes {
+            columns,
+            open,
+            places,
+            scale,
+            covariance,
+        })
+    }
+
+    /// Moves all shapes that have a size together, by steps of Gauss and Newton, as long as χ² falls: those that do each
+    /// other's work are not found one after the other.
+    pub(super) fn refine_together(&mut self, shapes: &mut [Vec<f64>]) {
+        /// A slope of three or four shapes is straight enough to be there by then.
+        const STEPS: usize = 8;
+        let Some(mut gain) = self.solution().map(|best| best.gain) else {
+            return;
+        };
+        for _ in 0..STEPS {
+            let rise = match self.step_together(shapes, gain) {
+                Some(next) => next - gain,
+                None => return,
+            };
+            gain += rise;
+            if rise < CONVERGED {
+                return;
+            }
+        }
+    }
+
+    /// One step, of which the half or a quarter is taken if the whole leads up; the gain behind it. None if there is no
+    /// gain in it.
+    fn step_together(&mut self, shapes: &mut [Vec<f64>], gain: f64) -> Option<f64> {
+        /// Largest step of a shape's logarithm.
+        const LONGEST: f64 = 0.3;
+        let now = self.solution()?;
+        let slopes = self.slopes(&now.coefficients, shapes)?;
+        let left = self.problem.projected(self.sum(&now.coefficients));
+        let right = slopes.columns.iter().map(|c| c.right - c.product(&left));
+        let right = right.zip(&slopes.scale).map(|(right, scale)| right / scale);
+        let step = &slopes.covariance * DVector::from_iterator(slopes.columns.len(), right);
+        let of_shape = |n: usize| step[n + slopes.open.len()] / slopes.scale[n + slopes.open.len()];
+        let before = shapes.to_vec();
+        for share in [1.0, 0.5, 0.25] {
+            for (n, &(i, k)) in slopes.places.iter().enumerate() {
+                let effect = self.effect(&self.parts[i]);
+                let moved = before[i][k] * (share * of_shape(n).clamp(-LONGEST, LONGEST)).exp();
+                let known = effect.parameters.iter();
+                let known = known.filter(|p| p.name == effect.shapes[k].name);
+                shapes[i][k] = known.fold(moved, |moved, p| moved.clamp(p.low, p.high));
+            }
+            self.set_all(shapes);
+            let next = self.solution().map(|next| next.gain);
+            if let Some(next) = next.filter(|next| *next > gain) {
+                return Some(next);
+            }
+        }
+        shapes.clone_from_slice(&before);
+        self.set_all(shapes);
+        None
+    }
+
+    fn set_all(&mut self, shapes: &[Vec<f64>]) {
+        for (i, own) in shapes.iter().enumerate() {
+            self.white[i] = self.built(i, own, &[]);
+        }
+        self.multiply();
+    }
+
+    /// Standard deviations of the coefficients, and of the shapes that have a size by part and
+    /// place, all together. None if the logs do not determine them.
+    pub(super) fn deviations(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+    ) -> Option<(Vec<f64>, ShapeDeviations)> {
+        let slopes = self.slopes(coefficients, shapes)?;
+        let sigma = |i: usize| slopes.covariance[(i, i)].sqrt() / slopes.scale[i];
         let mut of_coefficients = vec![0.0; coefficients.len()];
-        for (i, place) in open.iter().enumerate() {
+        for (i, place) in slopes.open.iter().enumerate() {
             of_coefficients[*place] = sigma(i);
         }
-        let of_shapes = places
-            .into_iter()
-            .enumerate()
-            .map(|(n, (i, k))| ((i, k), sigma(open.len() + n) * shapes[i][k]));
+        let of_shapes = slopes.places.iter().enumerate();
+        let of_shapes =
+            of_shapes.map(|(n, &(i, k))| ((i, k), sigma(slopes.open.len() + n) * shapes[i][k]));
         Some((of_coefficients, of_shapes.collect()))
     }
 
@@ -332,6 +402,17 @@ impl<'a> Shaped<'a> {
         let solution = own.and_then(|own| self.solution_with(i, &own));
         solution.map_or(f64::NEG_INFINITY, |s| s.gain)
     }
+}
+
+/// Derivatives of a hypothesis, and their covariance in units of their lengths.
+struct Slopes {
+    columns: Vec<Projected>,
+    /// Places of the coefficients, which come first.
+    open: Vec<usize>,
+    /// Part and place of each shape.
+    places: Vec<(usize, usize)>,
+    scale: Vec<f64>,
+    covariance: DMatrix<f64>,
 }
 
 /// Standard deviations of shapes, by part and place.

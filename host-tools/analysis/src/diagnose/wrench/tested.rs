@@ -136,6 +136,9 @@ pub(super) fn fitted_to(
             }
         }
     }
+    if rounds > 0 && care == Care::Estimating {
+        shaped.refine_together(&mut shapes);
+    }
     let solution = shaped
         .solution()
         .unwrap_or_else(|| hypothesis.solution.clone());
