@@ -4,6 +4,7 @@ mod bench;
 mod cluster;
 mod command;
 mod division;
+mod store;
 mod story;
 
 use serde_json::Value;

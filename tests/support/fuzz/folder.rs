@@ -3,6 +3,7 @@
 use super::Script;
 use softdock_experiments::campaign::merge::merge;
 use softdock_experiments::campaign::outcome::Outcome;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::shard::Shard;
 use softdock_experiments::campaign::status::progress;
@@ -31,7 +32,7 @@ pub(super) fn campaign_folder(input: &[u8]) {
     let plan = written(folder);
     let mut script = Script(input);
     while let Some(event) = script.byte() {
-        let part = PARTS[usize::from(event % 2)].part(folder);
+        let part = folder.join(PARTS[usize::from(event % 2)].part());
         match event / 2 % 6 {
             0 => change(&part, &mut script),
             1 => change(&folder.join("plan.json"), &mut script),
@@ -47,14 +48,15 @@ pub(super) fn campaign_folder(input: &[u8]) {
             }
         }
     }
-    if let Ok(plan) = Plan::read(folder) {
-        let done = progress(&plan, folder).map(|progress| progress.done);
-        if merge(&plan, folder).is_ok() {
+    let place = Place::folder(folder);
+    if let Ok(plan) = Plan::read(&place) {
+        let done = progress(&plan, &place).map(|progress| progress.done);
+        if merge(&plan, &place).is_ok() {
             assert_eq!(done.ok(), Some(plan.rows()));
         }
     }
     for row in 0..plan.rows() {
-        let _ = StoredRow::find(&plan, folder, row);
+        let _ = StoredRow::find(&plan, &place, row);
     }
 }
 
@@ -64,12 +66,12 @@ fn written(folder: &Path) -> Plan {
     std::fs::write(folder.join("spring-rod.toml"), SPRING_ROD).unwrap();
     std::fs::write(&campaign, CAMPAIGN).unwrap();
     let plan = Plan::new(&campaign).unwrap();
-    plan.write(folder).unwrap();
+    plan.write(&Place::folder(folder)).unwrap();
     for shard in PARTS {
         let rows = (0..plan.rows()).filter(|index| shard.has(*index));
         let rows: Vec<_> = rows.map(|index| (index, Outcome::default())).collect();
         let part = table(&plan, &rows);
-        std::fs::write(shard.part(folder), part.to_parquet().unwrap()).unwrap();
+        std::fs::write(folder.join(shard.part()), part.to_parquet().unwrap()).unwrap();
     }
     let head = format!("#plan {} {}\n1,completed,,750,1\n", plan.hash, plan.binary);
     std::fs::write(folder.join(JOURNAL), head).unwrap();

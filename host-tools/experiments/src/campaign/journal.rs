@@ -4,6 +4,7 @@
 //! A text file of one row per line. Each process writes one of its own; a line that was cut off is no row.
 
 use super::outcome::Outcome;
+use super::place;
 use super::plan::Plan;
 use super::shard::Shard;
 use anyhow::{Context, Result};
@@ -28,6 +29,8 @@ impl Journal {
     /// # Errors
     /// The folder cannot be written to.
     pub fn start(plan: &Plan, folder: &Path, shard: Shard) -> Result<Self> {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let process = std::process::id();
         // Two machines may have the same process number.
         let again = (0_u32..).map(|n| {
@@ -76,8 +79,7 @@ pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Ou
 /// # Errors
 /// The folder cannot be read.
 pub fn all(plan: &Plan, folder: &Path) -> Result<BTreeMap<u64, Outcome>> {
-    let names = super::shard::names(folder)?.into_iter();
-    let journals = names.filter(|name| name.ends_with(ENDING));
+    let journals = names(folder)?.into_iter();
     Ok(rows(plan, journals.map(|name| folder.join(name))))
 }
 
@@ -117,11 +119,19 @@ pub fn remove(folder: &Path, shard: Shard) -> Result<()> {
 
 fn of(folder: &Path, shard: Shard) -> Result<Vec<PathBuf>> {
     let prefix = prefix(shard);
-    let names = super::shard::names(folder)?;
-    let own = names
-        .into_iter()
-        .filter(|name| name.starts_with(&prefix) && name.ends_with(ENDING));
+    let own = names(folder)?.into_iter();
+    let own = own.filter(|name| name.starts_with(&prefix));
     Ok(own.map(|name| folder.join(name)).collect())
+}
+
+/// Names of all journals; no machine has any before its first row.
+fn names(folder: &Path) -> Result<Vec<String>> {
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    let mut names = place::names(folder)?;
+    names.retain(|name| name.ends_with(ENDING));
+    Ok(names)
 }
 
 fn prefix(shard: Shard) -> String {

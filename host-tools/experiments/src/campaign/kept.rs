@@ -66,11 +66,11 @@ pub(super) fn kept_limits(results: &Results<'_>) -> Result<Vec<KeptLimit>> {
 mod tests {
     use super::*;
     use crate::campaign::outcome::Outcome;
+    use crate::campaign::place::Place;
     use crate::campaign::plan::Plan;
     use crate::campaign::summary::summary;
     use crate::campaign::{page, table};
     use crate::scenario::SPRING_ROD;
-    use std::path::Path;
 
     const CAMPAIGN: &str = r#"
 scenario = "spring-rod.toml"
@@ -141,7 +141,7 @@ source = "from memory"
                 ("none", Some(-70.0), 0.5),
             ]
         );
-        let summary = summary(&results, Path::new("c")).unwrap();
+        let summary = summary(&results, &Place::folder("c".as_ref())).unwrap();
         assert!(
             page::headline(&summary)
                 .ends_with("Limits without a source that somebody has read: 1 of 2."),

@@ -1,29 +1,26 @@
 //! All parts of a campaign as one table, row by row.
 
+use super::place::Place;
 use super::plan::Plan;
 use super::shard::Shard;
 use super::status::{indices, parts};
 use anyhow::{Result, bail, ensure};
 use softdock_io::data_table::{DataColumn, DataTable, Values};
-use std::path::Path;
 
-/// Merges the parts of a folder. The table does not depend on how the rows were divided.
+/// Merges the parts of a campaign. The table does not depend on how the rows were divided.
 ///
 /// # Errors
 /// A row is missing, or stands in two parts, or a part is of another plan or program.
-pub fn merge(plan: &Plan, folder: &Path) -> Result<DataTable> {
-    let parts = parts(plan, folder)?;
-    let order = order(plan, folder, &parts)?;
+pub fn merge(plan: &Plan, place: &Place) -> Result<DataTable> {
+    let parts = parts(plan, place)?;
+    let order = order(plan, place, &parts)?;
     let Some((_, first)) = parts.first() else {
-        bail!(
-            "{} has no parts; `softdock campaign run {0}` makes them",
-            folder.display()
-        );
+        bail!("{place} has no parts; `softdock campaign run {place}` makes them");
     };
-    let columns = first.columns.iter().enumerate().map(|(place, column)| {
+    let columns = first.columns.iter().enumerate().map(|(number, column)| {
         let same = |(_, part): &(Shard, DataTable)| {
             part.columns
-                .get(place)
+                .get(number)
                 .is_some_and(|other| other.name == column.name)
         };
         ensure!(
@@ -33,7 +30,7 @@ pub fn merge(plan: &Plan, folder: &Path) -> Result<DataTable> {
         );
         let values: Vec<&Values> = parts
             .iter()
-            .map(|(_, part)| &part.columns[place].values)
+            .map(|(_, part)| &part.columns[number].values)
             .collect();
         Ok(DataColumn {
             values: gathered(&values, &order)?,
@@ -47,15 +44,15 @@ pub fn merge(plan: &Plan, folder: &Path) -> Result<DataTable> {
 }
 
 /// Part and place of each row.
-fn order(plan: &Plan, folder: &Path, parts: &[(Shard, DataTable)]) -> Result<Vec<(usize, usize)>> {
+fn order(plan: &Plan, place: &Place, parts: &[(Shard, DataTable)]) -> Result<Vec<(usize, usize)>> {
     let mut order: Vec<Option<(usize, usize)>> = vec![None; plan.rows() as usize];
     for (number, (shard, part)) in parts.iter().enumerate() {
-        for (place, index) in indices(part)?.into_iter().enumerate() {
+        for (row, index) in indices(part)?.into_iter().enumerate() {
             let rows = plan.rows();
             let Some(slot) = order.get_mut(index as usize) else {
                 bail!("part {shard} has row {index}; the plan has {rows} rows");
             };
-            if let Some((other, _)) = slot.replace((number, place)) {
+            if let Some((other, _)) = slot.replace((number, row)) {
                 bail!(
                     "row {index} stands in part {} and in part {shard}: move the parts of one division away",
                     parts[other].0
@@ -67,9 +64,8 @@ fn order(plan: &Plan, folder: &Path, parts: &[(Shard, DataTable)]) -> Result<Vec
     if missing > 0 {
         let first = order.iter().position(Option::is_none).unwrap_or_default();
         bail!(
-            "{missing} of {} rows are missing, the first is row {first}; `softdock campaign status {}` names their shards",
-            plan.rows(),
-            folder.display()
+            "{missing} of {} rows are missing, the first is row {first}; `softdock campaign status {place}` names their shards",
+            plan.rows()
         );
     }
     Ok(order.into_iter().flatten().collect())

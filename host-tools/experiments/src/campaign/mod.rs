@@ -7,6 +7,7 @@
 //!   setting                     values into the scenario, by dotted names
 //! a row           row, outcome  one run without recording, or a row of a benchmark (bench); failures and panics are outcomes
 //! a part          shard         every N-th row, in parallel, with a journal to go on from; whole or not at all
+//!   place                       the folder or the object store with the plan and the parts
 //! the table       merge         all parts, row by row, or an error that says what is missing
 //! the report      summary, page success, limits (kept), quantiles, worst rows, which factor matters
 //! ```
@@ -20,6 +21,7 @@ pub mod kept;
 pub mod merge;
 pub mod outcome;
 pub mod page;
+pub mod place;
 pub mod plan;
 pub mod row;
 pub mod setting;

@@ -3,17 +3,18 @@
 use super::design::{self, Design};
 use super::distribution::Distribution;
 use super::file::CampaignFile;
+use super::place::Place;
 use super::setting::{SettingName, Settings};
 use crate::scenario::Scenario;
 use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_64_XZ, Crc, Table};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use softdock_io::{identity, input, output};
+use softdock_io::{identity, input};
 use softdock_statistics::RandomStream;
 use std::path::Path;
 
-/// Name of the plan in a campaign's folder.
+/// Name of the plan's file.
 pub(super) const FILE: &str = "plan.json";
 /// Name and version of the format.
 const FORMAT: &str = "softdock-campaign/1";
@@ -217,13 +218,11 @@ impl Plan {
         Ok(())
     }
 
-    /// Writes the plan into a folder, which is made if it is not there.
+    /// Writes the plan where the campaign shall stand; a folder is made if it is not there.
     ///
     /// # Errors
-    /// The folder cannot be written to.
-    pub fn write(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    /// Nothing can be written there.
+    pub fn write(&self, place: &Place) -> Result<()> {
         let [campaign_toml, scenario_toml] = self.texts.clone();
         let file = PlanFile {
             format: FORMAT.to_owned(),
@@ -234,52 +233,47 @@ impl Plan {
             scenario_toml,
         };
         let text = serde_json::to_string_pretty(&file)?;
-        output::write_whole(&folder.join(FILE), text)
+        place.add(FILE, text.into_bytes())
     }
 
-    /// Reads the plan of a folder, to look at what was done.
+    /// Reads the plan of a campaign, to look at what was done.
     ///
     /// # Errors
     /// There is none, or it was changed.
-    pub fn read(folder: &Path) -> Result<Self> {
-        let path = folder.join(FILE);
-        let text = std::fs::read_to_string(&path).with_context(|| {
+    pub fn read(place: &Place) -> Result<Self> {
+        let name = place.file(FILE);
+        let bytes = place.read(FILE)?.with_context(|| {
             format!(
-                "cannot read {}; `softdock campaign plan CAMPAIGN.toml -o {}` makes it",
-                path.display(),
-                folder.display()
+                "there is no {name}; `softdock campaign plan CAMPAIGN.toml -o {place}` makes it"
             )
         })?;
         let file: PlanFile =
-            serde_json::from_str(&text).with_context(|| format!("in {}", path.display()))?;
+            serde_json::from_slice(&bytes).with_context(|| format!("in {name}"))?;
         ensure!(
             file.format == FORMAT,
-            "{}: expected format `{FORMAT}`, received `{}`",
-            path.display(),
+            "{name}: expected format `{FORMAT}`, received `{}`",
             file.format
         );
         let plan = Self::of([file.campaign_toml, file.scenario_toml], file.binary)
-            .with_context(|| format!("in {}", path.display()))?;
+            .with_context(|| format!("in {name}"))?;
         ensure!(
             plan.hash == file.hash && plan.rows() == file.rows,
-            "{} was changed after it was planned; plan anew into another folder",
-            path.display()
+            "{name} was changed after it was planned; plan anew elsewhere"
         );
         Ok(plan)
     }
 
-    /// Reads the plan of a folder, to carry it out.
+    /// Reads the plan of a campaign, to carry it out.
     ///
     /// # Errors
     /// As [`read`](Self::read), or another program planned it.
-    pub fn read_to_run(folder: &Path) -> Result<Self> {
-        let plan = Self::read(folder)?;
+    pub fn read_to_run(place: &Place) -> Result<Self> {
+        let plan = Self::read(place)?;
         let own = this_binary()?;
         if plan.binary != own {
             bail!(
-                "{} was planned by another program and would give rows that are not comparable\n  \
-                 planned by {}\n  this is    {own}\nUse that program, or plan anew into another folder.",
-                folder.display(),
+                "{place} was planned by another program and would give rows that are not comparable\n  \
+                 planned by {}\n  this is    {own}\nUse that program, or plan anew elsewhere.",
                 plan.binary
             );
         }

@@ -2,10 +2,11 @@
 
 use super::journal::{self, Journal};
 use super::outcome::{Outcome, Status};
+use super::place::{self, Place};
 use super::plan::{self, Plan};
 use super::row::execute;
 use super::table::{BINARY, PLAN, table};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use cpu_time::ProcessTime;
 use rayon::prelude::*;
 use softdock_io::data_table::DataTable;
@@ -35,9 +36,9 @@ impl Shard {
         index % self.of == self.number
     }
 
-    /// Its part in a campaign's folder.
-    pub fn part(self, folder: &Path) -> PathBuf {
-        folder.join(format!("part-{}-of-{}.parquet", self.number, self.of))
+    /// Name of its part.
+    pub fn part(self) -> String {
+        format!("part-{}-of-{}.parquet", self.number, self.of)
     }
 
     /// The shard of a part's file name.
@@ -89,10 +90,10 @@ pub struct Done {
 /// `stop` ends it after the rows that are under way.
 ///
 /// # Errors
-/// It was stopped, or the folder cannot be written to; what was done is kept.
+/// It was stopped, or nothing can be written; what was done is kept.
 pub fn run(
     plan: &Plan,
-    folder: &Path,
+    place: &Place,
     shard: Shard,
     threads: usize,
     stop: &AtomicBool,
@@ -100,14 +101,15 @@ pub fn run(
 ) -> Result<Done> {
     let rows = (0..plan.rows()).filter(|index| shard.has(*index)).count() as u64;
     let begin = ProcessTime::now();
-    let mut known = match read_part(plan, &shard.part(folder)) {
-        Ok(Some(_)) => return finished(plan, folder, shard, rows),
-        Ok(None) => journal::read(plan, folder, shard)?,
-        Err(error) => return Err(error),
-    };
+    let journals = place.journals();
+    if let Some(part) = read_part(plan, place, shard)? {
+        journal::remove(journals, shard)?;
+        return finished(&part, rows);
+    }
+    let mut known = journal::read(plan, journals, shard)?;
     let missing = (0..plan.rows()).filter(|index| shard.has(*index) && !known.contains_key(index));
     let missing: Vec<u64> = missing.collect();
-    let new = carry_out(plan, folder, shard, &missing, threads, stop, done)?;
+    let new = carry_out(plan, journals, shard, &missing, threads, stop, done)?;
     let (carried_out, cycles) = (new.len() as u64, new.values().map(|o| o.cycles).sum());
     known.extend(new);
     ensure!(
@@ -120,8 +122,8 @@ pub fn run(
         .filter(|outcome| outcome.status != Status::Completed);
     let failed = failed.count() as u64;
     let all: Vec<(u64, Outcome)> = known.into_iter().collect();
-    table(plan, &all).write(&shard.part(folder))?;
-    journal::remove(folder, shard)?;
+    place.add(&shard.part(), table(plan, &all).to_parquet()?)?;
+    journal::remove(journals, shard)?;
     Ok(Done {
         rows,
         carried_out,
@@ -132,14 +134,11 @@ pub fn run(
 }
 
 /// The shard was done before.
-fn finished(plan: &Plan, folder: &Path, shard: Shard, rows: u64) -> Result<Done> {
-    journal::remove(folder, shard)?;
-    let part = read_part(plan, &shard.part(folder))?.unwrap_or_default();
-    let failed = super::status::failed(&part)?;
+fn finished(part: &DataTable, rows: u64) -> Result<Done> {
     Ok(Done {
         rows,
         carried_out: 0,
-        failed,
+        failed: super::status::failed(part)?,
         cycles: 0,
         processor_s: 0.0,
     })
@@ -147,14 +146,14 @@ fn finished(plan: &Plan, folder: &Path, shard: Shard, rows: u64) -> Result<Done>
 
 fn carry_out(
     plan: &Plan,
-    folder: &Path,
+    journals: &Path,
     shard: Shard,
     missing: &[u64],
     threads: usize,
     stop: &AtomicBool,
     done: &(dyn Fn() + Sync),
 ) -> Result<BTreeMap<u64, Outcome>> {
-    let journal = Mutex::new(Journal::start(plan, folder, shard)?);
+    let journal = Mutex::new(Journal::start(plan, journals, shard)?);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()?;
@@ -173,51 +172,43 @@ fn carry_out(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// The part at a path, if there is one.
+/// The part of a shard, if there is one.
 ///
 /// # Errors
 /// It is no whole table, or of another plan or program.
-pub fn read_part(plan: &Plan, path: &Path) -> Result<Option<DataTable>> {
-    if !path.exists() {
+pub(super) fn read_part(plan: &Plan, place: &Place, shard: Shard) -> Result<Option<DataTable>> {
+    let file = shard.part();
+    let Some(bytes) = place.read(&file)? else {
         return Ok(None);
-    }
-    let part = DataTable::read_parquet(path)?;
-    for (name, own, what) in [
+    };
+    let name = place.file(&file);
+    let part = DataTable::of_parquet(bytes, &name)?;
+    for (key, own, what) in [
         (PLAN, &plan.hash, "plan"),
         (BINARY, &plan.binary, "program"),
     ] {
-        let received = part.metadata(name).unwrap_or("nothing");
+        let received = part.metadata(key).unwrap_or("nothing");
         ensure!(
             received == own,
-            "{} is of another {what}: expected {own}, received {received}; move it away, or plan into a folder of its own",
-            path.display()
+            "{name} is of another {what}: expected {own}, received {received}; move it away, or plan into a place of its own"
         );
     }
     Ok(Some(part))
 }
 
-/// The files of a campaign's own in its folder: plan, parts and journals, which no other output may replace.
+/// The files of a campaign's own on this machine's disk: plan, parts and journals, which no other output may replace.
 ///
 /// # Errors
-/// The folder cannot be read.
-pub fn own_files(folder: &Path) -> Result<Vec<PathBuf>> {
+/// Its folder cannot be read.
+pub fn own_files(place: &Place) -> Result<Vec<PathBuf>> {
+    let Some(folder) = place.on_disk() else {
+        return Ok(Vec::new());
+    };
     let own = |name: &String| {
         name == plan::FILE || Shard::of_part(name).is_some() || name.ends_with(journal::ENDING)
     };
-    let names = names(folder)?.into_iter().filter(own);
+    let names = place::names(folder)?.into_iter().filter(own);
     Ok(names.map(|name| folder.join(name)).collect())
-}
-
-/// Names of all files in a folder.
-pub(super) fn names(folder: &Path) -> Result<Vec<String>> {
-    let entries =
-        std::fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
-    let names = entries
-        .flatten()
-        .filter_map(|entry| entry.file_name().into_string().ok());
-    let mut names: Vec<String> = names.collect();
-    names.sort();
-    Ok(names)
 }
 
 #[cfg(test)]
@@ -250,9 +241,7 @@ mod tests {
     #[test]
     fn a_part_is_known_by_its_name() {
         let shard = Shard { number: 3, of: 40 };
-        let part = shard.part(Path::new("folder"));
-        let name = part.file_name().unwrap().to_str().unwrap();
-        assert_eq!(Shard::of_part(name), Some(shard));
+        assert_eq!(Shard::of_part(&shard.part()), Some(shard));
         assert_eq!(Shard::of_part("part-3-of-40.parquet.tmp"), None);
     }
 }

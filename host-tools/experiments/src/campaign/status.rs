@@ -1,13 +1,13 @@
 //! How far a campaign is.
 
 use super::journal;
+use super::place::Place;
 use super::plan::Plan;
-use super::shard::{Shard, names, read_part};
+use super::shard::{Shard, read_part};
 use super::table::INDEX;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
-use std::path::Path;
 
 /// How far a campaign is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,7 +20,7 @@ pub struct Progress {
     pub done: u64,
     /// Rows in parts that are not completed.
     pub failed: u64,
-    /// Rows that an interrupted shard has kept beside its part: the same command goes on behind them.
+    /// Rows that shards have kept on this machine beside their parts, interrupted or still at work: the same command goes on behind them.
     pub kept: u64,
     /// Into how many shards the rows were divided: the largest number that a part has.
     pub shards: u64,
@@ -28,12 +28,12 @@ pub struct Progress {
     pub missing_shards: Vec<u64>,
 }
 
-/// Looks at the parts of a folder.
+/// Looks at the parts of a campaign.
 ///
 /// # Errors
 /// A part is no table of this plan and program.
-pub fn progress(plan: &Plan, folder: &Path) -> Result<Progress> {
-    let parts = parts(plan, folder)?;
+pub fn progress(plan: &Plan, place: &Place) -> Result<Progress> {
+    let parts = parts(plan, place)?;
     let mut done = vec![false; plan.rows() as usize];
     let mut failures = 0;
     for (_, part) in &parts {
@@ -56,17 +56,17 @@ pub fn progress(plan: &Plan, folder: &Path) -> Result<Progress> {
         rows: plan.rows(),
         done: done.iter().filter(|done| **done).count() as u64,
         failed: failures,
-        kept: journal::all(plan, folder)?.len() as u64,
+        kept: journal::all(plan, place.journals())?.len() as u64,
         shards,
         missing_shards: with_rows.filter(missing).collect(),
     })
 }
 
-/// All parts of a folder.
-pub(super) fn parts(plan: &Plan, folder: &Path) -> Result<Vec<(Shard, DataTable)>> {
-    let names = names(folder)?;
+/// All parts of a campaign.
+pub(super) fn parts(plan: &Plan, place: &Place) -> Result<Vec<(Shard, DataTable)>> {
+    let names = place.names()?;
     let shards = names.iter().filter_map(|name| Shard::of_part(name));
-    let parts = shards.map(|shard| Ok((shard, read_part(plan, &shard.part(folder))?)));
+    let parts = shards.map(|shard| Ok((shard, read_part(plan, place, shard)?)));
     let parts = parts.collect::<Result<Vec<_>>>()?;
     Ok(parts
         .into_iter()

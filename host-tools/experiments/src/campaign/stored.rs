@@ -1,12 +1,12 @@
 //! The row that a campaign has kept, and whether a new run of it is the same.
 
 use super::journal;
+use super::place::Place;
 use super::plan::Plan;
 use super::status::{indices, parts};
 use super::table::table;
 use anyhow::Result;
 use softdock_io::data_table::{DataTable, Values};
-use std::path::Path;
 
 /// A row of a part or of a journal.
 #[derive(Clone, Debug)]
@@ -18,12 +18,12 @@ pub struct StoredRow {
 }
 
 impl StoredRow {
-    /// Looks a row up in the parts of a folder, then in the journals of shards that are not done; none if it has not been carried out.
+    /// Looks a row up in the parts of a campaign, then in the journals of shards that are not done; none if it has not been carried out.
     ///
     /// # Errors
-    /// A part is no table of this plan and program, or the folder cannot be read.
-    pub fn find(plan: &Plan, folder: &Path, index: u64) -> Result<Option<Self>> {
-        for (shard, part) in parts(plan, folder)? {
+    /// A part is no table of this plan and program, or the campaign cannot be read.
+    pub fn find(plan: &Plan, place: &Place, index: u64) -> Result<Option<Self>> {
+        for (shard, part) in parts(plan, place)? {
             if let Some(row) = indices(&part)?.iter().position(|own| *own == index) {
                 return Ok(Some(Self {
                     place: format!("part {shard}"),
@@ -32,7 +32,7 @@ impl StoredRow {
                 }));
             }
         }
-        let outcome = journal::all(plan, folder)?.remove(&index);
+        let outcome = journal::all(plan, place.journals())?.remove(&index);
         Ok(outcome.map(|outcome| Self {
             place: "a journal".to_owned(),
             table: table(plan, &[(index, outcome)]),

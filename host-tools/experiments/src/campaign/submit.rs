@@ -1,7 +1,7 @@
 //! Lines that hand a campaign to a cluster. They are printed, never run.
 
+use super::place::Place;
 use anyhow::{Context, Result};
-use std::path::Path;
 
 /// Kills of a task, by lost workers, after which HyperQueue gives up on it.
 const CRASH_LIMIT: u32 = 20;
@@ -10,11 +10,11 @@ const CRASH_LIMIT: u32 = 20;
 ///
 /// # Errors
 /// The folder or this program has no path.
-pub fn hyperqueue(folder: &Path, shards: u64, threads: usize) -> Result<String> {
+pub fn hyperqueue(place: &Place, shards: u64, threads: usize) -> Result<String> {
     Ok(format!(
         "hq submit --name softdock --array 0-{} --cpus {threads} --crash-limit {CRASH_LIMIT} -- sh -c {}",
         shards - 1,
-        quoted(&shard_command(folder, "HQ_TASK_ID", shards, threads)?)
+        quoted(&shard_command(place, "HQ_TASK_ID", shards, threads)?)
     ))
 }
 
@@ -22,14 +22,18 @@ pub fn hyperqueue(folder: &Path, shards: u64, threads: usize) -> Result<String> 
 ///
 /// # Errors
 /// The folder or this program has no path.
-pub fn slurm(folder: &Path, shards: u64, threads: usize) -> Result<String> {
-    let log = std::path::absolute(folder)?.join("slurm-%a.log");
+pub fn slurm(place: &Place, shards: u64, threads: usize) -> Result<String> {
+    // A store takes no lines: the logs are where `sbatch` is called then.
+    let log = match place.on_disk() {
+        Some(folder) => std::path::absolute(folder)?.join("slurm-%a.log"),
+        None => "slurm-%a.log".into(),
+    };
     Ok(format!(
         "sbatch --job-name softdock --array 0-{} --ntasks 1 --cpus-per-task {threads} --requeue --open-mode append --output {} --wrap {}",
         shards - 1,
         quoted(&log.display().to_string()),
         quoted(&shard_command(
-            folder,
+            place,
             "SLURM_ARRAY_TASK_ID",
             shards,
             threads
@@ -38,13 +42,12 @@ pub fn slurm(folder: &Path, shards: u64, threads: usize) -> Result<String> {
 }
 
 /// What a task runs; `variable` holds its number.
-fn shard_command(folder: &Path, variable: &str, shards: u64, threads: usize) -> Result<String> {
+fn shard_command(place: &Place, variable: &str, shards: u64, threads: usize) -> Result<String> {
     let program = std::env::current_exe().context("cannot find the running program")?;
-    let folder = std::path::absolute(folder).context("cannot find the folder")?;
     Ok(format!(
         "exec {} campaign run {} --shard ${variable}/{shards} --threads {threads}",
         quoted(&program.display().to_string()),
-        quoted(&folder.display().to_string())
+        quoted(&place.absolute()?.display().to_string())
     ))
 }
 
@@ -65,7 +68,8 @@ mod tests {
     fn words_survive_the_shell() {
         assert_eq!(quoted("/a/b-0.txt"), "/a/b-0.txt");
         assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
-        let line = hyperqueue(Path::new("/my campaign"), 40, 2).unwrap();
+        let place = Place::folder("/my campaign".as_ref());
+        let line = hyperqueue(&place, 40, 2).unwrap();
         assert!(
             line.starts_with("hq submit --name softdock --array 0-39 --cpus 2"),
             "{line}"

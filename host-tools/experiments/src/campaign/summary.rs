@@ -4,6 +4,7 @@ use super::bench::Bench;
 use super::file::Limit;
 use super::kept::{KeptLimit, kept_limits};
 use super::outcome::{NUMBERS, Number};
+use super::place::Place;
 use super::plan::{Conditions, Plan, PlannedFactor};
 use super::setting::unit;
 use super::statistics::{
@@ -14,7 +15,6 @@ use anyhow::{Result, bail};
 use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// The quantiles that are shown.
 pub const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
@@ -204,11 +204,11 @@ struct Pairs {
     y: Vec<f64>,
 }
 
-/// Sums a campaign up; `folder` is named in the commands that run a row again.
+/// Sums a campaign up; `place` is named in the commands that run a row again.
 ///
 /// # Errors
 /// The table is not that of the plan.
-pub fn summary(results: &Results<'_>, folder: &Path) -> Result<Summary> {
+pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
     let success = results.successes()?;
     let words = results
         .words("status")?
@@ -246,7 +246,7 @@ pub fn summary(results: &Results<'_>, folder: &Path) -> Result<Summary> {
         groups: groups(results, &success)?,
         outcomes: outcomes.collect::<Result<_>>()?,
         worst_by: results.worst_by().0.to_owned(),
-        worst: worst(results, folder)?,
+        worst: worst(results, place)?,
         sensitivity: sensitivity(results)?,
     })
 }
@@ -294,7 +294,7 @@ fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
     Ok(groups)
 }
 
-fn worst(results: &Results<'_>, folder: &Path) -> Result<Vec<WorstRow>> {
+fn worst(results: &Results<'_>, place: &Place) -> Result<Vec<WorstRow>> {
     let (name, limit) = results.worst_by();
     let badness = |value: f64| match limit {
         Some(limit) => limit.beyond(value),
@@ -313,10 +313,9 @@ fn worst(results: &Results<'_>, folder: &Path) -> Result<Vec<WorstRow>> {
                 let Conditions { seed, values } = results.plan.conditions(index as u64);
                 bench.command(seed, &values)
             }
-            None => format!(
-                "softdock campaign rerun {} --index {index} -o row-{index}.mcap",
-                folder.display()
-            ),
+            None => {
+                format!("softdock campaign rerun {place} --index {index} -o row-{index}.mcap")
+            }
         },
     };
     Ok(rows.into_iter().take(WORST).map(row).collect())

@@ -168,10 +168,16 @@ impl DataTable {
     pub fn read_parquet(path: &Path) -> Result<Self> {
         let bytes =
             std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::from_parquet(bytes).with_context(|| {
-            let path = path.display();
-            format!("{path} is not a whole table of softdock (Parquet)")
-        })
+        Self::of_parquet(bytes, &path.display().to_string())
+    }
+
+    /// Reads a table from the bytes of such a file; `name` stands for it in errors.
+    ///
+    /// # Errors
+    /// It is no whole table of softdock.
+    pub fn of_parquet(bytes: Vec<u8>, name: &str) -> Result<Self> {
+        Self::from_parquet(bytes)
+            .with_context(|| format!("{name} is not a whole table of softdock (Parquet)"))
     }
 
     /// Columns are equally long, and no name stands twice.

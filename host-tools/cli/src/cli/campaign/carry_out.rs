@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::shard::{self, Shard};
 use std::path::PathBuf;
@@ -24,8 +25,8 @@ Example: softdock campaign run campaign
 
 softdock campaign run campaign --shard 3/40 --threads 4")]
 pub(super) struct Run {
-    /// Folder of the campaign
-    folder: PathBuf,
+    /// Folder of the campaign, or its address in an object store (`file:///..`, `s3://..`)
+    campaign: PathBuf,
     /// The rows whose index leaves the remainder I when it is divided by N
     #[arg(long, value_name = "I/N", default_value_t = Shard::WHOLE)]
     shard: Shard,
@@ -52,7 +53,8 @@ struct Summary {
 
 impl Run {
     pub(super) fn execute(self) -> Result<()> {
-        let plan = Plan::read_to_run(&self.folder)?;
+        let place = Place::open(&self.campaign)?;
+        let plan = Plan::read_to_run(&place)?;
         let stop = raised_by_ctrl_c()?;
         let processors = || available_parallelism().map_or(1, |n| n.get() as u64);
         let threads = self.threads.unwrap_or_else(processors);
@@ -65,21 +67,14 @@ impl Run {
             bar.set_style(style);
         }
         let begin = Instant::now();
-        let done = shard::run(
-            &plan,
-            &self.folder,
-            self.shard,
-            threads as usize,
-            &stop,
-            &|| {
-                bar.inc(1);
-            },
-        );
+        let done = shard::run(&plan, &place, self.shard, threads as usize, &stop, &|| {
+            bar.inc(1);
+        });
         bar.finish_and_clear();
         let done = done?;
         let per_second = |count: u64| count as f64 / done.processor_s.max(1e-9);
         let summary = Summary {
-            part: self.shard.part(&self.folder).display().to_string(),
+            part: place.file(&self.shard.part()),
             rows: done.rows,
             carried_out: done.carried_out,
             failed: done.failed,

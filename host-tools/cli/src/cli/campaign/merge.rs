@@ -6,6 +6,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_experiments::campaign::merge::merge;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::shard::own_files;
 use softdock_experiments::campaign::summary::{Results, Summary, summary};
@@ -22,8 +23,8 @@ use std::path::PathBuf;
     after_help = "Example: softdock campaign merge campaign -o results.parquet --csv --report results.html"
 )]
 pub(super) struct Merge {
-    /// Folder of the campaign
-    folder: PathBuf,
+    /// Folder of the campaign, or its address in an object store (`file:///..`, `s3://..`)
+    campaign: PathBuf,
     /// Table to write (Parquet)
     #[arg(short, long, value_name = "FILE.parquet")]
     output: PathBuf,
@@ -63,12 +64,13 @@ impl Merge {
         let csv = self.csv.then(|| self.output.with_extension("csv"));
         let description = csv.as_ref().map(|csv| csv.with_extension("json"));
         let tables: Vec<PathBuf> = [self.output].into_iter().chain(csv).collect();
-        let plan = Plan::read(&self.folder)?;
-        let own = own_files(&self.folder)?;
+        let place = Place::open(&self.campaign)?;
+        let plan = Plan::read(&place)?;
+        let own = own_files(&place)?;
         for file in tables.iter().chain(&description).chain(&self.report) {
             refuse_overwrite_of(&own, file, self.force)?;
         }
-        let table = merge(&plan, &self.folder)?;
+        let table = merge(&plan, &place)?;
         for file in &tables {
             table.write(file)?;
         }
@@ -76,7 +78,7 @@ impl Merge {
             plan: &plan,
             table: &table,
         };
-        let summary = summary(&results, &self.folder)?;
+        let summary = summary(&results, &place)?;
         if let Some(report) = &self.report {
             let page = page::page(&results, &summary)?;
             write_whole(report, page.to_html())?;

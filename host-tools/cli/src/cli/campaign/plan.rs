@@ -4,8 +4,8 @@ use crate::cli::{print, print_json};
 use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::{plan, setting};
-use softdock_io::input::refuse_overwrite;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub(super) struct Plan {
     /// Campaign file (TOML)
     campaign: PathBuf,
-    /// Folder of the campaign
+    /// Folder of the campaign, or its address in an object store (`file:///..`, `s3://..`)
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Print one JSON document
@@ -46,13 +46,13 @@ impl Plan {
     pub(super) fn execute(self) -> Result<()> {
         let plan = plan::Plan::new(&self.campaign)?;
         // Without --force: there may be rows that took days.
-        let folder = self.output.display();
+        let place = Place::open(&self.output)?;
         ensure!(
-            refuse_overwrite(&self.output, false).is_ok(),
-            "{folder} exists already, nothing was written: give another folder with -o, or remove this one first if nobody needs what is in it. \
-             (`softdock campaign run {folder}` goes on with a campaign that was planned there.)"
+            !place.is_taken()?,
+            "{place} exists already, nothing was written: give another folder with -o, or remove this one first if nobody needs what is in it. \
+             (`softdock campaign run {place}` goes on with a campaign that was planned there.)"
         );
-        plan.write(&self.output)?;
+        plan.write(&place)?;
         let factor = |factor: &'_ plan::PlannedFactor| factor.distribution.text();
         let factors = plan.factors.iter().map(|planned| Factor {
             name: &planned.name,
@@ -85,7 +85,7 @@ impl Plan {
             table.push(cells.map(Cell::text).into());
         }
         print(&format!(
-            "{table}\n{} rows, plan {}\nNext: softdock campaign run {folder}\n",
+            "{table}\n{} rows, plan {}\nNext: softdock campaign run {place}\n",
             planned.rows, planned.hash
         ))
     }

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_experiments::campaign::outcome::{Observer, Outcome};
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::{Conditions, Plan};
 use softdock_experiments::campaign::shard::own_files;
 use softdock_experiments::campaign::stored::{StoredRow, value};
@@ -21,8 +22,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock campaign rerun campaign --index 4711 -o case.mcap")]
 pub(super) struct Rerun {
-    /// Folder of the campaign
-    folder: PathBuf,
+    /// Folder of the campaign, or its address in an object store (`file:///..`, `s3://..`)
+    campaign: PathBuf,
     /// Index of the row
     #[arg(long, value_name = "K")]
     index: u64,
@@ -39,7 +40,8 @@ pub(super) struct Rerun {
 
 impl Rerun {
     pub(super) fn execute(self) -> Result<()> {
-        let plan = Plan::read_to_run(&self.folder)?;
+        let place = Place::open(&self.campaign)?;
+        let plan = Plan::read_to_run(&place)?;
         let rows = plan.rows();
         ensure!(
             self.index < rows,
@@ -47,7 +49,7 @@ impl Rerun {
             self.index,
             rows - 1
         );
-        refuse_overwrite_of(&own_files(&self.folder)?, &self.output, self.force)?;
+        refuse_overwrite_of(&own_files(&place)?, &self.output, self.force)?;
         if let Some(bench) = plan.campaign.bench {
             let Conditions { seed, values } = plan.conditions(self.index);
             bail!(
@@ -67,17 +69,16 @@ impl Rerun {
         let outcome = observer.finish(&ran);
         let success = table::is_success(&plan, &outcome);
         let row = table::table(&plan, &[(self.index, outcome.clone())]);
-        let stored = StoredRow::find(&plan, &self.folder, self.index)?;
+        let stored = StoredRow::find(&plan, &place, self.index)?;
         let recording = self.output.display().to_string();
         if let Some(stored) = &stored
             && let Some(difference) = stored.difference(&row)?
         {
             bail!(
-                "row {} differs from the one in {} of {}: {difference}\n\
+                "row {} differs from the one in {} of {place}: {difference}\n\
                  The same program gives the same bits on every machine: one of the two is damaged, or this is a defect of softdock. The new run is in {recording}.",
                 self.index,
-                stored.place,
-                self.folder.display()
+                stored.place
             );
         }
         let again = Again {

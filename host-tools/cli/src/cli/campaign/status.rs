@@ -3,6 +3,7 @@
 use crate::cli::{print, print_json};
 use anyhow::Result;
 use clap::Args;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::status::{Progress, progress};
 use std::path::PathBuf;
@@ -11,8 +12,8 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock campaign status campaign --json")]
 pub(super) struct Status {
-    /// Folder of the campaign
-    folder: PathBuf,
+    /// Folder of the campaign, or its address in an object store (`file:///..`, `s3://..`)
+    campaign: PathBuf,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -20,8 +21,9 @@ pub(super) struct Status {
 
 impl Status {
     pub(super) fn execute(self) -> Result<()> {
-        let plan = Plan::read(&self.folder)?;
-        let progress = progress(&plan, &self.folder)?;
+        let place = Place::open(&self.campaign)?;
+        let plan = Plan::read(&place)?;
+        let progress = progress(&plan, &place)?;
         if self.json {
             return print_json(&progress);
         }
@@ -34,13 +36,12 @@ impl Status {
             missing_shards,
             ..
         } = &progress;
-        let folder = self.folder.display();
         let next = match missing_shards.as_slice() {
-            [] => format!("Next: softdock campaign merge {folder} -o results.parquet"),
+            [] => format!("Next: softdock campaign merge {place} -o results.parquet"),
             [first, ..] => {
                 let missing: Vec<String> = missing_shards.iter().map(u64::to_string).collect();
                 format!(
-                    "Shards of {shards} that lack rows: {}\nNext: softdock campaign run {folder} --shard {first}/{shards}",
+                    "Shards of {shards} that lack rows: {}\nNext: softdock campaign run {place} --shard {first}/{shards}",
                     missing.join(", ")
                 )
             }

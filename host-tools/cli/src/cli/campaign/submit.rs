@@ -3,6 +3,7 @@
 use crate::cli::print;
 use anyhow::Result;
 use clap::Args;
+use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::submit;
 use std::path::PathBuf;
@@ -10,8 +11,8 @@ use std::path::PathBuf;
 /// What both ask for.
 #[derive(Debug, Args)]
 struct Division {
-    /// Folder of the campaign, where all machines see it
-    folder: PathBuf,
+    /// Folder of the campaign, where all machines see it, or its address in an object store (`s3://..`)
+    campaign: PathBuf,
     /// Into how many tasks the rows are divided
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     shards: u64,
@@ -21,11 +22,12 @@ struct Division {
 }
 
 impl Division {
-    fn print(&self, line: fn(&std::path::Path, u64, usize) -> Result<String>) -> Result<()> {
-        Plan::read_to_run(&self.folder)?;
+    fn print(&self, line: fn(&Place, u64, usize) -> Result<String>) -> Result<()> {
+        let place = Place::open(&self.campaign)?;
+        Plan::read_to_run(&place)?;
         print(&format!(
             "{}\n",
-            line(&self.folder, self.shards, self.threads as usize)?
+            line(&place, self.shards, self.threads as usize)?
         ))
     }
 }

@@ -60,24 +60,25 @@ fn every_draw_meets_every_combination_with_the_same_noise() {
 fn a_plan_comes_back_from_its_file() {
     let plan = planned(BASE).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    plan.write(folder.path()).unwrap();
-    let read = Plan::read_to_run(folder.path()).unwrap();
+    let place = Place::folder(folder.path());
+    plan.write(&place).unwrap();
+    let read = Plan::read_to_run(&place).unwrap();
     assert_eq!((&read.hash, read.rows()), (&plan.hash, plan.rows()));
     assert_eq!(read.conditions(17), plan.conditions(17));
 
     let path = folder.path().join(FILE);
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("0.02]", "0.03]")).unwrap();
-    let error = Plan::read(folder.path()).unwrap_err();
+    let error = Plan::read(&place).unwrap_err();
     assert!(
         format!("{error:#}").contains("was changed after it was planned"),
         "{error:#}"
     );
 
     std::fs::write(&path, text.replace(&plan.binary, "softdock 9.9.9")).unwrap();
-    let error = Plan::read_to_run(folder.path()).unwrap_err().to_string();
+    let error = Plan::read_to_run(&place).unwrap_err().to_string();
     assert!(error.contains("planned by softdock 9.9.9"), "{error}");
-    assert!(Plan::read(folder.path()).is_ok());
+    assert!(Plan::read(&place).is_ok());
 }
 
 #[test]
