@@ -50,6 +50,7 @@ fn predicted(case: &Case) -> Check {
             damping_n_s_per_m,
         },
         approach_speed_m_s: case.speed_m_s,
+        noise_force_n: None,
     };
     rig.actuator.delay_s = case.plant.actuator.delay_s;
     rig.actuator.pause_s = case.plant.actuator.pause_s;

@@ -10,6 +10,7 @@ use serde::Serialize;
 use softdock_control::delay::LawName;
 use softdock_control::io::Trace;
 use softdock_control::settings::CorrectionMode;
+use softdock_experiments::check;
 use softdock_experiments::impact_table;
 use softdock_experiments::impacts::{Impact, ImpactFinder};
 use softdock_experiments::record_file::record_file;
@@ -103,6 +104,9 @@ pub(super) struct Summary {
     energy: EnergyBook,
     loads: Vec<DockingLoads>,
     impacts: Vec<Impact>,
+    /// Smallest damping that one of them tells from none, N·s/m; where the law says that noise may hide one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    damping_in_noise_n_s_per_m: Option<f64>,
     /// What the reader of the numbers should know.
     warnings: Vec<String>,
 }
@@ -211,6 +215,7 @@ impl Run {
             captured_s: statistics.captured_s,
             energy: statistics.energy,
             loads: DockingLoads::all(&scenario, &statistics.loads),
+            damping_in_noise_n_s_per_m: damping_in_noise(&scenario, &impacts),
             impacts,
             warnings: Vec::new(),
         };
@@ -279,6 +284,13 @@ fn pieces_of(paths: &[PathBuf]) -> Vec<String> {
     }
 }
 
+/// What noise hides of a damping where the law says so, N·s/m; of a wall.
+fn damping_in_noise(scenario: &Scenario, impacts: &[Impact]) -> Option<f64> {
+    let rig = check::Rig::of_scenario(scenario).ok()?;
+    let hidden = rig.damping_in_noise(scenario.board.control.robot.cycle_s);
+    hidden.filter(|_| impacts.iter().any(|impact| impact.damping_in_noise))
+}
+
 /// What the reader of the numbers should know.
 fn warnings(scenario: &Scenario, summary: &Summary) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -333,11 +345,13 @@ fn text(summary: &Summary) -> String {
         [] => String::new(),
         _ => format!("{table} {}\n\n", impact_table::LEGEND),
     };
-    let hidden = match summary.impacts.iter().any(|impact| impact.damping_in_noise) {
-        true => {
-            "the predictor took a contact for an undamped one; noise may hide a damping of it\n"
+    let taken = "the predictor took a contact for an undamped one; noise may hide a damping of it";
+    let hidden = match summary.damping_in_noise_n_s_per_m {
+        Some(least) => format!("{taken}: {least:.1} N·s/m, or somewhat more\n"),
+        None if summary.impacts.iter().any(|impact| impact.damping_in_noise) => {
+            format!("{taken}\n")
         }
-        false => "",
+        None => String::new(),
     };
     let docked = docked(summary);
     let files = match summary.pieces.as_slice() {

@@ -1,6 +1,7 @@
 //! What to change, in words.
 
 use super::limits::LARGEST_PHI;
+use super::loop_stability::Contact;
 use super::rig_file::Rig;
 use super::{Check, LawRow, SLACK};
 use softdock_control::delay::LawName;
@@ -21,7 +22,27 @@ pub(super) fn of(check: &Check, settings: &Settings, rig: &Rig) -> Vec<String> {
     advice.extend(beliefs(check.delay_s, settings, rig));
     advice.extend(law(check));
     advice.extend(speed(settings, rig));
+    advice.extend(hidden(check, rig));
     advice
+}
+
+/// What "undamped" can mean here.
+fn hidden(check: &Check, rig: &Rig) -> Option<String> {
+    let unseen = Contact {
+        damping_n_s_per_m: check.damping_in_noise_n_s_per_m?,
+        ..rig.contact
+    };
+    let noise_n = rig.noise_force_n.filter(|noise_n| *noise_n > 0.0)?;
+    (rig.contact.damping_n_s_per_m < unseen.damping_n_s_per_m).then(|| {
+        format!(
+            "Behind {noise_n} N of noise one contact at {} mm/s does not show a damping below {:.2} N·s/m (ζ = {:.2e}, rebound \
+             {:.4}): a contact that passes for undamped may have that much.",
+            1e3 * rig.approach_speed_m_s,
+            unseen.damping_n_s_per_m,
+            unseen.damping_ratio(),
+            unseen.restitution()
+        )
+    })
 }
 
 /// What no setting cures.

@@ -48,6 +48,8 @@ pub struct Check {
     pub damping_n_s_per_m: f64,
     /// Damping ratio of the contact.
     pub damping_ratio: f64,
+    /// Smallest damping that one contact tells from none behind the noise of the force, N·s/m; none if that is not known.
+    pub damping_in_noise_n_s_per_m: Option<f64>,
     /// Speed towards the wall, m/s.
     pub approach_speed_m_s: f64,
     /// Restitution of the contact itself.
@@ -116,6 +118,7 @@ pub fn check(board: &BoardSettings, rig: &Rig) -> Result<Check> {
         stiffness_n_per_m: contact.stiffness_n_per_m,
         damping_n_s_per_m: contact.damping_n_s_per_m,
         damping_ratio: contact.damping_ratio(),
+        damping_in_noise_n_s_per_m: rig.damping_in_noise(cycle_s),
         approach_speed_m_s: rig.approach_speed_m_s,
         ideal_restitution: contact.restitution(),
         limits,

@@ -28,6 +28,8 @@ pub struct Rig {
     pub contact: Contact,
     /// Speed towards the wall, m/s.
     pub approach_speed_m_s: f64,
+    /// White noise of the force, one sigma, N, if it is known.
+    pub noise_force_n: Option<f64>,
 }
 
 /// The file.
@@ -40,6 +42,8 @@ struct RigFile {
     effective_mass_kg: Option<f64>,
     /// Cycles by which the reported pose is older than the force.
     feedback_latency_cycles: u8,
+    /// White noise of the force, one sigma, N; absent: it is not said what noise hides.
+    noise_force_n: Option<f64>,
     actuator: ActuatorSettings,
     contact: Option<ContactFile>,
 }
@@ -141,6 +145,7 @@ impl Rig {
                 damping_n_s_per_m: wall.damping_n_s_per_m,
             },
             approach_speed_m_s: speed_m_s,
+            noise_force_n: Some(scenario.rig.sensor.noise_force_n),
         };
         if mechanism.runs_on_after_capture {
             for (docking, joint) in dockings.filter_map(|d| Some((d, d.kind.latched()?))) {
@@ -204,6 +209,7 @@ impl Rig {
                 damping_n_s_per_m: contact.damping_n_s_per_m,
             },
             approach_speed_m_s,
+            noise_force_n: file.noise_force_n,
         })
     }
 
@@ -218,6 +224,7 @@ impl Rig {
         in_range("contact.stiffness_n_per_m", stiffness_n_per_m, 1.0, 1e9)?;
         in_range("contact.damping_n_s_per_m", damping_n_s_per_m, 0.0, 1e7)?;
         in_range("approach_speed_m_s", speed, 1e-5, 1.0)?;
+        in_range("noise_force_n", self.noise_force_n.unwrap_or(0.0), 0.0, 1e3)?;
         self.settings().validate().map_err(|error| {
             // The names of this file, not those of a scenario.
             anyhow!(format!("{error:#}").replace("`rig.robot.", "`"))
@@ -234,6 +241,13 @@ impl Rig {
             },
             ..RigSettings::default()
         }
+    }
+
+    /// What noise hides of the contact's damping, N·s/m, if the noise is known; `cycle_s` is the board's.
+    pub fn damping_in_noise(&self, cycle_s: f64) -> Option<f64> {
+        let (contact, speed_m_s) = (&self.contact, self.approach_speed_m_s);
+        let noise_n = self.noise_force_n?;
+        Some(contact.damping_in_noise(noise_n, speed_m_s, cycle_s))
     }
 
     /// Mean delay of a slow motion, s: delay, lag, and 2ζ/ω of a servo.
