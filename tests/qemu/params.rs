@@ -3,6 +3,7 @@
 use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, RunningRobot, Sensor, params};
 use softdock_tests::process::softdock;
 use std::path::Path;
+use std::time::Duration;
 
 const MASS: &str = "control.sensor.tool_mass_kg";
 
@@ -91,6 +92,28 @@ impl Served {
         assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
         serde_json::from_str(&run.stdout).unwrap()
     }
+}
+
+/// Who changes settings starts by hand.
+#[test]
+fn with_start_it_starts_once() {
+    let mut served = Served::start("qemu_start_once", BUSY_COMPUTER, &["--start"]);
+    let sensor = Sensor::connect(served.board.can);
+    let robot = RunningRobot::start(served.board.robot);
+    served.board.process().wait_for("mode Running");
+    assert!((0..10).any(|_| served.goes("stop", "Hold")), "no robot");
+    served.json(&["set", MASS, "1.25"]);
+    served.board.process().wait_for("on trial for 60 s");
+    // The firmware that has started over waits for somebody to open its channel.
+    drop(sensor);
+    let sensor = Sensor::connect(served.board.can);
+    served.board.process().wait_for("sensor Running");
+    // By now it would have started ten times over.
+    std::thread::sleep(Duration::from_secs(2));
+    assert_eq!(served.json(&["status"])["status"]["mode"], "Idle");
+    robot.stop();
+    drop(sensor);
+    served.board.end();
 }
 
 /// Settings are listed, changed, tried behind a reset, confirmed, and are there in the next launch

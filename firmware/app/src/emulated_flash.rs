@@ -58,7 +58,7 @@ impl Crash {
 /// person who starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BootOptions {
-    /// Arm and start as soon as robot and sensor are healthy.
+    /// Arm and start as soon as robot and sensor are healthy, at the first start.
     pub start: bool,
     /// Crash at the first start.
     pub crash: Option<Crash>,

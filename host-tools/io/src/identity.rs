@@ -51,6 +51,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_longest_identity_of_a_board_process_fits() {
+        let address = "[ffff:ffff:ffff:ffff:ffff:ffff:ffff:ffff%4294967295]:65535";
+        let longest = of_board_process(false, address.parse().ok());
+        assert!(longest.ends_with(address));
+        // With the hash of a changed clone in place of "as a library".
+        let length = longest.len() + "123456789012 with changes".len() - "as a library".len();
+        assert!(length <= softdock_app::service::IDENTITY_BYTES, "{length}");
+    }
+
+    #[test]
     fn a_board_process_says_what_its_settings_do_not() {
         let recorder = Some(SocketAddr::from(([127, 0, 0, 1], 49_200)));
         let told = of_board_process(false, recorder);

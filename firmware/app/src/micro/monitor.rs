@@ -5,7 +5,7 @@ use super::SHARED;
 use super::clock::UptimeClock;
 use crate::board::Clock;
 use crate::shared::{LinkCounters, Status};
-use defmt::{Debug2Format, error, info, warn};
+use defmt::{Debug2Format, Display2Format, error, info, warn};
 use softdock_link::sensor::SensorCounters;
 use softdock_link::service::StackUse;
 
@@ -116,17 +116,18 @@ fn report_changes(last: &Status, now: &Status) {
     }
     if let Some(fault) = now.fault.filter(|_| now.fault != last.fault) {
         error!(
-            "fault {}: expected {=f64}, received {=f64}; `reset` when it is mended",
+            "fault {}, {}: expected {=f64}, received {=f64}; `reset` when it is mended",
             Debug2Format(&fault.code),
+            Display2Format(&fault.code),
             fault.expected,
             fault.received
         );
     }
     if let Some((command, refusal)) = now.refusal.filter(|_| now.refusal != last.refusal) {
         warn!(
-            "{} refused: {}",
-            Debug2Format(&command),
-            Debug2Format(&refusal)
+            "{=str} refused: {}",
+            command.word(),
+            Display2Format(&refusal)
         );
     }
     if let Some(sensor) = now.sensor.filter(|_| now.sensor != last.sensor) {

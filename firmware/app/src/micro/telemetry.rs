@@ -6,6 +6,7 @@ use super::start::Options;
 use super::udp;
 use crate::board::{DatagramSink, IoError};
 use crate::image::{IMAGE_MAX_BYTES, Image};
+use crate::service::IDENTITY_BYTES;
 use crate::settings::BoardSettings;
 use crate::telemetry::{
     Announcement, DATAGRAM_MAX_BYTES, Datagram, RecordQueue, Slot, Stream, encode, transmit,
@@ -22,8 +23,6 @@ use static_cell::StaticCell;
 const SLOTS: usize = 6;
 /// Datagrams that may wait for the network's stack, and in it.
 const DATAGRAMS: usize = 2;
-/// Longest identity.
-const IDENTITY_BYTES: usize = 96;
 
 /// The robot task's end of the telemetry.
 pub type Queue = RecordQueue<'static, CriticalSectionRawMutex>;

@@ -97,15 +97,19 @@ fn start() {
         reset: "unknown",
     };
     // The launcher's number is that of all starts of this launch.
-    let number = options.boot.wrapping_add(softdock_crash::count_start());
+    let starts = softdock_crash::count_start();
+    let number = options.boot.wrapping_add(starts);
     let store = STORE.init_with(|| Store::new(WordFlash::new(Psram::new())));
     let Some((start, prepared)) = boot::boot(&IDENTITY, store, before, number) else {
         SCB::sys_reset();
     };
-    let keeps_up = IDENTITY.processor.accepts(&start.settings).is_ok();
+    // The emulator's memory is zero at power-up. Who changes settings, or comes back after a crash, starts by hand.
+    let first = starts == 1;
+    let usable = IDENTITY.processor.accepts(&start.settings).is_ok()
+        && !matches!(start.origin, Origin::Defaults(_));
     let options = Options {
         identity: &IDENTITY,
-        auto_start: options.start && keeps_up && !matches!(start.origin, Origin::Defaults(_)),
+        auto_start: options.start && first && usable,
         boot: number,
     };
     let robot = build_robot(&start.settings, options, &ROBOT);

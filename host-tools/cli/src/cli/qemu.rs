@@ -51,7 +51,7 @@ pub(super) struct QemuCommand {
     /// TCP address to listen on for `softdock params`
     #[arg(long, value_name = "TCP_ADDR", value_parser = address)]
     service: Option<SocketAddr>,
-    /// Arm and start as soon as robot and sensor are healthy
+    /// Arm and start as soon as robot and sensor are healthy; once, and not again after a change of the settings
     #[arg(long)]
     start: bool,
     /// Crash at the first start, to see what is told of it at the second

@@ -16,8 +16,8 @@ use softdock_link::service::{
     ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL, Refusal, SelfTest,
 };
 
-/// Longest identity.
-pub const IDENTITY_BYTES: usize = 120;
+/// Longest identity: of a board on a computer, 98 bytes and the recorder's address, 58 in IPv6 with a scope.
+pub const IDENTITY_BYTES: usize = 160;
 /// Silence of the robot after which it does not move any more, µs: RSI stops by itself after its
 /// own time-out, some 100 ms.
 const SILENT_US: u64 = 2_000_000;

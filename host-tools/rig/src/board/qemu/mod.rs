@@ -53,7 +53,7 @@ pub struct Qemu {
     pub ethercat: Option<SocketAddr>,
     /// TCP address of the service; without, nobody is connected to it.
     pub service: Option<SocketAddr>,
-    /// Arm and start as soon as robot and sensor are healthy.
+    /// Arm and start, once, as soon as robot and sensor are healthy.
     pub start: bool,
     /// Crash at the first start, for a test.
     pub crash: Option<Crash>,
