@@ -58,6 +58,18 @@ fn mistakes_get_a_suggestion() {
     let expected = "there is no effect `guide_colomb`; did you mean `guide_coulomb`?";
     assert!(mistyped.stderr.contains(expected), "{}", mistyped.stderr);
 
+    for (word, expected) in [
+        ("guide_colomb", expected),
+        (
+            "guide_coulomb",
+            "`softdock effects show guide_coulomb` explains it",
+        ),
+    ] {
+        let alone = softdock(&folder, &["effects", word]);
+        assert_eq!((alone.code, alone.stdout.as_str()), (Some(1), ""));
+        assert!(alone.stderr.contains(expected), "{}", alone.stderr);
+    }
+
     let unknown = softdock(&folder, &["effects", "show", "warp"]);
     assert_eq!(unknown.code, Some(1));
     assert!(

@@ -28,6 +28,9 @@ pub(super) struct Effects {
 #[derive(Debug, Subcommand)]
 enum Task {
     Show(Show),
+    /// What is no command: the name of an effect without `show`.
+    #[command(external_subcommand)]
+    Named(Vec<String>),
 }
 
 /// Teach one effect: its equation, what it looks like, and what tells it from its neighbours.
@@ -56,6 +59,11 @@ impl Effects {
     pub(super) fn execute(self) -> Result<()> {
         match self.show {
             Some(Task::Show(show)) => show.execute(),
+            Some(Task::Named(words)) => {
+                let word = words.first().map_or("", String::as_str);
+                let id = named(word)?.id;
+                bail!("`softdock effects show {id}` explains it")
+            }
             None if self.json => print_json(&Listed { effects: CATALOGUE }),
             None => {
                 let groups =
