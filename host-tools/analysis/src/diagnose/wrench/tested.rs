@@ -7,6 +7,7 @@ use super::search::{Hypothesis, Part};
 use super::shaped::{ShapeDeviations, Shaped};
 use super::variants::Library;
 use crate::diagnose::finding::Trial;
+use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
 use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
@@ -110,6 +111,7 @@ pub(super) fn fitted_to(
         .collect();
     let mut shaped = Shaped::new(joint, problem, library, parts);
     let mut sigmas = ShapeDeviations::new();
+    let mut stepped = ShapeDeviations::new();
     // Shapes of a hopeless hypothesis are not worth refining.
     let rounds = match care {
         _ if hypothesis.solution.gain <= WORTH_REFINING => 0,
@@ -129,6 +131,13 @@ pub(super) fn fitted_to(
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
                 let sigma = refine(&mut shapes[i], k, range, &gain);
+                if round + 1 == ROUNDS
+                    && let Some((middle, half)) = step_around(&shapes[i], k, &gain)
+                    && half > STEP_WIDENS * sigma
+                {
+                    shapes[i][k] = middle;
+                    stepped.insert((i, k), half);
+                }
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
                 }
@@ -163,6 +172,7 @@ pub(super) fn fitted_to(
         deviations = own;
         for (place, sigma) in &mut sigmas {
             *sigma = of_shapes.get(place).copied().unwrap_or(*sigma);
+            *sigma = sigma.max(stepped.get(place).copied().unwrap_or(0.0));
         }
     }
     let mut effects = Vec::new();
@@ -260,8 +270,38 @@ fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
     )
 }
 
+/// Half of a step is as many deviations by the curvature at least; else there are no steps.
+const STEP_WIDENS: f64 = 1.5;
 /// Share of a shape to which its best value is known.
 const RESOLVED: f64 = 5e-4;
+
+/// Middle of the step of χ² on which the best value near by is, and half of it as a deviation; none if it is no wider than
+/// the values are apart. What a play does to a row depends on which side of its end the row is on: χ² moves in steps as the end
+/// passes rows, no value on a step is better than another, and the curvature says nothing.
+fn step_around(shapes: &[f64], k: usize, gain: &dyn Fn(&[f64]) -> f64) -> Option<(f64, f64)> {
+    /// Values on each side, [`RESOLVED`] apart.
+    const SIDE: i32 = 40;
+    /// By how much χ² is larger at the ends of a 95 % interval.
+    const RISE: f64 = INTERVAL_95 * INTERVAL_95;
+    let values: Vec<f64> = (-SIDE..=SIDE)
+        .map(|step| shapes[k] * (RESOLVED * f64::from(step)).exp())
+        .collect();
+    let mut trial = shapes.to_vec();
+    let gains = values.iter().map(|value| {
+        trial[k] = *value;
+        gain(&trial)
+    });
+    let gains: Vec<f64> = gains.collect();
+    let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+    let on = |place: &usize| gains[*place] > gains[best] - RISE;
+    let low = (0..=best).rev().take_while(on).last()?;
+    let high = (best..gains.len()).take_while(on).last()?;
+    let (middle, half) = (
+        0.5 * (values[low] + values[high]),
+        0.5 * (values[high] - values[low]),
+    );
+    (high > low + 1).then_some((middle, half / INTERVAL_95))
+}
 
 /// Moves one shape to its best value in a range; returns its deviation with all else as it is.
 fn refine(

@@ -14,7 +14,15 @@ pub const EFFECT: Effect = Effect {
     source: "textbook (dead zone)",
     signature: "after capture the head moves without a force, then is stopped: the ring-down has flat pieces",
     typical: "0.1 to 2 mm in rotating latches",
-    parameters: &[Parameter::new("play_m", "m", 0.0, 0.05).pictured(0.001)],
+    parameters: &[Parameter::new("play_m", "m", 0.0, 0.05)
+        .shape(
+            &[
+                5e-5, 1e-4, 2e-4, 4e-4, 7e-4, 1e-3, 1.5e-3, 2.2e-3, 3.3e-3, 5e-3, 8e-3, 1.2e-2,
+                2e-2,
+            ],
+            0.0,
+        )
+        .pictured(0.001)],
     confused_with: &["docking_latch_slip", "contact_deadzone", "backlash"],
     tell_apart: "move the captured head slowly to and fro: a play has ends, a slipping latch has none",
     law: Law::Docking(law),
