@@ -300,6 +300,7 @@ mod tests {
             ("<a/><a/>", Markup { at: 4 }),
             ("<a x='1'y='2'/>", Markup { at: 8 }),
             ("<a x=1/>", Markup { at: 5 }),
+            ("<a>< b/></a>", Markup { at: 4 }),
             ("<a x/>", Markup { at: 4 }),
             ("<a x='<'/>", Markup { at: 6 }),
             ("<a / >", Markup { at: 4 }),
