@@ -131,13 +131,6 @@ pub(super) fn fitted_to(
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
                 let sigma = refine(&mut shapes[i], k, range, &gain);
-                if round + 1 == ROUNDS
-                    && let Some((middle, half)) = step_around(&shapes[i], k, &gain)
-                    && half > STEP_WIDENS * sigma
-                {
-                    shapes[i][k] = middle;
-                    stepped.insert((i, k), half);
-                }
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
                 }
@@ -147,6 +140,16 @@ pub(super) fn fitted_to(
     }
     if rounds > 0 && care == Care::Estimating {
         shaped.refine_together(&mut shapes);
+        for (&(i, k), sigma) in &sigmas {
+            let gain = |own: &[f64]| shaped.gain_with(i, own);
+            if let Some((middle, half)) = step_around(&shapes[i], k, &gain)
+                && half > STEP_WIDENS * sigma
+            {
+                shapes[i][k] = middle;
+                stepped.insert((i, k), half);
+                shaped.set(i, &shapes[i]);
+            }
+        }
     }
     let solution = shaped
         .solution()
