@@ -321,7 +321,7 @@ impl<'a> Shaped<'a> {
     /// Moves all shapes that have a size together, by steps of Gauss and Newton, as long as χ² falls: those that do each
     /// other's work are not found one after the other.
     pub(super) fn refine_together(&mut self, shapes: &mut [Vec<f64>]) {
-        /// A slope of three or four shapes is straight enough to be there by then.
+        /// An end for steps that hardly rise; each is kept only if χ² falls.
         const STEPS: usize = 8;
         let Some(mut gain) = self.solution().map(|best| best.gain) else {
             return;
@@ -338,8 +338,8 @@ impl<'a> Shaped<'a> {
         }
     }
 
-    /// One step, of which the half or a quarter is taken if the whole leads up; the gain behind it. None if there is no
-    /// gain in it.
+    /// One step; half or a quarter of it where the whole does not make χ² fall. The gain after it, none if no part of it
+    /// makes χ² fall.
     fn step_together(&mut self, shapes: &mut [Vec<f64>], gain: f64) -> Option<f64> {
         /// Largest step of a shape's logarithm.
         const LONGEST: f64 = 0.3;

@@ -273,7 +273,8 @@ fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
     )
 }
 
-/// Half of a step is as many deviations by the curvature at least; else there are no steps.
+/// Deviation by the width of a step over that by the curvature from which χ² counts as moving in steps: on a smooth χ²
+/// both are the same, to what [`RESOLVED`] leaves open.
 const STEP_WIDENS: f64 = 1.5;
 /// Share of a shape to which its best value is known.
 const RESOLVED: f64 = 5e-4;
