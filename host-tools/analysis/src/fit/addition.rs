@@ -48,17 +48,61 @@ fn in_digits(effect: &EffectModel) -> EffectModel {
     effect
 }
 
-/// Why a step is not worth writing: the error on unseen data does not fall.
+/// Why what was fitted is not worth writing: the error on unseen data does not fall. All of it is judged together: a
+/// friction that one log shows on its way down alone hides half of a weight, and only both help.
 pub fn useless(steps: &[Step], unseen: &str) -> Option<String> {
-    steps.windows(2).find_map(|pair| {
-        let (before, after) = (pair[0].test_error?, pair[1].test_error?);
-        let falls = after < before; // not so for NaN
-        (!falls).then(|| {
-            format!(
-                "`{}` does not help: the error on {unseen}, which the fit has not seen, goes from \
-                 {before:.3} to {after:.3} (on the data of the fit from {:.3} to {:.3})",
-                pair[1].effect, pair[0].train_error, pair[1].train_error
-            )
-        })
+    let (first, last) = (steps.first()?, steps.last()?);
+    let (before, after) = (first.test_error?, last.test_error?);
+    let falls = after < before; // not so for NaN
+    let added: Vec<String> = steps[1..]
+        .iter()
+        .map(|s| format!("`{}`", s.effect))
+        .collect();
+    (!falls && !added.is_empty()).then(|| {
+        let (names, verb) = (added.join(", "), if added.len() == 1 { "does" } else { "do" });
+        format!(
+            "{names} {verb} not help: the error on {unseen}, which the fit has not seen, goes from {before:.3} to \
+             {after:.3} (on the data of the fit from {:.3} to {:.3})",
+            first.train_error, last.train_error
+        )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(effect: &str, test_error: f64) -> Step {
+        Step {
+            effect: effect.to_owned(),
+            train_error: test_error,
+            test_error: Some(test_error),
+        }
+    }
+
+    /// A weight and a friction that pull against each other on the unseen log.
+    #[test]
+    fn what_is_added_together_is_judged_together() {
+        let steps = [
+            step("", 2.9),
+            step("guide_coulomb", 5.1),
+            step("bearing_gravity", 0.3),
+        ];
+        assert_eq!(useless(&steps, "test.mcap"), None);
+        let said = useless(&steps[..2], "test.mcap").unwrap();
+        assert!(
+            said.contains("`guide_coulomb` does not help") && said.contains("5.100"),
+            "{said}"
+        );
+        let worse = [
+            step("", 0.2),
+            step("guide_coulomb", 0.1),
+            step("bearing_gravity", 0.3),
+        ];
+        assert!(
+            useless(&worse, "test.mcap")
+                .unwrap()
+                .contains("`guide_coulomb`, `bearing_gravity` do not help")
+        );
+    }
 }
