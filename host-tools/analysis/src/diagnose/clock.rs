@@ -11,6 +11,7 @@ use softdock_physics::model::Model;
 use softdock_physics::model::clock::increments;
 use softdock_physics::model::log::Log;
 use softdock_physics::optimise::golden;
+use std::f64::consts::SQRT_2;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
 pub(super) const SIGNIFICANT: f64 = 40.0;
@@ -118,9 +119,11 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     if errors.is_empty() {
         return Clock::default();
     }
-    let found = jitter(&errors);
+    let sheet = SQRT_2 * model.noise.position_m;
+    let found = jitter(&errors, sheet);
     let duration_s = found.value;
-    let noise = (errors.iter().map(|e| e.0 * e.0).sum::<f64>() / errors.len() as f64).sqrt();
+    let squares = errors.iter().map(|e| e.0 * e.0).sum::<f64>();
+    let noise = (squares / errors.len() as f64).sqrt().max(sheet);
     let linear = |regressor: &dyn Fn(usize) -> f64| {
         let (mut xx, mut xy) = (0.0, 0.0);
         for (k, (error, _)) in errors.iter().enumerate() {
@@ -200,7 +203,7 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
         let sigma = log.sheet_sigma[axis];
         let scale = 1.0 / (sigma * BY_DIFFERENCES.sqrt());
         // A pose has half of the variance of a difference.
-        let per_second = std::f64::consts::SQRT_2 / (log.cycle_s() * sigma);
+        let per_second = SQRT_2 / (log.cycle_s() * sigma);
         let bends = residual.windows(3).zip(&predicted[1..]).step_by(APART);
         values.extend(
             bends.map(|(w, velocity)| ((w[2] - 2.0 * w[1] + w[0]) * scale, velocity * per_second)),
@@ -208,13 +211,13 @@ pub(crate) fn scatter(cost: &Cost<'_>, log: &LogCost<'_>, terms: &[Term]) -> Pos
     }
     let deviation =
         |(scatter_s, noise): (f64, f64), velocity: f64| noise.hypot(scatter_s * velocity);
-    let first_s = jitter(&values).value;
+    let first_s = jitter(&values, 0.0).value;
     let squares = values
         .iter()
         .map(|(e, v)| e * e / (1.0 + (first_s * v).powi(2)));
     let noise = (squares.sum::<f64>() / values.len().max(1) as f64).sqrt();
     values.retain(|(e, v)| e.abs() < EDGE * deviation((first_s, noise), *v));
-    let found = jitter(&values);
+    let found = jitter(&values, 0.0);
     PoseScatter {
         scatter_s: found.value,
         sigma_s: found.sigma,
@@ -285,9 +288,9 @@ struct Proportional {
     gain: f64,
 }
 
-/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both; the deviation of s_t from
-/// Fisher's information of both.
-fn jitter(errors: &[(f64, f64)]) -> Proportional {
+/// Likelihood ratio of `Var = s² + v² s_t²` against `s_t = 0`, s free in both but for the data sheet's noise, below which
+/// a measurement may be rounded or computed from the other one; the deviation of s_t from Fisher's information of both.
+fn jitter(errors: &[(f64, f64)], sheet: f64) -> Proportional {
     let speed = errors.iter().fold(0.0_f64, |m, e| m.max(e.1.abs()));
     if speed <= 0.0 {
         return Proportional::default();
@@ -302,10 +305,8 @@ fn jitter(errors: &[(f64, f64)]) -> Proportional {
             squares += error * error / weight;
         }
         let count = errors.len() as f64;
-        (
-            count * (squares / count).max(1e-300).ln() + logs,
-            squares / count,
-        )
+        let variance = (squares / count).max(sheet * sheet).max(1e-300);
+        (count * variance.ln() + squares / variance + logs, variance)
     };
     let quiet = cost(0.0);
     let at = golden(-3.0, 6.0, 40, |x| cost(x.exp()).0);
@@ -350,7 +351,7 @@ mod tests {
                 })
                 .collect()
         };
-        let found = jitter(&with(1e-3));
+        let found = jitter(&with(1e-3), 0.0);
         assert!(
             (found.value / 1e-3 - 1.0).abs() < 0.05 && found.gain > 100.0,
             "{found:?}"
@@ -358,6 +359,8 @@ mod tests {
         // With no noise at all it would be known to 1/√2n of itself; at half of the speeds there is more noise.
         let share = found.sigma / found.value * (2.0 * 2000.0_f64).sqrt();
         assert!((1.0..2.0).contains(&share), "{share}");
-        assert!(jitter(&with(0.0)).gain < 1.0);
+        assert!(jitter(&with(0.0), 0.0).gain < 1.0);
+        // Nothing is missing where all of it is less than the noise that the data sheet expects.
+        assert!(jitter(&with(1e-3), 1e-4).gain < 1.0);
     }
 }
