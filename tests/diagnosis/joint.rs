@@ -147,8 +147,9 @@ fn gravity_inertia_and_friction_of_a_joint_are_named() {
             "{parameter}: {said:?}"
         );
     }
+    // In units of the data sheet's noise, which does not count that of the acceleration.
     assert!(
-        found.residual_rms_sigma.after.wrench < 1.1,
+        found.residual_rms_sigma.after.wrench < 1.5,
         "{}",
         found.sentence
     );

@@ -59,6 +59,13 @@ impl ChannelPrediction {
         residual.is_finite().then_some(residual)
     }
 
+    /// Axes on which anything was measured or is predicted: of a joint's log one of six.
+    fn axes_with_values(&self) -> Vec<Axis> {
+        let rows = || self.measured.iter().chain(self.predicted.iter().flatten());
+        let has_values = |axis: &Axis| rows().any(|row| row[axis.index()] != 0.0);
+        Axis::ALL.into_iter().filter(has_values).collect()
+    }
+
     /// Noise that the residual should have.
     pub fn expected_sigma(&self, cycle: usize, axis: Axis) -> f64 {
         self.expected_sigma.get(cycle).unwrap_or(&self.sigma)[axis.index()]
@@ -74,7 +81,7 @@ pub struct Prediction {
     pub cycle_s: f64,
     /// The channels, in the order of [`Channel::ALL`].
     pub channels: [ChannelPrediction; 4],
-    /// Axes that are judged, per channel: the active ones, and all of the wrench.
+    /// Axes that are judged, per channel: the active ones, and of the wrench those with any values.
     pub judged: [Vec<Axis>; 4],
     /// What could not be predicted, and why; sentences.
     pub notes: Vec<String>,
@@ -151,16 +158,12 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     }
     notes.extend(drowned(model, signals));
     let active = &model.rig.active_axes;
+    let loaded = channels[Channel::Wrench as usize].axes_with_values();
     Prediction {
         time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),
         cycle_s: signals.cycle_s,
         channels,
-        judged: [
-            active.clone(),
-            Axis::ALL.to_vec(),
-            active.clone(),
-            active.clone(),
-        ],
+        judged: [active.clone(), loaded, active.clone(), active.clone()],
         notes,
     }
 }
