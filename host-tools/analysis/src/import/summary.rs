@@ -1,5 +1,6 @@
 //! What an import read: rows, time, and each channel with its range.
 
+use nalgebra::{Quaternion, UnitQuaternion};
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
@@ -45,11 +46,13 @@ type Group = (
     fn(&CycleRecord) -> [f64; 6],
 );
 
-/// Rotations are told by the vector part of the quaternion, whose unit is 1.
+/// Rotations are told as rotation vectors.
 const GROUPS: [Group; 5] = [
-    ("pose", ["m", ""], |c| {
-        let [x, y, z, _, qx, qy, qz] = c.trace.pose;
-        [x, y, z, qx, qy, qz]
+    ("pose", ["m", "rad"], |c| {
+        let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
+        let [rx, ry, rz] = turn.scaled_axis().into();
+        [x, y, z, rx, ry, rz]
     }),
     ("sent velocity", ["m/s", "rad/s"], |c| c.trace.sent_velocity),
     (EXECUTED, ["m/s", "rad/s"], |c| c.trace.executed_velocity),

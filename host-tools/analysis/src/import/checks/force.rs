@@ -6,6 +6,7 @@
 
 use super::Context;
 use nalgebra::{DVector, Matrix5, Vector5};
+use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::Signals;
@@ -42,7 +43,11 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
     let Some(signals) = applies(recording, context) else {
         return;
     };
-    for axis in [Axis::X, Axis::Y, Axis::Z] {
+    for axis in Axis::ALL {
+        let parallel = |c: &CycleRecord| is_parallel(&c.trace.pose[3..], axis);
+        if !recording.cycles.iter().all(parallel) {
+            continue;
+        }
         if let Some(fitted) = fit(&signals, axis) {
             let hint =
                 wrong_sign(&fitted, axis).or_else(|| wrong_size(&fitted, axis, context.model));
@@ -52,21 +57,36 @@ pub(super) fn check(recording: &Recording, context: &Context<'_>, warnings: &mut
 }
 
 /// The signals of a log in which nothing but the load of the motion is on the sensor: the loop is
-/// open (a closed one moves with the force), nothing is touched, and S is parallel to C.
+/// open (a closed one moves with the force) and nothing is touched.
 fn applies<'a>(recording: &'a Recording, context: &Context<'_>) -> Option<Signals<'a>> {
-    let parallel = |wxyz: &[f64]| wxyz[0].abs() > 0.9999;
     let model_applies = |model: &Model| {
         let contact = &model.contact;
         let touches = !contact.walls.is_empty() || contact.guide.is_some();
-        !touches && parallel(&model.sensor.orientation_wxyz)
+        !touches && is_parallel(&model.sensor.orientation_wxyz, Axis::X)
     };
     let foreign = recording.header.settings_toml.trim().is_empty();
-    let open = recording
-        .cycles
-        .iter()
-        .all(|c| c.trace.mode != Mode::Running && parallel(&c.trace.pose[3..]));
+    let cycles = &recording.cycles;
+    let open = cycles.iter().all(|c| c.trace.mode != Mode::Running);
     let wanted = foreign && open && !context.at_rest() && context.model.is_none_or(model_applies);
     Signals::new(recording).ok().filter(|_| wanted)
+}
+
+/// Whether S is parallel to C: to measure a force all of it, to measure a torque its axis, about which it may turn.
+fn is_parallel(wxyz: &[f64], axis: Axis) -> bool {
+    /// Cosine of half of the angle between both.
+    const NEARLY: f64 = 0.9999;
+    let about = |i: usize| if axis.is_rotation() { wxyz[i - 2] } else { 0.0 };
+    wxyz[0].hypot(about(axis.index())) > NEARLY
+}
+
+/// Where the axis is, for what acts at a place: an angle by its sine, as a weight does.
+fn place(signals: &Signals<'_>, n: usize, axis: Axis) -> Option<f64> {
+    let pose = signals.pose(n)?;
+    let i = axis.index();
+    Some(match axis.is_rotation() {
+        true => pose.rotation.scaled_axis()[i - 3].sin(),
+        false => pose.translation.vector[i],
+    })
 }
 
 /// Least squares along one axis; None where terms are missing or cannot be told apart.
@@ -77,7 +97,7 @@ fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
         .fold(0.0, f64::max);
     let row = |n: usize| -> Option<(Vector5<f64>, f64)> {
         let (x, v) = (
-            signals.pose(n)?.translation.vector[i],
+            place(signals, n, axis)?,
             signals.velocity_at_pose(n)?.get()[i],
         );
         let dry = (v / (STICKS * highest)).clamp(-1.0, 1.0);
@@ -141,11 +161,16 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
             .sum()
     };
     let (wrong, right) = (explained(1.0), explained(-1.0));
+    let (what, key) = match axis.is_rotation() {
+        true => ("torque", format!("{axis}").replace('r', "t")),
+        false => ("force", format!("f{axis}")),
+    };
     (wrong > OUTWEIGHS * right).then(|| {
         format!(
-            "force f{axis} drives the motion instead of resisting it: mass and friction would be negative \
-             (p < {LEVEL:e}). A sensor between robot and tool feels the opposite; say `f{axis} = {{ column \
-             = .., scale = -1.0 }}` in [wrench] of the mapping, or turn the sign of its scale round"
+            "{what} {key} drives the motion instead of resisting it: mass and friction would be negative \
+             (p < {LEVEL:e}). A sensor between robot and tool feels the opposite, and so does softdock of a drive; \
+             say `{key} = {{ column = .., scale = -1.0 }}` in [wrench] of the mapping, or turn the sign of its \
+             scale round"
         )
     })
 }
@@ -153,7 +178,11 @@ fn wrong_sign(fitted: &Fitted, axis: Axis) -> Option<String> {
 /// The model's mass needs a force of another size.
 fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<String> {
     let tool = &model?.tool;
-    if !tool.dynamic_compensation || tool.mass_kg <= 0.0 || fitted.p[3] > LEVEL {
+    if axis.is_rotation()
+        || !tool.dynamic_compensation
+        || tool.mass_kg <= 0.0
+        || fitted.p[3] > LEVEL
+    {
         return None;
     }
     let (factor, half) = (

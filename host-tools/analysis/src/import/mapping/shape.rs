@@ -4,8 +4,10 @@ use super::channels::Channels;
 use super::file::Filter;
 use super::stamps::pieces;
 use anyhow::{bail, ensure};
+use nalgebra::Vector3;
 use softdock_report::number;
 use softdock_statistics::LowPass;
+use std::f64::consts::TAU;
 
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
@@ -50,18 +52,14 @@ pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result
     );
     let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
-    if let Some(quaternion) = &mut channels.quaternion {
-        continue_signs(quaternion);
-    }
+    let turns = unroll(channels);
     for signal in channels.signals_mut() {
         let parts = pieces
             .iter()
             .map(|piece| low_pass.zero_phase(&signal[piece.clone()]));
         *signal = parts.collect::<Vec<_>>().concat();
     }
-    if let Some(quaternion) = &mut channels.quaternion {
-        normalise(quaternion);
-    }
+    roll(channels, turns);
     let trimmed = trimmed as usize;
     let mut kept = vec![false; channels.len()];
     for piece in pieces {
@@ -89,8 +87,58 @@ pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
     }
 }
 
+/// Makes orientations ready to be filtered or interpolated: quaternions without jumps to their negatives, or, if all of them
+/// are turns about one axis, angles in the place of w; a joint may turn fast, and its quaternion then swings. Returns that
+/// axis.
+pub(super) fn unroll(channels: &mut Channels) -> Option<[f64; 3]> {
+    /// Off the axis, of a unit quaternion: round-off.
+    const OFF: f64 = 1e-9;
+    let quaternion = channels.quaternion.as_mut()?;
+    continue_signs(quaternion);
+    let [w, x, y, z] = quaternion;
+    let vectors = || {
+        x.iter()
+            .zip(&*y)
+            .zip(&*z)
+            .map(|((x, y), z)| Vector3::new(*x, *y, *z))
+    };
+    let farthest = vectors().max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+    let axis = farthest.try_normalize(OFF)?;
+    if vectors().any(|v| (v - axis * v.dot(&axis)).norm() > OFF) {
+        return None;
+    }
+    let mut turned = 0.0;
+    let halves = vectors().zip(&*w).map(|(v, w)| {
+        let half = v.dot(&axis).atan2(*w);
+        turned += TAU * ((turned - half) / TAU).round() - (turned - half);
+        2.0 * turned
+    });
+    let angles = halves.collect();
+    for part in [&mut *x, y, z] {
+        part.fill(0.0);
+    }
+    *w = angles;
+    Some(axis.into())
+}
+
+/// Makes quaternions of what [`unroll`] left.
+pub(super) fn roll(channels: &mut Channels, axis: Option<[f64; 3]>) {
+    let Some(quaternion) = &mut channels.quaternion else {
+        return;
+    };
+    let Some(axis) = axis else {
+        return normalise(quaternion);
+    };
+    for n in 0..quaternion[0].len() {
+        let (sine, cosine) = (0.5 * quaternion[0][n]).sin_cos();
+        let [x, y, z] = axis.map(|a| a * sine);
+        let parts = quaternion.iter_mut().zip([cosine, x, y, z]);
+        parts.for_each(|(part, value)| part[n] = value);
+    }
+}
+
 /// A quaternion and its negative are the same orientation, but not for a filter.
-pub(super) fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
+fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
     for n in 1..quaternion[0].len() {
         let along: f64 = quaternion.iter().map(|part| part[n] * part[n - 1]).sum();
         if along < 0.0 {
@@ -100,12 +148,53 @@ pub(super) fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
 }
 
 /// Makes unit quaternions of them.
-pub(super) fn normalise(quaternion: &mut [Vec<f64>; 4]) {
+fn normalise(quaternion: &mut [Vec<f64>; 4]) {
     for n in 0..quaternion[0].len() {
         let squares: f64 = quaternion.iter().map(|part| part[n] * part[n]).sum();
         if squares > 0.0 {
             let length = squares.sqrt();
             quaternion.iter_mut().for_each(|part| part[n] /= length);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A spindle at 300 rad/s: the parts of its quaternion swing at 24 Hz, above the cutoff, and its angle is a ramp.
+    #[test]
+    fn a_fast_turn_is_filtered_as_its_angle() {
+        let half = |n: usize| 0.5 * 300.0 * 1e-3 * n as f64;
+        let part =
+            |of: fn(f64) -> f64, scale: f64| (0..1000).map(|n| scale * of(half(n))).collect();
+        let mut channels = Channels {
+            time_s: (0..1000).map(|n| 1e-3 * f64::from(n)).collect(),
+            running: vec![false; 1000],
+            position: None,
+            quaternion: Some([
+                part(f64::cos, 1.0),
+                part(f64::sin, 0.6),
+                part(f64::sin, 0.0),
+                part(f64::sin, -0.8),
+            ]),
+            sent: None,
+            executed: None,
+            model_velocity: None,
+            wrench: None,
+        };
+        let expected = channels.quaternion.clone().unwrap();
+        let low_pass = Filter {
+            cutoff_hz: 10.0,
+            order: 4,
+            decimate: 1,
+            trim_s: 0.1,
+        };
+        filter(&mut channels, &low_pass).unwrap();
+        let filtered = channels.quaternion.unwrap();
+        for n in 0..filtered[0].len() {
+            let along: f64 = (0..4).map(|i| filtered[i][n] * expected[i][n + 100]).sum();
+            assert!(along.abs() > 1.0 - 1e-9, "{n}: {along}");
         }
     }
 }

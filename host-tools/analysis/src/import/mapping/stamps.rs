@@ -5,7 +5,7 @@
 
 use super::channels::Channels;
 use super::file::{Gaps, Resample, Time};
-use super::shape::{continue_signs, normalise, sample_time_s};
+use super::shape::{roll, sample_time_s, unroll};
 use anyhow::{bail, ensure};
 use softdock_report::number;
 use std::ops::Range;
@@ -294,9 +294,7 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
 /// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines.
 fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
     let rows = std::mem::take(&mut channels.time_s);
-    if let Some(quaternion) = &mut channels.quaternion {
-        continue_signs(quaternion);
-    }
+    let turns = unroll(channels);
     // The row at or before each sample and the piece that it is in.
     let mut places = Vec::with_capacity(samples.len());
     let (mut row, mut piece) = (0, 0);
@@ -327,9 +325,7 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
         .iter()
         .map(|(row, _)| channels.running[*row])
         .collect();
-    if let Some(quaternion) = &mut channels.quaternion {
-        normalise(quaternion);
-    }
+    roll(channels, turns);
     channels.time_s = samples.to_vec();
 }
 
