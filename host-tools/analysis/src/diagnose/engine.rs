@@ -14,9 +14,9 @@ use super::structure::{self, Left};
 use super::wrench::{self, Fitted, Joint, Standing};
 use crate::compare::Phase;
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
+use softdock_physics::model::{Axis, Model};
 
 /// Something for each log. The first ones are those of the fit, the others are unseen.
 #[derive(Clone, Debug)]
@@ -179,8 +179,6 @@ pub(crate) struct Imitated {
     pub id: String,
     /// Evidence for it beside the remainder.
     pub evidence: f64,
-    /// What it would need beside the other effects.
-    pub needed: f64,
     /// Whether an interval of its coefficients leaves out 0.
     pub determined: bool,
 }
@@ -196,6 +194,21 @@ impl WrenchFinding {
     /// What its effects leave.
     pub(super) fn left(&self) -> Left {
         structure::left(&self.prepared, self.found.accepted.as_ref(), &[])
+    }
+
+    /// Axes on which structure is left.
+    pub(super) fn structured_axes(&self) -> Vec<Axis> {
+        let left = self.left();
+        left.structured().map(|(_, axis, _)| *axis).collect()
+    }
+
+    /// Takes the remainder beside what the model has already.
+    pub(super) fn stand_alone(&mut self) {
+        let axes = self.structured_axes();
+        if !axes.is_empty() {
+            let nothing = wrench::Tested::default();
+            self.stand(&[], wrench::remainder(&self.prepared, &[], &nothing, &axes));
+        }
     }
 
     /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder.

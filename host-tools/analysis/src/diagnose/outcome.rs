@@ -4,7 +4,7 @@ use super::actuator::{Candidate, Search};
 use super::engine::{ActuatorFinding, Logs, Question, Stages};
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
-use super::evidence;
+use super::evidence::{self, NAMED};
 use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Nominal, Remainder, Verdict};
 use super::named::INTERVAL_95;
 use super::sampling::digit_of;
@@ -302,11 +302,8 @@ fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
             let each = left.axes.iter_mut().flat_map(|(_, _, each)| each);
             each.for_each(|one| *one = one.clone().of_size());
         }
-        if let Some(beside) = found
-            .beside_remainder
-            .as_ref()
-            .filter(|_| accepted.is_some())
-        {
+        let explains = accepted.is_some() || found.prepared.known > 0.0;
+        if let Some(beside) = found.beside_remainder.as_ref().filter(|_| explains) {
             let smooth = &beside.remainder.of_logs;
             let both = structure::left(&found.prepared, accepted, smooth);
             left = left.beside(&beside.remainder, &both);
@@ -426,10 +423,10 @@ fn notes(
         .iter()
         .filter_map(|w| w.beside_remainder.as_ref());
     for one in beside.flat_map(|beside| &beside.imitated) {
-        let reason = match one.evidence < one.needed {
+        let reason = match one.evidence < NAMED {
             true => format!(
-                "the evidence for it is {:.0}, {:.0} are needed",
-                one.evidence, one.needed
+                "the evidence for it is {:.0}, {NAMED:.0} are needed",
+                one.evidence
             ),
             false => "its 95 % interval holds 0".to_owned(),
         };

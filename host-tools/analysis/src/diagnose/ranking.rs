@@ -226,49 +226,60 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
 }
 
 /// The closest rival of what is named: one that explains as much in the place of a named effect, else
-/// the best single hypothesis against the best one with a named effect and nothing that is not named.
+/// the one that is the least behind in such a place.
 pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
         let alone = |r: &&Ranked| r.beside == rival.beside && r.effects == [of.clone()];
-        Some((of, ranked.iter().find(alone)?, rival))
+        Some((
+            of,
+            ranked.iter().find(alone)?,
+            rival,
+            rival.effects.first()?,
+        ))
     });
-    let (of, winner, rival) = tie.or_else(|| {
+    let (of, winner, rival, other) = tie.or_else(|| {
         let in_the_place_of = |id| in_the_place_of(id, named, ranked);
-        let behind = |pair: &(&String, &Ranked, &Ranked)| fall(pair.1) - fall(pair.2);
+        let behind = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
         let each = named.iter().filter_map(in_the_place_of);
         each.min_by(|a, b| behind(a).total_cmp(&behind(b)))
     })?;
     // What fits a little better, and was not taken for other reasons, ties.
     let behind = (fall(winner) - fall(rival)).max(0.0);
     Some(RunnerUp {
-        effect: rival.effects[0].clone(),
+        effect: other.clone(),
         of: of.clone(),
         behind,
         told_apart: behind > TOLD_APART && rival.as_good_as.is_none(),
     })
 }
 
-/// The best hypothesis with an effect and nothing that is not named, and the best single one that
-/// would do without all of these.
+/// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.
+type InPlace<'a> = (&'a String, &'a Ranked, &'a Ranked, &'a String);
+
+/// The best hypothesis with an effect and nothing that is not named for which one with another effect in its place was
+/// tried, and the best such one.
 fn in_the_place_of<'a>(
     id: &'a String,
     named: &[String],
     ranked: &'a [Ranked],
-) -> Option<(&'a String, &'a Ranked, &'a Ranked)> {
+) -> Option<InPlace<'a>> {
     let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
     let with_it = ranked.iter().filter(is_named);
-    let winner = with_it
-        .filter(|r| r.effects.contains(id))
-        .max_by(|a, b| fall(a).total_cmp(&fall(b)))?;
-    let rival = ranked.iter().find(|r| {
-        r.effects.len() == 1
-            && r.channel == winner.channel
-            && r.beside == winner.beside
-            && !named.contains(&r.effects[0])
-            && r.refused.is_none()
-    })?;
-    Some((id, winner, rival))
+    let with_it = with_it.filter(|r| r.effects.contains(id));
+    let rival_of = |winner: &'a Ranked| {
+        let alike = |r: &&Ranked| r.channel == winner.channel && r.beside == winner.beside;
+        let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
+        let in_place = others.filter_map(|r| {
+            let other = r.effects.iter().find(|e| !named.contains(e))?;
+            let kept = |e: &String| e == id || r.effects.contains(e);
+            let exchanged = r.effects.len() == winner.effects.len();
+            (exchanged && winner.effects.iter().all(kept)).then_some((id, winner, r, other))
+        });
+        in_place.max_by(|a, b| fall(a.2).total_cmp(&fall(b.2)))
+    };
+    let pairs = with_it.filter_map(rival_of);
+    pairs.max_by(|a, b| fall(a.1).total_cmp(&fall(b.1)))
 }
 
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.

@@ -2,6 +2,7 @@
 
 use super::finding::{Diagnosis, Verdict};
 use super::structure::{Left, Structure};
+use softdock_report::number;
 
 /// Share of the error that is left from which the sentence tells it.
 const TOLD: f64 = 0.01;
@@ -10,10 +11,7 @@ const TOLD: f64 = 0.01;
 pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> String {
     match diagnosis.verdict {
         Verdict::Named => named(diagnosis),
-        Verdict::NothingMissing => format!(
-            "Nothing is missing: what remains ({:.2} in units of the data sheet's noise) is noise.",
-            diagnosis.residual_rms_sigma.after.total()
-        ),
+        Verdict::NothingMissing => nothing_missing(diagnosis),
         Verdict::Unexplained => unexplained(diagnosis, left),
         Verdict::LogsDisagree => logs_disagree(diagnosis),
         Verdict::NotTestable if stands_still => {
@@ -38,6 +36,22 @@ fn title(id: &str) -> String {
     softdock_physics::effects::by_id(id).map_or_else(
         || format!("your own hypothesis `{id}`"),
         |effect| format!("{} ({id})", effect.title),
+    )
+}
+
+fn nothing_missing(diagnosis: &Diagnosis) -> String {
+    let level = diagnosis.residual_rms_sigma.after.total();
+    let remainder = &diagnosis.remainder;
+    if remainder.share > 0.0 {
+        return format!(
+            "Nothing is missing that the catalogue knows: of what the model explains {} % is left with structure ({}), \
+             {level:.2} in units of the data sheet's noise.",
+            number::significant(100.0 * remainder.share, 2),
+            remainder.follows
+        );
+    }
+    format!(
+        "Nothing is missing: what remains ({level:.2} in units of the data sheet's noise) is noise."
     )
 }
 

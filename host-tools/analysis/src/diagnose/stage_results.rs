@@ -3,7 +3,7 @@
 use super::actuator::{self, Candidate, Cost, Term};
 use super::clock::{self, CommonDelay, PoseScatter};
 use super::engine::{ActuatorFinding, Imitated, Logs, Question, WrenchFinding, is_shape};
-use super::evidence::threshold;
+use super::evidence::NAMED;
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
@@ -11,6 +11,7 @@ use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use rayon::prelude::*;
+use softdock_physics::effects::by_id;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
 
@@ -203,8 +204,7 @@ fn wrench_rounds(
         let Some(mut next) = search(&known, question) else {
             break;
         };
-        let worth =
-            |more: &wrench::Tested| more.gain > threshold(finding.prepared.known + accepted.gain);
+        let worth = |more: &wrench::Tested| more.gain > finding.prepared.threshold(accepted.gain);
         if !next.found.accepted.as_ref().is_some_and(worth) {
             break;
         }
@@ -245,7 +245,11 @@ fn beside_remainder(
     let mut imitated = Vec::new();
     while let Some((place, one)) = weakest(&mut finding) {
         let mut ids = finding.ids();
-        ids.remove(place);
+        let gone = ids.remove(place);
+        // Where no detail is told, what it is a detail of may still be.
+        let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
+        let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
+        ids.extend(plain.filter(|id| !finding.ids().contains(id)));
         imitated.push(one);
         match among(&ids) {
             Some(fewer) => finding = fewer,
@@ -263,6 +267,9 @@ fn beside_remainder(
             imitated.retain(|other| other.id != id);
         }
     }
+    if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
+        finding.stand_alone();
+    }
     if !imitated.is_empty() {
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
     }
@@ -273,30 +280,26 @@ fn beside_remainder(
 /// nothing is left, there is none.
 fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
     let accepted = finding.found.accepted.as_ref()?;
-    let left = finding.left();
-    let axes: Vec<Axis> = left.structured().map(|(_, axis, _)| *axis).collect();
+    let axes = finding.structured_axes();
     if axes.is_empty() {
         return None;
     }
     let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
     let model = &finding.prepared.logs.first()?.scene.model;
     let effects = finding.earlier.0.iter().chain(&accepted.effects);
-    let all: f64 = each.iter().map(|one| one.evidence.max(0.0)).sum();
     let places = each.iter().zip(effects).map(|(one, effect)| Imitated {
         id: effect.id.to_owned(),
         evidence: one.evidence,
-        needed: threshold(all - one.evidence.max(0.0)),
         determined: one.determines(effect, model),
     });
-    let over = |one: &Imitated| one.evidence - one.needed;
     let least = |these: Vec<(usize, Imitated)>| {
         let these = these.into_iter();
-        these.min_by(|a, b| over(&a.1).total_cmp(&over(&b.1)))
+        these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
     };
     // What others imitate is undetermined only as long as they are there.
     let (weak, strong): (Vec<_>, Vec<_>) = places
         .enumerate()
-        .partition(|(_, one)| one.evidence < one.needed);
+        .partition(|(_, one)| one.evidence < NAMED);
     let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
     let fails = least(weak).or_else(|| least(undetermined.collect()));
     if fails.is_none() {

@@ -32,9 +32,12 @@ const REMAINDER: f64 = 0.01;
 /// real joints leave about 3 %, imitations of what is outside of the catalogue 4 % at the least and mostly more than 10 %
 /// (`softdock bench diagnose --seed 3`), so that one of them is named.
 const MODELLED: f64 = 0.05;
-/// The same where a smooth remainder describes all but [`MODELLED`] of it without any contact, whose own law it could
+/// The same where a smooth remainder describes all but [`DESCRIBED`] of it without any contact, whose own law it could
 /// be: what is named explains at least three times what stays without a name. Set by hand.
 const NAMELESS: f64 = 0.25;
+/// Share of the error that effects and remainder together may leave then: what a drive's torque, late by some
+/// milliseconds, leaves of a swinging weight is a function of none of its quantities. Set by hand.
+const DESCRIBED: f64 = 0.1;
 
 /// What is left of a channel after effects.
 #[derive(Clone, Debug, Default)]
@@ -69,7 +72,7 @@ impl Left {
 
     /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
     pub(crate) fn beside(self, remainder: &Remainder, left: &Self) -> Self {
-        let described = left.share <= MODELLED && !remainder.is_of_contact();
+        let described = left.share <= DESCRIBED && !remainder.is_of_contact();
         Self {
             allowed: if described { NAMELESS } else { MODELLED },
             ..self
@@ -117,7 +120,7 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let white = share(sum(&|e| e.white), joint.known + gain);
+    let white = share(sum(&|e| e.white), joint.explained(gain));
     let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
     Left::new(axes, white.max(plain))
 }

@@ -4,6 +4,9 @@ use super::Law;
 use super::formula::ActsOn;
 use std::collections::BTreeMap;
 
+/// Whether these linear parameters, by their places, mean anything beside the effects that are there.
+pub type IsWhole = fn(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool;
+
 /// An effect's catalogue entry: everything that anybody has to know about it.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Effect {
@@ -37,9 +40,13 @@ pub struct Effect {
     /// Its linear parameters are parts of their own: some may be missing.
     #[serde(skip)]
     pub separable: bool,
-    /// A detail of another effect, looked for only beside what is found.
+    /// Effects of which it is a detail, looked for only beside what is found, with the linear parameters, in their
+    /// order, with which it is no more than that effect: where the logs do not tell the detail, these take its place.
     #[serde(skip)]
-    pub detail: bool,
+    pub detail_of: &'static [(&'static str, &'static [f64])],
+    /// Whether some of its parameters mean anything without the others.
+    #[serde(skip)]
+    pub is_whole: IsWhole,
     /// What it is a form of.
     #[serde(skip)]
     pub kind: Option<Kind>,
@@ -62,7 +69,8 @@ impl Effect {
         tell_apart: "",
         law: Law::Clock,
         separable: false,
-        detail: false,
+        detail_of: &[],
+        is_whole: |_, _| true,
         kind: None,
     };
 
@@ -71,6 +79,11 @@ impl Effect {
         let turns = matches!(self.law, Law::Guide(_) | Law::Spring(_));
         let of = |p: &Parameter| if turns { p.of_a_bearing() } else { *p };
         self.parameters.iter().map(of).collect()
+    }
+
+    /// Whether it is a detail of other effects.
+    pub const fn is_detail(&self) -> bool {
+        !self.detail_of.is_empty()
     }
 
     /// Whether only a bearing has it.

@@ -38,6 +38,22 @@ impl Fitted {
         names.iter().map(term).collect()
     }
 
+    /// Amounts of its [`Self::terms`] with which it is no more than what it is a detail of; none if it is no detail, or
+    /// lacks a part that would be needed: then that other effect stands beside it.
+    pub(super) fn plain(&self, model: &Model) -> Option<Vec<f64>> {
+        let effect = LoadEffect::find(model, self.id)?;
+        let mut details = effect.effect.detail_of.iter();
+        let (_, plain) = details.find(|(_, plain)| !plain.is_empty())?;
+        let of = |name: &str| self.parameters.get(name).map_or(0.0, |p| p.0);
+        let parts = effect.coefficients.iter().zip(*plain);
+        let parts: Vec<(f64, f64)> = parts.map(|(c, amount)| (of(c.name), *amount)).collect();
+        let is_whole = parts
+            .iter()
+            .all(|(value, amount)| *value != 0.0 || *amount == 0.0);
+        let given = parts.iter().filter(|(value, _)| *value != 0.0);
+        is_whole.then(|| given.map(|(value, amount)| amount / value).collect())
+    }
+
     /// Takes amount and deviation, a share of all coefficients, from how it stands beside a remainder.
     pub(crate) fn stand(&mut self, (amount, share): (f64, f64)) {
         self.beside_remainder = amount;

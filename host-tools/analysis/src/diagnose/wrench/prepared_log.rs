@@ -2,17 +2,17 @@
 
 use super::autoregressive::{AutoregressiveNoise, ORDER};
 use super::nuisance;
-use super::problem::{Problem, Segment};
+use super::problem::{Problem, Segment, subtract};
 use super::saturated;
 use super::stiction::without_stiction;
 use super::tested::Tested;
-use crate::diagnose::evidence::strained;
+use crate::diagnose::evidence::{self, strained};
 use crate::diagnose::sampling::Sampling;
 use nalgebra::DVector;
-use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::log::Log;
+use softdock_physics::model::{Axis, Model};
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
 const MUCH: f64 = 0.05;
@@ -119,6 +119,8 @@ pub(crate) struct Joint {
     /// By how much χ² falls with the effects that the model has already: laws whose form may be as
     /// wrong as those of effects that are looked for.
     pub known: f64,
+    /// By how much χ² would fall with a constant on each axis alone, which has no form that could be wrong.
+    level: f64,
     /// Tolerances that are not available: what they would have to take is a finding.
     frozen: Vec<usize>,
 }
@@ -127,26 +129,64 @@ impl Joint {
     /// All logs together.
     pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize) -> Self {
         let problem = problem(&logs, &[], |_, _| true);
-        let mut joint = Self {
+        let joint = Self {
             logs,
             fitted,
             problem,
             known: 0.0,
+            level: 0.0,
             frozen: Vec::new(),
         };
         let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));
-        if known.iter().any(|column| !column.is_zero()) {
-            let without = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
-            // Their own uncertainty, which is among the tolerances, must not stand in for them.
-            let squares = |white: &Column| -> f64 {
-                let at_rest = DVector::zeros(joint.all_tolerances());
-                let rest = joint.problem.rest(white, &at_rest);
-                rest.0.iter().flatten().map(|r| r * r).sum()
+        let whitened =
+            |columns: &[Column]| joint.problem.whitened(&columns.iter().collect::<Vec<_>>());
+        // Uncertainties, which are among the tolerances, must not stand in for what is uncertain.
+        let squares = |white: &Column| -> f64 {
+            let at_rest = DVector::zeros(joint.all_tolerances());
+            let rest = joint.problem.rest(white, &at_rest);
+            rest.0.iter().flatten().map(|r| r * r).sum()
+        };
+        let nothing = whitened(&known);
+        let before = squares(&nothing);
+        let of_axis = |axis: &Axis| {
+            let constant = |log: &PreparedLog| {
+                let mut constant = Column::default();
+                constant.0[axis.index()] = vec![1.0; log.fresh.len()];
+                constant
             };
-            joint.known = (squares(&without) - squares(&Column::default())).max(0.0);
+            let constant = whitened(&joint.logs.iter().map(constant).collect::<Vec<_>>());
+            let with = |amount: f64| {
+                let mut both = nothing.clone();
+                subtract(&mut both, &constant, -amount);
+                squares(&both)
+            };
+            // χ² is a parabola of the amount.
+            let (up, down) = (with(1.0), with(-1.0));
+            let (slope, bend) = (0.5 * (up - down), up + down - 2.0 * before);
+            if bend > 0.0 {
+                0.5 * slope * slope / bend
+            } else {
+                0.0
+            }
+        };
+        let level = Axis::ALL.iter().map(of_axis).sum();
+        let known = (before - squares(&Column::default())).max(0.0);
+        Self {
+            known,
+            level,
+            ..joint
         }
-        joint
+    }
+
+    /// χ² that laws explain, with those that gain so much.
+    pub(crate) fn explained(&self, gain: f64) -> f64 {
+        (self.known + gain - self.level).max(0.0)
+    }
+
+    /// What an effect has to bring beside others that gain so much.
+    pub(crate) fn threshold(&self, gain: f64) -> f64 {
+        evidence::threshold(self.explained(gain))
     }
 
     /// The regression of some rows: `keeps` is asked for log and row.

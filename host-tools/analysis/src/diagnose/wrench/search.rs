@@ -45,6 +45,16 @@ fn is_redundant(one: &Effect, other: &Effect) -> bool {
     one == other || (one.kind.is_some() && one.kind == other.kind)
 }
 
+/// Whether what is used of an effect means anything beside the others and what the model has.
+fn is_whole(library: &Library, part: &Part, parts: &[Part]) -> bool {
+    let effect = library.variants[part.variant].effect.effect;
+    let there = |id: &str| {
+        let mut ids = parts.iter().map(|p| library.variants[p.variant].effect.id);
+        library.known.iter().any(|known| known == id) || ids.any(|other| other == id)
+    };
+    (effect.is_whole)(&part.used, &there)
+}
+
 /// Columns and signs of parts, in their order.
 fn flat(library: &Library, parts: &[Part]) -> (Vec<usize>, Vec<Sign>) {
     let mut columns = Vec::new();
@@ -61,6 +71,9 @@ fn flat(library: &Library, parts: &[Part]) -> (Vec<usize>, Vec<Sign>) {
 
 /// Evaluates parts; `price` is that of one parameter.
 pub(crate) fn evaluate(library: &Library, parts: Vec<Part>, price: f64) -> Option<Hypothesis> {
+    if !parts.iter().all(|part| is_whole(library, part, &parts)) {
+        return None;
+    }
     let (columns, signs) = flat(library, &parts);
     let solution = solve(&library.gram, &library.right, &columns, &signs)?;
     let open = signs.iter().filter(|s| **s != Sign::One).count();
@@ -114,7 +127,7 @@ fn grown_from(
             columns.push(variant.columns[k]);
             all_signs.push(variant.signs[k]);
         }
-        let detail = variant.effect.effect.detail;
+        let detail = variant.effect.effect.is_detail();
         let forbidden = |s: &Best| s.wrong.iter().any(|k| *k >= beside.len());
         best_gain(&library.gram, &library.right, &columns, &all_signs)
             // The opposite column gains the same with the sign that physics allows; and what is there
@@ -157,9 +170,28 @@ fn worth(columns: usize) -> f64 {
 /// A variant as a part beside other parts.
 fn part(library: &Library, index: usize, beside: &[Part]) -> Option<Part> {
     let variant = &library.variants[index];
+    let whole = |used: &Vec<usize>| {
+        let part = Part {
+            variant: index,
+            used: used.clone(),
+        };
+        is_whole(library, &part, beside)
+    };
     let used = if variant.effect.effect.separable {
         let (columns, signs) = flat(library, beside);
-        grown(library, variant, &columns, &signs)
+        let grown = grown(library, variant, &columns, &signs);
+        // A level that is not worth its price by itself may be what makes another one mean something.
+        let more = |k: usize| {
+            let mut used = grown.clone();
+            used.push(k);
+            used.sort_unstable();
+            used.dedup();
+            used
+        };
+        let all = (0..variant.columns.len()).map(more);
+        let grown_is_whole = grown.is_empty() || whole(&grown);
+        let extended = || all.into_iter().find(whole);
+        if grown_is_whole { grown } else { extended()? }
     } else {
         (0..variant.columns.len()).collect()
     };

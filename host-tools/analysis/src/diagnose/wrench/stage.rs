@@ -92,7 +92,7 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
 }
 
 fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
-    let is_detail = |variant: &Variant| variant.effect.effect.detail;
+    let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
     let work = Work {
         price: evidence::price(joint.problem.count),
         // Who asks for a detail alone has in the model what it is a detail of.
@@ -158,7 +158,12 @@ impl Work<'_> {
 
     /// Hypotheses without details of effects that they do not have.
     fn whole(&self, all: Vec<Hypothesis>) -> Vec<Hypothesis> {
-        let is_detail = |part: &Part| self.library.variants[part.variant].effect.effect.detail;
+        let is_detail = |part: &Part| {
+            self.library.variants[part.variant]
+                .effect
+                .effect
+                .is_detail()
+        };
         let whole = |h: &Hypothesis| self.any || !h.parts.iter().any(is_detail);
         all.into_iter().filter(whole).collect()
     }
@@ -167,7 +172,7 @@ impl Work<'_> {
     fn is_possible(&self, tested: &Tested) -> bool {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
-        tested.wrong.is_empty() && tested.beyond_rounding > threshold(self.joint.known) + price
+        tested.wrong.is_empty() && tested.beyond_rounding > self.joint.threshold(0.0) + price
     }
 
     fn parts(&self, tested: &Tested) -> Vec<Part> {
@@ -199,7 +204,7 @@ impl Work<'_> {
     /// The best of some hypotheses with more evidence than what there is.
     fn best_of(&self, now: &Tested, mut all: Vec<Hypothesis>) -> Option<Tested> {
         all.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let explained = threshold(self.joint.known + now.gain) - threshold(0.0);
+        let explained = self.joint.threshold(now.gain) - threshold(0.0);
         let better = |t: &Tested| {
             let form = if t.effects.len() > now.effects.len() {
                 explained
@@ -280,7 +285,7 @@ impl Work<'_> {
             let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
             let (place, evidence) = least.map(|(place, e)| (place, *e))?;
             let others = now.gain - now.gain.min(evidence.max(0.0));
-            if evidence >= threshold(self.joint.known + others) {
+            if evidence >= self.joint.threshold(others) {
                 return Some(now);
             }
             let mut rest = self.parts(&now);
@@ -302,7 +307,10 @@ impl Work<'_> {
         let Some(accepted) = accepted else {
             return ids;
         };
-        let (explained, count) = (self.joint.known + accepted.gain, self.joint.problem.count);
+        let (explained, count) = (
+            self.joint.explained(accepted.gain),
+            self.joint.problem.count,
+        );
         let each = self
             .joint
             .contrasts(accepted)
@@ -372,7 +380,7 @@ impl Work<'_> {
             })
         };
         let better = |a: &Hypothesis, b: &Hypothesis| a.evidence.total_cmp(&b.evidence);
-        let detail = |k: &usize| self.library.variants[*k].effect.effect.detail;
+        let detail = |k: &usize| self.library.variants[*k].effect.effect.is_detail();
         let all = (0..self.library.variants.len()).into_par_iter();
         let best = all
             .filter(|k| self.any || !detail(k))
@@ -380,7 +388,7 @@ impl Work<'_> {
             .max_by(better)?;
         let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
         let explained = accepted.map_or(0.0, |t| t.gain);
-        (best.evidence > common + threshold(self.joint.known + explained)).then_some(best)
+        (best.evidence > common + self.joint.threshold(explained)).then_some(best)
     }
 
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {

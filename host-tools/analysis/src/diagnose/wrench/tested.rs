@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 const WORTH_REFINING: f64 = 40.0;
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Tested {
     /// Its effects.
     pub effects: Vec<Fitted>,

@@ -28,6 +28,8 @@ impl Variant {
 pub(crate) struct Library {
     /// The hypotheses.
     pub variants: Vec<Variant>,
+    /// Ids of what the model has.
+    pub known: Vec<String>,
     /// Columns over all logs, in units of the noise.
     pub columns: Vec<Column>,
     /// Products of all tolerances, the columns and the residual.
@@ -72,8 +74,10 @@ impl Library {
         }
         let products = joint.problem.all_products(&store.columns);
         let (gram, right) = joint.problem.after_tolerances(&products);
+        let known = model.into_iter().flat_map(|m| &m.effects);
         Self {
             variants,
+            known: known.map(|e| e.id.clone()).collect(),
             columns: store.columns,
             products,
             gram,

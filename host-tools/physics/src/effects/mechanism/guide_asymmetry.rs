@@ -31,9 +31,17 @@ pub const EFFECT: Effect = Effect {
     tell_apart: "a pause between the jogs: at standstill an offset or a bias is still there, friction is not",
     law: Law::Guide(Guide { force, reversal }),
     separable: true,
-    detail: true,
+    detail_of: &[("guide_coulomb", &[1.0, 1.0, 0.0]), ("guide_viscous", &[])],
+    is_whole,
     ..Effect::PLAIN
 };
+
+/// Two levels, or one beside the level of both directions: alone it says nothing of the other direction. A viscous
+/// difference beside a viscous friction.
+fn is_whole(parameters: &[usize], beside: &dyn Fn(&str) -> bool) -> bool {
+    let has = |place| parameters.contains(&place);
+    (has(0) == has(1) || beside("guide_coulomb")) && (!has(2) || beside("guide_viscous"))
+}
 
 /// A level and a slope for each direction.
 fn force(p: &[f64], slide: &Slide) -> f64 {
@@ -53,6 +61,14 @@ mod tests {
     fn one_level_per_direction() {
         let at = |v: f64| force(&[3.0, 2.0, 0.0, 0.0, 0.0], &Slide::at_velocity(v));
         assert_eq!([-0.1, 0.0, 0.1].map(at), [2.0, 0.0, -3.0]);
+    }
+
+    #[test]
+    fn a_difference_is_one_of_something() {
+        let viscous = |id: &str| id == "guide_viscous";
+        assert!(is_whole(&[0, 1], &|_| false) && is_whole(&[2], &viscous));
+        assert!(is_whole(&[0], &|id| id == "guide_coulomb"));
+        assert!(!is_whole(&[0], &viscous) && !is_whole(&[0, 1, 2], &|_| false));
     }
 
     /// Beside a viscous friction of 200 N·s/m, −40 N·s/m make 160 forward and 240 backward.

@@ -63,16 +63,25 @@ pub(crate) fn standings(
     let with = regression.fit(&all);
     let amounts = regression.amounts(&with);
     let price = evidence::price(joint.problem.count);
-    let standing = |&k: &usize| {
-        let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
-        let without = regression.fit(&others);
-        let paid = price * regression.effects[k].len() as f64 + evidence::prior();
+    let standing = |(k, effect): (usize, &Fitted)| {
+        let terms = regression.effects[k].len() as f64;
+        let (without, paid) = match effect.plain(&joint.logs[0].scene.model) {
+            // A detail against what it is a detail of.
+            Some(plain) => (regression.with_plain(k, &plain).fit(&all), terms - 1.0),
+            None => {
+                let others: Vec<usize> = all.iter().copied().filter(|i| *i != k).collect();
+                (regression.fit(&others), terms)
+            }
+        };
+        let prior = if paid < terms { 0.0 } else { evidence::prior() };
+        let paid = price * paid + prior;
         Standing {
             evidence: with.evidence - without.evidence - paid,
             amount: amounts[k],
         }
     };
-    all.iter().map(standing).collect()
+    let effects = earlier.iter().chain(&tested.effects).enumerate();
+    effects.map(standing).collect()
 }
 
 /// The smooth remainder itself.
@@ -187,6 +196,30 @@ impl Regression {
         self.effects.last().map_or(0, |last| last.end)
     }
 
+    /// The same with one term in the place of those of an effect: their sum in these amounts.
+    fn with_plain(&self, k: usize, amounts: &[f64]) -> Self {
+        let own = self.effects[k].clone();
+        let less = own.len() - 1;
+        let mut sums = DMatrix::identity(self.gram.nrows(), self.gram.nrows());
+        let mut sum = sums.column_mut(own.start);
+        sum.rows_range_mut(own.clone()).copy_from_slice(amounts);
+        let sums = sums.remove_columns(own.start + 1, less);
+        let moved = |range: &Range<usize>| match range.start > own.start {
+            true => range.start - less..range.end - less,
+            false => range.start..range.end.min(own.start + 1).max(range.start),
+        };
+        let effects = self.effects.iter().enumerate();
+        Self {
+            columns: Vec::new(),
+            gram: sums.tr_mul(&self.gram) * &sums,
+            right: sums.tr_mul(&self.right),
+            effects: effects
+                .map(|(i, range)| if i < k { range.clone() } else { moved(range) })
+                .collect(),
+            groups: self.groups.clone(),
+        }
+    }
+
     /// From now on a value counts as one of `kappa`.
     fn count_less(&mut self, kappa: f64) {
         self.gram /= kappa;
@@ -259,6 +292,9 @@ impl Regression {
     /// Products of the functions with the effects taken out, and what the effects alone gain.
     fn beside(&self, chosen: &[usize]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let (functions, right) = self.functions();
+        if chosen.is_empty() {
+            return (functions, right, 0.0);
+        }
         let terms = chosen.iter().flat_map(|k| self.effects[*k].clone());
         let terms: Vec<usize> = terms.collect();
         let rows = self.gram.select_rows(&terms);
