@@ -567,7 +567,7 @@ fn the_command_takes_one_file_in_place_of_the_mappings_and_tells_what_looks_wron
     );
     assert!(
         run.stderr
-            .contains("warning: log.csv: a position of 22201 m"),
+            .contains("warning: log.csv: a position of 22200 m"),
         "{}",
         run.stderr
     );

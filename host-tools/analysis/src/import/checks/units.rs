@@ -3,6 +3,7 @@
 use super::{CheckError, Context};
 use softdock_app::record::CycleRecord;
 use softdock_physics::model::Axis;
+use softdock_report::number;
 
 /// No docking rig reaches farther, m.
 const FARTHEST_M: f64 = 50.0;
@@ -62,11 +63,16 @@ fn largest<'a>(cycles: &'a [CycleRecord], part: impl Fn(&'a CycleRecord) -> &'a 
         .fold(0.0, |largest, v| v.abs().max(largest))
 }
 
+fn rounded(value: f64) -> String {
+    number::significant(value, 4)
+}
+
 fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let position = largest(cycles, |c| &c.trace.pose[..3]);
     if position > FARTHEST_M {
         warn(format!(
-            "a position of {position} m: are the positions in mm?"
+            "a position of {} m: are the positions in mm?",
+            rounded(position)
         ));
     }
     for (what, speed, angular) in [
@@ -83,12 +89,14 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     ] {
         if speed > FASTEST_M_S {
             warn(format!(
-                "a velocity {what} of {speed} m/s: are the velocities in mm/s?"
+                "a velocity {what} of {} m/s: are the velocities in mm/s?",
+                rounded(speed)
             ));
         }
         if angular > FASTEST_RAD_S {
             warn(format!(
-                "an angular velocity {what} of {angular} rad/s: is it in degrees per second?"
+                "an angular velocity {what} of {} rad/s: is it in degrees per second?",
+                rounded(angular)
             ));
         }
     }
@@ -96,12 +104,15 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let torque = largest(cycles, |c| &c.inputs.sensor.wrench[3..]);
     if force > LARGEST_LOAD || torque > LARGEST_LOAD {
         warn(format!(
-            "a wrench of {force} N and {torque} N·m: are these counts of the sensor, or mN?"
+            "a wrench of {} N and {} N·m: are these counts of the sensor, or mN?",
+            rounded(force),
+            rounded(torque)
         ));
     }
     if force > 0.0 && force < SMALLEST_FORCE_N {
         warn(format!(
-            "no force exceeds {force} N: is it in kN, or is this another quantity?"
+            "no force exceeds {} N: is it in kN, or is this another quantity?",
+            rounded(force)
         ));
     }
 }

@@ -7,6 +7,7 @@ use super::file::{
 use super::source::Source;
 use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
+use softdock_report::number;
 
 /// A rotation vector longer than one turn and a bit is in degrees, rad.
 const MORE_THAN_A_TURN_RAD: f64 = 7.0;
@@ -277,8 +278,9 @@ fn quaternion(
             let largest = vectors.clone().map(|v| v.norm()).fold(0.0, f64::max);
             if largest > MORE_THAN_A_TURN_RAD {
                 warnings.push(format!(
-                    "{}: the orientation reaches {largest} rad, more than a turn: is it in degrees?",
-                    source.name()
+                    "{}: the orientation reaches {} rad, more than a turn: is it in degrees?",
+                    source.name(),
+                    number::significant(largest, 4)
                 ));
             }
             let mut parts = [const { Vec::new() }; 4];
