@@ -48,8 +48,6 @@ enum Channel {
 #[derive(Clone, Debug)]
 pub struct Slcan {
     line: Vec<u8, MAX_LINE_BYTES>,
-    /// The line does not fit: drop everything up to its end.
-    overlong: bool,
     channel: Channel,
     timestamps: bool,
     clock_ms: u16,
@@ -66,7 +64,6 @@ impl Slcan {
     pub fn new() -> Self {
         Self {
             line: Vec::new(),
-            overlong: false,
             channel: Channel::Closed,
             timestamps: false,
             clock_ms: 0,
@@ -82,15 +79,12 @@ impl Slcan {
             b'\n' => return None,
             CARRIAGE_RETURN => {}
             _ => {
-                self.overlong |= self.line.push(byte).is_err();
+                // A line that does not fit is cut, and no command is as long as what is left.
+                let _ = self.line.push(byte);
                 return None;
             }
         }
         let line = core::mem::take(&mut self.line);
-        if core::mem::take(&mut self.overlong) {
-            reply(BEL);
-            return None;
-        }
         self.execute(&line, reply)
     }
 

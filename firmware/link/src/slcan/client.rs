@@ -31,8 +31,6 @@ pub enum AdapterEvent {
 #[derive(Clone, Debug, Default)]
 pub struct AdapterLines {
     line: Vec<u8, MAX_LINE_BYTES>,
-    /// The line does not fit: drop everything up to its end.
-    overlong: bool,
 }
 
 impl AdapterLines {
@@ -44,14 +42,12 @@ impl AdapterLines {
             b'\n' => return None,
             CARRIAGE_RETURN | BEL => {}
             _ => {
-                self.overlong |= self.line.push(byte).is_err();
+                // A line that does not fit is cut, and no frame is as long as what is left.
+                let _ = self.line.push(byte);
                 return None;
             }
         }
         let line = core::mem::take(&mut self.line);
-        if core::mem::take(&mut self.overlong) {
-            return Some(AdapterEvent::NotUnderstood);
-        }
         Some(match line.as_slice() {
             _ if byte == BEL => AdapterEvent::Refused,
             // Nothing, or that a standard or extended frame was put on the bus.
@@ -105,6 +101,17 @@ mod tests {
             assert!(opened && adapter.is_open(), "{before:?}: {replies:?}");
             assert_eq!(events(&replies).last(), Some(&AdapterEvent::Done));
         }
+    }
+
+    /// Two lines that ran into each other: the beginning of the first would be a frame.
+    #[test]
+    fn a_line_longer_than_any_frame_is_none() {
+        let frame = Frame::new(Id::Extended(1), &[0; 8]).unwrap();
+        let mut line = Vec::new();
+        encode_frame_line(&frame, &mut line);
+        let digits = line.strip_suffix(b"\r").unwrap();
+        let without_an_end = [digits, &line].concat();
+        assert_eq!(events(&without_an_end), [AdapterEvent::NotUnderstood]);
     }
 
     proptest! {

@@ -133,11 +133,8 @@ fn frame(line: &[u8]) -> Option<Frame> {
     }
 }
 
-/// Up to eight hexadecimal digits of either case.
+/// Hexadecimal digits of either case; of more than eight, the last eight.
 pub(super) fn hex(digits: &[u8]) -> Option<u32> {
-    if digits.is_empty() || digits.len() > 8 {
-        return None;
-    }
     digits.iter().try_fold(0, |value, digit| {
         let digit = char::from(*digit).to_digit(16)?;
         Some(value << 4 | digit)
