@@ -91,6 +91,19 @@ fn a_damaged_byte_costs_one_frame_at_most() {
     assert_eq!(check(&lines[1], "undamaged"), 3);
 }
 
+/// A line that is no service's tells how it differs: a checksum that fails is a noisy line, bytes without an end are
+/// another speed or another program.
+#[test]
+fn bytes_without_an_end_are_too_long_for_a_frame() {
+    let mut reader = FrameReader::new();
+    for _ in 0..2 {
+        for _ in 0..10_000 {
+            assert_eq!(reader.push(7), None);
+        }
+        assert_eq!(reader.push(0), Some(Err(FrameError::Length)));
+    }
+}
+
 #[test]
 fn an_unknown_kind_is_no_frame() {
     // Kind 1 becomes 9 and the checksum is made for it: a later version of the protocol.

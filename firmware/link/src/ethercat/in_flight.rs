@@ -184,6 +184,16 @@ mod tests {
         assert!(wire.returned(&frame(0x12, &[(&FPRD_MAILBOX, &answer)])));
     }
 
+    /// A logical address may be any, and so may the bytes of a force.
+    #[test]
+    fn process_data_that_look_like_an_emergency_are_process_data() {
+        let mut wire = InFlight::default();
+        let read = [12, 1, 0, 0, 0x80, 0x10, 8, 0, 0, 0];
+        wire.sent(&frame(0x10, &[(&read, &[0; 8])]));
+        let force = [10, 0, 0, 0, 0, 0x13, 0, EMERGENCY << 4];
+        assert!(wire.returned(&frame(0x12, &[(&read, &force)])));
+    }
+
     proptest! {
         #[test]
         fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..80)) {

@@ -67,4 +67,19 @@ mod tests {
         }
         assert!(!poscorr_clamps(1 << 8));
     }
+
+    #[test]
+    fn a_pose_is_told_in_metres_and_radians() {
+        let robot = |actual_pose| RobTelegram {
+            actual_pose,
+            ..RobTelegram::default()
+        };
+        let [x, y, z, a, b, c] = robot(Some([1000.0, -500.0, 0.0, 180.0, -90.0, 0.0]))
+            .pose_si()
+            .unwrap();
+        assert_eq!([x, y, z], [1.0, -0.5, 0.0]);
+        use core::f64::consts::{FRAC_PI_2, PI};
+        assert_eq!([a, b, c], [PI, -FRAC_PI_2, 0.0]);
+        assert_eq!(robot(None).pose_si(), None);
+    }
 }

@@ -129,6 +129,17 @@ fn a_sensor_that_does_not_say_who_it_is_still_reads() {
 }
 
 #[test]
+fn a_lost_answer_is_asked_for_again_though_readings_do_not_depend_on_it() {
+    let mut bench = Bench::new();
+    bench.request();
+    // One fence, and ten queries.
+    assert_eq!(bench.run(11), SensorState::Running);
+    let identity = bench.driver.identity();
+    assert_eq!(identity.serial_number, Some(*b"FT000001"));
+    assert_eq!(identity.firmware_version, Some((1, 0, 1)));
+}
+
+#[test]
 fn a_silent_sensor_is_reported_and_found_when_it_wakes_up() {
     let mut bench = Bench::new();
     bench.tamper = |_| None;
