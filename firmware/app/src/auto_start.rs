@@ -38,3 +38,32 @@ impl AutoStart {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_starts_once_and_not_before_the_sensor_reads() {
+        let mut auto = AutoStart::new(true);
+        assert_eq!(auto.command(Mode::Idle, false), Some(Command::Hold));
+        assert_eq!(auto.command(Mode::Hold, false), None);
+        for _ in 0..2 {
+            assert_eq!(
+                auto.command(Mode::Hold, true),
+                Some(Command::Arm),
+                "refused once"
+            );
+        }
+        assert_eq!(auto.command(Mode::Armed, true), Some(Command::Start));
+        assert_eq!(auto.command(Mode::Running, true), None);
+        assert_eq!(auto.command(Mode::Idle, true), None, "after a stop");
+    }
+
+    #[test]
+    fn an_operator_takes_over_for_good() {
+        let mut auto = AutoStart::new(true);
+        auto.cancel();
+        assert_eq!(auto.command(Mode::Idle, true), None);
+    }
+}

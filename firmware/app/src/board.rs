@@ -121,3 +121,36 @@ impl<R: Recorder> Recorder for Option<R> {
 impl Recorder for () {
     fn record(&mut self, _record: &CycleRecord) {}
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::Clock;
+    use core::cell::Cell;
+
+    /// Time that passes as soon as somebody waits for it, until it stands still.
+    pub(crate) struct Stopwatch {
+        now_us: Cell<u64>,
+        end_us: u64,
+    }
+
+    impl Stopwatch {
+        /// From 0 to this.
+        pub(crate) fn until(end_us: u64) -> Self {
+            let now_us = Cell::new(0);
+            Self { now_us, end_us }
+        }
+    }
+
+    impl Clock for Stopwatch {
+        fn now_us(&self) -> u64 {
+            self.now_us.get()
+        }
+
+        async fn wait_until(&self, at_us: u64) {
+            if at_us > self.end_us {
+                return core::future::pending().await;
+            }
+            self.now_us.set(at_us.max(self.now_us()));
+        }
+    }
+}

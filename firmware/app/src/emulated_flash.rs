@@ -106,12 +106,14 @@ mod tests {
 
     #[test]
     fn options_come_back() {
-        let crash = Some(Crash::Fault);
-        for (start, crash, boot) in [(false, None, 0), (true, crash, 0x1234_5678)] {
-            let options = BootOptions { start, crash, boot };
-            let mut bytes = options.encode().to_vec();
-            bytes.extend([0xff; 10]);
-            assert_eq!(BootOptions::decode(&bytes), options);
+        let crashes = Crash::ALL.map(Some).into_iter().chain([None]);
+        for (crash, boot) in crashes.zip([0, 1, u32::MAX, 0x1234_5678]) {
+            for start in [false, true] {
+                let options = BootOptions { start, crash, boot };
+                let mut bytes = options.encode().to_vec();
+                bytes.extend([0xff; 10]);
+                assert_eq!(BootOptions::decode(&bytes), options);
+            }
         }
     }
 

@@ -73,6 +73,8 @@ fn leds(status: &Status, tick: u32) -> Leds {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::tests::Stopwatch;
+    use embassy_futures::poll_once;
     use softdock_control::modes::{Fault, FaultCode};
 
     /// Ticks in two seconds in which an LED is lit, of 16.
@@ -116,10 +118,21 @@ mod tests {
     fn a_test_lights_what_it_says_for_its_time() {
         let shared = Shared::<embassy_sync::blocking_mutex::raw::NoopRawMutex>::new();
         let red = Leds::from([false, false, true]);
+        assert_eq!((red.green, red.yellow, red.red), (false, false, true));
         shared.light(Some((red, 1000)));
         assert_eq!([999, 1000].map(|us| shared.lamps(us)), [Some(red), None]);
         shared.light(None);
         assert_eq!(shared.lamps(0), None);
+    }
+
+    #[test]
+    fn the_leds_are_set_in_each_half_of_the_faster_blinking() {
+        let shared = Shared::<embassy_sync::blocking_mutex::raw::NoopRawMutex>::new();
+        let clock = Stopwatch::until(500_000);
+        let mut times_us = Vec::new();
+        let show = show(&shared, &clock, |_| times_us.push(clock.now_us()));
+        assert!(poll_once(show).is_pending());
+        assert_eq!(times_us, [0, 125_000, 250_000, 375_000, 500_000]);
     }
 
     #[test]

@@ -174,6 +174,20 @@ mod tests {
         );
     }
 
+    /// Telegrams that all come 4 µs late on the one before.
+    #[test]
+    fn a_slow_clock_of_the_robot_is_even() {
+        let mut meter = Meter::default();
+        let mut record = CycleRecord::default();
+        record.inputs.robot.sequence = Sequence::Next;
+        for n in 0..=u64::from(WINDOW) {
+            meter.take(&record, 4004 * n, 4004 * n, 4000);
+        }
+        let inputs = meter.inputs();
+        assert!((inputs.cycle_us - 4004.0).abs() < 0.1, "{inputs:?}");
+        assert!(inputs.cycle_deviation_us < 1e-3, "{inputs:?}");
+    }
+
     #[test]
     fn cycles_of_the_processor_are_counted_over_a_wrap_and_the_most_is_kept() {
         let mut meter = Meter::default();

@@ -133,6 +133,7 @@ mod tests {
     fn told(plugged: bool) -> (Phy, PhyMonitor, u64) {
         let (mut phy, mut monitor) = (Phy::default(), PhyMonitor::default());
         monitor.reset(&mut phy);
+        assert_ne!(phy.registers[usize::from(CONTROL)] & RESET, 0);
         assert!(!monitor.is_up(&mut phy, 0), "it is being reset");
         phy.forget();
         phy.plug(plugged);
@@ -150,11 +151,16 @@ mod tests {
     #[test]
     fn a_cable_that_comes_late_goes_and_comes_back_is_seen_within_a_period() {
         let (mut phy, mut monitor, start) = told(false);
-        for (n, plugged) in (0..).zip([false, true, true, false, true]) {
+        assert_eq!(monitor.losses(), 0);
+        let mut looks = (0..).map(|n| start + n * PERIOD_US);
+        for plugged in [false, true, true, true, true, false, true, false] {
             phy.plug(plugged);
-            assert_eq!(monitor.is_up(&mut phy, start + n * PERIOD_US), plugged);
+            let now_us = looks.next().unwrap();
+            assert_eq!(monitor.is_up(&mut phy, now_us), plugged);
+            let period_us = if plugged { PERIOD_US } else { WAIT_US };
+            assert_eq!(monitor.next_us(), now_us + period_us);
         }
-        assert_eq!(monitor.losses(), 1);
+        assert_eq!(monitor.losses(), 2);
     }
 
     #[test]

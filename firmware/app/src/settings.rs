@@ -328,3 +328,47 @@ impl RsiSettings {
         microseconds(self.silence_s)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_elements_of_a_telegram_are_named_as_it_is_set() {
+        let mut rsi = RsiSettings {
+            sentype: Text::try_from("Docking").unwrap(),
+            correction: Text::try_from("Corr").unwrap(),
+            stop: Text::try_from("Stop").unwrap(),
+            poscorr_stat: Text::new(),
+            ..RsiSettings::default()
+        };
+        let tags = rsi.tags().unwrap();
+        let name = |text| Name::new(text).unwrap();
+        assert_eq!(
+            (tags.sentype, tags.correction),
+            (name("Docking"), name("Corr"))
+        );
+        assert_eq!((tags.stop, tags.poscorr_stat), (Some(name("Stop")), None));
+        rsi.sentype = Text::try_from("1st").unwrap();
+        assert!(rsi.tags().is_err());
+    }
+
+    #[test]
+    fn the_robot_is_who_is_named_or_anybody() {
+        let robot_ip = |text| {
+            let robot_ip = Text::try_from(text).unwrap();
+            let rsi = RsiSettings {
+                robot_ip,
+                ..RsiSettings::default()
+            };
+            rsi.robot_ip()
+        };
+        assert_eq!(robot_ip("192.168.1.10"), Ok(Some([192, 168, 1, 10].into())));
+        assert_eq!((robot_ip(""), robot_ip(ANY_ROBOT)), (Ok(None), Ok(None)));
+        let field = ROBOT_IP;
+        assert_eq!(
+            robot_ip("robot"),
+            Err(BoardSettingsError::Address { field })
+        );
+    }
+}

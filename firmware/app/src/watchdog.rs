@@ -109,6 +109,9 @@ fn telegrams(status: &Status) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::tests::Stopwatch;
+    use embassy_futures::poll_once;
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
     fn status(connected: bool, cycles: u64) -> Status {
         let mut status = Status {
@@ -149,6 +152,32 @@ mod tests {
         assert!(
             supervisor.may_feed(&status(false, 1), &heartbeat),
             "it has gone"
+        );
+    }
+
+    #[test]
+    fn a_heartbeat_beats_between_two_feedings() {
+        let (heartbeat, clock) = (Heartbeat::new(), Stopwatch::until(FEED_PERIOD_US));
+        assert!(poll_once(heartbeat.run(&clock)).is_pending());
+        assert_eq!(heartbeat.beats(), 5, "at 0, and four times since");
+    }
+
+    #[test]
+    fn as_long_as_work_is_completed_the_hardware_is_fed_in_time() {
+        let (shared, heartbeat) = (Shared::<NoopRawMutex>::new(), Heartbeat::new());
+        let clock = Stopwatch::until(1_000_000);
+        let mut times_us = Vec::new();
+        heartbeat.beat();
+        let fed = supervise(&shared, &clock, &heartbeat, || {
+            times_us.push(clock.now_us());
+            heartbeat.beat();
+        });
+        assert!(poll_once(fed).is_pending());
+        assert_eq!(times_us.len(), 11);
+        let longest_us = times_us.windows(2).map(|pair| pair[1] - pair[0]).max();
+        assert!(
+            longest_us < Some(u64::from(RESET_AFTER_US) / 3),
+            "{longest_us:?}"
         );
     }
 }

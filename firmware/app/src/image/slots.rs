@@ -60,6 +60,7 @@ mod tests {
     fn the_newer_block_wins_wherever_it_lies() {
         assert_eq!(slot(&block(4), &block(5)), (5, Slot::B));
         assert_eq!(slot(&block(5), &block(4)), (5, Slot::A));
+        assert_eq!(slot(&block(4), &block(400)), (400, Slot::B));
         assert_eq!(slot(&block(u32::MAX), &block(0)), (0, Slot::B));
     }
 

@@ -44,6 +44,26 @@ fn a_block_cut_off_anywhere_is_refused() {
 }
 
 #[test]
+fn a_block_that_is_cut_tells_how_long_it_would_be() {
+    let bytes = encoded();
+    for received in [HEADER_BYTES, bytes.len() - CHECKSUM_BYTES, bytes.len() - 1] {
+        let error = ImageError::Length {
+            expected: bytes.len(),
+            received,
+        };
+        assert_eq!(Image::decode(&bytes[..received]), Err(error));
+    }
+}
+
+#[test]
+fn the_checksum_is_the_last_of_the_block() {
+    let mut bytes = encoded();
+    let last = bytes.last_chunk().copied().map(u32::from_le_bytes);
+    bytes.extend([0xff; 100]);
+    assert_eq!(checksum(&bytes), last);
+}
+
+#[test]
 fn a_flipped_bit_anywhere_is_refused() {
     let bytes = encoded();
     for bit in 0..bytes.len() * 8 {

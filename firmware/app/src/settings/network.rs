@@ -120,9 +120,11 @@ mod tests {
             let field = "network.address";
             assert_eq!(error, Err(BoardSettingsError::Address { field }));
         }
-        let error = with(|s| s.recorder = Text::try_from("192.168.1.5").unwrap());
-        let field = "network.recorder";
-        assert_eq!(error, Err(BoardSettingsError::Socket { field }));
+        for recorder in ["192.168.1.5", "192.168.1.5:0", "0.0.0.0:49200"] {
+            let error = with(|s| s.recorder = Text::try_from(recorder).unwrap());
+            let field = "network.recorder";
+            assert_eq!(error, Err(BoardSettingsError::Socket { field }));
+        }
         let recorder = with(|s| s.recorder = Text::try_from("192.168.1.5:49200").unwrap());
         assert_eq!(recorder.unwrap().recorder.unwrap().port(), 49_200);
     }

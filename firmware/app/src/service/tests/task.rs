@@ -212,6 +212,62 @@ fn a_motion_that_begins_in_time_wins() {
     });
 }
 
+/// A host that sends and does not read holds an answer up for a time, and not the service.
+#[test]
+fn an_answer_that_nobody_takes_is_given_up() {
+    struct Full;
+    impl ErrorType for Full {
+        type Error = ErrorKind;
+    }
+    impl Write for Full {
+        async fn write(&mut self, _: &[u8]) -> Result<usize, ErrorKind> {
+            core::future::pending().await
+        }
+
+        async fn flush(&mut self) -> Result<(), ErrorKind> {
+            Ok(())
+        }
+    }
+    let (mut flash, shared) = (Flash::erased(), Shared::<NoopRawMutex>::new());
+    let (mut desk, mut store) = (Desk::new(kept()), Store::new(&mut flash));
+    let service = Service {
+        shared: &shared,
+        session: &mut desk.session,
+        store: &mut store,
+        block: &mut desk.block,
+    };
+    let requests = [Request::Begin, Request::Validate];
+    let host = Host::sends(&requests);
+    let start_us = 5_000_000;
+    let clock = Quick(Cell::new(start_us));
+    let end = block_on(service.run(Input(&host.sends, true), Full, &clock));
+    // Those of the greeting and of both requests.
+    assert_eq!(
+        (end, clock.now_us()),
+        (End::Closed, start_us + 3 * WRITE_US)
+    );
+}
+
+#[test]
+fn the_lamps_that_are_tested_are_lit_for_their_time() {
+    let (mut flash, shared) = (Flash::erased(), Shared::<NoopRawMutex>::new());
+    let (mut desk, mut store) = (Desk::new(kept()), Store::new(&mut flash));
+    let service = &mut Service {
+        shared: &shared,
+        session: &mut desk.session,
+        store: &mut store,
+        block: &mut desk.block,
+    };
+    let lit = [true, false, true];
+    let job = Job::SelfTest(SelfTest::Lamps(Some(lit)));
+    let start_us = 5_000_000;
+    let clock = Quick(Cell::new(start_us));
+    assert_eq!(block_on(service.carry_out(job, &clock)), None);
+    let end_us = start_us + u64::from(LAMPS_S) * 1_000_000;
+    let lamps = [end_us - 1, end_us].map(|us| shared.lamps(us));
+    assert_eq!(lamps, [Some(Leds::from(lit)), None]);
+}
+
 /// Nobody is there who could test a bus; the answer comes all the same. A hang ends the service.
 #[test]
 fn a_new_board_is_tested_unless_the_robot_moves() {

@@ -30,6 +30,8 @@ pub(super) struct Emulated {
     pub(super) jammed: bool,
     /// Frames on the wire, and when, ns.
     pub(super) sent: Vec<(u64, Vec<u8>)>,
+    /// Of the bus.
+    pub(super) transactions: u64,
     common: [u8; 256],
     socket: [u8; 256],
     received: Vec<u8>,
@@ -51,6 +53,7 @@ impl Emulated {
             link,
             jammed: false,
             sent: Vec::new(),
+            transactions: 0,
             common: [0; 256],
             socket: [0; 256],
             received: memory(),
@@ -155,6 +158,7 @@ impl Emulated {
     }
 
     fn transact(&mut self, bytes: &mut [u8], now_ns: u64) {
+        self.transactions += 1;
         if !self.present {
             bytes.fill(0);
             return;

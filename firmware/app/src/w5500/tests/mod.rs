@@ -59,6 +59,39 @@ fn a_link_that_was_out_is_left_behind() {
     assert!((3..=5).contains(&losses), "{losses}");
 }
 
+#[test]
+fn the_network_is_told_of_the_link() {
+    let mut world = World::new(false);
+    for link in [false, true, false, true] {
+        world.plug(link);
+        world.quiet(10);
+        assert_eq!(world.is_up(), link);
+    }
+}
+
+/// Neither taken for a chip in which something is stuck, nor asked again and again.
+#[test]
+fn a_quiet_network_leaves_chip_and_bus_alone() {
+    let mut world = running();
+    let before = world.chip.borrow().transactions;
+    world.quiet(250);
+    assert_eq!(world.health.get().ethernet.overruns, 0);
+    let transactions = world.chip.borrow().transactions - before;
+    assert!(transactions < 1000, "{transactions} in a second");
+    assert_answers_again(&mut world);
+}
+
+#[test]
+fn a_frame_that_leaves_late_is_not_given_up() {
+    let mut world = running();
+    world.chip.borrow_mut().jammed = true;
+    // One look, and less than two.
+    world.cycles(3);
+    world.release();
+    assert_answers_again(&mut world);
+    assert_eq!(world.health.get().ethernet.overruns, 0);
+}
+
 /// What came while nobody looked, up to more than the chip holds.
 #[test]
 fn an_overrun_of_the_receiver_is_left_behind() {

@@ -3,7 +3,7 @@
 use super::emulated::{Bus, Emulated, interrupt};
 use crate::board::Clock;
 use crate::w5500::{Buffer, Chip, FRAME_BYTES, Health, run};
-use embassy_net_driver::{Driver, HardwareAddress, RxToken, TxToken};
+use embassy_net_driver::{Driver, HardwareAddress, LinkState, RxToken, TxToken};
 use embassy_net_driver_channel::{Device, State, new};
 use std::cell::{Cell, RefCell};
 use std::future::{Future, poll_fn};
@@ -154,6 +154,24 @@ impl World {
                 .any(|(at, frame)| from.contains(at) && is_it(frame))
         };
         (first..self.cycles).map(in_time).collect()
+    }
+
+    /// What was jammed leaves.
+    pub(super) fn release(&self) {
+        self.chip.borrow_mut().jammed = false;
+        self.plug(true);
+    }
+
+    /// Some cycles in which nobody sends.
+    pub(super) fn quiet(&mut self, cycles: u64) {
+        self.cycles += cycles;
+        self.run_until(self.cycles * CYCLE_NS);
+    }
+
+    /// Whether the network was told that there is a link.
+    pub(super) fn is_up(&mut self) -> bool {
+        let context = &mut Context::from_waker(Waker::noop());
+        self.board.link_state(context) == LinkState::Up
     }
 
     /// Other frames, one behind the other.
