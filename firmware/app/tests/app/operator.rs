@@ -52,6 +52,45 @@ fn an_automatic_start_is_not_repeated_after_a_stop() {
     assert_eq!(bench.command(Command::Start).trace.mode, Mode::Running);
 }
 
+/// What a restart of the board would cut off.
+#[test]
+fn the_board_says_that_it_moves_until_a_stop_has_faded_out() {
+    let mut bench = Bench::new(&flying(), false);
+    bench.cycle();
+    for (command, moves) in [
+        (Command::Hold, false),
+        (Command::Arm, true),
+        (Command::Start, true),
+    ] {
+        bench.command(command);
+        assert_eq!(bench.status().moves, moves, "{command:?}");
+    }
+    bench.cycles(START_CYCLES);
+    bench.command(Command::Stop);
+    assert_eq!(bench.status().mode, Mode::Hold);
+    while counts(&bench.cycle()) != [0; 6] {
+        assert!(bench.status().moves);
+    }
+    bench.cycle();
+    assert!(!bench.status().moves);
+}
+
+#[test]
+fn a_robot_near_the_gimbal_lock_of_its_angles_is_not_armed() {
+    let mut bench = Bench::new(&flying(), false);
+    bench.cycle();
+    for (b_deg, refusal) in [
+        (89.9, Some(Refusal::OrientationSingular)),
+        (-89.9, Some(Refusal::OrientationSingular)),
+        (45.0, None),
+    ] {
+        bench.says.actual_pose = Some([1000.0, 0.0, 1000.0, 0.0, b_deg, 0.0]);
+        bench.command(Command::Hold);
+        let record = bench.command(Command::Arm);
+        assert_eq!(record.trace.refusal, refusal, "B = {b_deg}");
+    }
+}
+
 #[test]
 fn an_automatic_start_is_not_repeated_after_a_fault() {
     let mut bench = Bench::cruising(&flying());

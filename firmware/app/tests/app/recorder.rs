@@ -1,6 +1,6 @@
 //! Each cycle is recorded once, whatever happens around it.
 
-use crate::bench::{Bench, flying, robot, stranger};
+use crate::bench::{Bench, CYCLE_US, flying, robot, stranger};
 use crate::world::Event;
 
 #[test]
@@ -24,6 +24,19 @@ fn each_cycle_is_recorded_once() {
         a.inputs.robot.counter < b.inputs.robot.counter
     });
     assert!(ipocs.min().unwrap());
+}
+
+/// What a look at the board tells of its answers, on one that cannot count its processor's cycles.
+#[test]
+fn answers_are_measured_against_the_cycle_of_the_robot() {
+    let mut bench = Bench::new(&flying(), false);
+    bench.cycles(300);
+    let machine = bench.shared.machine();
+    assert_eq!(machine.answers.histogram.iter().sum::<u32>(), 300);
+    assert!(u64::from(machine.answers.longest_us) < CYCLE_US);
+    assert_eq!(machine.answers.late(), 0);
+    assert!((machine.inputs.cycle_us - CYCLE_US as f32).abs() < 1.0);
+    assert_eq!(machine.work, None);
 }
 
 /// The socket closes between a telegram and its answer.

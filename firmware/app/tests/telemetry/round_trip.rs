@@ -107,6 +107,23 @@ proptest! {
 }
 
 #[test]
+fn a_part_without_payload_comes_back() {
+    let part = Part {
+        kind: Kind::Machine,
+        part: 0,
+        parts: 1,
+        boot: 1,
+        sequence: 2,
+        schema: 3,
+        lost: 4,
+        payload: &[],
+    };
+    let mut bytes = Datagram::new();
+    part.write(&mut bytes);
+    assert_eq!(Part::read(&bytes), Ok(part));
+}
+
+#[test]
 fn a_long_message_is_split_into_full_datagrams_with_consecutive_numbers() {
     let image: Vec<u8> = (0..4000).map(|i| (i % 251) as u8).collect();
     let announcement = Announcement {
