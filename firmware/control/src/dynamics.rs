@@ -386,3 +386,6 @@ fn surface_velocity<S: Scalar>(body: &BodyState<S>, offset: &Pose<S>) -> Twist<S
         angular: offset.rotation.inverse() * body.velocity.angular,
     }
 }
+
+#[cfg(test)]
+mod tests;

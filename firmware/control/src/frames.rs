@@ -276,7 +276,50 @@ mod tests {
         assert!((slow.i.get() - 2e-6).abs() < 1e-9);
     }
 
+    #[test]
+    fn a_quaternion_near_unit_length_comes_to_it() {
+        let q = Quaternion::new(0.5, -0.5, 0.5, 0.5);
+        for excess in [1e-4, -1e-4] {
+            let length = renormalised(&(q * (1.0 + excess))).quaternion().norm();
+            assert!((length - 1.0_f64).abs() < 2.0 * excess * excess, "{length}");
+        }
+    }
+
     proptest! {
+        /// The pose of a record, and back.
+        #[test]
+        fn a_pose_is_its_components(at in prop::array::uniform3(-5.0..5.0f64),
+                abc in prop::array::uniform3(-1.5..1.5f64)) {
+            let pose = Pose::from_parts(vector(&at).into(), orientation_from_abc(&abc));
+            prop_assert_eq!(pose_from_components::<f64>(&pose_components(&pose)), pose);
+        }
+
+        #[test]
+        fn a_turn_in_the_own_axes_is_multiplied_from_the_right(
+                abc in prop::array::uniform3(-1.5..1.5f64),
+                turn in prop::array::uniform3(-0.05..0.05f64)) {
+            let (before, turn) = (orientation_from_abc::<f64>(&abc), vector(&turn));
+            let after = before * UnitQuaternion::from_scaled_axis(turn);
+            prop_assert!(rotated(&before, &turn).angle_to(&after) < 1e-9);
+        }
+
+        /// At whichever point of a rigid body it is written down, a wrench does the same work.
+        #[test]
+        fn a_transferred_wrench_has_the_same_power(w in prop::array::uniform6(-100.0..100.0f64),
+                v in prop::array::uniform6(-1.0..1.0f64), p in prop::array::uniform3(-5.0..5.0f64),
+                abc in prop::array::uniform3(-1.5..1.5f64)) {
+            let a_from_b = Pose::from_parts(vector(&p).into(), orientation_from_abc(&abc));
+            let (at_b, motion) = (Wrench::<f64>::of(&w), Twist::of(&v));
+            let at_a = at_b.transferred(&a_from_b);
+            // The motion of b, in its axes.
+            let back = a_from_b.rotation.inverse();
+            let linear = back * (motion.linear + motion.angular.cross(&vector(&p)));
+            let angular = back * motion.angular;
+            let in_b = at_b.force.dot(&linear) + at_b.torque.dot(&angular);
+            let in_a = at_a.force.dot(&motion.linear) + at_a.torque.dot(&motion.angular);
+            prop_assert!((in_a - in_b).abs() < 1e-9);
+        }
+
         #[test]
         fn abc_round_trip(a in -3.1..3.1, b in -1.5..1.5, c in -3.1..3.1) {
             let back = abc_from_orientation(&orientation_from_abc::<f64>(&[a, b, c]));

@@ -217,4 +217,47 @@ mod tests {
         let signs = jog[830..].windows(2).filter(|w| w[0] * w[1] < 0.0);
         assert!(signs.count() >= 5);
     }
+
+    /// What tells a delay: levels and their times that do not repeat. Of 200 strokes each level takes about half of the
+    /// time, holds of every length occur, and no two are the same.
+    #[test]
+    fn levels_and_their_times_are_irregular() {
+        let forward = 390;
+        let mut strokes: Vec<Vec<bool>> = Vec::new();
+        let mut holds = [0; HOLDS[1] as usize + 1];
+        for seed in 0..200 {
+            let jog = jog(forward, seed);
+            let fast: Vec<bool> = jog[50..][..forward as usize]
+                .iter()
+                .map(|v| *v > SPEED)
+                .collect();
+            let share = fast.iter().filter(|f| **f).count() as f64 / f64::from(forward);
+            assert!((0.25..0.75).contains(&share), "seed {seed}: {share}");
+            let runs: Vec<usize> = fast.chunk_by(|a, b| a == b).map(<[bool]>::len).collect();
+            // The last takes what is left.
+            for run in &runs[..runs.len() - 1] {
+                if let Some(count) = holds.get_mut(*run) {
+                    *count += 1;
+                }
+            }
+            assert!(!strokes.contains(&fast), "seed {seed}");
+            strokes.push(fast);
+        }
+        let [shortest, longest] = HOLDS.map(|hold| hold as usize);
+        let seen = &holds[shortest..=longest];
+        assert!(seen.iter().all(|count| *count > 200), "{holds:?}");
+        assert!(holds[..shortest].iter().all(|count| *count == 0));
+    }
+
+    /// Long enough for a drive that is slow to turn round.
+    #[test]
+    fn to_and_fro_no_direction_is_short() {
+        let jog = jog(390, 1);
+        let part = &jog[830..][..TO_AND_FRO as usize];
+        let runs: Vec<usize> = part.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
+        // The last two take what is left.
+        let whole = &runs[..runs.len().saturating_sub(2)];
+        let range = REVERSALS[0] as usize..=REVERSALS[1] as usize;
+        assert!(whole.iter().all(|run| range.contains(run)), "{runs:?}");
+    }
 }

@@ -204,3 +204,6 @@ pub(crate) fn has_room<S: Scalar>(
     let edge = settings.limits.box_m.get(axis).copied().unwrap_or_default();
     away >= -edge && away + reach <= edge
 }
+
+#[cfg(test)]
+mod tests;
