@@ -401,3 +401,6 @@ impl<S: Scalar> Cycle<S> {
         trace.command_pose = self.run.command_pose(&self.plan);
     }
 }
+
+#[cfg(test)]
+mod tests;
