@@ -74,33 +74,94 @@ mod tests {
     use crate::settings::BodySettings;
     use nalgebra::UnitQuaternion;
 
-    /// What the spacecraft feel of 1e6 N and N·m with this law, and with the guard or without.
-    fn felt(law: LawName, passivity_guard: bool) -> [f64; 6] {
-        let settings = DelaySettings {
+    fn settings(law: LawName, passivity_guard: bool) -> DelaySettings {
+        DelaySettings {
             law,
             passivity_guard,
             ..DelaySettings::default()
-        };
+        }
+    }
+
+    /// A cycle of spacecraft at rest, with this wrench and this velocity of the model: what is felt, and what is asked of
+    /// the robot.
+    fn cycle(law: &mut Guarded<f64>, wrench: [f64; 6], model: [f64; 6]) -> ([f64; 6], [f64; 6]) {
         let body = BodySettings::default();
         let at_rest = BodyState::initial(&body);
-        Guarded::<f64>::new(&settings, 0.004)
-            .condition(&LawInput {
-                model: Twist::zero(),
-                model_end: Twist::zero(),
-                wrench: &Wrench::of(&[1e6, -1e6, 1e6, 1e6, -1e6, 1e6]),
-                measured: &Pose::identity(),
-                commanded: &Pose::identity(),
-                sent: &SentHistory::new(),
-                bodies: &TwoBody::new(&body, &body, 0.004),
-                state: &TwoBodyState {
-                    k: at_rest,
-                    q: at_rest,
-                },
-                c_from_q: UnitQuaternion::identity(),
-                released: true,
-                frozen: false,
-            })
-            .get()
+        let input = LawInput {
+            model: Twist::of(&model),
+            model_end: Twist::of(&model),
+            wrench: &Wrench::of(&wrench),
+            measured: &Pose::identity(),
+            commanded: &Pose::identity(),
+            sent: &SentHistory::new(),
+            bodies: &TwoBody::new(&body, &body, 0.004),
+            state: &TwoBodyState {
+                k: at_rest,
+                q: at_rest,
+            },
+            c_from_q: UnitQuaternion::identity(),
+            released: true,
+            frozen: false,
+        };
+        (law.condition(&input).get(), law.step(&input).command.get())
+    }
+
+    /// What the spacecraft feel of 1e6 N and N·m with this law, and with the guard or without.
+    fn felt(law: LawName, passivity_guard: bool) -> [f64; 6] {
+        let mut law = Guarded::new(&settings(law, passivity_guard), 0.004);
+        cycle(&mut law, [1e6, -1e6, 1e6, 1e6, -1e6, 1e6], [0.0; 6]).0
+    }
+
+    /// Ten cycles of a contact and a velocity that change.
+    fn history(law: &mut Guarded<f64>) -> [([f64; 6], [f64; 6]); 10] {
+        core::array::from_fn(|n| {
+            let grown = n as f64;
+            let wrench = [20.0 * grown, 0.0, 0.0, 0.0, grown, 0.0];
+            cycle(
+                law,
+                wrench,
+                [0.01 * grown * grown, 0.0, 0.0, 0.0, 0.0, 0.02],
+            )
+        })
+    }
+
+    #[test]
+    fn a_law_that_is_restarted_has_forgotten_everything() {
+        for law in LawName::ALL {
+            let settings = settings(law, true);
+            let mut used = Guarded::new(&settings, 0.004);
+            let first = history(&mut used);
+            used.restart(&settings, 0.004);
+            assert_eq!(history(&mut used), first, "{law:?}");
+        }
+    }
+
+    #[test]
+    fn a_restart_may_choose_another_law() {
+        for before in LawName::ALL {
+            for after in [LawName::None, LawName::Lead, LawName::Predictor] {
+                let mut law = Guarded::new(&settings(before, true), 0.004);
+                law.restart(&settings(after, false), 0.004);
+                let mut new = Guarded::new(&settings(after, false), 0.004);
+                assert_eq!(history(&mut law), history(&mut new), "{before:?} {after:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_energy_bound_is_there_where_it_is_asked_for() {
+        for (law, own, guard, expected) in [
+            (LawName::Predictor, true, false, true),
+            (LawName::Predictor, false, false, false),
+            (LawName::Predictor, false, true, true),
+            (LawName::Lead, true, false, false),
+            (LawName::Lead, false, true, true),
+        ] {
+            let mut settings = settings(law, guard);
+            settings.predictor.guard = own;
+            let bound = bound::<f64>(&settings, 0.004);
+            assert_eq!(bound.is_some(), expected, "{law:?} {own} {guard}");
+        }
     }
 
     #[test]

@@ -412,3 +412,16 @@ impl<S: Scalar> Law<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_law_has_a_name_of_its_own() {
+        for law in LawName::ALL {
+            assert_eq!(LawName::named(law.name()), Some(law));
+        }
+        assert_eq!(LawName::named("nothing"), None);
+    }
+}
