@@ -181,3 +181,62 @@ fn positive_definite(names: &BodyNames, i: &[[f64; 3]; 3]) -> Result<(), Setting
     let inverse = tensor.try_inverse().map_or(f64::MAX, |inv| inv.amax());
     in_range(names.ratio, inverse * tensor.amax(), 0.0, LARGEST_RATIO)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn passes(change: impl FnOnce(&mut BodySettings)) -> bool {
+        let mut settings = Settings::default();
+        change(&mut settings.body_q);
+        settings.validate().is_ok()
+    }
+
+    #[test]
+    fn a_space_manipulator_is_as_stiff_as_the_mass_allows() {
+        for (share, expected) in [(0.999, true), (1.001, false)] {
+            let mass_kg = 8.0;
+            assert_eq!(
+                [
+                    passes(|body| {
+                        body.mass_kg = mass_kg;
+                        body.arm_stiffness_n_per_m = STIFFEST_PER_S2 * mass_kg * share;
+                    }),
+                    passes(|body| {
+                        body.mass_kg = mass_kg;
+                        body.arm_damping_n_s_per_m = STRONGEST_PER_S * mass_kg * share;
+                    }),
+                ],
+                [expected; 2]
+            );
+        }
+    }
+
+    #[test]
+    fn an_inertia_tensor_is_symmetric_to_its_rounding() {
+        let with = |row: usize, column: usize, by: f64| {
+            passes(|body| {
+                body.inertia_kg_m2 = [[100.0, 20.0, -3.0], [20.0, 100.0, 5.0], [-3.0, 5.0, 100.0]];
+                body.inertia_kg_m2[row][column] += by;
+            })
+        };
+        for (row, column) in [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
+            assert!(with(row, column, 0.0) && with(row, column, 5e-8));
+            assert!(!with(row, column, 2e-7), "{row} {column}");
+        }
+    }
+
+    /// All principal minors: the second has two negative eigenvalues, but a positive determinant.
+    #[test]
+    fn an_inertia_tensor_is_positive_definite() {
+        let tensor = |diagonal: f64, product: f64| {
+            passes(|body| {
+                body.inertia_kg_m2 = [[product; 3]; 3];
+                (0..3).for_each(|i| body.inertia_kg_m2[i][i] = diagonal);
+            })
+        };
+        assert!(tensor(4.0, 3.0));
+        assert!(!tensor(3.0, 4.0));
+        assert!(!tensor(4.0, -3.0), "a negative determinant");
+    }
+}

@@ -129,6 +129,21 @@ fn what_is_measured_beyond_its_range_is_marked() {
     }
 }
 
+#[test]
+fn a_robot_that_begins_anew_elsewhere_has_not_moved_there() {
+    let mut bench = Bench::new(&Settings::default());
+    for _ in 0..3 {
+        bench.step();
+    }
+    bench.inputs.robot.sequence = Sequence::NewRun;
+    bench.stands_at([1.0, 0.0, 0.0], [0.0; 3]);
+    for _ in 0..3 {
+        let (_, trace) = bench.step();
+        assert_eq!(trace.executed_velocity, [0.0; 6]);
+        assert!(!trace.limits.has(LimitFlags::MEASURED));
+    }
+}
+
 /// By hand, by another program: the loop would begin with a jump.
 #[test]
 fn a_robot_that_was_moved_since_it_was_armed_is_not_started() {

@@ -50,6 +50,19 @@ fn the_space_manipulator_pulls_back_to_where_it_began_and_brakes() {
     }
 }
 
+#[test]
+fn the_space_manipulator_turns_as_it_is_told() {
+    let arm_angular_acceleration_rad_s2 = [0.5, -0.25, 0.125];
+    let settings = BodySettings {
+        arm_angular_acceleration_rad_s2,
+        ..BodySettings::default()
+    };
+    let body = Body::<f64>::new(&settings);
+    let turned = body.step(&BodyState::initial(&settings), &Wrench::zero(), TS);
+    let expected = Vector3::from(arm_angular_acceleration_rad_s2) * TS;
+    assert_eq!(turned.velocity.angular, expected);
+}
+
 /// Both spacecraft far away side by side are not at a limit; each quantity of each alone is.
 #[test]
 fn a_model_at_the_edge_of_its_range_says_so() {
