@@ -130,6 +130,7 @@ pub(super) fn fitted_to(
                     0 => neighbours(shapes[i][k], shape.tried),
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
+                let range = plausible(effect, shape, shapes[i][k], range);
                 let sigma = refine(&mut shapes[i], k, range, &gain);
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
@@ -260,6 +261,14 @@ const NEAR: f64 = 1.15;
 /// Whether a shape has a size that can be refined: a form of no size has none.
 pub(super) fn has_size(shape: &Shape, value: f64) -> bool {
     shape.continuous && value > 0.0
+}
+
+/// The part of a range around a value that the catalogue allows.
+fn plausible(effect: &LoadEffect, shape: &Shape, at: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    let known = effect.parameters.iter().find(|p| p.name == shape.name);
+    known.map_or((low, high), |p| {
+        (low.max(p.low).min(at), high.min(p.high).max(at))
+    })
 }
 
 /// The values of a grid on either side.
