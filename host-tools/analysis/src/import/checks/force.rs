@@ -190,7 +190,8 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
         HALF_95 * fitted.mass.1 / tool.mass_kg,
     );
     let far = factor - half > FACTOR || factor + half < 1.0 / FACTOR;
-    far.then(|| {
+    // A slow slide shows the corners of its friction as a mass of any sign; of units only a positive one speaks.
+    (far && factor > 0.0).then(|| {
         let word = |value: f64| number::significant(value, 3);
         format!(
             "force f{axis} is {} times what the model's {} kg need for the acceleration (95 %: {} to {}): \
