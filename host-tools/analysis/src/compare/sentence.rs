@@ -5,6 +5,7 @@ use super::explain::Explanation;
 use super::failure::Failure;
 use super::noise::NoiseLevel;
 use super::regime::{Regime, quantity};
+use super::series::ROUND_OFF_SIGMA;
 use softdock_physics::model::{Channel, Model};
 use softdock_report::number;
 
@@ -109,6 +110,11 @@ fn at_noise(errors: &[AxisError]) -> String {
     let worst = errors
         .iter()
         .max_by(|a, b| a.overall().rms().total_cmp(&b.overall().rms()));
+    if worst.is_some_and(|e| e.overall().rms() < ROUND_OFF_SIGMA) {
+        return "Model and recording do not differ at all, not even by noise: the recording holds no wrench and no \
+                commanded velocity, which would test the model, or it was simulated without noise."
+            .to_owned();
+    }
     let largest = worst.map_or(String::new(), |e| {
         let times = number::significant(e.overall().rms(), 3);
         let (channel, axis) = (e.channel, e.axis);

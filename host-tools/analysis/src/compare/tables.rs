@@ -37,22 +37,24 @@ impl Comparison {
             // What is computed twice from the same numbers differs by round-off: not worth digits.
             let sigma =
                 |value: f64| Cell::number(if value < ROUND_OFF_SIGMA { 0.0 } else { value }, 3);
-            let rms = if error.rms_sigma < ROUND_OFF_SIGMA {
-                0.0
-            } else {
-                error.rms
-            };
+            let is_noisy = error.rms_sigma >= ROUND_OFF_SIGMA;
+            let rms = if is_noisy { error.rms } else { 0.0 };
+            let in_sigma = sigma(error.rms_expected_sigma);
             table.push(vec![
                 Cell::text(error.name.to_string()),
                 Cell::text(error.axis.to_string()),
                 Cell::number(rms, 3),
                 Cell::text(error.unit),
-                sigma(error.rms_expected_sigma).marked(mark),
+                if is_noisy {
+                    in_sigma.marked(mark)
+                } else {
+                    in_sigma
+                },
                 Cell::percent(failure.map_or(0.0, |f| f.share)),
             ]);
         }
         table.explained(
-            "✓ at the noise, ✗ the model fails; σ is the noise to expect: 1 if the model is right",
+            "✓ at the noise, ✗ the model fails, no mark: nothing was measured or it was computed from itself; σ is the noise to expect: 1 if the model is right",
         )
     }
 
