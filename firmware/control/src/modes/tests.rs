@@ -118,3 +118,16 @@ fn a_command_is_found_by_its_word_and_by_nothing_else() {
     }
     assert_eq!(Command::from_word(""), None);
 }
+
+#[test]
+fn a_command_is_told_by_the_word_that_an_operator_types() {
+    let mut told = Vec::new();
+    for (typed, command) in Command::WORDS {
+        let word = command.word();
+        assert_eq!(word, typed);
+        assert!(!word.is_empty() && !told.contains(&word), "{command:?}");
+        told.push(word);
+    }
+    assert_eq!(Command::Arm.word(), "arm");
+    assert_eq!(Command::Jog(Jog::MinusC).word(), "jog -c");
+}
