@@ -454,6 +454,25 @@ impl Estimate {
 }
 
 #[cfg(test)]
+impl Estimate {
+    /// A spring (N/m) and a damper (N·s/m) against a mass (kg) along the first axis, free at 0, that fit exactly.
+    pub(super) fn exact(stiffness: f64, damping: f64, mass: f64) -> Self {
+        let along = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        Self {
+            stiffness,
+            damping,
+            gradient: along,
+            surface: 0.0,
+            mass,
+            push: along,
+            misfit: 0.0,
+            error: 0.0,
+            squared_error: 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
