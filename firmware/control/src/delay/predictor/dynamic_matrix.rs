@@ -408,3 +408,154 @@ pub(super) fn limited(command: V6, before: &V6) -> (V6, bool) {
         (command, false)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::actuator::ActuatorSettings;
+    use crate::delay::predictor::reference::KelvinVoigt;
+
+    const CYCLE_S: f64 = 0.004;
+    const LATENCY: usize = 1;
+    /// Cycles from a command to its execution if the pose is as old as believed, and of a pause.
+    const DELAY: f64 = 8.0;
+    const PAUSE: f64 = 4.0;
+    /// Where the contact's spring is free, m.
+    const SURFACE: f64 = 0.3;
+
+    fn model() -> RobotModel {
+        let actuator = ActuatorSettings {
+            delay_s: DELAY * CYCLE_S,
+            pause_s: PAUSE * CYCLE_S,
+            ..ActuatorSettings::default()
+        };
+        RobotModel::new(&actuator, CYCLE_S, LATENCY as f64)
+    }
+
+    /// What is asked: when the robot may answer, in a contact (k, c, m) into which the robot goes on (depth, and per cycle, m)
+    /// with the model at a velocity after a closing velocity, m/s.
+    struct Question {
+        contact: Option<(f64, f64, f64)>,
+        depth: (f64, f64),
+        velocity: f64,
+        closing: f64,
+        latest: usize,
+    }
+
+    impl Question {
+        fn answer(&self) -> f64 {
+            let model = model();
+            let along = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+            let mut reference = Reference::straight(0, V6::zeros(), along * self.closing);
+            reference.closing = self.closing;
+            reference.contact = self.contact.map(|(k, c, m)| KelvinVoigt::new(k, c, m));
+            let contact = self.contact.map(|(k, c, m)| {
+                let mut contact = Estimate::exact(k, c, m);
+                contact.surface = SURFACE;
+                contact
+            });
+            let problem = ControlProblem {
+                cycle: 0,
+                model: &model,
+                commands: &CommandHistory::new(),
+                matrix: &DynamicMatrix::new(&model, LATENCY),
+                latency: LATENCY,
+                robot: RobotState::default(),
+                velocity: along * self.velocity,
+                reference,
+                contact,
+                reversals: Reversals::default(),
+                latest: self.latest,
+                curve: None,
+            };
+            let (depth, per_cycle) = self.depth;
+            problem.soonest(&FreeResponse {
+                first_move: V6::zeros(),
+                error: [0.0; PREDICTION_HORIZON + 1],
+                position: core::array::from_fn(|t| SURFACE + depth + per_cycle * t as f64),
+            })
+        }
+    }
+
+    /// A soft contact that has hardly begun.
+    fn soft(latest: usize) -> Question {
+        Question {
+            contact: Some((10_000.0, 0.0, 500.0)),
+            depth: (2e-5, 2e-5),
+            velocity: 0.005,
+            closing: 0.005,
+            latest,
+        }
+    }
+
+    #[test]
+    fn a_reversal_waits_for_poses_up_to_two_cycles_older_that_are_not_refuted() {
+        for (latest, answered) in [(0, 8.0), (1, 8.0), (2, 7.0), (3, 6.0), (4, 6.0)] {
+            let soonest = soft(latest).answer();
+            assert!((soonest - answered).abs() < 1e-9, "{latest}: {soonest}");
+        }
+    }
+
+    #[test]
+    fn without_a_contact_the_robot_answers_after_its_delay() {
+        let mut flight = soft(4);
+        flight.contact = None;
+        assert!((flight.answer() - DELAY).abs() < 1e-9);
+    }
+
+    /// Velocity that the contact takes from the model if the robot goes on until the answer, stands for its pause and retreats
+    /// as fast as it came, in a thousand steps each.
+    fn taken((k, c, m): (f64, f64, f64), (depth, per_cycle): (f64, f64), closing: f64) -> f64 {
+        let answer = DELAY - 2.0;
+        let deepest = depth + per_cycle * answer;
+        let mut impulse = 0.0;
+        for (from, to, duration) in [
+            (depth, deepest, answer * CYCLE_S),
+            (deepest, deepest, PAUSE * CYCLE_S),
+            (deepest, 0.0, deepest / closing),
+        ] {
+            let rate = (to - from) / duration;
+            for n in 0..1000 {
+                let at = from + (to - from) * (f64::from(n) + 0.5) / 1000.0;
+                impulse += (k * at + c * rate) * duration / 1000.0;
+            }
+        }
+        impulse / m
+    }
+
+    /// To a micrometre per second.
+    #[test]
+    fn a_reversal_waits_as_long_as_the_contact_gives_back_no_more_than_half_of_the_rebound() {
+        for (contact, depth, closing) in [
+            ((220_500.0, 2100.0, 500.0), (2e-5, 2e-5), 0.005),
+            ((220_500.0, 0.0, 500.0), (0.0, 2e-5), 0.005),
+            ((100_000.0, 4000.0, 200.0), (1e-4, 1e-5), 0.01),
+            ((500_000.0, 1000.0, 800.0), (8e-5, -5e-6), 0.002),
+        ] {
+            let (k, c, m) = contact;
+            let half = 0.5 * KelvinVoigt::new(k, c, m).restitution * closing;
+            let least = taken(contact, depth, closing) - half;
+            for (velocity, answered) in [(least + 1e-6, DELAY - 2.0), (least - 1e-6, DELAY)] {
+                let question = Question {
+                    contact: Some(contact),
+                    depth,
+                    velocity,
+                    closing,
+                    latest: 4,
+                };
+                let soonest = question.answer();
+                assert!((soonest - answered).abs() < 1e-9, "{contact:?}: {soonest}");
+            }
+        }
+    }
+
+    /// It has not yet touched when it could answer, and the model still closes.
+    #[test]
+    fn a_robot_outside_of_the_contact_takes_nothing() {
+        let mut question = soft(4);
+        question.contact = Some((1e8, 1e5, 500.0));
+        question.depth = (-1e-3, 2e-5);
+        question.velocity = 1e-9;
+        assert!((question.answer() - (DELAY - 2.0)).abs() < 1e-9);
+    }
+}
