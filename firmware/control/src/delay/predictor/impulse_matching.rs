@@ -255,3 +255,168 @@ fn onward(command: &V6, reference: &Reference) -> V6 {
     }
     allowed
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CYCLE_S: f64 = 0.004;
+    const MASS: f64 = 500.0;
+    const CLOSING: f64 = 0.005;
+    /// Cycles before the robot answers to a preload.
+    const DELAY: usize = 8;
+
+    /// A contact that has just begun: k, q and c.
+    struct Contact {
+        depth: Trajectory,
+        preload: Trajectory,
+        load: [f64; 3],
+    }
+
+    impl Contact {
+        /// Along half a sine of the spring's own frequency, then out again as fast; moves of 1, ½, ¼ ... after the delay.
+        fn new(load: [f64; 3]) -> Self {
+            let omega = (load[0] / MASS).sqrt();
+            let end = core::f64::consts::PI / omega;
+            let depth = |t: f64| match t - end {
+                after if after > 0.0 => -CLOSING * after,
+                _ => CLOSING / omega * (omega * t).sin(),
+            };
+            let moved = |t: usize| 2.0 - 0.5_f64.powi(t.saturating_sub(DELAY) as i32 - 1);
+            Self {
+                depth: core::array::from_fn(|t| depth(CYCLE_S * (t as f64 - 0.3))),
+                preload: core::array::from_fn(|t| if t > DELAY { moved(t) } else { 0.0 }),
+                load,
+            }
+        }
+
+        fn matching(&self, velocity: f64, target: f64) -> ImpulseMatching<'_> {
+            let [stiffness, stiffening, damping] = self.load;
+            ImpulseMatching {
+                depth: &self.depth,
+                preload: &self.preload,
+                stiffness,
+                stiffening,
+                damping,
+                inverse_mass: 1.0 / MASS,
+                velocity,
+                target,
+                cycle_s: CYCLE_S,
+            }
+        }
+
+        /// Impulse of a force that never pulls, by depth and rate in 500 steps of each cycle, N·s.
+        fn impulse(&self, preload: f64) -> f64 {
+            let [k, q, c] = self.load;
+            let at = |t: usize| self.depth[t] + preload * CYCLE_S * self.preload[t];
+            let mut impulse = 0.0;
+            for t in 0..PREDICTION_HORIZON {
+                let (before, now) = (at(t), at(t + 1));
+                for n in 0..500 {
+                    let depth = before + (now - before) * (f64::from(n) + 0.5) / 500.0;
+                    let rate = (now - before) / CYCLE_S;
+                    if depth > 0.0 {
+                        let force = k * depth + q * depth * depth + c * rate;
+                        impulse += force.max(0.0) * CYCLE_S / 500.0;
+                    }
+                }
+            }
+            impulse
+        }
+    }
+
+    /// A spring, a damper with it, and a spring that hardens or softens with its depth.
+    fn contacts() -> [Contact; 4] {
+        [
+            Contact::new([220_500.0, 0.0, 0.0]),
+            Contact::new([220_500.0, 0.0, 4000.0]),
+            Contact::new([220_500.0, 3e8, 0.0]),
+            Contact::new([220_500.0, -2e8, 4000.0]),
+        ]
+    }
+
+    #[test]
+    fn the_predicted_impulse_is_that_of_a_force_that_never_pulls() {
+        for contact in contacts() {
+            for preload in [-0.004, -0.001, 0.0, 0.002, 0.01] {
+                let impulse = contact.impulse(preload);
+                let excess = contact.matching(0.004, -0.005).trial(preload).excess;
+                let error = excess - (0.009 - impulse / MASS);
+                // The parabola is a trapezoid within a cycle.
+                let bound = if contact.load[1] == 0.0 { 1e-6 } else { 1e-4 };
+                let load = contact.load;
+                assert!(error.abs() < bound, "{load:?} {preload}: {error:e}");
+            }
+        }
+    }
+
+    /// Some more to give back, or less, than the motion without a preload would.
+    #[test]
+    fn the_preload_leaves_the_velocity_that_is_asked() {
+        for contact in contacts() {
+            for part in [-0.2, -0.05, -0.01, 0.01, 0.05, 0.2] {
+                let free = contact.matching(CLOSING, 0.0).trial(0.0).excess;
+                let target = free + part * CLOSING;
+                let matching = contact.matching(CLOSING, target);
+                let preload = matching.solve(4.0 * CLOSING);
+                let excess = matching.trial(preload).excess;
+                let most = 1e-5 * CLOSING;
+                let load = contact.load;
+                assert!(excess.abs() < most, "{load:?} {part}: {preload} {excess:e}");
+                // More impulse is less velocity.
+                assert!(preload * part < 0.0, "{load:?} {part}: {preload}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_leaves_as_it_should_needs_no_preload() {
+        for contact in contacts() {
+            let target = contact.matching(CLOSING, 0.0).trial(0.0).excess;
+            assert_eq!(contact.matching(CLOSING, target).solve(0.02), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_preload_that_cannot_be_enough_is_the_largest() {
+        for contact in contacts() {
+            for most in [1e-5, 1e-4, 1e-3] {
+                for (target, preload) in [(-10.0 * CLOSING, most), (10.0 * CLOSING, -most)] {
+                    let found = contact.matching(CLOSING, target).solve(most);
+                    assert_eq!(found, preload);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_two_equal_errors_the_smaller_preload_is_better() {
+        let trial = |excess, preload| Trial { excess, preload };
+        for (one, other, better) in [
+            (trial(1e-4, 0.01), trial(-1e-4, -0.005), -0.005),
+            (trial(1e-4, -0.005), trial(1e-4, 0.01), -0.005),
+            (trial(1e-4, 0.005), trial(5e-5, 0.01), 0.01),
+            // 0.04 m/s more of preload cost 8e-5 m/s.
+            (trial(1e-4, 0.01), trial(5e-5, 0.05), 0.01),
+        ] {
+            assert_eq!(one.better(other).preload, better);
+        }
+    }
+
+    /// In thousands of steps.
+    #[test]
+    fn the_positive_part_of_a_straight_line_is_its_mean() {
+        for (first, last) in [
+            (1.0, 2.0),
+            (2.0, -1.0),
+            (-1.0, 3.0),
+            (-1.0, -2.0),
+            (0.0, 1.0),
+        ] {
+            let at = |n: i32| first + (last - first) * (f64::from(n) + 0.5) / 3000.0;
+            let mean = (0..3000).map(|n| at(n).max(0.0)).sum::<f64>() / 3000.0;
+            let error = positive_part(first, last) - 2.0 * mean;
+            assert!(error.abs() < 1e-5, "{first} {last}: {error:e}");
+        }
+    }
+}
