@@ -258,6 +258,7 @@ fn onward(command: &V6, reference: &Reference) -> V6 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::reference::KelvinVoigt;
     use super::*;
 
     const CYCLE_S: f64 = 0.004;
@@ -417,6 +418,129 @@ mod tests {
             let mean = (0..3000).map(|n| at(n).max(0.0)).sum::<f64>() / 3000.0;
             let error = positive_part(first, last) - 2.0 * mean;
             assert!(error.abs() < 1e-5, "{first} {last}: {error:e}");
+        }
+    }
+
+    /// Into a spring of 21 rad/s with this damping ratio, 37 cycles long if it has none: an axis in it, one out of it, and one
+    /// with less than its share of the motion. `speed` in m/s.
+    fn reference(speed: f64, zeta: f64) -> Reference {
+        spring_at(speed, 21.0, zeta)
+    }
+
+    fn spring_at(speed: f64, omega: f64, zeta: f64) -> Reference {
+        let along = V6::new(0.8, -0.6, 0.0, 0.0, 0.0, 0.0);
+        let few = V6::new(0.0, 0.0, 0.019, 0.0, 0.0, 0.0);
+        let mut reference = Reference::straight(100, V6::zeros(), (along + few) * speed);
+        let damping = 2.0 * zeta * MASS * omega;
+        let contact = KelvinVoigt::new(MASS * omega * omega, damping, MASS);
+        (reference.push, reference.closing) = (along, speed);
+        reference.contact = Some(contact);
+        reference
+    }
+
+    /// The reference has lost this part of its velocity.
+    fn lost(reference: &Reference, part: f64) -> Deviation {
+        Deviation {
+            displacement: 0.0,
+            velocity: part * reference.closing,
+        }
+    }
+
+    /// A command by parts of the velocity of each axis.
+    fn parts(reference: &Reference, x: f64, y: f64, z: f64) -> V6 {
+        reference
+            .velocity
+            .component_mul(&V6::new(x, y, z, 0.0, 0.0, 0.0))
+    }
+
+    fn assert_same(allowed: &V6, expected: &V6) {
+        let apart = (allowed - expected).amax();
+        assert!(apart < 1e-12, "{allowed} {expected}");
+    }
+
+    /// At 50 mm/s by the axis's own velocity, at 1 mm/s by the last digit of a correction.
+    #[test]
+    fn an_axis_goes_on_until_the_reference_turns_and_then_never_again() {
+        for (speed, [x, y]) in [
+            (0.05, [0.005, 0.005]),
+            (0.001, [2.5e-5 / 0.0008, 2.5e-5 / 0.0006]),
+        ] {
+            let reference = reference(speed, 0.0);
+            let mut reversals = Reversals::default();
+            let mut ask = |x: f64, y: f64, part: f64| {
+                let command = parts(&reference, x, y, -1.0);
+                let then = lost(&reference, part);
+                reversals.allow(&command, &reference, &then, (5.0, true), CYCLE_S)
+            };
+            // The third axis, with less than its share, is not held.
+            let answer = |x: f64, y: f64| parts(&reference, x, y, -1.0);
+            assert_same(&ask(0.5, 0.9, 0.9), &answer(0.5, 0.9));
+            assert_same(&ask(0.0, -0.9, 0.99), &answer(x, y));
+            assert_same(&ask(0.5, 0.9, 1.01), &answer(0.5, 0.9));
+            assert_same(&ask(-0.5, 0.9, 1.01), &answer(-0.5, 0.9));
+            assert_same(&ask(0.5, -0.9, 0.9), &answer(-x, y));
+            assert_same(&ask(-0.9, -0.9, 1.5), &answer(-0.9, -0.9));
+            assert_same(&ask(-0.0, 0.9, 0.0), &answer(-x, -y));
+        }
+    }
+
+    /// 0.15 of the velocity, a quarter of the contact and two cycles after its onset.
+    #[test]
+    fn a_retreat_is_believed_if_it_is_clear_and_not_at_the_beginning() {
+        for (omega, since, retreat, turns) in [
+            (21.0, 10.0, 0.16, true),
+            (21.0, 10.0, 0.14, false),
+            (21.0, 9.0, 0.16, false),
+            (196.0, 2.1, 0.16, true),
+            (196.0, 1.9, 0.16, false),
+        ] {
+            let reference = spring_at(0.05, omega, 0.0);
+            let command = parts(&reference, -retreat, 1.0, 0.0);
+            let then = lost(&reference, 0.0);
+            let mut reversals = Reversals::default();
+            let known = (since, true);
+            let allowed = reversals.allow(&command, &reference, &then, known, CYCLE_S);
+            let x = if turns { -retreat } else { 0.005 };
+            assert_same(&allowed, &parts(&reference, x, 1.0, 0.0));
+        }
+    }
+
+    #[test]
+    fn a_contact_that_was_damped_for_sure_lets_all_axes_turn_until_its_end() {
+        for (zeta, sure, free) in [
+            (0.26, true, true),
+            (0.24, true, false),
+            (0.26, false, false),
+        ] {
+            let damped = reference(0.05, zeta);
+            let command = parts(&damped, -0.1, -0.1, 0.0);
+            let then = lost(&damped, 0.0);
+            let held = parts(&damped, 0.005, 0.005, 0.0);
+            let expected = if free { command } else { held };
+            let mut reversals = Reversals::default();
+            let first = reversals.allow(&command, &damped, &then, (5.0, sure), CYCLE_S);
+            assert_same(&first, &expected);
+            let undamped = reference(0.05, 0.0);
+            let later = reversals.allow(&command, &undamped, &then, (6.0, sure), CYCLE_S);
+            assert_same(&later, &expected);
+        }
+    }
+
+    /// The second axis keeps this part of its velocity.
+    #[test]
+    fn in_a_damped_contact_an_axis_that_goes_on_afterwards_does_not_turn() {
+        for (kept, held) in [(1.0, true), (0.11, true), (0.09, false), (-0.5, false)] {
+            let mut damped = reference(0.05, 0.3);
+            let change = (1.0 + damped.restitution()) * damped.closing;
+            damped.push[1] = (1.0 - kept) * damped.velocity[1] / change;
+            let then = lost(&damped, 0.0);
+            let ask = |y: f64| {
+                let command = parts(&damped, -0.2, y, -1.0);
+                Reversals::default().allow(&command, &damped, &then, (5.0, true), CYCLE_S)
+            };
+            let y = if held { 0.005 } else { -0.3 };
+            assert_same(&ask(-0.3), &parts(&damped, -0.2, y, -1.0));
+            assert_same(&ask(0.3), &parts(&damped, -0.2, 0.3, -1.0));
         }
     }
 }
