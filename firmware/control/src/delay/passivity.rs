@@ -185,3 +185,182 @@ impl<S: Scalar> Passivity<S> {
         Some(if after < S::zero() { -speed } else { speed })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::SentHistory;
+    use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
+    use crate::frames::{Pose, Twist};
+    use crate::settings::BodySettings;
+    use nalgebra::UnitQuaternion;
+
+    /// Of a robot whose pose is this late.
+    fn law(latency: u8) -> Passivity<f64> {
+        let mut settings = DelaySettings::default();
+        settings.actuator.feedback_latency_cycles = latency;
+        Passivity::new(&settings, 0.004)
+    }
+
+    /// A cycle of 500 kg: loads now and when the pose was true, N, and motion, m.
+    fn cycle(opened: bool, load: f64, moved: f64) -> Along<f64> {
+        Along {
+            opened,
+            load,
+            load_then: load,
+            moved,
+            velocity: 0.0,
+            mobility: 0.002,
+        }
+    }
+
+    fn assert_near(found: f64, expected: f64) {
+        let apart = (found - expected).abs();
+        assert!(apart <= 1e-9 * expected.abs(), "{found} {expected}");
+    }
+
+    #[test]
+    fn an_acceleration_is_that_of_the_load_and_stays_in_its_range() {
+        for (load, mobility, expected) in [
+            (100.0, 0.002, 200.0),
+            (-100.0, 0.002, -200.0),
+            (1e7, 0.0005, 5e4),
+            (-1e7, 0.0005, -5e4),
+            (1e5, 1.0, LARGEST_MM_S2),
+            (-1e5, 1.0, -LARGEST_MM_S2),
+        ] {
+            let mut along = cycle(false, 0.0, 0.0);
+            along.mobility = mobility;
+            assert_near(law(0).pull(load, &along), expected);
+        }
+    }
+
+    /// 100 and 200 N on 500 kg are 200 and 400 mm/s²; the force goes straight in between. In mm²/s².
+    #[test]
+    fn the_energy_is_what_the_wall_did_on_the_robot_less_what_the_model_took() {
+        let mut law = law(0);
+        law.observe(&cycle(true, 100.0, 0.001), 10.0, 8.0);
+        assert_near(law.energy, 100.0 * 1.0 + 18.0);
+        law.observe(&cycle(false, 200.0, -0.0005), 8.0, 12.0);
+        assert_near(law.energy, 118.0 - 300.0 * 0.5 - 40.0);
+        // The next contact begins anew.
+        law.observe(&cycle(true, 100.0, 0.001), 0.0, 2.0);
+        assert_near(law.energy, 100.0 * 1.0 - 2.0);
+    }
+
+    #[test]
+    fn what_the_model_took_is_counted_when_the_pose_of_then_is_reported() {
+        let mut law = law(2);
+        law.observe(&cycle(true, 0.0, 0.0), 0.0, 10.0);
+        law.observe(&cycle(false, 0.0, 0.0), 10.0, 10.0);
+        assert_eq!(law.energy, 0.0);
+        law.observe(&cycle(false, 0.0, 0.0), 10.0, 10.0);
+        assert_near(law.energy, -50.0);
+    }
+
+    /// 0.1 m of a jump of the pose count, and no energy beyond its range.
+    #[test]
+    fn motion_and_energy_stay_in_their_ranges() {
+        for sign in [1.0, -1.0] {
+            let mut law = law(0);
+            law.observe(&cycle(true, 100.0, sign * 3.0), 0.0, 0.0);
+            assert_near(law.energy, sign * 100.0 * LONGEST_MM);
+            for _ in 0..100 {
+                law.observe(&cycle(false, 1e7, sign * 3.0), 0.0, 0.0);
+            }
+            assert_near(law.energy, sign * LARGEST_ENERGY);
+        }
+    }
+
+    #[test]
+    fn nothing_is_damped_outside_of_a_contact() {
+        let mut law = law(0);
+        law.energy = -1.0;
+        assert_eq!(law.damp(5.0), None);
+        assert_eq!(law.status(), LawStatus::default());
+    }
+
+    #[test]
+    fn its_status_says_when_it_damps() {
+        let mut law = law(0);
+        law.damped = true;
+        let mut expected = LawStatus::default();
+        expected.flags.set(LawFlags::GUARD_PASSIVE);
+        assert_eq!(law.status(), expected);
+    }
+
+    /// Spacecraft at rest that feel a force along x, N, with this velocity of the model along it, m/s: the force with the
+    /// damping, and the velocity that is left.
+    fn condition(law: &mut Passivity<f64>, force: f64, velocity: f64) -> (f64, f64) {
+        let body = BodySettings::default();
+        let (k, q) = (BodyState::initial(&body), BodyState::initial(&body));
+        let bodies = TwoBody::new(&body, &body, 0.004);
+        let model = Twist::of(&[velocity, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let wrench = Wrench::of(&[force, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let input = LawInput {
+            model,
+            model_end: model,
+            wrench: &wrench,
+            measured: &Pose::identity(),
+            commanded: &Pose::identity(),
+            sent: &SentHistory::new(),
+            bodies: &bodies,
+            state: &TwoBodyState { k, q },
+            c_from_q: UnitQuaternion::identity(),
+            released: true,
+            frozen: false,
+        };
+        let felt = law.condition(&input, wrench);
+        let change = bodies.mobility(input.state, &felt).linear.x * 0.004;
+        (felt.force.x, velocity + change)
+    }
+
+    /// In a contact: 10 mm/s with 18 mm²/s² less are 8 mm/s, and 0.3 of the speed is the most that a cycle takes.
+    #[test]
+    fn the_energy_that_was_made_is_taken_from_the_model() {
+        let mut law = law(0);
+        assert_eq!(condition(&mut law, 100.0, -0.005).0, 100.0);
+        let mut contact = LawStatus::default();
+        contact.flags.set(LawFlags::CONTACT);
+        assert_eq!(law.status(), contact);
+        for (energy, left, rest) in [(-18.0, 8.0, 0.0), (-1000.0, 7.0, -974.5)] {
+            for sign in [1.0, -1.0] {
+                law.energy = energy;
+                assert_near(law.damp(sign * 10.0).unwrap(), sign * left);
+                assert!((law.energy - rest).abs() < 1e-9);
+            }
+        }
+        law.energy = 0.0;
+        assert_eq!(law.damp(10.0), None);
+    }
+
+    #[test]
+    fn the_damping_is_a_force_that_leaves_that_velocity() {
+        for velocity in [0.05, -0.05] {
+            let mut law = law(0);
+            condition(&mut law, 100.0, -0.005);
+            let (_, free) = condition(&mut law.clone(), 0.0, velocity);
+            law.energy = -1e6;
+            let (_, left) = condition(&mut law, 0.0, velocity);
+            assert_near(left, 0.7 * free);
+            assert!(law.status().flags.has(LawFlags::GUARD_PASSIVE));
+        }
+    }
+
+    #[test]
+    fn settings_beyond_their_range_are_refused() {
+        let settings = |threshold_n, largest_share| PassivitySettings {
+            threshold_n,
+            largest_share,
+        };
+        assert!(PassivitySettings::default().validate().is_ok());
+        for refused in [
+            settings(0.0, 0.3),
+            settings(2e3, 0.3),
+            settings(1.0, 0.0),
+            settings(1.0, 1.0),
+        ] {
+            assert!(refused.validate().is_err(), "{refused:?}");
+        }
+    }
+}
