@@ -1,12 +1,10 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_app::record::CycleRecord;
-use softdock_io::recording::{Header, Recording};
+use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
-use softdock_statistics::RandomStream;
+use softdock_tests::one_axis::OneAxis;
 
-const TS: f64 = 0.002;
 /// Mass, kg, and spring, N/m: known.
 const KNOWN: (f64, f64) = (20.0, 1500.0);
 /// Dry and viscous friction, N and N·s/m.
@@ -31,47 +29,18 @@ id = "cable_stiffness"
 parameters = { stiffness_n_per_m = 1500.0 }
 "#;
 
-/// Position, velocity and acceleration: three swings that do not repeat.
-fn motion(t: f64, phase: f64) -> [f64; 3] {
-    let swings = [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)];
-    swings.iter().fold([0.0; 3], |[x, v, a], (size, rate)| {
-        let (sin, cos) = (rate * t + phase * rate).sin_cos();
-        [
-            x + size * sin,
-            v + size * rate * cos,
-            a - size * rate * rate * sin,
-        ]
-    })
-}
-
 fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
-    let mut random = RandomStream::new(seed, 0);
-    let mut last = None;
-    let record = |n: usize| {
-        let t = n as f64 * TS;
-        let [x, v, a] = motion(t, phase);
-        let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
-        let force = KNOWN.0 * a + KNOWN.1 * x + friction;
-        let position = x + 1e-8 * random.normal();
-        let before = last.replace(position).unwrap_or(position - v * TS);
-        let mut cycle = CycleRecord::default();
-        cycle.trace.cycle = n as u64;
-        cycle.trace.time_s = t;
-        cycle.trace.pose = [position, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-        cycle.trace.executed_velocity[0] = (position - before) / TS;
-        cycle.inputs.sensor.wrench = [0.0; 6];
-        cycle.inputs.sensor.wrench[0] = -(1.0 + SURPLUS) * force + 0.5 * random.normal();
-        cycle
+    let swings = [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)];
+    let noise = (1e-8, 0.5);
+    let rig = OneAxis {
+        turns: false,
+        swings,
+        noise,
     };
-    Recording {
-        header: Header {
-            identity: "imported from a test".to_owned(),
-            settings_toml: String::new(),
-            scenario_toml: None,
-        },
-        cycles: (0..(seconds / TS) as usize).map(record).collect(),
-        ..Recording::default()
-    }
+    rig.record(seconds, phase, seed, |[x, v, a]| {
+        let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
+        (1.0 + SURPLUS) * (KNOWN.0 * a + KNOWN.1 * x + friction)
+    })
 }
 
 /// Friction is what it is in newtons, not what it is on the wrong scale.

@@ -1,12 +1,10 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_app::record::CycleRecord;
-use softdock_io::recording::{Header, Recording};
+use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
-use softdock_statistics::RandomStream;
+use softdock_tests::one_axis::OneAxis;
 
-const TS: f64 = 0.002;
 /// Moment of inertia, kg·m², of which the model knows 0.35.
 const INERTIA: f64 = 0.4;
 /// Gravity torque, N·m, and where the link hangs, rad.
@@ -14,50 +12,20 @@ const GRAVITY: (f64, f64) = (6.0, 0.3);
 /// Dry and viscous friction, N·m and N·m·s/rad.
 const FRICTION: (f64, f64) = (1.2, 0.8);
 
-/// Angle, its rate and its acceleration: three swings that do not repeat.
-fn motion(t: f64, phase: f64) -> [f64; 3] {
-    let swings = [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)];
-    swings.iter().fold([0.0; 3], |[q, v, a], (size, rate)| {
-        let (sin, cos) = (rate * t + phase * rate).sin_cos();
-        [
-            q + size * sin,
-            v + size * rate * cos,
-            a - size * rate * rate * sin,
-        ]
-    })
-}
-
 /// `ripple`: a torque of angle and rate that no law of the catalogue describes.
 fn log(seconds: f64, phase: f64, seed: u64, ripple: fn(f64, f64) -> f64) -> Recording {
-    let mut random = RandomStream::new(seed, 0);
-    let mut last = None;
-    let record = |n: usize| {
-        let t = n as f64 * TS;
-        let [q, v, a] = motion(t, phase);
+    let swings = [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)];
+    let noise = (1e-7, 0.05);
+    let rig = OneAxis {
+        turns: true,
+        swings,
+        noise,
+    };
+    rig.record(seconds, phase, seed, |[q, v, a]| {
         let gravity = GRAVITY.0 * (q - GRAVITY.1).sin();
         let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
-        let torque = INERTIA * a + gravity + friction + ripple(q, v);
-        let angle = q + 1e-7 * random.normal();
-        let mut cycle = CycleRecord::default();
-        cycle.trace.cycle = n as u64;
-        cycle.trace.time_s = t;
-        let (sin, cos) = (0.5 * angle).sin_cos();
-        cycle.trace.pose = [0.0, 0.0, 0.0, cos, sin, 0.0, 0.0];
-        let before = last.replace(angle).unwrap_or(angle - v * TS);
-        cycle.trace.executed_velocity[3] = (angle - before) / TS;
-        cycle.inputs.sensor.wrench = [0.0; 6];
-        cycle.inputs.sensor.wrench[3] = -torque + 0.05 * random.normal();
-        cycle
-    };
-    Recording {
-        header: Header {
-            identity: "imported from a test".to_owned(),
-            settings_toml: String::new(),
-            scenario_toml: None,
-        },
-        cycles: (0..(seconds / TS) as usize).map(record).collect(),
-        ..Recording::default()
-    }
+        INERTIA * a + gravity + friction + ripple(q, v)
+    })
 }
 
 const MODEL: &str = r#"

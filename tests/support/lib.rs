@@ -15,10 +15,9 @@ pub mod driver;
 pub mod every_setting;
 pub mod fuzz;
 pub mod lockstep;
+pub mod one_axis;
 pub mod peers;
-
 pub mod process;
-
 pub mod scalars;
 pub mod synthetic;
 pub mod twist_robot;
