@@ -1,13 +1,12 @@
 //! The operator's commands, the start ramp and the stop, through the whole cycle.
 
+use super::SPEED_M_S;
 use softdock_app::record::Inputs;
 use softdock_control::jog::Jog;
 use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
 use softdock_tests::driver::{CycleDriver, cruising, flying, idle};
 use softdock_tests::in_three_scalars;
-
-const SPEED_M_S: f64 = 0.01;
 
 /// A driver in a mode, with healthy data and at rest (but for Running).
 fn in_mode<S: Scalar>(mode: Mode) -> CycleDriver<S> {

@@ -1,24 +1,13 @@
 //! What a sensor does wrong, and what the cycle answers: each event through the whole cycle.
 
+use super::{CRUISE_COUNTS, SPEED_M_S, assert_fault};
 use softdock_app::record::Inputs;
 use softdock_control::io::SensorSample;
 use softdock_control::limits::LimitFlags;
-use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
+use softdock_control::modes::{Command, FaultCode, Mode, Refusal};
 use softdock_control::scalar::Scalar;
-use softdock_tests::driver::{CycleDriver, cruising, flying, idle, started};
+use softdock_tests::driver::{cruising, flying, idle, started};
 use softdock_tests::in_three_scalars;
-
-const SPEED_M_S: f64 = 0.01;
-/// Correction X of one cycle at that speed: 0.04 mm of 4 decimals.
-const CRUISE_COUNTS: i64 = 400;
-
-fn assert_fault(driver: &CycleDriver<impl Scalar>, code: FaultCode, expected: f64, received: f64) {
-    assert_eq!(driver.cycle.mode(), Mode::Fault);
-    assert_eq!(
-        driver.cycle.fault(),
-        Some(Fault::new(code, expected, received))
-    );
-}
 
 /// Up to two cycles without a sample change nothing; then the rate falls to zero by thirds; more
 /// than five latch a fault.
