@@ -21,6 +21,32 @@ fn phase(comparison: &Comparison, name: Phase) -> &PhaseError {
     comparison.phases.iter().find(|p| p.name == name).unwrap()
 }
 
+/// The rig's recording against its model, in which something is made wrong.
+fn compared(rig: &Rig, spoil: impl FnOnce(&mut Model)) -> Comparison {
+    let mut model = rig.model();
+    spoil(&mut model);
+    compare(&model, &rig.record()).unwrap()
+}
+
+/// The robot is 32 ms late, and the model takes it for punctual.
+fn with_a_late_robot() -> Comparison {
+    let rig = Rig {
+        late_cycles: 8,
+        ..Rig::default()
+    };
+    compared(&rig, |model| model.actuator.transport_delay_s = 0.0)
+}
+
+fn with_a_soft_wall() -> Comparison {
+    compared(&Rig::default(), |model| {
+        model.contact.walls[0].stiffness_n_per_m *= 0.8;
+    })
+}
+
+fn with_a_shifted_zero() -> Comparison {
+    compared(&Rig::default(), |model| model.sensor.bias[2] -= 2.0)
+}
+
 #[test]
 fn a_right_model_leaves_the_noise() {
     for late_cycles in [0, 3] {
@@ -51,13 +77,7 @@ fn a_right_model_leaves_the_noise() {
 
 #[test]
 fn a_late_robot_fails_around_the_contact_and_is_timed() {
-    let rig = Rig {
-        late_cycles: 8,
-        ..Rig::default()
-    };
-    let mut model = rig.model();
-    model.actuator.transport_delay_s = 0.0;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_late_robot();
     let worst = &comparison.failures[0];
     assert_eq!(
         (worst.channel, worst.axis),
@@ -112,10 +132,7 @@ fn a_pause_fails_at_the_zero_crossing_and_nowhere_else() {
 
 #[test]
 fn a_wrong_stiffness_fails_in_the_wrench_by_its_factor() {
-    let rig = Rig::default();
-    let mut model = rig.model();
-    model.contact.walls[0].stiffness_n_per_m *= 0.8;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_soft_wall();
     let worst = &comparison.failures[0];
     assert_eq!((worst.channel, worst.axis), (Channel::Wrench, Axis::X));
     assert_eq!(comparison.failures.len(), 1, "{}", comparison.sentence);
@@ -131,10 +148,7 @@ fn a_wrong_stiffness_fails_in_the_wrench_by_its_factor() {
 
 #[test]
 fn a_shifted_zero_is_an_offset_everywhere() {
-    let rig = Rig::default();
-    let mut model = rig.model();
-    model.sensor.bias[2] -= 2.0;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_shifted_zero();
     let worst = &comparison.failures[0];
     assert_eq!((worst.channel, worst.axis), (Channel::Wrench, Axis::Z));
     let Some(Explanation::Offset(offset)) = worst.explanation else {
@@ -150,10 +164,9 @@ fn a_shifted_zero_is_an_offset_everywhere() {
 
 #[test]
 fn a_wrong_mass_fails_in_the_model_velocity() {
-    let rig = Rig::default();
-    let mut model = rig.model();
-    model.bodies.k.mass_kg = Some(400.0);
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = compared(&Rig::default(), |model| {
+        model.bodies.k.mass_kg = Some(400.0)
+    });
     let worst = &comparison.failures[0];
     assert_eq!(worst.channel, Channel::ModelVelocity);
     let Some(Explanation::Factor(factor)) = worst.explanation else {
@@ -224,13 +237,7 @@ fn the_json_has_the_keys_that_programs_rely_on() {
 
 #[test]
 fn tables_show_the_finding() {
-    let rig = Rig {
-        late_cycles: 8,
-        ..Rig::default()
-    };
-    let mut model = rig.model();
-    model.actuator.transport_delay_s = 0.0;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_late_robot();
     let tables = comparison.tables();
     assert!(tables[0].to_string().contains("executed_velocity"));
     assert!(tables[1].to_string().contains("zero crossing"));

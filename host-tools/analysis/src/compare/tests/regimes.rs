@@ -29,13 +29,7 @@ fn a_right_model_leaves_no_regime_and_passes_every_test() {
 
 #[test]
 fn the_error_of_a_late_robot_follows_its_acceleration() {
-    let rig = Rig {
-        late_cycles: 8,
-        ..Rig::default()
-    };
-    let mut model = rig.model();
-    model.actuator.transport_delay_s = 0.0;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_late_robot();
     let regime = comparison.failures[0].regime.as_ref().unwrap();
     assert_eq!(regime.variable, Quantity::Acceleration);
     assert_eq!(regime.along, Some(Axis::X));
@@ -49,10 +43,7 @@ fn the_error_of_a_late_robot_follows_its_acceleration() {
 
 #[test]
 fn a_wrong_stiffness_follows_the_load_in_contact() {
-    let rig = Rig::default();
-    let mut model = rig.model();
-    model.contact.walls[0].stiffness_n_per_m *= 0.8;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_soft_wall();
     let regime = comparison.failures[0].regime.as_ref().unwrap();
     let of_contact = [Quantity::Force, Quantity::Position];
     assert!(of_contact.contains(&regime.variable), "{regime:?}");
@@ -69,10 +60,7 @@ fn a_wrong_stiffness_follows_the_load_in_contact() {
 
 #[test]
 fn an_offset_is_no_regime() {
-    let rig = Rig::default();
-    let mut model = rig.model();
-    model.sensor.bias[2] -= 2.0;
-    let comparison = compare(&model, &rig.record()).unwrap();
+    let comparison = with_a_shifted_zero();
     assert_eq!(comparison.failures[0].regime, None);
     let best = &comparison.regimes[0];
     assert!(best.offset_share > 0.95, "{best:?}");
