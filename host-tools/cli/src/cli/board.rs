@@ -86,37 +86,28 @@ impl Board {
         }
         say!("board: {}", identity::text());
         let stop = raised_by_ctrl_c()?;
-        let Self {
-            flash,
-            robot,
-            can,
-            ethercat,
-            service,
-            telemetry,
-            start,
-            output,
-            pieces,
-            ..
-        } = self;
         let board = Process {
             settings,
-            flash,
-            robot,
-            can,
-            ethercat,
-            service,
-            telemetry,
-            start,
+            flash: self.flash,
+            robot: self.robot,
+            can: self.can,
+            ethercat: self.ethercat,
+            service: self.service,
+            telemetry: self.telemetry,
+            start: self.start,
         }
         .listen(&stop)?;
-        let bounds = pieces.bounds()?;
-        let output = output.map(|path| Pieces::new(&path, bounds, Time::Real));
+        let bounds = self.pieces.bounds()?;
+        let output = self
+            .output
+            .map(|path| Pieces::new(&path, bounds, Time::Real));
         let output = output.map(Mutex::new).map(Arc::new);
         board.run(&stop, move |settings| recording(output.clone(), settings))
     }
 }
 
-fn checked(path: &Path) -> Result<BoardSettings> {
+/// Settings that a board may use.
+pub(super) fn checked(path: &Path) -> Result<BoardSettings> {
     let settings: BoardSettings = input::load(path)?;
     settings
         .validate()

@@ -1,13 +1,12 @@
 //! `softdock qemu`: the microcontroller's firmware in QEMU.
 
+use super::board::checked;
 use super::live::raised_by_ctrl_c;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use softdock_app::emulated_flash::Crash;
-use softdock_app::settings::BoardSettings;
 use softdock_io::address::address;
 use softdock_io::identity;
-use softdock_io::input;
 use softdock_io::say;
 use softdock_rig::board::qemu::{Chip, Qemu};
 use std::net::SocketAddr;
@@ -67,35 +66,20 @@ pub(super) struct QemuCommand {
 
 impl QemuCommand {
     pub(super) fn execute(self) -> Result<()> {
-        let settings: BoardSettings = input::load(&self.settings)?;
-        settings
-            .validate()
-            .with_context(|| format!("in {}", self.settings.display()))?;
+        let settings = checked(&self.settings)?;
         say!("qemu: {}", identity::text());
         let stop = raised_by_ctrl_c()?;
-        let Self {
-            flash,
-            robot,
-            can,
-            ethercat,
-            service,
-            start,
-            crash,
-            monitor,
-            chip,
-            ..
-        } = self;
         let board = Qemu {
             settings,
-            flash,
-            robot,
-            can,
-            ethercat,
-            service,
-            start,
-            crash,
-            monitor,
-            chip,
+            flash: self.flash,
+            robot: self.robot,
+            can: self.can,
+            ethercat: self.ethercat,
+            service: self.service,
+            start: self.start,
+            crash: self.crash,
+            monitor: self.monitor,
+            chip: self.chip,
         };
         board.run(&stop)
     }
