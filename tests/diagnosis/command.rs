@@ -51,8 +51,8 @@ fn diagnosed(folder: &Path) -> Value {
     json(folder, &[&["diagnose", "model.toml"][..], &LOGS].concat())
 }
 
-/// Finds, adds and finds again; the effect has to be gone and the error lower.
-fn the_error_falls(folder: &Path, effect: &str) {
+/// Finds, adds and finds again; the effect has to be gone and the error lower. What was found at first.
+fn the_error_falls(folder: &Path, effect: &str) -> Value {
     let found = diagnosed(folder);
     assert_eq!(found["verdict"], "named", "{found}");
     assert_eq!(found["effects"][0], effect);
@@ -92,6 +92,7 @@ fn the_error_falls(folder: &Path, effect: &str) {
         (total / promised - 1.0).abs() < 1e-4,
         "{total} is not {promised}"
     );
+    found
 }
 
 #[test]
@@ -111,12 +112,22 @@ fn a_hidden_friction_is_found_added_and_gone() {
     assert!(page.contains("<svg") && page.contains("guide_coulomb"));
 }
 
+/// And the experiment that it proposes is rehearsed on the simulated rig.
 #[test]
 fn a_hidden_delay_is_found_added_and_gone() {
-    the_error_falls(
-        &generated("cli_delay", &["actuation_delay"]),
-        "actuation_delay",
+    let folder = generated("cli_delay", &["actuation_delay"]);
+    fs::copy(folder.join("model.toml"), folder.join("nominal.toml")).unwrap();
+    let plain = the_error_falls(&folder, "actuation_delay");
+    assert!(
+        plain["experiment"].get("separation_then").is_none(),
+        "{plain}"
     );
+    let arguments = [&["diagnose", "nominal.toml"][..], &LOGS, &["--rehearse"]];
+    let rehearsed = json(&folder, &arguments.concat());
+    assert_eq!(rehearsed["runner_up"], plain["runner_up"]);
+    let then = rehearsed["experiment"]["separation_then"].as_f64().unwrap();
+    // What tells a delay from a lag, quick changes of the velocity, is part of the rehearsal.
+    assert!(then > 100.0, "{then}");
 }
 
 #[test]
@@ -174,22 +185,6 @@ fn a_diagnosis_is_told_in_text_json_and_a_page() {
 }
 
 #[test]
-fn the_experiment_is_rehearsed_on_the_simulated_rig() {
-    let folder = generated("diagnose_rehearse", &["actuation_delay"]);
-    let plain = diagnosed(&folder);
-    assert!(
-        plain["experiment"].get("separation_then").is_none(),
-        "{plain}"
-    );
-    let arguments = [&["diagnose", "model.toml"][..], &LOGS, &["--rehearse"]];
-    let rehearsed = json(&folder, &arguments.concat());
-    assert_eq!(rehearsed["runner_up"], plain["runner_up"]);
-    let then = rehearsed["experiment"]["separation_then"].as_f64().unwrap();
-    // What tells a delay from a lag, quick changes of the velocity, is part of the rehearsal.
-    assert!(then > 100.0, "{then}");
-}
-
-#[test]
 fn a_model_is_edited_only_when_that_helps() {
     let folder = generated("cli_add", &["guide_viscous"]);
     let model = || fs::read_to_string(folder.join("model.toml")).unwrap();
@@ -231,10 +226,8 @@ fn a_model_is_edited_only_when_that_helps() {
 #[test]
 fn a_refit_moves_what_the_log_determines_and_names_the_rest() {
     let folder = generated("cli_fit", &["guide_viscous"]);
-    run(
-        &folder,
-        &[&["add", "model.toml", "--fit"][..], &LOGS].concat(),
-    );
+    let add = ["add", "model.toml", "guide_viscous", "--fit"];
+    run(&folder, &[&add[..], &LOGS].concat());
     let path = folder.join("model.toml");
     let fitted = fs::read_to_string(&path).unwrap();
     let value = |text: &str| -> f64 {

@@ -29,13 +29,27 @@ fn wrong(bench: &Bench) -> Vec<String> {
     .collect()
 }
 
-/// One of each kind; the long campaign takes more of them.
+/// One with an effect and one with none; the long campaign takes more of them. Written and read again, the first is
+/// judged as it was.
 #[test]
 fn a_sample_of_the_generated_logs_is_judged_right() {
-    let levels = [Level::Single, Level::Null, Level::Outside];
+    let levels = [Level::Single, Level::Null];
     let specs: Vec<_> = levels.into_iter().flat_map(|l| cases(l, 1)).collect();
     let bench = score(&specs);
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+
+    let folder = tempfile::tempdir().unwrap();
+    let written = folder.path().join("cases");
+    diagnose::write(&specs[..1], &written, &|| ()).unwrap();
+    let read = diagnose::folder(&written, &|| ()).unwrap();
+    let said = |bench: &Bench| {
+        let mut row = serde_json::to_value(&bench.rows[0]).unwrap();
+        row["seconds"] = 0.0.into();
+        // Read from JSON the last digit may differ.
+        row["size"] = (bench.rows[0].size * 1e9).round().into();
+        row
+    };
+    assert_eq!(said(&read), said(&bench));
 }
 
 /// Six gains of the sensor that differ by tenths: each is given as it is, none as what it is apart from a common one.
@@ -68,23 +82,6 @@ fn logs_disagree_about_what_one_of_them_lacks_and_about_nothing_else() {
     assert!(kinds.eq(expected), "other cases than were meant");
     let bench = score(&specs);
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
-}
-
-#[test]
-fn written_logs_are_judged_as_the_generated_ones() {
-    let folder = tempfile::tempdir().unwrap();
-    let written = folder.path().join("cases");
-    let specs = cases(Level::Single, 1);
-    diagnose::write(&specs, &written, &|| ()).unwrap();
-    let said = |mut bench: Bench| {
-        let row = &mut bench.rows[0];
-        row.seconds = 0.0;
-        // Read from JSON the last digit may differ.
-        row.size = (row.size * 1e9).round();
-        serde_json::to_value(row).unwrap()
-    };
-    let read = diagnose::folder(&written, &|| ()).unwrap();
-    assert_eq!(said(read), said(score(&specs)));
 }
 
 #[test]
