@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use softdock_physics::model::Model;
-use softdock_tests::process::{Finished, scratch, softdock};
+use softdock_tests::process::{Finished, demonstration, scratch, softdock};
 
 fn json(run: &Finished) -> Value {
     assert_eq!(run.code, Some(0), "{}", run.stderr);
@@ -45,13 +45,21 @@ fn a_hidden_effect_is_found_added_and_removed() {
         assert!(folder.join("a").join(file).exists(), "{file}");
     }
     assert_eq!(told["report"], "a/diagnose.html");
+    // The same seed tells the same story.
+    let again = json(&softdock(
+        &folder,
+        &[&arguments[..5], &["-o", "b", "--json"]].concat(),
+    ));
+    assert_eq!(told["answers"], again["answers"]);
+    let model = |name: &str| std::fs::read_to_string(folder.join(name).join("model.toml")).unwrap();
+    assert_eq!(model("a"), model("b"));
 }
 
 /// The late robot that it hides of itself: named, and with what was found the board makes up for it.
 #[test]
 fn the_default_is_a_late_robot_that_pauses() {
-    let folder = scratch("demo_default");
-    let told = json(&softdock(&folder, &["demo", "-o", "a", "--json"]));
+    let (folder, told) = demonstration();
+    let told = json(told);
     assert_eq!(told["found"], true, "{told:#}");
     let restitution = |step: usize| {
         told["steps"][step]["impact"]["restitution"]
@@ -62,13 +70,8 @@ fn the_default_is_a_late_robot_that_pauses() {
     // Told of the delay and the pause that were found, the board gives the bounce back as it is.
     assert_eq!(told["steps"][2]["law"], "predictor");
     assert!((restitution(2) - 1.0).abs() < 0.01, "{}", restitution(2));
-    let board = std::fs::read_to_string(folder.join("a/board.toml")).unwrap();
+    let board = std::fs::read_to_string(folder.join("demo/board.toml")).unwrap();
     assert!(board.contains("law = \"predictor\""), "{board}");
-    // The same seed tells the same story.
-    let again = json(&softdock(&folder, &["demo", "-o", "b", "--json"]));
-    assert_eq!(told["answers"], again["answers"]);
-    let model = |name: &str| std::fs::read_to_string(folder.join(name).join("model.toml")).unwrap();
-    assert_eq!(model("a"), model("b"));
 }
 
 #[test]

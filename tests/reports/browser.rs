@@ -9,14 +9,13 @@ use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::browser::{Browser, assert_report};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{demonstration, scratch};
 use softdock_tests::synthetic::{self, SyntheticDiagnosis};
 use std::fs;
 
 #[test]
 fn the_pages_of_the_demonstration_are_whole() {
-    let folder = scratch("report_browser_demo");
-    let demo = softdock(&folder, &["demo", "-o", "demo"]);
+    let (folder, demo) = demonstration();
     assert!(demo.success, "{}", demo.stderr);
     let mut browser = Browser::start("report_browser_demo_chromium");
     assert_report(

@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -264,6 +264,20 @@ pub fn softdock(folder: &Path, arguments: &[&str]) -> Finished {
         stdout: stdout.join().expect("a reader does not panic"),
         stderr: stderr.join().expect("a reader does not panic"),
     }
+}
+
+/// `softdock demo` as it is by default, with `--json`, run once for all tests: its folder, in which it wrote to `demo`,
+/// and what it said.
+///
+/// # Panics
+/// As [`softdock`].
+pub fn demonstration() -> &'static (PathBuf, Finished) {
+    static DEMONSTRATION: OnceLock<(PathBuf, Finished)> = OnceLock::new();
+    DEMONSTRATION.get_or_init(|| {
+        let folder = scratch("demonstration");
+        let told = softdock(&folder, &["demo", "-o", "demo", "--json"]);
+        (folder, told)
+    })
 }
 
 fn read_all(stream: Option<impl Read>) -> String {
