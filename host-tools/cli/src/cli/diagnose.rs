@@ -3,18 +3,14 @@
 pub(super) mod tables;
 
 use super::logs;
-use super::outputs::html_file;
 use super::progress::Progress;
-use super::{print, print_json};
+use super::telling::Telling;
 use crate::pages::diagnosis::{Identity, page};
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_experiments::rehearsal::separation;
-use softdock_io::input::refuse_overwrite_of;
-use softdock_io::output::write_whole;
-use softdock_io::say;
 use softdock_physics::model::Model;
 use std::path::{Path, PathBuf};
 
@@ -42,25 +38,16 @@ pub(super) struct Diagnose {
     /// rival (some seconds)
     #[arg(long)]
     rehearse: bool,
-    /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
-    report: Option<PathBuf>,
-    /// Overwrite an existing report
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 impl Diagnose {
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
-        if let Some(path) = &self.report {
-            let logs = self.train.iter().chain(&self.test).chain([&self.model]);
-            let inputs: Vec<&Path> = logs.map(PathBuf::as_path).collect();
-            refuse_overwrite_of(&inputs, path, self.force)?;
-        }
+        let inputs = self.train.iter().chain(&self.test).chain([&self.model]);
+        let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
+        self.telling.check(&inputs)?;
         let logs = logs::open(&model, &self.train, &self.test)?;
         let progress = Progress::new();
         let mut report = diagnose(
@@ -75,15 +62,11 @@ impl Diagnose {
         drop(progress);
         let notes = &mut report.diagnosis.notes;
         notes.splice(0..0, logs.notes.iter().cloned());
-        if let Some(path) = &self.report {
-            let page = self.page(&report, &logs)?;
-            write_whole(path, page.to_html())?;
-            say!("report: {}", path.display());
-        }
-        if self.json {
-            return print_json(&report.diagnosis);
-        }
-        print(&tables::text(&report.diagnosis))
+        self.telling.give(
+            &report.diagnosis,
+            || self.page(&report, &logs),
+            || tables::text(&report.diagnosis),
+        )
     }
 
     fn page(&self, report: &Report, logs: &Logs) -> Result<softdock_report::Page> {

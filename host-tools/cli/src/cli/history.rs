@@ -1,13 +1,9 @@
 //! `softdock history`: how the error of a model fell, step by step.
 
-use super::outputs::html_file;
-use super::{print, print_json};
+use super::telling::Telling;
 use anyhow::Result;
 use clap::Args;
 use softdock_analysis::fit::record::Fall;
-use softdock_io::input::refuse_overwrite_of;
-use softdock_io::output::write_whole;
-use softdock_io::say;
 use softdock_physics::model::{HistoryStep, Model};
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Page, Table};
 use std::path::PathBuf;
@@ -27,36 +23,23 @@ const DIGITS: usize = 3;
 pub(super) struct History {
     /// Model file (TOML)
     model: PathBuf,
-    /// Report to write (one HTML page)
-    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
-    report: Option<PathBuf>,
-    /// Overwrite an existing report
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 impl History {
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
-        let steps = &model.history;
-        if let Some(path) = &self.report {
-            refuse_overwrite_of(&[&self.model], path, self.force)?;
-            write_whole(path, self.page(&model)?.to_html())?;
-            say!("report: {}", path.display());
-        }
-        if self.json {
-            return print_json(&Fall::of(&model.history));
-        }
-        if steps.is_empty() {
-            return print(&format!(
+        self.telling.check(&[&self.model])?;
+        let text = || match model.history.is_empty() {
+            true => format!(
                 "{} has no history yet; `softdock add` begins it.\n",
                 self.model.display()
-            ));
-        }
-        print(&format!("{}\n", table(&model)))
+            ),
+            false => format!("{}\n", table(&model)),
+        };
+        self.telling
+            .give(&Fall::of(&model.history), || self.page(&model), text)
     }
 
     fn page(&self, model: &Model) -> Result<Page> {

@@ -1,7 +1,7 @@
 //! `softdock bench delay`: every delay law on the same plants.
 
-use super::super::outputs::html_file;
-use super::super::{law_names, print, print_json};
+use super::super::law_names;
+use super::super::telling::Telling;
 use crate::cli::progress::counter;
 use anyhow::{Result, bail};
 use clap::Args;
@@ -10,10 +10,6 @@ use softdock_control::delay::LawName;
 use softdock_experiments::bench::delay::row::Row;
 use softdock_experiments::bench::delay::run::{rows, run};
 use softdock_experiments::bench::delay::{case::Case, cases, page, tables};
-use softdock_io::input::refuse_overwrite;
-use softdock_io::output::write_whole;
-use softdock_io::say;
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Run every delay law on the same plants and hold it against the ideal test.
@@ -38,15 +34,8 @@ pub(super) struct Delay {
     /// Seed of all noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write a page with tables and plots
-    #[arg(long, value_name = "FILE.html", value_parser = html_file)]
-    report: Option<PathBuf>,
-    /// Overwrite an existing report
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON document
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    telling: Telling,
 }
 
 #[derive(Serialize)]
@@ -59,30 +48,23 @@ struct Document<'a> {
 impl Delay {
     pub(super) fn execute(self) -> Result<()> {
         let (laws, cases) = (self.laws(), self.cases()?);
-        if let Some(file) = &self.report {
-            refuse_overwrite(file, self.force)?;
-        }
+        self.telling.check(&[])?;
         let bar = counter(rows(&cases, &laws) as u64, "rows");
         let start = Instant::now();
         let rows = run(&cases, &laws, self.seed, &|| bar.inc(1))?;
         bar.finish_and_clear();
         let seconds = start.elapsed().as_secs_f64();
-        if let Some(file) = &self.report {
-            write_whole(file, page::page(&rows, &laws)?.to_html())?;
-            say!("report: {}", file.display());
-        }
-        if self.json {
-            return print_json(&Document {
-                seed: self.seed,
-                seconds,
-                rows: &rows,
-            });
-        }
-        print(&format!(
-            "{}\n{} rows in {seconds:.0} s\n",
-            tables::terminal(&rows, &laws),
-            rows.len()
-        ))
+        let document = Document {
+            seed: self.seed,
+            seconds,
+            rows: &rows,
+        };
+        let text = || {
+            let table = tables::terminal(&rows, &laws);
+            format!("{table}\n{} rows in {seconds:.0} s\n", rows.len())
+        };
+        self.telling
+            .give(&document, || page::page(&rows, &laws), text)
     }
 
     fn laws(&self) -> Vec<LawName> {
