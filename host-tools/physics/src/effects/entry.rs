@@ -149,7 +149,7 @@ pub struct Parameter {
     /// Value in the picture of the effect, large enough to be seen.
     #[serde(skip)]
     pub pictured: f64,
-    /// Least share of the weighed tool that it can be.
+    /// Least share that it can be of what the nominal tool has: of its mass, or of its moment of inertia. 0: any.
     #[serde(skip)]
     pub of_the_tool: f64,
     /// It stands for all other linear parameters at once: a diagnosis names it alone, or the others.
@@ -166,6 +166,21 @@ pub enum Role {
     Shape(Tried),
     /// It says which form the law has: no physical size that matters, it has no interval.
     Form(Tried),
+}
+
+/// Distance of the parts of a bearing that slide on each other from its axis, m: a length of a guide over it is an
+/// angle of a bearing.
+const LEVER_M: f64 = 0.05;
+
+impl Role {
+    /// The same with values so many times as large.
+    fn times(self, share: f64) -> Self {
+        match self {
+            Self::Linear => self,
+            Self::Shape(tried) => Self::Shape(tried.times(share)),
+            Self::Form(tried) => Self::Form(tried.times(share)),
+        }
+    }
 }
 
 /// Where the search for a parameter begins.
@@ -185,6 +200,15 @@ impl Tried {
             values,
             default,
             continuous,
+        }
+    }
+
+    fn times(self, share: f64) -> Self {
+        let values = self.values.iter().map(|value| share * value);
+        Self {
+            values: Box::leak(values.collect()),
+            default: share * self.default,
+            ..self
         }
     }
 }
@@ -286,7 +310,7 @@ impl Parameter {
         }
     }
 
-    /// It is at least this share of the weighed tool.
+    /// It is at least this share of what the nominal tool has.
     pub const fn of_the_tool(self, share: f64) -> Self {
         Self {
             of_the_tool: share,
@@ -294,8 +318,8 @@ impl Parameter {
         }
     }
 
-    /// The same of a bearing, where forces are torques and displacements are angles; the numbers of
-    /// its range stay.
+    /// The same of a bearing, where forces are torques and displacements are angles: those that a point at [`LEVER_M`]
+    /// from the axis turns by. The numbers of all other ranges stay.
     pub fn of_a_bearing(&self) -> Self {
         let (ending, turned, unit) = match self.unit {
             "N" => ("_n", "_n_m", "N·m"),
@@ -309,9 +333,16 @@ impl Parameter {
         let stem = self.name.strip_suffix(ending).unwrap_or(self.name);
         let stem = if stem == "force" { "torque" } else { stem };
         let name = format!("{stem}{turned}");
+        let share = match self.unit {
+            "m" => 1.0 / LEVER_M,
+            _ => 1.0,
+        };
         Self {
             name: Box::leak(name.into_boxed_str()),
             unit,
+            low: self.low * share,
+            high: self.high * share,
+            role: self.role.times(share),
             ..*self
         }
     }
@@ -409,5 +440,17 @@ mod tests {
         assert!(!friction.is_signed() && offset.is_signed());
         assert!(offset.is_plausible(-3.0) && !friction.is_plausible(-3.0));
         assert!(!offset.is_plausible(f64::NAN));
+    }
+
+    /// 0.1 mm at 50 mm from the axis are 2 mrad; forces and their numbers become torques.
+    #[test]
+    fn lengths_of_a_guide_are_angles_of_a_bearing() {
+        let length = Parameter::new("presliding_m", "m", 0.0, 5e-4).form_size(&[0.0, 1e-4], 0.0);
+        let angle = length.of_a_bearing();
+        let tried = angle.tried().map(|tried| tried.values);
+        assert_eq!((angle.name, angle.high), ("presliding_rad", 0.01));
+        assert_eq!(tried, Some(&[0.0, 2e-3][..]));
+        let torque = Parameter::new("force_n", "N", 0.0, 50.0).of_a_bearing();
+        assert_eq!((torque.name, torque.high), ("torque_n_m", 50.0));
     }
 }

@@ -32,7 +32,7 @@ pub use tolerance::ToleranceModel;
 pub use validation::ModelError;
 
 use crate::effects::{Effect, by_id, hint};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use softdock_control::settings::{DynamicCompensation, SensorSettings};
 use softdock_io::input;
@@ -76,6 +76,21 @@ impl Model {
             [one] if one.is_rotation() => Some(*one),
             _ => None,
         }
+    }
+
+    /// Nominal moment of inertia about what the bearing turns about, kg·m²; 0 without a bearing.
+    pub fn inertia_about_bearing(&self) -> f64 {
+        let Some(axis) = self.bearing() else {
+            return 0.0;
+        };
+        let (tool, sensor) = (&self.tool, &self.sensor);
+        let [w, x, y, z] = sensor.orientation_wxyz;
+        let in_m = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let about = Vector3::ith(axis.index() - 3, 1.0);
+        let own = Matrix3::from_fn(|i, k| tool.inertia_kg_m2[i][k]);
+        let along = in_m.inverse() * about;
+        let com = Vector3::from(sensor.position_m) + in_m * Vector3::from(tool.com_m);
+        along.dot(&(own * along)) + tool.mass_kg * about.cross(&com).norm_squared()
     }
 
     /// The entry of an effect: of the catalogue, or a hypothesis of the user's own.

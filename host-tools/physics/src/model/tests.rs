@@ -96,3 +96,22 @@ fn errors_name_field_value_and_range() {
         assert!(error.contains(expected), "{text}\n -> {error}");
     }
 }
+
+/// Of a joint of 0.4 kg·m² and 2 kg at 0.3 m something is left: 0.58 kg·m² in all.
+#[test]
+fn an_error_leaves_something_of_what_it_is_an_error_of() {
+    let joint = Model::from_toml(
+        "[rig]\nactive_axes = [\"rz\"]\n[tool]\nmass_kg = 2.0\ncom_m = [0.3, 0.0, 0.1]\n\
+         inertia_kg_m2 = [[0, 0, 0], [0, 0, 0], [0, 0, 0.4]]\n",
+        "model.toml",
+    )
+    .unwrap();
+    let refused = |id: &str, parameter: &str, value: f64| {
+        let effect = load::effects::LoadEffect::find(&joint, id).unwrap();
+        effect.is_implausible(&joint, parameter, value)
+    };
+    let inertia = |value| refused("bearing_inertia", "inertia_error_kg_m2", value);
+    assert_eq!([-0.58, -0.57, 3.0].map(inertia), [true, false, false]);
+    let mass = |value| refused("tool_mass_error", "mass_error_kg", value);
+    assert_eq!([-16.4, -1.9, 5.0].map(mass), [true, false, false]);
+}

@@ -14,8 +14,8 @@ pub const EFFECT: Effect = Effect {
     signature: "a torque that follows the angle like a sine, the same in both directions and at every speed",
     typical: "0.1 to 100 N m; none about a vertical axis",
     parameters: &[
-        Parameter::new("sine_n_m", "N·m", -1e4, 1e4).pictured(2.0),
-        Parameter::new("cosine_n_m", "N·m", -1e4, 1e4),
+        Parameter::new("sine_n_m", "N·m", -1e6, 1e6).pictured(2.0),
+        Parameter::new("cosine_n_m", "N·m", -1e6, 1e6),
     ],
     confused_with: &["cable_stiffness", "guide_offset", "ft_bias"],
     tell_apart: "a slow turn over more than a quarter: a sine bends, a spring does not; turn the axis upright and it \

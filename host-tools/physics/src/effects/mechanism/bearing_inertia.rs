@@ -13,7 +13,10 @@ pub const EFFECT: Effect = Effect {
     source: "Newton-Euler; the rotor of a geared motor counts with the square of its ratio",
     signature: "a torque in proportion to the angular acceleration, largest where the motion turns",
     typical: "0.01 to 5 kg m2 by the rotor of a robot's joint",
-    parameters: &[Parameter::new("inertia_error_kg_m2", "kg·m²", -1e3, 1e3).pictured(0.05)],
+    parameters: &[Parameter::new("inertia_error_kg_m2", "kg·m²", -1e3, 1e3)
+        // Something is left of it.
+        .of_the_tool(-0.99)
+        .pictured(0.05)],
     confused_with: &["bearing_gravity", "cable_stiffness"],
     tell_apart: "the same swing at two frequencies: what inertia takes grows with the square, a spring's torque and a \
                  weight's stay",

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     signature: "a force that follows position, everywhere, not only in contact; bent where the spring hardens",
     typical: "10 to 200 N/m for sensor and hose bundles",
     parameters: &[
-        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5)
+        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e7)
             .hidden(40.0, 100.0)
             .pictured(150.0),
         Parameter::new("hardening_n_per_m3", "N/m^3", 0.0, 1e12),

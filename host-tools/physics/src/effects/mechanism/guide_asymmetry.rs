@@ -15,15 +15,15 @@ pub const EFFECT: Effect = Effect {
     signature: "two levels of force, as dry friction, or two slopes over the speed, but of different size",
     typical: "10 to 30 % difference of either part, from a preloaded seal, a sloping guide or a screw",
     parameters: &[
-        Parameter::new("forward_n", "N", 0.0, 1e4)
+        Parameter::new("forward_n", "N", 0.0, 1e6)
             .hidden(0.9, 1.4)
             .pictured(3.0),
-        Parameter::new("backward_n", "N", 0.0, 1e4)
+        Parameter::new("backward_n", "N", 0.0, 1e6)
             .hidden(0.2, 0.5)
             .pictured(1.5),
         // What viscous friction is larger forward, and smaller backward, than its mean, which is an effect
         // of its own.
-        Parameter::new("viscous_difference_n_s_per_m", "N·s/m", -1e5, 1e5),
+        Parameter::new("viscous_difference_n_s_per_m", "N·s/m", -1e7, 1e7),
         SMOOTHING,
         ACTS_AT,
     ],

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     signature: "force against velocity is a step at zero: two levels, the same at every speed and without contact",
     typical: "0.3 to 20 N, 2 % of the moved weight on ball guides",
     parameters: &[
-        Parameter::new("force_n", "N", 0.0, 1e4)
+        Parameter::new("force_n", "N", 0.0, 1e6)
             .hidden(0.7, 1.4)
             .pictured(2.0),
         SMOOTHING,

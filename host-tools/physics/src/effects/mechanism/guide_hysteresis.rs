@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     signature: "force against position is a loop with rounded corners; its width does not depend on speed",
     typical: "presliding over 0.01 to 0.2 mm in a rolling guide; millimetres in hoses and rubber",
     parameters: &[
-        Parameter::new("force_n", "N", 0.0, 1e4)
+        Parameter::new("force_n", "N", 0.0, 1e6)
             .hidden(0.8, 1.4)
             .pictured(5.0),
         Parameter::new("displacement_m", "m", 1e-5, 0.01)

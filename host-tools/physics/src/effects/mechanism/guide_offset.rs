@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     signature: "the force along the guide is shifted by a constant at all times, also at standstill",
     typical: "some N; 1 N is a slope of 0.6 deg for 10 kg",
     parameters: &[
-        Parameter::new("force_n", "N", -1e4, 1e4)
+        Parameter::new("force_n", "N", -1e6, 1e6)
             .hidden(0.8, 1.6)
             .either_sign()
             .pictured(-3.0),

@@ -16,10 +16,10 @@ pub const EFFECT: Effect = Effect {
     signature: "force against velocity is a step at zero whose edges stand up: slow motion is braked more",
     typical: "excess of 20 to 100 % of the dry friction, gone above 1 to 20 mm/s",
     parameters: &[
-        Parameter::new("coulomb_n", "N", 0.0, 1e4)
+        Parameter::new("coulomb_n", "N", 0.0, 1e6)
             .hidden(0.4, 0.7)
             .pictured(2.0),
-        Parameter::new("excess_n", "N", 0.0, 1e4)
+        Parameter::new("excess_n", "N", 0.0, 1e6)
             .hidden(0.6, 1.0)
             .pictured(1.5),
         Parameter::new("stribeck_speed_m_s", "m/s", 1e-4, 0.1)

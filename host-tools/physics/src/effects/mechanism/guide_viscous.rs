@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     signature: "force against velocity is a straight line through zero, everywhere, not only in contact",
     typical: "10 to 300 N s/m for greased guides and seals",
     parameters: &[
-        Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e5)
+        Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e7)
             .hidden(20.0, 40.0)
             .pictured(120.0),
         ACTS_AT,

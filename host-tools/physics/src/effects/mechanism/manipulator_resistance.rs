@@ -14,8 +14,8 @@ pub const EFFECT: Effect = Effect {
     signature: "the rig's model decelerates without a measured force; sensor and executed velocity fit their models",
     typical: "1 to 100 N/m and N s/m for a compliant arm of some metres",
     parameters: &[
-        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e5).pictured(40.0),
-        Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e5)
+        Parameter::new("stiffness_n_per_m", "N/m", 0.0, 1e7).pictured(40.0),
+        Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e7)
             .hidden(5.0, 10.0)
             .pictured(20.0),
         // The arm is relaxed where the log begins, not where the model says.

@@ -18,6 +18,8 @@ pub const EFFECT: Effect = Effect {
                 on motion",
     typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed",
     parameters: &[Parameter::new("mass_error_kg", "kg", -20.0, 20.0)
+        // Something is left of it.
+        .of_the_tool(-0.99)
         .hidden(0.1, 0.25)
         .either_sign()
         .pictured(0.2)],

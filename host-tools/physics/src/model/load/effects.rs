@@ -208,12 +208,15 @@ impl LoadEffect {
     }
 
     /// Whether a coefficient is out of what the rig can be: beyond the plausible range of the
-    /// catalogue, or a part of a tool that weighs more.
+    /// catalogue, a part of a tool that weighs more, or an error that leaves nothing of what it is an error of.
     pub fn is_implausible(&self, model: &Model, name: &str, value: f64) -> bool {
         let known = self.parameters.iter().find(|p| p.name == name);
         known.is_some_and(|p| {
-            let least = p.of_the_tool * model.tool.mass_kg;
-            !p.is_plausible(value) || (p.of_the_tool > 0.0 && value < least)
+            let nominal = match p.unit {
+                "kg" => model.tool.mass_kg,
+                _ => model.inertia_about_bearing(),
+            };
+            !p.is_plausible(value) || (p.of_the_tool != 0.0 && value < p.of_the_tool * nominal)
         })
     }
 
