@@ -16,8 +16,8 @@ use crate::diagnose::structure;
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::collections::{BTreeSet, HashMap};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Pieces of a log that are left out in turn.
 const PIECES: usize = 6;
@@ -73,6 +73,8 @@ struct Work<'a> {
     watch: Watch<'a>,
     /// What was tested: ways to a hypothesis meet.
     known: Mutex<HashMap<Vec<Part>, Tested>>,
+    /// Variants that foretell the unseen logs worse than nothing in their place.
+    misled: Mutex<BTreeSet<usize>>,
 }
 
 /// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
@@ -101,6 +103,7 @@ fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
         joint,
         watch: ask.watch,
         known: Mutex::default(),
+        misled: Mutex::default(),
     };
     let singles = work.tested(
         &work.whole(with_one_more(work.library, &[], work.price)),
@@ -114,10 +117,13 @@ fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
     let starts: Vec<&Tested> = starts.collect();
     let ends = starts.into_par_iter();
     let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
-    let ended_after = ends.iter().any(|end| !end.1).then_some(STEPS);
-    let best = ends.into_iter().map(|end| end.0);
+    let best = ends.iter().map(|end| end.0.clone());
     let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    let mut accepted = best.and_then(|best| work.pruned(best));
+    let settled = best.map(|best| work.settled(best));
+    let came_to_end =
+        settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
+    let ended_after = (!came_to_end).then_some(STEPS);
+    let mut accepted = settled.and_then(|settled| settled.0);
     if ask.forced && accepted.is_none() {
         accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
     }
@@ -139,7 +145,10 @@ fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
 
 impl Work<'_> {
     fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
-        distinct(self.library, hypotheses, most)
+        let misled = self.misled().clone();
+        let leads = |h: &&Hypothesis| !h.parts.iter().any(|part| misled.contains(&part.variant));
+        let hypotheses: Vec<Hypothesis> = hypotheses.iter().filter(leads).cloned().collect();
+        distinct(self.library, &hypotheses, most)
             .par_iter()
             .map(|h| self.test(h))
             .collect()
@@ -226,11 +235,7 @@ impl Work<'_> {
     /// One effect exchanged for another.
     fn exchanged(&self, now: &Tested) -> Vec<Hypothesis> {
         let parts = self.parts(now);
-        let without = |place: usize| {
-            let mut rest = parts.clone();
-            rest.remove(place);
-            with_one_more(self.library, &rest, self.price)
-        };
+        let without = |place| with_one_more(self.library, &without(&parts, place), self.price);
         (0..parts.len()).flat_map(without).collect()
     }
 
@@ -240,11 +245,8 @@ impl Work<'_> {
         if parts.len() < 2 {
             return Vec::new();
         }
-        let without = |place: usize| {
-            let mut rest = parts.clone();
-            rest.remove(place);
-            with_forms_reselected(self.library, rest, self.price)
-        };
+        let without =
+            |place| with_forms_reselected(self.library, without(&parts, place), self.price);
         (0..parts.len()).filter_map(without).collect()
     }
 
@@ -253,8 +255,7 @@ impl Work<'_> {
         let of = |place: usize| match now.effects.len() {
             1 => now.evidence,
             _ => {
-                let mut rest = self.parts(now);
-                rest.remove(place);
+                let rest = without(&self.parts(now), place);
                 let rest = with_forms_reselected(self.library, rest, self.price);
                 let rest = rest.map(|h| self.test(&h));
                 now.evidence - rest.map_or(0.0, |t| t.evidence.max(0.0))
@@ -277,25 +278,126 @@ impl Work<'_> {
         beside.into_iter().zip(&now.effects).map(of).collect()
     }
 
-    /// Without the effects that are not worth their price beside the others.
+    /// Without the effects that are not worth their price beside the others. Of several, each of which the others
+    /// nearly imitate, the one goes without which the logs of the fit foretell the unseen ones best.
     fn pruned(&self, found: Tested) -> Option<Tested> {
         let mut now = found;
         loop {
             let each = self.each(&now);
-            let least = each.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-            let (place, evidence) = least.map(|(place, e)| (place, *e))?;
-            let others = now.gain - now.gain.min(evidence.max(0.0));
-            if evidence >= self.joint.threshold(others) {
-                return Some(now);
-            }
-            let mut rest = self.parts(&now);
-            if rest.len() < 2 {
+            let worthless = |place: &usize| {
+                let others = now.gain - now.gain.min(each[*place].max(0.0));
+                each[*place] < self.joint.threshold(others)
+            };
+            let worthless: Vec<usize> = (0..each.len()).filter(worthless).collect();
+            let parts = self.parts(&now);
+            let worth = |place: usize| match worthless.len() {
+                1 => None,
+                _ => self.foretold(without(&parts, place)),
+            };
+            let mut order: Vec<(f64, usize)> = worthless
+                .iter()
+                .map(|&place| (worth(place).unwrap_or(-each[place]), place))
+                .collect();
+            order.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if !order.is_empty() && parts.len() < 2 {
                 return None;
             }
-            rest.remove(place);
-            let rest = evaluate(self.library, rest, self.price)?;
-            now = self.test(&rest);
+            let rest = |(_, place): (f64, usize)| {
+                let rest = evaluate(self.library, without(&parts, place), self.price)?;
+                Some(self.test(&rest)).filter(|rest| self.is_possible(rest))
+            };
+            match order.into_iter().find_map(rest) {
+                Some(rest) => now = rest,
+                // Nothing that may go, or nothing without which the others are possible.
+                None => return Some(now),
+            }
         }
+    }
+
+    /// From a start to effects that foretell the unseen logs: forms that do not are left out, and the search goes on
+    /// without them, in the end without adding others. And whether the climbs came to their ends.
+    fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
+        /// Effects in whose place others are looked for.
+        const REPLACED: usize = 3;
+        let mut start = start;
+        let mut ended = true;
+        for round in 0.. {
+            let (end, came_to_end) = match round <= REPLACED {
+                true => self.climbed(start),
+                false => (start, true),
+            };
+            ended &= came_to_end;
+            let Some(accepted) = self.pruned(end) else {
+                return (None, ended);
+            };
+            let Some((rest, forms)) = self.misleading(&accepted) else {
+                return (Some(accepted), ended);
+            };
+            self.misled().extend(forms);
+            let rest = evaluate(self.library, rest, self.price);
+            match rest.filter(|rest| !rest.parts.is_empty()) {
+                Some(rest) => start = self.test(&rest),
+                None => return (None, ended),
+            }
+        }
+        (None, ended)
+    }
+
+    fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
+        self.misled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The effect with which the unseen logs are foretold worse than without it, by more than would name it: what is there
+    /// without it, and its forms that are no better.
+    fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+        let parts = self.parts(accepted);
+        let with = self.foretold(parts.clone())?;
+        let rest = |place: usize| match parts.len() {
+            1 => Some(0.0),
+            _ => self.foretold(without(&parts, place)),
+        };
+        let worse = (0..parts.len()).filter_map(|place| Some((rest(place)?, place)));
+        let (rest, place) = worse.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let worse = |gain: f64| rest - gain > self.joint.threshold(0.0);
+        if !worse(with) {
+            return None;
+        }
+        let own = self.library.variants[parts[place].variant].effect.id;
+        let misleads = |variant: &usize| {
+            let mut other = parts.clone();
+            other[place].variant = *variant;
+            self.foretold(other).is_none_or(worse)
+        };
+        let same = (0..self.library.variants.len())
+            .into_par_iter()
+            .filter(|k| self.library.variants[*k].effect.id == own);
+        Some((without(&parts, place), same.filter(misleads).collect()))
+    }
+
+    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
+    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
+        let fitted = self.joint.fitted;
+        if fitted >= self.joint.logs.len() {
+            return None;
+        }
+        let hypothesis = evaluate(self.library, parts, self.price)?;
+        let logs = self.joint.of_fit();
+        let of_fit = fitted_to(
+            &logs,
+            self.library,
+            &hypothesis,
+            self.joint,
+            Care::Screening,
+        );
+        let all: Vec<Column> = self
+            .joint
+            .logs
+            .iter()
+            .map(|log| of_fit.contribution(&log.scene))
+            .collect();
+        let white = self.joint.problem.whitened(&all.iter().collect::<Vec<_>>());
+        let gains = self.joint.gains(&self.joint.problem, &white);
+        Some(gains.iter().skip(fitted).sum())
     }
 
     /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
@@ -433,6 +535,12 @@ impl Work<'_> {
             ..all
         }
     }
+}
+
+fn without(parts: &[Part], place: usize) -> Vec<Part> {
+    let mut rest = parts.to_vec();
+    rest.remove(place);
+    rest
 }
 
 /// Whether the parameters of a fit are known at all.
