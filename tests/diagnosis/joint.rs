@@ -12,8 +12,8 @@ const GRAVITY: (f64, f64) = (6.0, 0.3);
 /// Dry and viscous friction, N·m and N·m·s/rad.
 const FRICTION: (f64, f64) = (1.2, 0.8);
 
-/// `ripple`: a torque of angle and rate that no law of the catalogue describes.
-fn log(seconds: f64, phase: f64, seed: u64, ripple: fn(f64, f64) -> f64) -> Recording {
+/// `more`: a torque of angle and rate, asked row by row, beside weight and friction.
+fn log(seconds: f64, phase: f64, seed: u64, mut more: impl FnMut(f64, f64) -> f64) -> Recording {
     let swings = [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)];
     let noise = (1e-7, 0.05);
     let rig = OneAxis {
@@ -24,7 +24,7 @@ fn log(seconds: f64, phase: f64, seed: u64, ripple: fn(f64, f64) -> f64) -> Reco
     rig.record(seconds, phase, seed, |[q, v, a]| {
         let gravity = GRAVITY.0 * (q - GRAVITY.1).sin();
         let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
-        INERTIA * a + gravity + friction + ripple(q, v)
+        INERTIA * a + gravity + friction + more(q, v)
     })
 }
 
@@ -134,4 +134,59 @@ fn what_a_bearing_has_is_refused_on_a_straight_guide() {
         said.contains("acts about a bearing") && said.contains("[\"rx\"]"),
         "{said}"
     );
+}
+
+/// Dry friction that builds up over an angle, rad, after each reversal, instead of at once: dz = (dq - z |dq|)/angle (Dahl).
+fn builds_up(angle: f64) -> impl FnMut(f64, f64) -> f64 {
+    let (mut share, mut last) = (0.0, None);
+    move |q, v| {
+        let path = q - last.replace(q).unwrap_or(q);
+        let towards = path.signum();
+        share = towards + (share - towards) * (-path.abs() / angle).exp();
+        FRICTION.0 * (share - v.signum())
+    }
+}
+
+/// A belt: 5 mrad after each reversal before the joint slides.
+#[test]
+fn the_friction_of_a_joint_builds_up_over_an_angle() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let train = log(12.0, 0.0, 5, builds_up(0.005));
+    let test = log(8.0, 2.0, 6, builds_up(0.005));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    let friction = found.parameters.get("guide_coulomb");
+    let friction = friction.unwrap_or_else(|| panic!("{} {:?}", found.sentence, found.parameters));
+    let dry = &friction["torque_n_m"];
+    assert!((dry.low..dry.high).contains(&FRICTION.0), "{dry:?}");
+    let chosen = found.notes.iter().find_map(|note| {
+        let (_, value) = note.split_once("presliding_rad = ")?;
+        let value: String = value
+            .chars()
+            .take_while(|c| c.is_ascii_digit() || *c == '.')
+            .collect();
+        value.trim_end_matches('.').parse::<f64>().ok()
+    });
+    let angle = chosen.unwrap_or_else(|| panic!("{:?}", found.notes));
+    assert!((angle / 0.005 - 1.0).abs() < 0.05, "{angle}");
+}
+
+/// A hose: what is left looks like a curve that fits many mechanisms; which is said, and how to add it.
+#[test]
+fn what_looks_like_a_hysteresis_is_said_to() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let train = log(12.0, 0.0, 7, builds_up(0.04));
+    let test = log(8.0, 2.0, 8, builds_up(0.04));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let hysteresis = |id: &String| id == "guide_hysteresis";
+    assert!(!found.effects.iter().any(hysteresis), "{}", found.sentence);
+    assert!(
+        found.looks_like.iter().any(hysteresis),
+        "{}",
+        found.sentence
+    );
+    let said = |note: &String| note.contains("add MODEL guide_hysteresis");
+    assert!(found.notes.iter().any(said), "{:?}", found.notes);
 }

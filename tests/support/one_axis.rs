@@ -33,13 +33,13 @@ impl OneAxis {
             })
     }
 
-    /// `force`: N or N·m, from the motion. The velocity is the difference of two positions.
+    /// `force`: N or N·m, from the motion, asked row by row. The velocity is the difference of two positions.
     pub fn record(
         &self,
         seconds: f64,
         phase: f64,
         seed: u64,
-        force: impl Fn([f64; 3]) -> f64,
+        mut force: impl FnMut([f64; 3]) -> f64,
     ) -> Recording {
         let axis = if self.turns { 3 } else { 0 };
         let mut random = RandomStream::new(seed, 0);

@@ -202,6 +202,17 @@ impl WrenchFinding {
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
+    /// Takes what a search with curves that fit many mechanisms found among the hypotheses, if such a curve explains more
+    /// than what is accepted.
+    pub(super) fn compare_shapes(&mut self, other: Option<Self>) {
+        let accepted = self.found.accepted.as_ref();
+        let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
+        let other = other.and_then(|other| other.found.accepted);
+        let other = other.filter(|t| t.effects.iter().any(|e| is_shape(e.id)));
+        let more = other.filter(|t| t.evidence > evidence + self.prepared.threshold(gain));
+        self.found.ranked.extend(more);
+    }
+
     /// Takes the remainder beside what the model has already.
     pub(super) fn stand_alone(&mut self) {
         let axes = self.structured_axes();
@@ -236,6 +247,8 @@ pub(crate) struct Question<'a> {
     pub forced: bool,
     /// Only these are tried.
     pub among: Option<&'a [String]>,
+    /// Curves that fit many mechanisms are tried, too.
+    pub shapes: bool,
     /// Is told each hypothesis that was tried.
     pub watch: Watch<'a>,
 }
@@ -260,6 +273,11 @@ impl std::fmt::Debug for Watch<'_> {
 }
 
 impl Question<'_> {
+    /// Whether curves that fit many mechanisms are tried.
+    pub(super) fn tries_shapes(&self) -> bool {
+        self.shapes || self.only.is_some()
+    }
+
     /// Whether an effect is tried for a model.
     pub(super) fn tries(&self, model: &Model, id: &str) -> bool {
         let among = self

@@ -23,14 +23,23 @@ pub(super) struct ErrorReduction {
     pub named: Vec<(Named, f64)>,
     /// The error with none, one, two ... of them.
     pub steps: Vec<Step>,
+    /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
+    pub refused: Vec<(String, f64, f64)>,
 }
 
+/// By how much the error on unseen data rises where an effect is not named, as a factor: by so much p parameters raise
+/// it that are fitted to 100 p rows of noise. The likelihood of the search weighs slow and fast errors as the
+/// noise has them; where it disagrees with the error itself, the form of the effect is wrong.
+const RISES: f64 = 1.01;
+
 impl ErrorReduction {
-    /// The fall, and what the model with all that is named predicts.
+    /// The fall, and what the model with all that is named predicts. `asked`: somebody asks for an effect, who is told the
+    /// error whatever it does.
     pub(super) fn of(
         model: &Model,
         recordings: &Logs<&Recording>,
         stages: &Stages,
+        asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
         let all = named::all(model, stages);
         let mut known = Known {
@@ -39,13 +48,17 @@ impl ErrorReduction {
             all: &all,
             predictions: HashMap::new(),
         };
-        let everything: Vec<usize> = (0..all.len()).collect();
+        let mut everything: Vec<usize> = (0..all.len()).collect();
+        let refused = match asked {
+            true => Vec::new(),
+            false => known.refuse(&mut everything)?,
+        };
         let start = known.levels(&[])?;
         let end = known.levels(&everything)?;
         let mut named: Vec<(usize, f64)> = Vec::new();
-        for k in 0..all.len() {
+        for &k in &everything {
             // What is lost without it, which is its share beside the others.
-            let others: Vec<usize> = (0..all.len()).filter(|i| *i != k).collect();
+            let others = without(&everything, k);
             let without = known.levels(&others)?;
             let square = |level: f64| level * level;
             let lost = square(without.train) - square(end.train);
@@ -68,7 +81,12 @@ impl ErrorReduction {
         let predictions = known.taken(&order)?;
         let named = named.into_iter().map(|(k, share)| (all[k].clone(), share));
         let named = named.collect();
-        Ok((Self { named, steps }, predictions))
+        let reduction = Self {
+            named,
+            steps,
+            refused,
+        };
+        Ok((reduction, predictions))
     }
 }
 
@@ -102,6 +120,27 @@ impl Known<'_> {
         Ok(totals)
     }
 
+    /// Takes effects away with which the error is larger, one at a time.
+    fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(String, f64, f64)>> {
+        let mut refused = Vec::new();
+        loop {
+            let with = self.levels(effects)?;
+            let mut worst: Option<(usize, Error)> = None;
+            for &k in effects.iter() {
+                let less = self.levels(&without(effects, k))?;
+                let rises = with.test > RISES * less.test;
+                if rises && worst.as_ref().is_none_or(|worst| less.test < worst.1.test) {
+                    worst = Some((k, less));
+                }
+            }
+            let Some((k, less)) = worst else {
+                return Ok(refused);
+            };
+            refused.push((self.all[k].effect.id.clone(), less.test, with.test));
+            *effects = without(effects, k);
+        }
+    }
+
     /// The predictions themselves.
     fn taken(mut self, effects: &[usize]) -> anyhow::Result<Logs<Prediction>> {
         let key = sorted(effects);
@@ -115,6 +154,11 @@ impl Known<'_> {
         let model = with_effects(self.model, effects.iter().map(|k| &self.all[*k]));
         predict_all(&model, self.recordings)
     }
+}
+
+fn without(effects: &[usize], one: usize) -> Vec<usize> {
+    let others = effects.iter().copied();
+    others.filter(|other| *other != one).collect()
 }
 
 fn sorted(effects: &[usize]) -> Vec<usize> {

@@ -41,7 +41,8 @@ pub(crate) fn conclude(
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages)?;
+    let asked = question.only.is_some();
+    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, asked)?;
     let after = with_effects(model, reduction.named.iter().map(|n| &n.0));
     let left = left_over(stages, &predictions);
     let in_sample = recordings.all.len() < 2;
@@ -62,7 +63,7 @@ pub(crate) fn conclude(
         disagree: !disagreeing.is_empty(),
         left: left.iter().any(Left::any),
         in_sample,
-        asked: question.only.is_some(),
+        asked,
     };
     let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
@@ -80,6 +81,12 @@ pub(crate) fn conclude(
     let remainder = remainder(stages, &left);
     let mut notes = notes(stages, &remainder, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
+    notes.extend(reduction.refused.iter().map(|(id, without, with)| {
+        format!(
+            "{id} is not named: with it the error on unseen data goes from {without:.2} to {with:.2}; something of \
+             another form is there."
+        )
+    }));
     if !unnamed {
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
     }
@@ -434,6 +441,11 @@ fn notes(
             "{} is not told from a smooth remainder, functions of position, velocity, \
              acceleration, contact depth and time in its place: {reason}.",
             one.id
+        ));
+    }
+    for id in ranking::shapes(stages) {
+        notes.push(format!(
+            "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it."
         ));
     }
     for floor in &stages.noise {

@@ -9,7 +9,7 @@ use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
 use super::wrench::Tested;
 use softdock_physics::model::Channel;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// χ² by which a rival has to be behind to be told apart.
 const TOLD_APART: f64 = 12.0;
@@ -272,6 +272,9 @@ fn in_the_place_of<'a>(
         let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
         let in_place = others.filter_map(|r| {
             let other = r.effects.iter().find(|e| !named.contains(e))?;
+            if is_shape(other) {
+                return None;
+            }
             let kept = |e: &String| e == id || r.effects.contains(e);
             let exchanged = r.effects.len() == winner.effects.len();
             (exchanged && winner.effects.iter().all(kept)).then_some((id, winner, r, other))
@@ -300,5 +303,6 @@ pub(super) fn shapes(stages: &Stages) -> Vec<String> {
         return Vec::new();
     };
     let ids = found.found.ranked.iter().flat_map(|t| t.ids());
-    ids.filter(|id| is_shape(id)).collect()
+    let ids: BTreeSet<String> = ids.filter(|id| is_shape(id)).collect();
+    ids.into_iter().collect()
 }

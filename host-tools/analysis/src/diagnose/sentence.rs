@@ -66,8 +66,9 @@ fn named(diagnosis: &Diagnosis) -> String {
     } else {
         "the end of the log, which the fit has not seen,"
     };
+    let goes = if after < before { "falls" } else { "goes" };
     let mut text = format!(
-        "Missing: {}. With it the error on {data} falls from {before:.2} to {after:.2} in units of \
+        "Missing: {}. With it the error on {data} {goes} from {before:.2} to {after:.2} in units of \
          the data sheet's noise.",
         names.join(", and ")
     );
@@ -119,6 +120,14 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
         text.push_str(&format!(
             " In part it looks like {}.",
             names.join(", or like ")
+        ));
+    }
+    let remainder = &diagnosis.remainder;
+    if remainder.share > TOLD {
+        let percent = 100.0 * remainder.share;
+        text.push_str(&format!(
+            " {percent:.0} % of the error is left ({}).",
+            remainder.follows
         ));
     }
     text

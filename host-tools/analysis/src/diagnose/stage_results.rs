@@ -231,6 +231,13 @@ fn wrench_rounds(
             search(model, &question)
         });
     }
+    if !question.tries_shapes() && finding.left().is_structured() {
+        let shapes = Question {
+            shapes: true,
+            ..*question
+        };
+        finding.compare_shapes(search(model, &shapes));
+    }
     Some(finding)
 }
 
@@ -336,7 +343,7 @@ fn wrench_stage(
     });
     let mut prepared = Joint::new(prepared.collect(), logs.fitted);
     let excluded =
-        |id: &str| !question.tries(model, id) || (is_shape(id) && question.only.is_none());
+        |id: &str| !question.tries(model, id) || (is_shape(id) && !question.tries_shapes());
     let ask = wrench::Ask {
         excluded: &excluded,
         forced: question.forced,
