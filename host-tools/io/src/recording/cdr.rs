@@ -20,13 +20,13 @@ impl Encoder {
     /// Begins a new message.
     pub(super) fn begin(&mut self) {
         self.end = 0;
-        self.room(1, HEADER.len()).copy_from_slice(&HEADER);
+        self.room::<u8>(HEADER.len()).copy_from_slice(&HEADER);
     }
 
     /// A string: its length with the zero byte that ends it, its bytes.
     pub(super) fn text(&mut self, text: &str) {
         self.count(text.len() + 1);
-        self.room(1, text.len()).copy_from_slice(text.as_bytes());
+        self.room::<u8>(text.len()).copy_from_slice(text.as_bytes());
         self.number(0_u8);
     }
 
@@ -40,9 +40,11 @@ impl Encoder {
         &self.buffer[..self.end]
     }
 
-    /// Room for `count` numbers of `size` bytes, aligned to one of them.
+    /// Room for `count` numbers, aligned to one of them.
     #[inline]
-    fn room(&mut self, size: usize, count: usize) -> &mut [u8] {
+    fn room<T: Number>(&mut self, count: usize) -> &mut [u8] {
+        // Known to the compiler: the remainder costs no division.
+        let size = size_of::<T::Bytes>();
         let body = self.end.saturating_sub(HEADER.len());
         let padding = body.next_multiple_of(size) - body;
         let start = self.end + padding;
@@ -50,7 +52,10 @@ impl Encoder {
         if end > self.buffer.len() {
             self.buffer.resize(end, 0);
         }
-        self.buffer[self.end..start].fill(0);
+        // Most numbers need none, and a call for nothing would cost more than the number.
+        if padding > 0 {
+            self.buffer[self.end..start].fill(0);
+        }
         self.end = end;
         &mut self.buffer[start..end]
     }
@@ -59,9 +64,16 @@ impl Encoder {
 impl EachNumber for Encoder {
     #[inline]
     fn number<T: Number>(&mut self, value: T) {
-        let bytes = value.to_bytes();
-        let room = self.room(size_of::<T::Bytes>(), 1);
-        room.copy_from_slice(bytes.as_ref());
+        self.row(&[value]);
+    }
+
+    #[inline]
+    fn row<T: Number>(&mut self, values: &[T]) {
+        let room = self.room::<T>(values.len());
+        let places = room.chunks_exact_mut(size_of::<T::Bytes>());
+        for (place, value) in places.zip(values) {
+            place.copy_from_slice(value.to_bytes().as_ref());
+        }
     }
 }
 

@@ -117,6 +117,12 @@ pub(super) trait Visitor {
 /// A visitor to which all numbers are alike: each of an array by itself, a word by its code.
 pub(super) trait EachNumber {
     fn number<T: Number>(&mut self, value: T);
+
+    /// Numbers that follow each other.
+    #[inline]
+    fn row<T: Number>(&mut self, values: &[T]) {
+        values.iter().for_each(|value| self.number(*value));
+    }
 }
 
 impl<V: EachNumber> Visitor for V {
@@ -124,7 +130,7 @@ impl<V: EachNumber> Visitor for V {
 
     #[inline]
     fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
-        values.iter().for_each(|value| self.number(*value));
+        self.row(values);
         Ok(())
     }
 
