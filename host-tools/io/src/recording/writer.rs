@@ -4,14 +4,14 @@
 //! cycles at a time: whatever ends the program, the file holds every chunk before.
 
 use super::cdr::Encoder;
+use super::chunk_compressor::ChunkCompressor;
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
 use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
 use crate::output::{cannot_write, write_whole_with};
 use anyhow::ensure;
+use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Metadata};
-use mcap::write::NoSeek;
-use mcap::{Compression, WriteOptions};
 use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB before compression.
 pub(super) const CHUNK_CYCLES: u32 = 64;
 /// Of zstd: the fastest, which leaves a quarter; the ninth leaves 10 % less of that and takes eight times as long.
-const LEVEL: u32 = 1;
+const LEVEL: i32 = 1;
 
 /// Nanoseconds in a second: the unit of time in MCAP.
 pub(super) const NS_PER_S: f64 = 1e9;
@@ -44,7 +44,7 @@ pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"))
 ///
 /// A writer that is dropped ends its file as well as it can, but nobody learns of an error.
 pub struct RecordingWriter<W: Write = BufWriter<File>> {
-    mcap: mcap::Writer<NoSeek<W>>,
+    mcap: mcap::Writer<ChunkCompressor<W>>,
     /// Topics with the numbers of their channels; empty before the first cycle.
     channels: Vec<(Topic, u16)>,
     truth: bool,
@@ -86,20 +86,16 @@ impl<W: Write> RecordingWriter<W> {
 
     /// Begins the copy of a recording that may have been cut off.
     fn with_cut(sink: W, header: &Header, cut: Option<&str>) -> anyhow::Result<Self> {
-        let mut mcap = WriteOptions::new()
-            .compression(Some(Compression::Zstd))
-            .compression_level(LEVEL)
-            .compression_threads(0)
+        let options = WriteOptions::new()
             .profile(PROFILE)
             .library(LIBRARY)
             // This writer ends its chunks itself: between two cycles.
             .chunk_size(None)
-            .disable_seeking(true)
             // 16 bytes for each message, uncompressed: half of the file. An index of chunks alone is an error to MCAP's
             // reader in TypeScript, so that there is none of either.
             .emit_message_indexes(false)
-            .emit_chunk_indexes(false)
-            .create(NoSeek::new(sink))?;
+            .emit_chunk_indexes(false);
+        let mut mcap = ChunkCompressor::writer(options, sink, LEVEL)?;
         mcap.write_metadata(&metadata(header, cut))?;
         mcap.flush()?;
         Ok(Self {
