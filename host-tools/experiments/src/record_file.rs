@@ -9,13 +9,28 @@ use softdock_io::recording::TruthRecord;
 use softdock_io::say;
 use softdock_io::telemetry::Pieces;
 use std::ops::ControlFlow;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
-const BATCH: usize = 16;
-const QUEUED_BATCHES: usize = 1024;
+const BATCH: usize = 64;
+const QUEUED_BATCHES: usize = 256;
+
+/// Cycles on their way to the writing thread. It gives their memory back: what is new to a program, the kernel has to
+/// find and to clear first.
+#[derive(Default)]
+struct Batch {
+    records: Vec<CycleRecord>,
+    truths: Vec<TruthRecord>,
+}
+
+impl Batch {
+    fn clear(&mut self) {
+        self.records.clear();
+        self.truths.clear();
+    }
+}
 
 /// Runs and records; `on_cycle` sees each cycle and says whether there is to be another. A thread of its own writes the file; the time for which
 /// the simulation waits for it is not the simulation's.
@@ -29,26 +44,32 @@ pub fn record_file(
 ) -> Result<RunStatistics> {
     let begin = ProcessTime::now();
     pieces.begin(header(scenario)?)?;
-    let (queue, batches) = sync_channel::<Vec<(CycleRecord, TruthRecord)>>(QUEUED_BATCHES);
+    let (queue, batches) = sync_channel::<Batch>(QUEUED_BATCHES);
+    let (give_back, empty) = channel();
     thread::scope(|scope| {
         let disk = scope.spawn(move || -> Result<()> {
-            for (record, truth) in batches.into_iter().flatten() {
-                pieces.push(&record, Some(&truth))?;
-                for warning in pieces.take_warnings() {
-                    say!("{warning}");
+            for batch in batches {
+                for (record, truth) in batch.records.iter().zip(&batch.truths) {
+                    pieces.push(record, Some(truth))?;
+                    for warning in pieces.take_warnings() {
+                        say!("{warning}");
+                    }
                 }
+                let _ = give_back.send(batch);
             }
             pieces.finish()
         });
-        let mut batch = Vec::with_capacity(BATCH);
+        let mut batch = Batch::default();
         let mut waited = Duration::ZERO;
         let statistics = run(scenario, &mut |record, truth| {
             let goes_on = on_cycle(record, truth);
-            batch.push((*record, *truth));
-            if batch.len() < BATCH {
+            batch.records.push(*record);
+            batch.truths.push(*truth);
+            if batch.records.len() < BATCH {
                 return goes_on;
             }
-            let full = std::mem::replace(&mut batch, Vec::with_capacity(BATCH));
+            let full = std::mem::replace(&mut batch, empty.try_recv().unwrap_or_default());
+            batch.clear();
             let before = Instant::now();
             let sent = queue.send(full);
             waited += before.elapsed();
