@@ -211,9 +211,11 @@ impl<'a> Conductor<'a> {
             let answer = self.robot.read(&answer).context("the board's answer")?;
             self.rig.answer(answer.correction, answer.stop);
         }
-        while let Some(record) = self.pop(|world| world.records.pop_front()) {
-            self.ended |= on_cycle(&record, &self.truth).is_break();
+        let mut world = self.handle.0.borrow_mut();
+        for record in &world.records {
+            self.ended |= on_cycle(record, &self.truth).is_break();
         }
+        world.records.clear();
         Ok(())
     }
 
@@ -286,7 +288,6 @@ impl<'a> Conductor<'a> {
             self.stop_asked = true;
             let _ = self.shared.commands.try_send(Command::Stop);
         }
-        let telegram = heapless::Vec::from_slice(&telegram).unwrap_or_default();
         self.handle.0.borrow_mut().telegrams.push(telegram);
         self.telegrams += 1;
         self.next_telegram_us += self.cycle_us;

@@ -7,7 +7,6 @@
 use super::time_driver::TimeSource;
 use softdock_app::board::{Clock, DatagramSocket, EthernetPort, IoError, Recorder, SensorBus};
 use softdock_app::record::CycleRecord;
-use softdock_app::robot_link::Answer;
 use softdock_link::can::Frame;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -56,9 +55,9 @@ pub(super) struct World {
     /// Those of the EtherCAT segment.
     pub(super) ethernet_to_board: Inbox<Vec<u8>>,
     pub(super) ethernet_from_board: VecDeque<Vec<u8>>,
-    pub(super) telegrams: Inbox<heapless::Vec<u8, 1024>>,
-    pub(super) answers: VecDeque<Answer>,
-    pub(super) records: VecDeque<CycleRecord>,
+    pub(super) telegrams: Inbox<Vec<u8>>,
+    pub(super) answers: VecDeque<Vec<u8>>,
+    pub(super) records: Vec<CycleRecord>,
 }
 
 /// When to wake whom.
@@ -140,11 +139,7 @@ impl DatagramSocket for Handle {
         None
     }
     async fn send(&mut self, datagram: &[u8], _to: SocketAddr) -> Result<(), IoError> {
-        self.touch(|world| {
-            world
-                .answers
-                .push_back(Answer::from_slice(datagram).unwrap_or_default())
-        });
+        self.touch(|world| world.answers.push_back(datagram.to_vec()));
         Ok(())
     }
 }
@@ -228,6 +223,6 @@ impl TimeSource for Handle {
 
 impl Recorder for Handle {
     fn record(&mut self, record: &CycleRecord) {
-        self.touch(|world| world.records.push_back(*record));
+        self.touch(|world| world.records.push(*record));
     }
 }

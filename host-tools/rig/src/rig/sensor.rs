@@ -24,6 +24,7 @@ pub struct SensorSampleSim {
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     tool: ToolLoad,
+    feels_inertia: bool,
     reading: Reading,
     bias: Wrench<f64>,
     drift_per_s: Wrench<f64>,
@@ -60,8 +61,10 @@ impl Sensor {
             };
             anyhow::Ok((lag, Late::new(lag, step_s, [0.0; 6])))
         };
+        let tool = ToolLoad::new(settings)?;
         Ok(Self {
-            tool: ToolLoad::new(settings)?,
+            feels_inertia: tool.has_inertia(),
+            tool,
             reading: Reading::new(&settings.hidden, step_s, losses),
             bias: six(&s.bias_n, &s.bias_nm),
             drift_per_s: six(&s.drift_n_per_s, &s.drift_nm_per_s),
@@ -81,7 +84,7 @@ impl Sensor {
 
     /// Whether the sensor feels acceleration.
     pub(super) fn feels_inertia(&self) -> bool {
-        self.tool.has_inertia()
+        self.feels_inertia
     }
 
     /// Starts as if the load had been at rest like this for a long time.
