@@ -8,6 +8,7 @@ use super::wrench::Fitted;
 use softdock_physics::effects::by_id;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, EffectModel, Model};
+use softdock_report::number;
 use std::collections::BTreeMap;
 
 /// Standard deviations to either side of a 95 % interval.
@@ -78,7 +79,7 @@ impl Named {
             .iter()
             .filter(|(name, _)| !self.estimates.contains_key(*name));
         let chosen: Vec<String> = chosen
-            .map(|(name, value)| format!("{name} = {value}"))
+            .map(|(name, value)| format!("{name} = {}", number::significant(*value, 3)))
             .collect();
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
     }

@@ -268,7 +268,11 @@ impl Work<'_> {
     fn support(&self, now: &Tested) -> Vec<Support> {
         let beside = self.each(now);
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let possible: Vec<&Tested> = known.values().filter(|t| self.is_possible(t)).collect();
+        let misled = self.misled();
+        let leads =
+            |(parts, _): &(&Vec<Part>, &Tested)| !parts.iter().any(|p| misled.contains(&p.variant));
+        let possible = known.iter().filter(leads).map(|(_, tested)| tested);
+        let possible: Vec<&Tested> = possible.filter(|t| self.is_possible(t)).collect();
         let of = |(beside, own): (f64, &Fitted)| {
             let lacks_it = |t: &&&Tested| t.effects.iter().all(|e| e.id != own.id);
             let rivals = possible.iter().filter(lacks_it).map(|t| t.evidence);

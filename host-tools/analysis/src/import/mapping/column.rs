@@ -70,6 +70,10 @@ const UNITS: &[(&str, Option<Quantity>, f64)] = &[
     ("V", None, 1.0),
     ("mV", None, 1e-3),
     ("A", None, 1.0),
+    ("mA", None, 1e-3),
+    ("Pa", None, 1.0),
+    ("kPa", None, 1e3),
+    ("bar", None, 1e5),
     ("counts", None, 1.0),
 ];
 
