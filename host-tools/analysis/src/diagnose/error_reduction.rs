@@ -1,6 +1,7 @@
 //! The fall of the error as one effect after the other is added.
 
 use super::engine::{Logs, Stages, predict_all};
+use super::evidence::RISES;
 use super::finding::Step;
 use super::named::{self, Named};
 use super::outcome::levels_of;
@@ -26,11 +27,6 @@ pub(super) struct ErrorReduction {
     /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
     pub refused: Vec<(String, f64, f64)>,
 }
-
-/// By how much the error on unseen data rises where an effect is not named, as a factor: by so much p parameters raise
-/// it that are fitted to 100 p rows of noise. The likelihood of the search weighs slow and fast errors as the
-/// noise has them; where it disagrees with the error itself, the form of the effect is wrong.
-const RISES: f64 = 1.01;
 
 impl ErrorReduction {
     /// The fall, and what the model with all that is named predicts. `asked`: somebody asks for an effect, who is told the

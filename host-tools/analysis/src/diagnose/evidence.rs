@@ -11,6 +11,7 @@
 //! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained beyond a constant may be the error of a law's form, not a further effect; beside a smooth remainder, which holds such errors, it is not asked |
 //! | [`RIGHT`] | 0.98 | `softdock bench diagnose --seed 41`: of 257 effects that were named in logs of one machine 253 were hidden, whatever their evidence |
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
+//! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong |
 
 use softdock_physics::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -25,6 +26,9 @@ const RIGHT: f64 = 0.98;
 /// Probability of what nominal parameters have to take, in tolerances, below which it is a finding of
 /// its own.
 const STRAINED: f64 = 6e-5;
+
+/// By how much the error on unseen data rises, as a factor, with an effect that is not named for it.
+pub(super) const RISES: f64 = 1.01;
 
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
 pub(crate) fn prior() -> f64 {

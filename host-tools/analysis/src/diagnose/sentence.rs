@@ -72,14 +72,7 @@ fn named(diagnosis: &Diagnosis) -> String {
          the data sheet's noise.",
         names.join(", and ")
     );
-    let remainder = &diagnosis.remainder;
-    if remainder.share > TOLD {
-        let percent = 100.0 * remainder.share;
-        text.push_str(&format!(
-            " {percent:.0} % is left with structure ({}).",
-            remainder.follows
-        ));
-    }
+    text.push_str(&left_over(diagnosis));
     if let Some(rival) = diagnosis.runner_up.as_ref().filter(|r| !r.told_apart) {
         text.push_str(&format!(
             " This log does not tell {} from {}.",
@@ -122,13 +115,19 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
             names.join(", or like ")
         ));
     }
-    let remainder = &diagnosis.remainder;
-    if remainder.share > TOLD {
-        let percent = 100.0 * remainder.share;
-        text.push_str(&format!(
-            " {percent:.0} % of the error is left ({}).",
-            remainder.follows
-        ));
-    }
+    text.push_str(&left_over(diagnosis));
     text
+}
+
+/// How much is left, and what it follows; nothing where it is little.
+fn left_over(diagnosis: &Diagnosis) -> String {
+    let remainder = &diagnosis.remainder;
+    if remainder.share <= TOLD {
+        return String::new();
+    }
+    let percent = 100.0 * remainder.share;
+    format!(
+        " {percent:.0} % is left with structure ({}).",
+        remainder.follows
+    )
 }

@@ -325,8 +325,9 @@ impl Work<'_> {
         const REPLACED: usize = 3;
         let mut start = start;
         let mut ended = true;
-        for round in 0.. {
-            let (end, came_to_end) = match round <= REPLACED {
+        let mut replaced = 0;
+        loop {
+            let (end, came_to_end) = match replaced <= REPLACED {
                 true => self.climbed(start),
                 false => (start, true),
             };
@@ -338,13 +339,13 @@ impl Work<'_> {
                 return (Some(accepted), ended);
             };
             self.misled().extend(forms);
+            replaced += 1;
             let rest = evaluate(self.library, rest, self.price);
             match rest.filter(|rest| !rest.parts.is_empty()) {
                 Some(rest) => start = self.test(&rest),
                 None => return (None, ended),
             }
         }
-        (None, ended)
     }
 
     fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
