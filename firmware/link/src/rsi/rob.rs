@@ -93,24 +93,26 @@ impl Content for Rob<'_> {
 /// The time stamp of a telegram that [`parse_rob`] refuses, if there is exactly one and it is whole.
 ///
 /// With it a malformed telegram can still be answered with zero, so that the robot does not count a lost answer.
+/// Whatever begins like the element counts as one, since a comment or a declaration may quote a whole time stamp
+/// beside the telegram's own that is written with white space.
 pub fn salvage_ipoc(bytes: &[u8]) -> Option<u64> {
-    const OPEN: &[u8] = b"<IPOC>";
+    const NAME: &[u8] = b"<IPOC";
     const CLOSE: &[u8] = b"</IPOC>";
-    let mut starts = bytes
-        .windows(OPEN.len())
+    let mut names = bytes
+        .windows(NAME.len())
         .enumerate()
-        .filter(|(_, window)| *window == OPEN)
-        .map(|(start, _)| start + OPEN.len());
-    let (Some(at), None) = (starts.next(), starts.next()) else {
+        .filter(|(_, window)| *window == NAME)
+        .map(|(start, _)| start + NAME.len());
+    let (Some(name_end), None) = (names.next(), names.next()) else {
         return None;
     };
-    let rest = bytes.get(at..)?;
+    let rest = bytes.get(name_end..)?.strip_prefix(b">")?;
     let len = rest
         .windows(CLOSE.len())
         .position(|window| window == CLOSE)?;
     let token = Token {
         bytes: rest.get(..len)?,
-        at,
+        at: name_end + 1,
     };
     fields::ipoc(token).ok()
 }

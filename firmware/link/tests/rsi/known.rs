@@ -149,6 +149,11 @@ fn a_time_stamp_is_salvaged_if_it_is_whole_and_unique() {
         ("<IPOC></IPOC>", None),
         ("<IPOC>18446744073709551616</IPOC>", None),
         ("<IPOC>1</IPOC><IPOC>2</IPOC>", None),
+        (
+            "<?xml v='<IPOC>1</IPOC>'?><Rob><IPOC\n>2</IPOC></Rob>",
+            None,
+        ),
+        ("<IPOC >42</IPOC>", None),
         ("", None),
     ] {
         assert_eq!(salvage_ipoc(text.as_bytes()), expected, "{text}");
