@@ -3,26 +3,22 @@
 /// Ratio of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Minimum of `cost` in `low..high` by golden sections; `steps` evaluations after two.
-pub fn golden(low: f64, high: f64, steps: usize, mut cost: impl FnMut(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (low, high);
-    let mut left = b - GOLDEN * (b - a);
-    let mut right = a + GOLDEN * (b - a);
-    let (mut at_left, mut at_right) = (cost(left), cost(right));
-    for _ in 0..steps {
-        if at_left < at_right {
-            b = right;
-            (right, at_right) = (left, at_left);
-            left = b - GOLDEN * (b - a);
-            at_left = cost(left);
-        } else {
-            a = left;
-            (left, at_left) = (right, at_right);
-            right = a + GOLDEN * (b - a);
-            at_right = cost(right);
-        }
-    }
-    if at_left < at_right { left } else { right }
+/// Minimum of a `cost` with several valleys in `low..=high`, where and how low: the best of the ends of so many equal
+/// `cells`, then [`brent`] in the cells beside it, to a `tolerance` in cells.
+pub fn lowest_valley(
+    (low, high): (f64, f64),
+    cells: u32,
+    tolerance: f64,
+    mut cost: impl FnMut(f64) -> f64,
+) -> (f64, f64) {
+    let cell = (high - low) / f64::from(cells);
+    let ends = (0..=cells).map(|k| low + f64::from(k) * cell);
+    let best = ends
+        .map(|at| (cost(at), at))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, best) = best.unwrap_or((f64::INFINITY, low));
+    let beside = ((best - cell).max(low), best, (best + cell).min(high));
+    brent(beside, tolerance * cell, cost)
 }
 
 /// Minimum of a smooth `cost` in `low..high`, where and how low: parabolas through the three best
@@ -157,9 +153,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn golden_finds_the_bottom_of_a_parabola() {
-        let x = golden(-1.0, 4.0, 40, |x| (x - 1.25).powi(2));
-        assert!((x - 1.25).abs() < 1e-6, "{x}");
+    fn of_several_valleys_the_lowest_is_found() {
+        let (x, value) = lowest_valley((-4.0, 4.0), 16, 1e-4, |x| (5.0 * x).cos() + 0.1 * x);
+        // cos has its bottoms at odd multiples of π/5; the slope moves them by 0.1/25.
+        let bottom = -std::f64::consts::PI - 0.004;
+        assert!((x - bottom).abs() < 1e-4, "{x}");
+        assert!(
+            (value + 1.0 + 0.1 * std::f64::consts::PI).abs() < 1e-3,
+            "{value}"
+        );
     }
 
     #[test]

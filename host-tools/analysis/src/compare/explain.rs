@@ -8,13 +8,14 @@ use super::{Phase, Source};
 use serde::Serialize;
 use softdock_physics::model::prediction::{ChannelPrediction, executed};
 use softdock_physics::model::{Axis, Channel};
+use softdock_physics::optimise::lowest_valley;
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;
 /// Longest delay that is looked for, s, to both sides.
 const LATE_S: (f64, f64) = (-0.02, 0.2);
-/// Steps of the search for the delay between cycles: each leaves 0.62 of the interval.
-const GOLDEN_STEPS: usize = 16;
+/// How closely the delay is found, in cycles.
+const TOLERANCE: f64 = 1e-3;
 /// Share of a cycle to which a delay can be known.
 const INSIDE_A_CYCLE: f64 = 0.05;
 /// Half width of a 95 % interval in standard errors.
@@ -148,11 +149,9 @@ fn delay_estimate(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option
     };
     let cost = |late_s: f64| left(late_s).iter().map(|e| e * e).sum::<f64>();
     // The cost has one valley per reversal of the motion: look at all of them, then descend.
-    let (first, last) = ((least / cycle_s) as i32, (LATE_S.1 / cycle_s) as i32);
-    let (start, _) = (first..=last)
-        .map(|k| (f64::from(k) * cycle_s, cost(f64::from(k) * cycle_s)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let best = golden_section(start - cycle_s, start + cycle_s, &cost);
+    let cells = ((LATE_S.1 - least) / cycle_s).ceil().max(1.0);
+    let range = (least, least + cells * cycle_s);
+    let (best, _) = lowest_valley(range, cells as u32, TOLERANCE, cost);
     let (before, after) = (left(best - 0.5 * cycle_s), left(best + 0.5 * cycle_s));
     let slope = |(a, b): (&f64, &f64)| ((b - a) / cycle_s).powi(2);
     let normal: f64 = before.iter().zip(&after).map(slope).sum();
@@ -161,26 +160,6 @@ fn delay_estimate(source: &Source<'_>, axis: Axis, samples: &[Sample]) -> Option
     let half = (estimate.high - best).max(INSIDE_A_CYCLE * cycle_s);
     (estimate.low, estimate.high) = (best - half, best + half);
     Some((estimate, explained))
-}
-
-/// The least of a function with one valley.
-fn golden_section(mut low: f64, mut high: f64, cost: &impl Fn(f64) -> f64) -> f64 {
-    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let inner = |low: f64, high: f64| (high - ratio * (high - low), low + ratio * (high - low));
-    let (mut a, mut b) = inner(low, high);
-    let (mut cost_a, mut cost_b) = (cost(a), cost(b));
-    for _ in 0..GOLDEN_STEPS {
-        if cost_a < cost_b {
-            (high, b, cost_b) = (b, a, cost_a);
-            a = inner(low, high).0;
-            cost_a = cost(a);
-        } else {
-            (low, a, cost_a) = (a, b, cost_b);
-            b = inner(low, high).1;
-            cost_b = cost(b);
-        }
-    }
-    0.5 * (low + high)
 }
 
 /// The interval of an estimate from what it leaves; None unless zero is clearly outside.

@@ -10,7 +10,7 @@ use softdock_physics::effects::body::clock_jitter::Scatter;
 use softdock_physics::model::Model;
 use softdock_physics::model::clock::increments;
 use softdock_physics::model::log::Log;
-use softdock_physics::optimise::golden;
+use softdock_physics::optimise::{brent, lowest_valley};
 use std::f64::consts::SQRT_2;
 
 /// 2 Δ log L above which the clock jitters (quiet clocks stay below 10).
@@ -238,7 +238,7 @@ pub(crate) struct CommonDelay {
 pub(crate) fn common_delay(logs: &Cost<'_>) -> Option<CommonDelay> {
     /// Latest that is tried, s.
     const LATEST_S: f64 = 0.06;
-    /// Values of the grid.
+    /// Cells of the grid.
     const GRID: u32 = 24;
     if logs.is_sampled() {
         return None;
@@ -246,10 +246,7 @@ pub(crate) fn common_delay(logs: &Cost<'_>) -> Option<CommonDelay> {
     let low = -logs.delay_s();
     let step = (LATEST_S - low) / f64::from(GRID);
     let cost = |late_s: f64| logs.of_later(late_s);
-    let grid = (0..=GRID).map(|i| low + f64::from(i) * step);
-    let coarse = grid.min_by(|a, b| cost(*a).total_cmp(&cost(*b)))?;
-    let late_s = golden((coarse - step).max(low), coarse + step, 24, cost);
-    let least = cost(late_s);
+    let (late_s, least) = lowest_valley((low, LATEST_S), GRID, 1e-4, cost);
     if cost(0.0) - least < SIGNIFICANT_LINEAR {
         return None;
     }
@@ -309,7 +306,7 @@ fn jitter(errors: &[(f64, f64)], sheet: f64) -> Proportional {
         (count * variance.ln() + squares / variance + logs, variance)
     };
     let quiet = cost(0.0);
-    let at = golden(-3.0, 6.0, 40, |x| cost(x.exp()).0);
+    let (at, _) = brent((-3.0, 0.0, 6.0), 1e-4, |x| cost(x.exp()).0);
     let best = cost(at.exp());
     let (noise, value) = (best.1.sqrt(), at.exp() / speed * best.1.sqrt());
     let information = |a: &dyn Fn(f64) -> f64, b: &dyn Fn(f64) -> f64| -> f64 {

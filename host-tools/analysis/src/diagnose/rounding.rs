@@ -6,13 +6,15 @@
 //! unit size if nothing but noise is left, however coarse the step. The draw is a fixed sequence,
 //! so that a diagnosis repeats.
 
-use softdock_physics::optimise::golden;
+use softdock_physics::optimise::brent;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Largest residual, in σ: far tails have no digits left.
 const FARTHEST: f64 = 8.0;
 /// Range in which the noise is searched, over that of the data sheet.
 const NOISE: (f64, f64) = (0.5, 1.35);
+/// How closely it is found.
+const TOLERANCE: f64 = 0.01;
 
 /// Rounded readings against a prediction.
 pub(super) struct Rounded {
@@ -33,7 +35,7 @@ impl Rounded {
             let likelihood = |r: &f64| between((r - half) / sigma, (r + half) / sigma);
             raw.iter().map(|r| -likelihood(r).max(1e-14).ln()).sum()
         };
-        let scale = golden(NOISE.0, NOISE.1, 8, cost);
+        let (scale, cost) = brent((NOISE.0, 1.0, NOISE.1), TOLERANCE, cost);
         let sigma = scale * sheet_sigma;
         let mut draw = 0.5;
         let white = raw.iter().map(|r| {
@@ -44,7 +46,7 @@ impl Rounded {
         Self {
             white: white.collect(),
             sigma,
-            cost: cost(scale),
+            cost,
         }
     }
 }

@@ -43,17 +43,17 @@ use gravity::Gravity;
 use least_squares::{Solution, solve};
 use motion::Stretch;
 use nalgebra::Vector3;
-use softdock_physics::optimise::golden;
+use softdock_physics::optimise::lowest_valley;
 use source::{Mounting, Reading};
 
 /// Condition beyond which a set of poses is refused: the noise of a hundredth of the weight would
 /// be half of the answer.
 pub const WORST_CONDITION: f64 = 50.0;
 
-/// Ages of the pose that are tried, and golden sections around the best of them.
+/// Steps of the age of the pose that are tried.
 const AGES: u32 = 10;
-/// See [`AGES`].
-const SECTIONS: usize = 12;
+/// How closely the best is found, in these steps.
+const TOLERANCE: f64 = 0.005;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,17 +142,8 @@ impl Problem<'_> {
             let [force, torque] = solve(&groups, &self.unknowns, &gravity).sigma;
             force.ln() + torque.ln()
         };
-        let steps = (0..=AGES).map(|k| motion::OLDEST_S * f64::from(k) / f64::from(AGES));
-        let best = steps
-            .map(|age_s| (noise(age_s), age_s))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(0.0, |best| best.1);
-        let reach = motion::OLDEST_S / f64::from(AGES);
-        let (low, high) = (
-            (best - reach).max(0.0),
-            (best + reach).min(motion::OLDEST_S),
-        );
-        Ok(golden(low, high, SECTIONS, noise))
+        let (age_s, _) = lowest_valley((0.0, motion::OLDEST_S), AGES, TOLERANCE, noise);
+        Ok(age_s)
     }
 
     /// Refuses a problem whose answer would be noise.

@@ -9,7 +9,7 @@ use super::refine::refined;
 use super::search::Search;
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
-use softdock_physics::optimise::golden;
+use softdock_physics::optimise::brent;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
 const LIKELY_95: f64 = 3.84;
@@ -87,18 +87,19 @@ impl<'a> Profile<'a> {
 
     /// χ² with one parameter given and the others at their best within their deviations.
     fn given(&self, i: usize, value: f64, sigma: &[f64]) -> f64 {
-        /// Evaluations for each of the others.
-        const STEPS: usize = 8;
+        /// How closely each of the others is found, in its deviations.
+        const TOLERANCE: f64 = 0.1;
         let mut values = self.flat.clone();
         values[i] = value;
         for k in (0..values.len()).filter(|k| *k != i) {
             let reach = 4.0 * sigma[k];
-            let (low, high) = (values[k] - reach, values[k] + reach);
-            values[k] = golden(low, high, STEPS, |x| {
-                let mut moved = values.clone();
+            let range = (values[k] - reach, values[k], values[k] + reach);
+            let mut moved = values.clone();
+            let (best, _) = brent(range, TOLERANCE * sigma[k], |x| {
                 moved[k] = x;
                 self.at(&moved)
             });
+            values[k] = best;
         }
         self.at(&values).min({
             let mut alone = self.flat.clone();

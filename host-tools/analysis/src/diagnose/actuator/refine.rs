@@ -4,7 +4,7 @@ use super::cost::{Cost, Term};
 use super::grid::{place, place_of};
 use super::tried::{Spec, has_plateaus, specs};
 use softdock_physics::model::stage::Stage;
-use softdock_physics::optimise::{golden, nelder_mead};
+use softdock_physics::optimise::{lowest_valley, nelder_mead};
 
 /// Improves the parameters of terms from where they are.
 pub(super) fn refined(terms: Vec<Term>, logs: &Cost<'_>) -> Vec<Term> {
@@ -49,7 +49,7 @@ pub(super) fn improved(
         .collect();
     let best = if let [at] = start[..] {
         let (low, high) = ((at - width[0]).max(0.0), (at + width[0]).min(1.0));
-        vec![bottom(low, high, |at| cost(&with(&[at])))]
+        vec![bottom(low, high, |at| cost(&with(&[at]))).0]
     } else {
         let scale: Vec<f64> = width.iter().map(|w| 0.4 * w).collect();
         nelder_mead(&start, &scale, 60, |places| {
@@ -67,18 +67,13 @@ pub(super) fn improved(
     middle_of_plateaus(found, cost)
 }
 
-/// Minimum of a cost with several valleys: a finer grid, then golden sections around its best point.
-pub(super) fn bottom(low: f64, high: f64, cost: impl Fn(f64) -> f64) -> f64 {
+/// Minimum of a cost in some cells of a grid, where and how low: a finer grid, as it may have several valleys there.
+pub(super) fn bottom(low: f64, high: f64, cost: impl FnMut(f64) -> f64) -> (f64, f64) {
     /// Cells of the finer grid.
     const CELLS: u32 = 10;
-    let cell = (high - low) / f64::from(CELLS);
-    let points = (0..=CELLS).map(|i| low + f64::from(i) * cell);
-    let best = points
-        .map(|at| (cost(at), at))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(low, |b| b.1);
-    let (from, to) = ((best - cell).max(low), (best + cell).min(high));
-    golden(from, to, 18, cost)
+    /// Of one of them.
+    const TOLERANCE: f64 = 2e-4;
+    lowest_valley((low, high), CELLS, TOLERANCE, cost)
 }
 
 /// Where the cost is flat around its minimum, the middle of the flat is the estimate.

@@ -68,12 +68,10 @@ pub(super) fn best_step(axes: &[bool; 6], cost: &Cost<'_>) -> Option<f64> {
             valleys.push(steps);
         }
     }
-    let refined = valleys.into_iter().map(|steps| {
-        let steps = bottom(steps - apart(steps), steps + apart(steps), of);
-        (of(steps), steps)
-    });
-    let best = refined.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(fastest / best.1)
+    let refined = valleys.into_iter();
+    let refined = refined.map(|steps| bottom(steps - apart(steps), steps + apart(steps), of));
+    let best = refined.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(fastest / best.0)
 }
 
 fn apart(steps: f64) -> f64 {
