@@ -304,53 +304,31 @@ impl Joint {
         self.logs.iter().zip(&parts).enumerate().map(of).collect()
     }
 
-    /// Columns of an effect over all logs, in units of the noise; None where no log has anything
-    /// for it to act on. `around`: coefficients around which they are taken.
+    /// Columns of an effect at some places over all logs, in units of the noise of a regression of them; None where
+    /// no log has anything for it to act on. `around`: coefficients around which they are taken.
     pub(super) fn columns(
-        &self,
-        effect: &LoadEffect,
-        shapes: &[f64],
-        around: &[f64],
-    ) -> Option<Vec<Column>> {
-        self.columns_of(&self.problem, effect, shapes, around)
-    }
-
-    /// The same in the units of another regression of these logs.
-    pub(super) fn columns_of(
         &self,
         problem: &Problem,
         effect: &LoadEffect,
         shapes: &[f64],
+        places: &[usize],
         around: &[f64],
     ) -> Option<Vec<Column>> {
-        let build = |log: &PreparedLog| effect.columns_at(&log.scene, shapes, around);
-        let of_logs: Vec<Option<Vec<Column>>> = self.logs.iter().map(build).collect();
-        let count = of_logs.iter().flatten().map(Vec::len).max()?;
+        let build = |(k, log): (usize, &PreparedLog)| {
+            let counts = problem.counts(k);
+            counts.then(|| effect.columns_at(&log.scene, shapes, places, around))?
+        };
+        let of_logs: Vec<Option<Vec<Column>>> = self.logs.iter().enumerate().map(build).collect();
+        if of_logs.iter().all(Option::is_none) {
+            return None;
+        }
         let nothing = Column::default();
         let column = |k: usize| {
             let each = of_logs.iter();
-            let each = each.map(|c| c.as_ref().and_then(|c| c.get(k)).unwrap_or(&nothing));
+            let each = each.map(|c| c.as_ref().map_or(&nothing, |c| &c[k]));
             problem.whitened(&each.collect::<Vec<_>>())
         };
-        Some((0..count).map(column).collect())
-    }
-
-    /// By how much a contribution, in units of the noise, lets χ² of each log fall, with what the
-    /// tolerances no longer have to take.
-    pub(super) fn gains(&self, problem: &Problem, white: &Column) -> Vec<f64> {
-        let squares = |white: &Column| -> Vec<f64> {
-            let taken = problem.tolerances_with(white);
-            let rest = problem.rest(white, &taken);
-            // What the tolerances cost is of no log more than of another.
-            let shared = taken.norm_squared() / self.logs.len().max(1) as f64;
-            let of = |k: usize| -> f64 {
-                let part = problem.part(&rest, k);
-                shared + part.0.iter().flatten().map(|r| r * r).sum::<f64>()
-            };
-            (0..self.logs.len()).map(of).collect()
-        };
-        let both = squares(&Column::default()).into_iter().zip(squares(white));
-        both.map(|(before, after)| before - after).collect()
+        Some((0..places.len()).map(column).collect())
     }
 
     /// Whether readings come in steps.

@@ -32,6 +32,8 @@ pub(crate) struct Problem {
     spent: DVector<f64>,
     /// χ² with the tolerances spent.
     pub chi2: f64,
+    /// The same of each log.
+    chi2_of_logs: Vec<f64>,
     /// Number of axes that were recorded: one that reads 0 throughout has no noise to speak of.
     pub axes: usize,
     /// Number of values that count.
@@ -71,6 +73,7 @@ impl Problem {
             factor: DMatrix::zeros(0, 0),
             spent: DVector::zeros(0),
             chi2: 0.0,
+            chi2_of_logs: Vec::new(),
             axes,
             count: axes * counted,
         };
@@ -91,6 +94,7 @@ impl Problem {
         let right = DVector::from_fn(size, |i, _| products[(i, size)]);
         problem.spent = problem.below(&right);
         problem.chi2 = products[(size, size)] - problem.spent.norm_squared();
+        problem.chi2_of_logs = problem.chi2_with(&Column::default());
         problem
     }
 
@@ -119,6 +123,11 @@ impl Problem {
             }
         }
         out
+    }
+
+    /// Whether rows of a log count.
+    pub(crate) fn counts(&self, log: usize) -> bool {
+        self.segments[log].fresh.contains(&true)
     }
 
     /// The rows of one log in a column of all.
@@ -172,11 +181,6 @@ impl Problem {
         )
     }
 
-    /// Both for some columns.
-    fn products(&self, columns: &[impl Borrow<Column> + Sync]) -> (DMatrix<f64>, DVector<f64>) {
-        self.after_tolerances(&self.all_products(columns))
-    }
-
     /// How many nominal parameters the logs determine rather than their tolerances: the trace of what
     /// they add to the knowledge of each.
     pub(crate) fn informed(&self) -> f64 {
@@ -199,12 +203,12 @@ impl Problem {
     }
 
     /// A column with its products with the tolerances and the residual.
-    pub(crate) fn projected(&self, column: Column) -> Projected {
-        let size = self.tolerances.len();
-        let products = DVector::from_fn(size, |i, _| dot(&self.tolerances[i], &column));
-        let against = self.below(&products);
+    pub(crate) fn projected<C: Borrow<Column>>(&self, column: C) -> Projected<C> {
+        let products = self.tolerances.iter();
+        let products = products.map(|tolerance| dot(tolerance, column.borrow()));
+        let against = self.below(&DVector::from_iterator(self.tolerances.len(), products));
         Projected {
-            right: dot(&column, &self.residual) - against.dot(&self.spent),
+            right: dot(column.borrow(), &self.residual) - against.dot(&self.spent),
             against,
             column,
         }
@@ -213,18 +217,43 @@ impl Problem {
     /// Best coefficients of columns in units of the noise.
     pub(crate) fn solve_whitened(
         &self,
-        white: &[impl Borrow<Column> + Sync],
+        white: &[impl Borrow<Column>],
         signs: &[Sign],
     ) -> Option<Solution> {
-        let (gram, right) = self.products(white);
+        let columns: Vec<_> = white.iter().map(|c| self.projected(c.borrow())).collect();
+        let right = DVector::from_iterator(columns.len(), columns.iter().map(|c| c.right));
         let all: Vec<usize> = (0..white.len()).collect();
-        solve(&gram, &right, &all, signs)
+        solve(&products(&columns), &right, &all, signs)
     }
 
     /// By how much χ² falls with a given contribution, in units of the noise.
     pub(crate) fn gain_of(&self, white: &Column) -> f64 {
-        let (gram, right) = self.products(std::slice::from_ref(white));
-        2.0 * right[0] - gram[(0, 0)]
+        self.projected(white).gain()
+    }
+
+    /// By how much a contribution, in units of the noise, lets χ² of each log fall, with what the
+    /// tolerances no longer have to take.
+    pub(crate) fn gains(&self, white: &Column) -> Vec<f64> {
+        let both = self.chi2_of_logs.iter().zip(self.chi2_with(white));
+        both.map(|(before, after)| before - after).collect()
+    }
+
+    /// χ² of each log with a contribution.
+    fn chi2_with(&self, white: &Column) -> Vec<f64> {
+        let taken = self.tolerances_with(white);
+        let rest = self.rest(white, &taken);
+        // What the tolerances cost is of no log more than of another.
+        let shared = taken.norm_squared() / self.segments.len().max(1) as f64;
+        let of = |log: usize| {
+            let part = self.part(&rest, log);
+            shared
+                + part
+                    .0
+                    .iter()
+                    .map(|r| softdock_statistics::dot(r, r))
+                    .sum::<f64>()
+        };
+        (0..self.segments.len()).map(of).collect()
     }
 
     /// What a contribution, in units of the noise, and the tolerances leave.
@@ -259,20 +288,37 @@ impl Problem {
 
 /// A column in units of the noise, with what the tolerances can take of it.
 #[derive(Clone)]
-pub(crate) struct Projected {
+pub(crate) struct Projected<C = Column> {
     /// The column.
-    pub column: Column,
+    pub column: C,
     /// Its products with the tolerances, in units in which these are independent.
     against: DVector<f64>,
     /// Its product with the residual, after the tolerances.
     pub right: f64,
 }
 
-impl Projected {
+impl<C: Borrow<Column>> Projected<C> {
     /// Product with another one, after the tolerances.
     pub(crate) fn product(&self, other: &Self) -> f64 {
-        dot(&self.column, &other.column) - self.against.dot(&other.against)
+        dot(self.column.borrow(), other.column.borrow()) - self.against.dot(&other.against)
     }
+
+    /// By how much χ² falls with it as it is.
+    pub(crate) fn gain(&self) -> f64 {
+        2.0 * self.right - self.product(self)
+    }
+}
+
+/// Products of columns with each other, after the tolerances.
+pub(crate) fn products<C: Borrow<Column>>(columns: &[impl Borrow<Projected<C>>]) -> DMatrix<f64> {
+    let mut products = DMatrix::zeros(columns.len(), columns.len());
+    for (i, one) in columns.iter().enumerate() {
+        for (k, other) in columns[i..].iter().enumerate() {
+            products[(i + k, i)] = one.borrow().product(other.borrow());
+        }
+    }
+    products.fill_upper_triangle_with_lower_triangle();
+    products
 }
 
 /// Best coefficients of some columns of products; None if the data does not determine them.

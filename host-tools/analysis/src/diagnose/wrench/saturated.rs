@@ -30,7 +30,7 @@ pub(crate) fn residual(
         .flat_map_iter(|effect| {
             some_shapes(&effect.shapes)
                 .into_iter()
-                .filter_map(|shapes| effect.columns(scene, &shapes))
+                .filter_map(|shapes| effect.columns(scene, &shapes, &effect.places()))
                 .flatten()
         })
         .filter(|column| !column.is_zero())

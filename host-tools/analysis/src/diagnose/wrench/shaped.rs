@@ -1,17 +1,14 @@
 //! The columns of a hypothesis with given shapes.
 
 use super::prepared_log::{Joint, PreparedLog};
-use super::problem::{Problem, Projected, Solution, solve, subtract};
+use super::problem::{Problem, Projected, Solution, products, solve, subtract};
 use super::search::Part;
-use super::tested::has_size;
+use super::tested::{Care, has_size};
 use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, contribution};
 use std::collections::BTreeMap;
-
-/// Rise of the gain in χ² below which steps of Gauss and Newton end.
-const CONVERGED: f64 = 1e-3;
 
 /// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
 /// own part.
@@ -71,20 +68,16 @@ impl<'a> Shaped<'a> {
     fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
         let part = &self.parts[i];
         let effect = self.library.variants[part.variant].effect;
-        let mut columns = self
+        let columns = self
             .joint
-            .columns_of(self.problem, effect, shapes, around)?;
-        let used = part.used.iter().map(|k| std::mem::take(&mut columns[*k]));
-        Some(used.map(|column| self.problem.projected(column)).collect())
+            .columns(self.problem, effect, shapes, &part.used, around)?;
+        let columns = columns.into_iter();
+        Some(columns.map(|c| self.problem.projected(c)).collect())
     }
 
     fn multiply(&mut self) {
         let all: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
-        self.gram = DMatrix::from_fn(all.len(), all.len(), |i, k| match i <= k {
-            true => all[i].product(all[k]),
-            false => 0.0,
-        });
-        self.gram.fill_lower_triangle_with_upper_triangle();
+        self.gram = products(&all);
     }
 
     pub(super) fn solution(&self) -> Option<Solution> {
@@ -151,13 +144,15 @@ impl<'a> Shaped<'a> {
     }
 
     /// Coefficients with which parts of which one acts on what the others load the sensor with do most
-    /// together, from `start`, in at most so many steps of Gauss and Newton, and what they then do. The
-    /// columns are their slopes from there on. None if no part acts on another.
+    /// together, from `start`, in at most so many steps of Gauss and Newton, and what they then do. For an estimate
+    /// the columns are their slopes from there on; for screening, what each does alone is close to its slope. None if
+    /// no part acts on another.
     pub(super) fn together(
         &mut self,
         start: &Solution,
         shapes: &[Vec<f64>],
         steps: usize,
+        care: Care,
     ) -> Option<(Solution, Column)> {
         let acts = |part: &Part| self.effect(part).acts_on_load();
         if self.parts.len() < 2 || !self.parts.iter().any(acts) {
@@ -165,21 +160,23 @@ impl<'a> Shaped<'a> {
         }
         let mut best = start.clone();
         let mut whole = self.whole(&best.coefficients, shapes);
-        best.gain = self.gain_of(&whole);
+        best.gain = whole.gain();
         for _ in 0..steps {
-            self.set_slopes(&best, shapes, &whole);
+            if care == Care::Estimating {
+                self.set_slopes(&best, shapes, &whole);
+            }
             let Some(next) = self.stepped(&best.coefficients, &whole) else {
                 break;
             };
             let there = self.whole(&next.coefficients, shapes);
-            let gain = self.gain_of(&there);
+            let gain = there.gain();
             let rise = gain - best.gain;
             if rise.is_nan() || rise <= 0.0 {
                 break;
             }
             best = Solution { gain, ..next };
             whole = there;
-            if rise < CONVERGED {
+            if rise < care.rise() {
                 break;
             }
         }
@@ -205,15 +202,13 @@ impl<'a> Shaped<'a> {
             (effect, effect.values(shapes, &all))
         };
         let effects: Vec<Valued<'_>> = self.parts.iter().zip(shapes).map(valued).collect();
-        let of = |log: &PreparedLog| contribution(&log.scene, &effects);
-        let columns: Vec<Column> = self.joint.logs.iter().map(of).collect();
+        let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
+            true => contribution(&log.scene, &effects),
+            false => Column::default(),
+        };
+        let columns: Vec<Column> = self.joint.logs.iter().enumerate().map(of).collect();
         let white = self.problem.whitened(&columns.iter().collect::<Vec<_>>());
         self.problem.projected(white)
-    }
-
-    /// By how much χ² falls with a contribution.
-    fn gain_of(&self, whole: &Projected) -> f64 {
-        2.0 * whole.right - whole.product(whole)
     }
 
     /// Takes the slopes of the contribution for the columns of open coefficients.
@@ -332,7 +327,7 @@ impl<'a> Shaped<'a> {
                 None => return,
             };
             gain += rise;
-            if rise < CONVERGED {
+            if rise < Care::Estimating.rise() {
                 return;
             }
         }

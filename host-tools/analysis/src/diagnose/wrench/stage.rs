@@ -7,6 +7,7 @@
 use super::fitted::Fitted;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
 use super::prepared_log::{Joint, PreparedLog};
+use super::problem::Problem;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
@@ -67,6 +68,8 @@ pub(crate) struct Ask<'a> {
 struct Work<'a> {
     joint: &'a Joint,
     library: &'a Library,
+    /// The regression of the logs of the fit.
+    of_fit: &'a Problem,
     price: f64,
     /// Details of other effects may stand alone.
     any: bool,
@@ -101,6 +104,7 @@ fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
         any: ask.forced || library.variants.iter().all(is_detail),
         library,
         joint,
+        of_fit: &joint.of_fit(),
         watch: ask.watch,
         known: Mutex::default(),
         misled: Mutex::default(),
@@ -386,9 +390,8 @@ impl Work<'_> {
             return None;
         }
         let hypothesis = evaluate(self.library, parts, self.price)?;
-        let logs = self.joint.of_fit();
         let of_fit = fitted_to(
-            &logs,
+            self.of_fit,
             self.library,
             &hypothesis,
             self.joint,
@@ -401,7 +404,7 @@ impl Work<'_> {
             .map(|log| of_fit.contribution(&log.scene))
             .collect();
         let white = self.joint.problem.whitened(&all.iter().collect::<Vec<_>>());
-        let gains = self.joint.gains(&self.joint.problem, &white);
+        let gains = self.joint.problem.gains(&white);
         Some(gains.iter().skip(fitted).sum())
     }
 
@@ -510,9 +513,8 @@ impl Work<'_> {
         let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
             return all;
         };
-        let logs = self.joint.of_fit();
         let mut fitted = fitted_to(
-            &logs,
+            self.of_fit,
             self.library,
             &hypothesis,
             self.joint,

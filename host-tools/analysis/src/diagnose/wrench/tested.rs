@@ -94,6 +94,25 @@ pub(super) enum Care {
     Estimating,
 }
 
+impl Care {
+    /// Share of a shape to which its best value is known: χ² hardly changes on the way there.
+    fn resolution(self) -> f64 {
+        match self {
+            Self::Screening => 10.0 * RESOLVED,
+            Self::Estimating => RESOLVED,
+        }
+    }
+
+    /// Rise of the gain in χ² below which steps of Gauss and Newton end: a parameter costs more by far than what
+    /// screening leaves.
+    pub(super) fn rise(self) -> f64 {
+        match self {
+            Self::Screening => 1.0,
+            Self::Estimating => 1e-3,
+        }
+    }
+}
+
 /// The same, fitted to some rows of the logs.
 pub(super) fn fitted_to(
     problem: &Problem,
@@ -131,7 +150,7 @@ pub(super) fn fitted_to(
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
                 let range = plausible(effect, shape, shapes[i][k], range);
-                let sigma = refine(&mut shapes[i], k, range, &gain);
+                let sigma = refine(&mut shapes[i], k, range, care.resolution(), &gain);
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
                 }
@@ -162,7 +181,7 @@ pub(super) fn fitted_to(
         exact(solution, &mut shaped, &shapes)
     };
     let steps = if rounds > 0 { ROUNDS } else { 0 };
-    let (solution, white) = match shaped.together(&solution, &shapes, steps) {
+    let (solution, white) = match shaped.together(&solution, &shapes, steps, care) {
         Some(together) => together,
         None => {
             let white = shaped.sum(&solution.coefficients);
@@ -221,7 +240,7 @@ pub(super) fn fitted_to(
         effects,
         beside: known.map(|e| e.id.clone()).collect(),
         gain: solution.gain,
-        gains: joint.gains(problem, &white),
+        gains: problem.gains(&white),
         evidence: hypothesis.evidence + improvement,
         parameters: hypothesis.parameters,
         wrong,
@@ -321,6 +340,7 @@ fn refine(
     shapes: &mut [f64],
     k: usize,
     (low, high): (f64, f64),
+    resolution: f64,
     gain: &dyn Fn(&[f64]) -> f64,
 ) -> f64 {
     let at = shapes[k];
@@ -330,7 +350,7 @@ fn refine(
         -gain(&trial)
     };
     let range = (low.ln(), at.ln(), high.ln());
-    let (best, least) = brent(range, RESOLVED, &mut cost);
+    let (best, least) = brent(range, resolution, &mut cost);
     shapes[k] = best.exp();
     let centre = shapes[k];
     // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.

@@ -52,7 +52,9 @@ impl Library {
             .collect();
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
-            .map(|(effect, shapes)| joint.columns(effect, shapes, &[]))
+            .map(|(effect, shapes)| {
+                joint.columns(&joint.problem, effect, shapes, &effect.places(), &[])
+            })
             .collect();
         let mut store = Store::default();
         let mut variants = Vec::new();

@@ -170,16 +170,22 @@ impl LoadEffect {
         !self.effect.is_of_a_contact() && !matches!(self.effect.law, Law::Docking(_))
     }
 
-    /// The columns as they stand in the log, through the filter of its import if it had one; None if
-    /// the log or the model has nothing for the effect to act on.
-    pub fn columns(&self, scene: &Scene, shapes: &[f64]) -> Option<Vec<Column>> {
+    /// Places of all its columns: one of each coefficient, or of the effect as a whole.
+    pub fn places(&self) -> Vec<usize> {
+        (0..self.coefficients.len().max(1)).collect()
+    }
+
+    /// The columns at some places as they stand in the log, through the filter of its import if it had
+    /// one; None if the log or the model has nothing for them to act on.
+    pub fn columns(&self, scene: &Scene, shapes: &[f64], places: &[usize]) -> Option<Vec<Column>> {
         if !laws::acts(scene, self.effect) {
             return None;
         }
-        let columns: Option<Vec<Column>> = match self.coefficients.len() {
-            0 => self.part(scene, &self.values(shapes, &[])).map(|c| vec![c]),
-            count => (0..count).map(|k| self.slope(scene, shapes, k)).collect(),
+        let column = |k: &usize| match self.coefficients.is_empty() {
+            true => self.part(scene, &self.values(shapes, &[])),
+            false => self.slope(scene, shapes, *k),
         };
+        let columns: Option<Vec<Column>> = places.iter().map(column).collect();
         columns.filter(|columns| !columns.iter().all(Column::is_zero))
     }
 
@@ -189,6 +195,7 @@ impl LoadEffect {
         &self,
         scene: &Scene,
         shapes: &[f64],
+        places: &[usize],
         coefficients: &[f64],
     ) -> Option<Vec<Column>> {
         let alone = self.coefficients.len() == 1 && !self.is_linear();
@@ -198,7 +205,7 @@ impl LoadEffect {
                 part.scale(1.0 / one);
                 Some(vec![part])
             }
-            _ => self.columns(scene, shapes),
+            _ => self.columns(scene, shapes, places),
         }
     }
 
