@@ -365,6 +365,32 @@ fn rows_that_are_not_selected_may_hold_anything() {
     assert!(error.contains("line 152: expected 3 cells"), "{error}");
 }
 
+#[test]
+fn incomplete_rows_are_refused_or_left_out() {
+    let (pos, fx) = ("\n0.5,50,50\n", "\n0.8,80,80\n");
+    let log = good_log()
+        .replace(pos, "\n0.5,,50\n")
+        .replace(fx, "\n0.8,80,NaN\n");
+    assert_ne!(log, good_log());
+    let files = [("log.csv", log)];
+    let error = imported("mapping_incomplete", GOOD, &files).unwrap_err();
+    assert!(
+        error.contains("an empty cell") && error.contains("leave_out"),
+        "{error}"
+    );
+    let mapping = format!("{GOOD}\n[rows]\nincomplete = \"leave_out\"");
+    let logs = imported("mapping_incomplete", &mapping, &files).unwrap();
+    assert_eq!(logs.train.cycles.len(), 198);
+    let told = logs.warnings.concat();
+    assert!(told.contains("2 of 200 rows are left out"), "{told}");
+    let bridged = mapping.replace("[time]", "[time]\ngaps = \"bridge\"");
+    let logs = imported("mapping_incomplete", &bridged, &files).unwrap();
+    assert_eq!(logs.train.cycles.len(), 200);
+    let nothing = table("time,pos_x,fx", 200, |n| format!("{},{n},NA", n * 0.01));
+    let error = imported("mapping_incomplete", &mapping, &[("log.csv", nothing)]).unwrap_err();
+    assert!(error.contains("in each of 200 rows"), "{error}");
+}
+
 /// A mapping that works with [`good_log`].
 const GOOD: &str = r#"
     [files]

@@ -327,8 +327,27 @@ impl Table {
             .collect()
     }
 
+    /// The same; NaN for a cell that holds no number on purpose: empty, not finite, or `NA`.
+    ///
+    /// # Errors
+    ///
+    /// The first cell that holds something else.
+    pub fn numbers_or_nan(&self, place: usize) -> Result<Vec<f64>, TableError> {
+        /// What programs write for a value that they do not have.
+        const NONE: [&str; 5] = ["", "NA", "N/A", "null", "None"];
+        let holds_none = |row: &csv::StringRecord| {
+            let cell = cell(row, place);
+            NONE.contains(&cell) || cell.parse::<f64>().is_ok_and(|value| !value.is_finite())
+        };
+        let number = |row| match self.number(row, place) {
+            Err(_) if holds_none(row) => Ok(f64::NAN),
+            other => other,
+        };
+        self.rows.iter().map(number).collect()
+    }
+
     fn number(&self, row: &csv::StringRecord, place: usize) -> Result<f64, TableError> {
-        let cell = row.get(place).unwrap_or_default().trim();
+        let cell = cell(row, place);
         let parsed = if self.decimal_comma && cell.contains(',') {
             cell.replacen(',', ".", 1).parse::<f64>()
         } else {
@@ -351,12 +370,7 @@ impl Table {
 
     /// Words of a column.
     pub fn words(&self, place: usize) -> Vec<&str> {
-        let word = |row| {
-            csv::StringRecord::get(row, place)
-                .unwrap_or_default()
-                .trim()
-        };
-        self.rows.iter().map(word).collect()
+        self.rows.iter().map(|row| cell(row, place)).collect()
     }
 
     /// How an error calls a column.
@@ -393,13 +407,18 @@ fn ends_empty(row: &csv::StringRecord) -> bool {
     row.len() > 1 && row.get(row.len() - 1).is_some_and(|c| c.trim().is_empty())
 }
 
+fn cell(row: &csv::StringRecord, place: usize) -> &str {
+    row.get(place).unwrap_or_default().trim()
+}
+
 fn line(row: &csv::StringRecord) -> u64 {
     row.position().map_or(0, csv::Position::line)
 }
 
 fn hint(cell: &str, is_number: bool, decimal_comma: bool) -> &'static str {
     if cell.is_empty() || is_number {
-        "leave the row out, or repair it: a gap that is filled in silently looks like an effect"
+        "leave the row out (a mapping does with `incomplete = \"leave_out\"` in [rows]), or repair it: a gap that is \
+         filled in silently looks like an effect"
     } else if !decimal_comma && cell.contains(',') {
         "if this is a decimal comma, say `decimal_comma = true`"
     } else {

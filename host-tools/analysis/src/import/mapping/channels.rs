@@ -67,7 +67,7 @@ impl Channels {
             POSITION_KEYS,
             [Quantity::Length; 3],
         )?;
-        let channels = Self {
+        let mut channels = Self {
             time_s,
             running: running(&mapping.mode, s, model_velocity.is_some())?,
             position,
@@ -80,8 +80,41 @@ impl Channels {
             model_velocity,
             wrench: group(s, "wrench", mapping.wrench.columns(), WRENCH_KEYS, WRENCH)?,
         };
+        let name = source.name();
         source.finish()?;
+        channels.leave_incomplete_out(&name, warnings)?;
         Ok(channels)
+    }
+
+    /// Leaves rows out in which a value is not there, and says so.
+    ///
+    /// # Errors
+    ///
+    /// No row is left.
+    fn leave_incomplete_out(
+        &mut self,
+        name: &str,
+        warnings: &mut Vec<String>,
+    ) -> anyhow::Result<()> {
+        let mut whole: Vec<bool> = self.time_s.iter().map(|t| t.is_finite()).collect();
+        for signal in self.signals_mut() {
+            let both = whole.iter_mut().zip(signal.iter());
+            both.for_each(|(whole, value)| *whole &= value.is_finite());
+        }
+        let rows = whole.len();
+        let incomplete = whole.iter().filter(|whole| !**whole).count();
+        ensure!(
+            incomplete < rows,
+            "{name}: in each of {rows} rows a cell of a column that is mapped holds no number; map columns that the \
+             table has values for"
+        );
+        if incomplete > 0 {
+            self.keep(|n| whole[n]);
+            warnings.push(format!(
+                "{name}: {incomplete} of {rows} rows are left out, in which a cell is empty or no number"
+            ));
+        }
+        Ok(())
     }
 
     /// Number of rows.
@@ -176,6 +209,7 @@ fn select(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
         last,
         from_s,
         to_s,
+        incomplete: _,
     } = mapping.rows;
     let rows = source.rows();
     source.keep(|n| first.is_none_or(|first| n + 1 >= first) && last.is_none_or(|last| n < last));
@@ -276,9 +310,11 @@ fn quaternion(
                 .zip(&z)
                 .map(|((x, y), z)| Vector3::new(*x, *y, *z));
             let largest = vectors.clone().map(|v| v.norm()).fold(0.0, f64::max);
-            if largest > MORE_THAN_A_TURN_RAD {
+            let unsaid = |column: &&Column| !column.says_unit();
+            let columns = orientation.rotation_columns();
+            if largest > MORE_THAN_A_TURN_RAD && columns.iter().flatten().any(unsaid) {
                 warnings.push(format!(
-                    "{}: the orientation reaches {} rad, more than a turn: is it in degrees?",
+                    "{}: the orientation reaches {} rad, more than a turn: is it in degrees? Say `unit = \"deg\"`, or \"rad\"",
                     source.name(),
                     number::significant(largest, 4)
                 ));

@@ -135,6 +135,11 @@ struct Written {
 }
 
 impl Column {
+    /// Whether the mapping says in which unit its numbers are.
+    pub(super) fn says_unit(&self) -> bool {
+        self.unit.is_some()
+    }
+
     /// Scale and offset to SI; `place` stands for the column in errors.
     ///
     /// # Errors

@@ -232,6 +232,19 @@ pub(super) struct Rows {
     pub(super) from_s: Option<f64>,
     /// Latest time, s.
     pub(super) to_s: Option<f64>,
+    /// What becomes of rows with a cell that holds no number.
+    pub(super) incomplete: Incomplete,
+}
+
+/// What becomes of rows with a cell that is empty, not finite or `NA`, in a column that is mapped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Incomplete {
+    /// They are an error.
+    #[default]
+    Refuse,
+    /// They are left out, which makes gaps.
+    LeaveOut,
 }
 
 /// A zero-phase Butterworth low-pass on every channel, then every n-th row.

@@ -176,7 +176,7 @@ impl Importer<'_> {
     /// Name and cycles of tables that stand side by side.
     fn cycles(&mut self, files: &[String]) -> anyhow::Result<(String, Vec<CycleRecord>)> {
         let mapping = self.mapping;
-        let source = Source::read(self.folder, files, &mapping.table)?;
+        let source = Source::read(self.folder, files, mapping)?;
         let name = source.name();
         let at_rest = self.at_rest();
         let shaped = || -> anyhow::Result<Vec<CycleRecord>> {

@@ -1,7 +1,8 @@
 //! Tables side by side, from which columns are taken by name or number.
 
 use super::column::{Column, ColumnName, Quantity};
-use crate::import::table::{Dialect, Table, TableError};
+use super::file::{Incomplete, Mapping};
+use crate::import::table::{Table, TableError};
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
 
@@ -13,6 +14,8 @@ pub(super) struct Source {
     rows: Vec<usize>,
     /// Columns that were asked for and do not exist.
     missing: Vec<String>,
+    /// What becomes of cells without a number.
+    incomplete: Incomplete,
 }
 
 impl Source {
@@ -22,7 +25,7 @@ impl Source {
     ///
     /// A file that cannot be read or is no table, or tables of different lengths. Rows are not looked
     /// at before [`Self::check`].
-    pub(super) fn read(folder: &Path, files: &[String], dialect: &Dialect) -> anyhow::Result<Self> {
+    pub(super) fn read(folder: &Path, files: &[String], mapping: &Mapping) -> anyhow::Result<Self> {
         let tables = files
             .iter()
             .map(|file| {
@@ -31,7 +34,7 @@ impl Source {
                     .with_context(|| format!("cannot read {}", path.display()))?;
                 // A degree sign of another encoding in a header does not matter.
                 let text = String::from_utf8_lossy(&bytes);
-                anyhow::Ok(Table::unchecked(file, &text, dialect)?)
+                anyhow::Ok(Table::unchecked(file, &text, &mapping.table)?)
             })
             .collect::<Result<Vec<_>, _>>()?;
         if let [first, rest @ ..] = tables.as_slice() {
@@ -51,6 +54,7 @@ impl Source {
             tables,
             rows,
             missing: Vec::new(),
+            incomplete: mapping.rows.incomplete,
         })
     }
 
@@ -110,8 +114,8 @@ impl Source {
         )
     }
 
-    /// Numbers of a column in SI; zeros if it is missing, which [`Self::finish`] reports.
-    /// `place` is its key in the mapping.
+    /// Numbers of a column in SI; zeros if it is missing, which [`Self::finish`] reports; NaN where a cell
+    /// holds none and its row is to be left out. `place` is its key in the mapping.
     ///
     /// # Errors
     ///
@@ -124,7 +128,10 @@ impl Source {
     ) -> anyhow::Result<Vec<f64>> {
         let (scale, offset) = column.to_si(quantity, place)?;
         let mut numbers = match self.find(&column.column, place)? {
-            Some((table, index)) => self.tables[table].numbers(index)?,
+            Some((table, index)) => match self.incomplete {
+                Incomplete::Refuse => self.tables[table].numbers(index)?,
+                Incomplete::LeaveOut => self.tables[table].numbers_or_nan(index)?,
+            },
             None => vec![0.0; self.rows()],
         };
         for value in &mut numbers {
