@@ -41,7 +41,7 @@ fn a_sample_of_the_generated_logs_is_judged_right() {
     let folder = tempfile::tempdir().unwrap();
     let written = folder.path().join("cases");
     diagnose::write(&specs[..1], &written, &|| ()).unwrap();
-    let read = diagnose::folder(&written, &|| ()).unwrap();
+    let read = diagnose::folder(&written, diagnose::truths(&written).unwrap(), &|| ()).unwrap();
     let said = |bench: &Bench| {
         let mut row = serde_json::to_value(&bench.rows[0]).unwrap();
         row["seconds"] = 0.0.into();
@@ -119,7 +119,7 @@ fn the_training_set_is_solved() {
     let Some(folder) = recorded_data("hidden-effects-dev") else {
         return;
     };
-    let bench = diagnose::folder(&folder, &|| ()).unwrap();
+    let bench = diagnose::folder(&folder, diagnose::truths(&folder).unwrap(), &|| ()).unwrap();
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
     let drop = bench.scores.drop_of_90_percent();
     assert!(

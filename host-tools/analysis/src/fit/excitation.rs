@@ -18,7 +18,7 @@ const QUANTITIES: [Quantity; 4] = [
     ("wrench", |c| &c.inputs.sensor.wrench),
 ];
 
-/// Sentences about motions, loads and numbers that are not there; `name` is the recording's.
+/// What can be said of motions, loads and numbers that are not there; `name` is the recording's, for errors.
 ///
 /// # Errors
 ///
@@ -34,56 +34,62 @@ pub fn missing(model: &Model, recording: &Recording, name: &str) -> anyhow::Resu
             continue;
         }
         if count == recording.cycles.len() {
-            notes.push(format!("{name}: the log holds no {quantity}."));
+            notes.push(format!("the log holds no {quantity}."));
             continue;
         }
         let first = recording.cycles.iter().position(bad).unwrap_or(0);
         let time_s = recording.cycles[first].trace.time_s;
         let what = format!(
-            "{name}, row {}: the {quantity} is no number at {time_s} s, nor in {} other row(s)",
-            first + 1,
+            "the {quantity} is no number at {time_s} s, nor in {} other row(s)",
             count - 1
         );
         if foreign {
-            bail!("{what}; expected numbers in all rows or in none: cut the log there");
+            bail!(
+                "{name}, row {}: {what}; expected numbers in all rows or in none: cut the log there",
+                first + 1
+            );
         }
         notes.push(format!("{what}; these rows are left out."));
     }
     if !model.sensor.at_rest {
-        notes.extend(still(model, recording, name)?);
+        notes.extend(still(model, recording)?);
     }
     Ok(notes)
 }
 
-fn still(model: &Model, recording: &Recording, name: &str) -> anyhow::Result<Vec<String>> {
+fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
     let mut notes = Vec::new();
     let changes = |of: fn(&CycleRecord) -> &[f64]| {
         let mut pairs = recording.cycles.windows(2);
         pairs.any(|pair| of(&pair[0]).iter().zip(of(&pair[1])).any(|(a, b)| a != b))
     };
     if !changes(|c| &c.trace.sent_velocity) {
-        notes.push(format!(
-            "{name}: no velocity was sent, so no effect of the actuator can show; record a run in \
+        notes.push(
+            "no velocity was sent, so no effect of the actuator can show; record a run in \
              which the robot is told to move."
-        ));
+                .to_owned(),
+        );
     }
     if !changes(|c| &c.trace.pose) {
-        notes.push(format!(
-            "{name}: the pose never changes, so nothing that depends on motion can show; record a \
+        notes.push(
+            "the pose never changes, so nothing that depends on motion can show; record a \
              run in which the rig moves."
-        ));
+                .to_owned(),
+        );
     }
     if !model.contact.walls.is_empty() && !touches(model, recording)? {
-        notes.push(format!(
-            "{name}: the tip touches no wall, so no effect of the contact can show; record a run \
+        notes.push(
+            "the tip touches no wall, so no effect of the contact can show; record a run \
              with contact."
-        ));
+                .to_owned(),
+        );
     }
     if !model.contact.docking.is_empty() && !docks(model, recording)? {
-        notes.push(format!(
-            "{name}: the docking mechanism is never met, so nothing of it can show; record a run with \
+        notes.push(
+            "the docking mechanism is never met, so nothing of it can show; record a run with \
              contact, from before it."
-        ));
+                .to_owned(),
+        );
     }
     Ok(notes)
 }

@@ -30,6 +30,8 @@ impl Logs {
     pub fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
         refuse_twice(train.iter().chain(test))?;
         let mut notes = Vec::new();
+        // What the logs lack, each once with the names of those that lack it.
+        let mut lacking: Vec<(String, Vec<String>)> = Vec::new();
         let mut read = |path: &PathBuf| -> Result<Recording> {
             let name = path.display().to_string();
             let recording = Recording::open(path)?;
@@ -43,12 +45,19 @@ impl Logs {
                 model: Some(model),
             };
             notes.extend(check(&recording, &context)?);
-            notes.extend(excitation::missing(model, &recording, &name)?);
+            for lack in excitation::missing(model, &recording, &name)? {
+                match lacking.iter_mut().find(|(known, _)| *known == lack) {
+                    Some((_, names)) => names.push(name.clone()),
+                    None => lacking.push((lack, vec![name.clone()])),
+                }
+            }
             Ok(recording)
         };
         let mut all =
             |paths: &[PathBuf]| -> Result<Vec<Recording>> { paths.iter().map(&mut read).collect() };
         let logs = (all(train)?, all(test)?);
+        let lacking = lacking.into_iter();
+        notes.extend(lacking.map(|(lack, names)| format!("{}: {lack}", names.join(", "))));
         let names = |paths: &[PathBuf]| -> Vec<String> {
             paths
                 .iter()

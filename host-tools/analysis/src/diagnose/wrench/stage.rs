@@ -4,21 +4,21 @@
 //! adding, exchanging and removing one effect at a time as long as the evidence rises. What is left
 //! at the end is worth its price beside all others.
 
+mod each_log;
+mod foretold;
+
 use super::fitted::Fitted;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
-use super::prepared_log::{Joint, PreparedLog};
+use super::prepared_log::Joint;
 use super::problem::Problem;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
 use crate::diagnose::evidence::{self, Support, threshold};
-use crate::diagnose::structure;
 use rayon::prelude::*;
-use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::Sign;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 /// Pieces of a log that are left out in turn.
 const PIECES: usize = 6;
@@ -284,221 +284,6 @@ impl Work<'_> {
             Support::alone(beside).with_rival(now.evidence - best)
         };
         beside.into_iter().zip(&now.effects).map(of).collect()
-    }
-
-    /// Without the effects that are not worth their price beside the others. Of several, each of which the others
-    /// nearly imitate, the one goes without which the logs of the fit foretell the unseen ones best.
-    fn pruned(&self, found: Tested) -> Option<Tested> {
-        let mut now = found;
-        loop {
-            let each = self.each(&now);
-            let worthless = |place: &usize| {
-                let others = now.gain - now.gain.min(each[*place].max(0.0));
-                each[*place] < self.joint.threshold(others)
-            };
-            let worthless: Vec<usize> = (0..each.len()).filter(worthless).collect();
-            let parts = self.parts(&now);
-            let worth = |place: usize| match worthless.len() {
-                1 => None,
-                _ => self.foretold(without(&parts, place)),
-            };
-            let mut order: Vec<(f64, usize)> = worthless
-                .iter()
-                .map(|&place| (worth(place).unwrap_or(-each[place]), place))
-                .collect();
-            order.sort_by(|a, b| b.0.total_cmp(&a.0));
-            if !order.is_empty() && parts.len() < 2 {
-                return None;
-            }
-            let rest = |(_, place): (f64, usize)| {
-                let rest = evaluate(self.library, without(&parts, place), self.price)?;
-                Some(self.test(&rest)).filter(|rest| self.is_possible(rest))
-            };
-            match order.into_iter().find_map(rest) {
-                Some(rest) => now = rest,
-                // Nothing that may go, or nothing without which the others are possible.
-                None => return Some(now),
-            }
-        }
-    }
-
-    /// From a start to effects that foretell the unseen logs: forms that do not are left out, and the search goes on
-    /// without them, in the end without adding others. And whether the climbs came to their ends.
-    fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
-        /// Effects in whose place others are looked for.
-        const REPLACED: usize = 3;
-        let mut start = start;
-        let mut ended = true;
-        let mut replaced = 0;
-        loop {
-            let (end, came_to_end) = match replaced <= REPLACED {
-                true => self.climbed(start),
-                false => (start, true),
-            };
-            ended &= came_to_end;
-            let Some(accepted) = self.pruned(end) else {
-                return (None, ended);
-            };
-            let Some((rest, forms)) = self.misleading(&accepted) else {
-                return (Some(accepted), ended);
-            };
-            self.misled().extend(forms);
-            replaced += 1;
-            let rest = evaluate(self.library, rest, self.price);
-            match rest.filter(|rest| !rest.parts.is_empty()) {
-                Some(rest) => start = self.test(&rest),
-                None => return (None, ended),
-            }
-        }
-    }
-
-    fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
-        self.misled.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The effect with which the unseen logs are foretold worse than without it, by more than would name it: what is there
-    /// without it, and its forms that are no better.
-    fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
-        let parts = self.parts(accepted);
-        let with = self.foretold(parts.clone())?;
-        let rest = |place: usize| match parts.len() {
-            1 => Some(0.0),
-            _ => self.foretold(without(&parts, place)),
-        };
-        let worse = (0..parts.len()).filter_map(|place| Some((rest(place)?, place)));
-        let (rest, place) = worse.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let worse = |gain: f64| rest - gain > self.joint.threshold(0.0);
-        if !worse(with) {
-            return None;
-        }
-        let own = self.library.variants[parts[place].variant].effect.id;
-        let misleads = |variant: &usize| {
-            let mut other = parts.clone();
-            other[place].variant = *variant;
-            self.foretold(other).is_none_or(worse)
-        };
-        let same = (0..self.library.variants.len())
-            .into_par_iter()
-            .filter(|k| self.library.variants[*k].effect.id == own);
-        Some((without(&parts, place), same.filter(misleads).collect()))
-    }
-
-    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
-    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
-        let fitted = self.joint.fitted;
-        if fitted >= self.joint.logs.len() {
-            return None;
-        }
-        let hypothesis = evaluate(self.library, parts, self.price)?;
-        let of_fit = fitted_to(
-            self.of_fit,
-            self.library,
-            &hypothesis,
-            self.joint,
-            Care::Screening,
-        );
-        let all: Vec<Column> = self
-            .joint
-            .logs
-            .iter()
-            .map(|log| of_fit.contribution(&log.scene))
-            .collect();
-        let white = self.joint.problem.whitened(&all.iter().collect::<Vec<_>>());
-        let gains = self.joint.problem.gains(&white);
-        Some(gains.iter().skip(fitted).sum())
-    }
-
-    /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
-    /// even so is something else, which is of no log alone.
-    fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<&'static str> {
-        let one = self.of_one_log(accepted);
-        let one = one.filter(|h| self.explains_each_log(h));
-        let mut ids: Vec<&str> = one.iter().flat_map(|h| self.ids(h)).collect();
-        let Some(accepted) = accepted else {
-            return ids;
-        };
-        let (explained, count) = (
-            self.joint.explained(accepted.gain),
-            self.joint.problem.count,
-        );
-        let each = self
-            .joint
-            .contrasts(accepted)
-            .into_iter()
-            .zip(&accepted.effects);
-        let differing = each.filter(|(own, _)| evidence::disagree(*own, explained, 1, count));
-        let differing: Vec<&str> = differing.map(|(_, effect)| effect.id).collect();
-        let all = || evaluate(self.library, self.parts(accepted), self.price);
-        if !differing.is_empty() && all().is_some_and(|h| self.explains_each_log(&h)) {
-            ids.extend(differing);
-        }
-        ids
-    }
-
-    fn ids(&self, hypothesis: &Hypothesis) -> Vec<&'static str> {
-        let variants = hypothesis.parts.iter().map(|p| p.variant);
-        variants
-            .map(|k| self.library.variants[k].effect.id)
-            .collect()
-    }
-
-    /// Whether effects that are fitted to each log alone leave no structure that all logs show.
-    fn explains_each_log(&self, hypothesis: &Hypothesis) -> bool {
-        let of = |(log, prepared): (usize, &PreparedLog)| {
-            let problem = self.joint.of_rows(|k, _| k == log);
-            let own = fitted_to(
-                &problem,
-                self.library,
-                hypothesis,
-                self.joint,
-                Care::Estimating,
-            );
-            (own.contribution(&prepared.scene), own.gain)
-        };
-        let each = self.joint.logs.par_iter().enumerate().map(of);
-        let (own, gains): (Vec<Column>, Vec<f64>) = each.unzip();
-        let left = structure::left_apart(self.joint, &own, gains.iter().sum());
-        !left.any()
-    }
-
-    /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
-    /// have in common: several effects together imitate what changes from log to log. Steps of a
-    /// reading look different in each log.
-    fn of_one_log(&self, accepted: Option<&Tested>) -> Option<Hypothesis> {
-        let (problem, logs) = (&self.joint.problem, self.joint.logs.len());
-        if logs < 2 || self.joint.is_rounded() {
-            return None;
-        }
-        let which_log = 2.0 * (logs as f64).ln();
-        let alone = |place: usize, log: usize| -> Option<Hypothesis> {
-            let variant = &self.library.variants[place];
-            let columns = variant.columns.iter().map(|k| &self.library.columns[*k]);
-            let of_log: Vec<Column> = columns.map(|c| problem.masked(c, log)).collect();
-            let solution = problem.solve_whitened(&of_log, &variant.signs)?;
-            let open = variant.signs.iter().filter(|s| **s != Sign::One).count();
-            let parameters = open + variant.scanned();
-            let paid = self.price * parameters as f64 + evidence::prior() + which_log;
-            let possible = solution.wrong.is_empty();
-            possible.then(|| Hypothesis {
-                parts: vec![Part {
-                    variant: place,
-                    used: (0..variant.columns.len()).collect(),
-                }],
-                evidence: solution.gain - paid,
-                solution,
-                parameters,
-            })
-        };
-        let better = |a: &Hypothesis, b: &Hypothesis| a.evidence.total_cmp(&b.evidence);
-        let detail = |k: &usize| self.library.variants[*k].effect.effect.is_detail();
-        let all = (0..self.library.variants.len()).into_par_iter();
-        let best = all
-            .filter(|k| self.any || !detail(k))
-            .filter_map(|k| (0..logs).filter_map(|log| alone(k, log)).max_by(better))
-            .max_by(better)?;
-        let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
-        let explained = accepted.map_or(0.0, |t| t.gain);
-        (best.evidence > common + self.joint.threshold(explained)).then_some(best)
     }
 
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {

@@ -2,7 +2,7 @@
 
 use super::super::{print, print_json};
 use crate::cli::progress::counter;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_experiments::bench::diagnose::coverage::{Coverage, Said, coverage, said};
@@ -80,18 +80,19 @@ struct Score {
 impl Diagnose {
     pub(super) fn execute(self) -> Result<()> {
         if let Some(folder) = &self.write {
-            let specs = self.specs();
+            let specs = self.specs()?;
             let bar = counter(specs.len() as u64, "writing");
             diagnose::write(&specs, folder, &|| bar.inc(1))?;
             return print(&format!("{} cases in {}.\n", specs.len(), folder.display()));
         }
         let scored = match &self.folder {
             Some(folder) => {
-                let bar = counter(diagnose::truths(folder)?.len() as u64, "diagnosing");
-                diagnose::folder(folder, &|| bar.inc(1))?
+                let cases = self.chosen(diagnose::truths(folder)?, |(name, _)| name)?;
+                let bar = counter(cases.len() as u64, "diagnosing");
+                diagnose::folder(folder, cases, &|| bar.inc(1))?
             }
             None => {
-                let specs = self.specs();
+                let specs = self.specs()?;
                 let bar = counter(specs.len() as u64, "diagnosing");
                 diagnose::generated(&specs, &|| bar.inc(1))?
             }
@@ -103,17 +104,30 @@ impl Diagnose {
         print(&self.text(&scored, nothing.as_ref()))
     }
 
-    fn specs(&self) -> Vec<CaseSpec> {
-        let mut specs = match self.nothing_hidden {
+    fn specs(&self) -> Result<Vec<CaseSpec>> {
+        let specs = match self.nothing_hidden {
             Some(count) => nothing_hidden(self.seed, count),
             None if self.ladder => size_sweep(self.seed),
             None => suite(self.seed),
         };
-        specs.truncate(self.count.unwrap_or(usize::MAX));
-        if !self.case.is_empty() {
-            specs.retain(|spec| self.case.iter().any(|case| case == spec.name()));
+        self.chosen(specs, CaseSpec::name)
+    }
+
+    /// Those that were asked for.
+    fn chosen<T>(&self, mut all: Vec<T>, name: impl Fn(&T) -> &str) -> Result<Vec<T>> {
+        all.truncate(self.count.unwrap_or(usize::MAX));
+        for case in &self.case {
+            ensure!(
+                all.iter().any(|one| name(one) == case),
+                "there is no case `{case}` among the {}, {} to {}",
+                all.len(),
+                all.first().map_or("", &name),
+                all.last().map_or("", &name)
+            );
         }
-        specs
+        let wanted = |one: &T| self.case.is_empty() || self.case.iter().any(|c| c == name(one));
+        all.retain(wanted);
+        Ok(all)
     }
 
     fn text(&self, scored: &Scored, nothing: Option<&Nothing>) -> String {

@@ -126,13 +126,17 @@ pub fn write(specs: &[CaseSpec], folder: &Path, done: &(dyn Fn() + Sync)) -> any
     write_whole(&folder.join("truth.json"), text)
 }
 
-/// Diagnoses the cases of a folder with a `truth.json`.
+/// Diagnoses cases of a folder, with their answers from [`truths`].
 ///
 /// # Errors
 ///
-/// A folder without truth, or cases that cannot be read.
-pub fn folder(path: &Path, done: &(dyn Fn() + Sync)) -> anyhow::Result<Bench> {
-    let results = truths(path)?
+/// A case that cannot be read.
+pub fn folder(
+    path: &Path,
+    cases: Vec<(String, Truth)>,
+    done: &(dyn Fn() + Sync),
+) -> anyhow::Result<Bench> {
+    let results = cases
         .into_par_iter()
         .map(|(name, truth)| {
             let logs = docking_rig_log::read(&path.join(&name))?;

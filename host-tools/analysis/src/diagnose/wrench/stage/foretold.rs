@@ -1,0 +1,133 @@
+//! What a search ends in: effects that are worth their price beside each other and foretell logs that no fit has seen.
+
+use super::{Work, without};
+use crate::diagnose::wrench::search::{Part, evaluate};
+use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
+use rayon::prelude::*;
+use softdock_physics::model::load::Column;
+use std::collections::BTreeSet;
+use std::sync::{MutexGuard, PoisonError};
+
+impl Work<'_> {
+    /// Without the effects that are not worth their price beside the others. Of several, each of which the others
+    /// nearly imitate, the one goes without which the logs of the fit foretell the unseen ones best.
+    fn pruned(&self, found: Tested) -> Option<Tested> {
+        let mut now = found;
+        loop {
+            let each = self.each(&now);
+            let worthless = |place: &usize| {
+                let others = now.gain - now.gain.min(each[*place].max(0.0));
+                each[*place] < self.joint.threshold(others)
+            };
+            let worthless: Vec<usize> = (0..each.len()).filter(worthless).collect();
+            let parts = self.parts(&now);
+            let worth = |place: usize| match worthless.len() {
+                1 => None,
+                _ => self.foretold(without(&parts, place)),
+            };
+            let mut order: Vec<(f64, usize)> = worthless
+                .iter()
+                .map(|&place| (worth(place).unwrap_or(-each[place]), place))
+                .collect();
+            order.sort_by(|a, b| b.0.total_cmp(&a.0));
+            if !order.is_empty() && parts.len() < 2 {
+                return None;
+            }
+            let rest = |(_, place): (f64, usize)| {
+                let rest = evaluate(self.library, without(&parts, place), self.price)?;
+                Some(self.test(&rest)).filter(|rest| self.is_possible(rest))
+            };
+            match order.into_iter().find_map(rest) {
+                Some(rest) => now = rest,
+                // Nothing that may go, or nothing without which the others are possible.
+                None => return Some(now),
+            }
+        }
+    }
+
+    /// From a start to effects that foretell the unseen logs: forms that do not are left out, and the search goes on
+    /// without them, in the end without adding others. And whether the climbs came to their ends.
+    pub(super) fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
+        /// Effects in whose place others are looked for.
+        const REPLACED: usize = 3;
+        let mut start = start;
+        let mut ended = true;
+        let mut replaced = 0;
+        loop {
+            let (end, came_to_end) = match replaced <= REPLACED {
+                true => self.climbed(start),
+                false => (start, true),
+            };
+            ended &= came_to_end;
+            let Some(accepted) = self.pruned(end) else {
+                return (None, ended);
+            };
+            let Some((rest, forms)) = self.misleading(&accepted) else {
+                return (Some(accepted), ended);
+            };
+            self.misled().extend(forms);
+            replaced += 1;
+            let rest = evaluate(self.library, rest, self.price);
+            match rest.filter(|rest| !rest.parts.is_empty()) {
+                Some(rest) => start = self.test(&rest),
+                None => return (None, ended),
+            }
+        }
+    }
+
+    pub(super) fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
+        self.misled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The effect with which the unseen logs are foretold worse than without it, by more than would name it: what is there
+    /// without it, and its forms that are no better.
+    fn misleading(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+        let parts = self.parts(accepted);
+        let with = self.foretold(parts.clone())?;
+        let rest = |place: usize| match parts.len() {
+            1 => Some(0.0),
+            _ => self.foretold(without(&parts, place)),
+        };
+        let worse = (0..parts.len()).filter_map(|place| Some((rest(place)?, place)));
+        let (rest, place) = worse.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let worse = |gain: f64| rest - gain > self.joint.threshold(0.0);
+        if !worse(with) {
+            return None;
+        }
+        let own = self.library.variants[parts[place].variant].effect.id;
+        let misleads = |variant: &usize| {
+            let mut other = parts.clone();
+            other[place].variant = *variant;
+            self.foretold(other).is_none_or(worse)
+        };
+        let same = (0..self.library.variants.len())
+            .into_par_iter()
+            .filter(|k| self.library.variants[*k].effect.id == own);
+        Some((without(&parts, place), same.filter(misleads).collect()))
+    }
+
+    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
+    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
+        let fitted = self.joint.fitted;
+        if fitted >= self.joint.logs.len() {
+            return None;
+        }
+        let hypothesis = evaluate(self.library, parts, self.price)?;
+        let of_fit = fitted_to(
+            self.of_fit,
+            self.library,
+            &hypothesis,
+            self.joint,
+            Care::Screening,
+        );
+        let all: Vec<Column> = self
+            .joint
+            .logs
+            .iter()
+            .map(|log| of_fit.contribution(&log.scene))
+            .collect();
+        let white = self.joint.problem.whitened(&all.iter().collect::<Vec<_>>());
+        let gains = self.joint.problem.gains(&white);
+        Some(gains.iter().skip(fitted).sum())
+    }
+}
