@@ -246,7 +246,7 @@ fn an_import_says_what_it_read_and_gives_a_model_to_start_from() {
     for says in [
         "train.mcap: 1000 rows, 3.996 s, a cycle of 0.004000 s",
         "central differences of the poses",
-        "Not in the log: sent velocity, model velocity.",
+        "Not in the log, or zero throughout: sent velocity, model velocity.",
     ] {
         assert!(run.stdout.contains(says), "`{says}`: {}", run.stdout);
     }

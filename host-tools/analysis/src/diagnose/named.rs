@@ -79,7 +79,11 @@ impl Named {
             .iter()
             .filter(|(name, _)| !self.estimates.contains_key(*name));
         let chosen: Vec<String> = chosen
-            .map(|(name, value)| format!("{name} = {}", number::significant(*value, 3)))
+            .map(|(name, value)| {
+                let word = by_id(id).and_then(|e| e.parameters[e.place(name)?].word(*value));
+                let word = word.map_or_else(String::new, |word| format!(" ({word})"));
+                format!("{name} = {}{word}", number::significant(*value, 3))
+            })
             .collect();
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
     }

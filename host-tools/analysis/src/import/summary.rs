@@ -20,7 +20,7 @@ pub struct Summary {
     pub cycle_s: f64,
     /// Channels that hold something.
     pub channels: Vec<Channel>,
-    /// Groups of channels that hold nothing.
+    /// Groups of channels that hold nothing but zeros, if anything.
     pub missing: Vec<&'static str>,
 }
 
@@ -125,7 +125,10 @@ impl Summary {
         }
         let missing = match self.missing.as_slice() {
             [] => String::new(),
-            missing => format!("Not in the log: {}.\n", missing.join(", ")),
+            missing => format!(
+                "Not in the log, or zero throughout: {}.\n",
+                missing.join(", ")
+            ),
         };
         format!(
             "{}: {} rows, {} s, a cycle of {} s\n{table}\n{missing}",

@@ -78,7 +78,7 @@ fn parameters(effect: &Effect) -> Table {
         Column::text("Unit"),
         Column::number("From", ""),
         Column::number("To", ""),
-        Column::text("Sign"),
+        Column::text("Sign, or meaning"),
     ]);
     for parameter in effect.parameters {
         table.push(vec![
@@ -86,20 +86,26 @@ fn parameters(effect: &Effect) -> Table {
             Cell::text(parameter.unit),
             Cell::text(significant(parameter.low, 2)),
             Cell::text(significant(parameter.high, 2)),
-            Cell::text(sign(parameter)),
+            Cell::text(meaning(parameter)),
         ]);
     }
     table
 }
 
-fn sign(parameter: &Parameter) -> &'static str {
-    if parameter.is_form() {
+fn meaning(parameter: &Parameter) -> String {
+    if !parameter.words.is_empty() {
+        let words = parameter.words.iter().enumerate();
+        let words: Vec<String> = words.map(|(k, word)| format!("{k}: {word}")).collect();
+        return words.join(", ");
+    }
+    let sign = if parameter.is_form() {
         "chooses the form of the law"
     } else if parameter.is_signed() {
         "either"
     } else {
         "never negative: a negative fit is refused"
-    }
+    };
+    sign.to_owned()
 }
 
 /// A text of the catalogue as a sentence: capital first, full stop last.

@@ -155,6 +155,8 @@ pub struct Parameter {
     /// It stands for all other linear parameters at once: a diagnosis names it alone, or the others.
     #[serde(skip)]
     pub common: bool,
+    /// What the values 0, 1, .. of a choice mean.
+    pub words: &'static [&'static str],
 }
 
 /// How a parameter enters the law of its effect.
@@ -243,7 +245,18 @@ impl Parameter {
             pictured: 0.0,
             of_the_tool: 0.0,
             common: false,
+            words: &[],
         }
+    }
+
+    /// It says which of some forms the law has: 0 the first of these words, which is the usual one, 1 the second ..
+    pub const fn choice(name: &'static str, words: &'static [&'static str]) -> Self {
+        let values: &[f64] = match words.len() {
+            2 => &[0.0, 1.0],
+            _ => &[0.0, 1.0, 2.0],
+        };
+        let new = Self::new(name, "-", 0.0, values.len() as f64 - 1.0).form(values, 0.0);
+        Self { words, ..new }
     }
 
     /// It shapes the law.
@@ -368,6 +381,11 @@ impl Parameter {
             Role::Linear => None,
             Role::Shape(tried) | Role::Form(tried) => Some(tried),
         }
+    }
+
+    /// What a value of a choice means; none if its numbers mean themselves.
+    pub fn word(&self, value: f64) -> Option<&'static str> {
+        self.words.get(value as usize).copied()
     }
 
     /// Its value where none is given.

@@ -31,7 +31,7 @@ pub const EFFECT: Effect = Effect {
 
 /// Whether the durations of the cycles scatter, each by itself, and not the instants.
 const OF_INTERVALS: Parameter =
-    Parameter::new("of_intervals", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0);
+    Parameter::choice("of_intervals", &["of the instants", "of the durations"]);
 
 /// How the instants of a log scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]

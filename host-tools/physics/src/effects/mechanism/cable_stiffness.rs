@@ -1,6 +1,6 @@
 //! A spring that pulls the moving side back, as a cable bundle does.
 
-use super::ACTS_AT;
+use super::{ABOUT_START, ACTS_AT};
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ pub const EFFECT: Effect = Effect {
             .hidden(40.0, 100.0)
             .pictured(150.0),
         Parameter::new("hardening_n_per_m3", "N/m^3", 0.0, 1e12),
-        Parameter::new("about_start", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
+        ABOUT_START,
         ACTS_AT,
     ],
     confused_with: &[

@@ -18,7 +18,10 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("damping_n_s_per_m", "N·s/m", 0.0, 1e7)
             .hidden(60.0, 150.0)
             .pictured(100.0),
-        Parameter::new("acts_at_once", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
+        Parameter::choice(
+            "acts_at_once",
+            &["builds up with the depth", "acts at once"],
+        ),
     ],
     confused_with: &[
         "hunt_crossley",

@@ -1,5 +1,6 @@
 //! Resistance of the manipulator that holds the simulated spacecraft.
 
+use super::ABOUT_START;
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
 
 /// Catalogue entry.
@@ -19,7 +20,7 @@ pub const EFFECT: Effect = Effect {
             .hidden(5.0, 10.0)
             .pictured(20.0),
         // The arm is relaxed where the log begins, not where the model says.
-        Parameter::new("about_start", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
+        ABOUT_START,
     ],
     confused_with: &["guide_viscous", "cable_stiffness", "sc_mass_error"],
     tell_apart: "look at the sensor in free flight: a guide or a cable on the rig is measured there, a resistance \

@@ -11,8 +11,17 @@ const SMOOTHING: Parameter = Parameter::new("smoothing_speed_m_s", "m/s", 0.0, 0
 const PRESLIDING: Parameter = Parameter::new("presliding_m", "m", 0.0, 5e-4)
     .form_size(&[0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5], 0.0);
 
-/// Where the force acts: 0 at M, 1 at the tip, 2 at the sensor's origin (no torque).
-const ACTS_AT: Parameter = Parameter::new("acts_at", "-", 0.0, 2.0).form(&[0.0, 1.0, 2.0], 0.0);
+/// Where the force acts; at the sensor's origin it reads no torque.
+const ACTS_AT: Parameter = Parameter::choice(
+    "acts_at",
+    &["at the flange M", "at the tip", "at the sensor's origin"],
+);
+
+/// Where a spring rests.
+const ABOUT_START: Parameter = Parameter::choice(
+    "about_start",
+    &["rests at the origin of C", "rests at the first position"],
+);
 
 pub mod bearing_gravity;
 pub mod bearing_inertia;

@@ -22,7 +22,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("lsb_torque_n_m", "N·m", 0.0, 2.0)
             .hidden(0.04, 0.08)
             .in_steps(0.005),
-        Parameter::new("rounds_down", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0),
+        Parameter::choice("rounds_down", &["rounds to the nearest", "rounds down"]),
     ],
     confused_with: &["ft_dropout", "ft_low_pass"],
     tell_apart: "sort the values of a slow ramp: a lattice has gaps of one size, held samples repeat in time but \

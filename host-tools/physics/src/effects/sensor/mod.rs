@@ -26,7 +26,8 @@ pub mod tool_inertia;
 pub mod tool_mass_error;
 
 /// Whether gain and cross-talk act on the zero as well.
-const WITH_ZERO: Parameter = Parameter::new("with_zero", "-", 0.0, 1.0).form(&[0.0, 1.0], 0.0);
+const WITH_ZERO: Parameter =
+    Parameter::choice("with_zero", &["of the load alone", "of load and zero"]);
 
 /// The first six values as a wrench, N and N·m.
 fn six(p: &[f64]) -> Wrench<f64> {
