@@ -304,12 +304,15 @@ fn sampling(stages: &Stages) -> Vec<Named> {
     }
     if logs.iter().all(|log| log.held_share > 0.0) {
         let fitted = stages.sampling.train().iter().zip(stages.logs.train());
-        let (held, count) = fitted.fold((0.0, 0.0), |(held, count), (sampling, log)| {
+        let (mut held, mut variance, mut count) = (0.0, 0.0, 0.0);
+        for (sampling, log) in fitted {
             let cycles = log.cycle_count() as f64;
-            (held + sampling.held_share * cycles, count + cycles)
-        });
-        let share: f64 = held / f64::max(count, 1.0);
-        let sigma = (share * (1.0 - share) / f64::max(count, 1.0)).sqrt();
+            held += sampling.held_share * cycles;
+            variance += sampling.held_variance * cycles;
+            count += cycles;
+        }
+        let count = f64::max(count, 1.0);
+        let (share, sigma) = (held / count, variance.sqrt() / count);
         named.push(Named::new("ft_dropout", Vec::new()).with("held_share", (share, sigma), "-"));
     }
     named

@@ -19,6 +19,8 @@ pub(crate) struct Sampling {
     pub rounds_down: bool,
     /// Share of samples that repeat the one before.
     pub held_share: f64,
+    /// Its variance times the number of samples.
+    pub held_variance: f64,
     /// The sample of a cycle is new.
     pub fresh: Vec<bool>,
 }
@@ -53,6 +55,7 @@ impl Sampling {
             lsb,
             rounds_down: false,
             held_share: if is_held { share } else { 0.0 },
+            held_variance: variance_of_share(&held, share),
             fresh,
         }
     }
@@ -82,6 +85,19 @@ impl Sampling {
     pub(crate) fn is_rounded(&self) -> bool {
         self.lsb.iter().any(|step| *step > 0.0)
     }
+}
+
+/// Variance of a share of samples times their number, p (1 − p) (1 + ρ)/(1 − ρ): samples that are held come in runs, and ρ
+/// is the correlation of one with the next.
+fn variance_of_share(held: &[usize], share: f64) -> f64 {
+    let again = held
+        .windows(2)
+        .filter(|pair| pair[0] + 1 == pair[1])
+        .count();
+    let stays = again as f64 / held.len().max(1) as f64;
+    let correlation = (stays - share) / (1.0 - share).max(f64::MIN_POSITIVE);
+    let correlation = correlation.clamp(0.0, 0.99);
+    share * (1.0 - share) * (1.0 + correlation) / (1.0 - correlation)
 }
 
 /// The step that several axes share; 0 if most of those that say something have none.
@@ -176,6 +192,17 @@ mod tests {
             .collect();
         let found = lattice(&values).unwrap();
         assert!((found / step - 1.0).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn samples_that_are_held_in_runs_say_less_of_their_share() {
+        let in_runs: Vec<usize> = (0..100).map(|n| 40 * (n / 4) + n % 4).collect();
+        let apart: Vec<usize> = (0..100).map(|n| 10 * n).collect();
+        // Runs of 4 of 40: three of four held samples are followed by another.
+        let correlation: f64 = (0.75 - 0.1) / 0.9;
+        let inflated = 0.09 * (1.0 + correlation) / (1.0 - correlation);
+        assert!((variance_of_share(&in_runs, 0.1) - inflated).abs() < 1e-12);
+        assert!((variance_of_share(&apart, 0.1) - 0.09).abs() < 1e-12);
     }
 
     #[test]
