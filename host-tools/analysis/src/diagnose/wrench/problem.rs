@@ -246,12 +246,7 @@ impl Problem {
         let shared = taken.norm_squared() / self.segments.len().max(1) as f64;
         let of = |log: usize| {
             let part = self.part(&rest, log);
-            shared
-                + part
-                    .0
-                    .iter()
-                    .map(|r| softdock_statistics::dot(r, r))
-                    .sum::<f64>()
+            shared + dot(&part, &part)
         };
         (0..self.segments.len()).map(of).collect()
     }
