@@ -57,9 +57,8 @@ fn viewers() {
 fn with_module(name: &str, text: &str) -> String {
     let folder = scratch(name);
     record(&folder);
-    for log in ["train.mcap", "test.mcap"] {
-        fs::copy(folder.join("run.mcap"), folder.join(log)).unwrap();
-    }
+    fs::copy(folder.join("run.mcap"), folder.join("train.mcap")).unwrap();
+    done(&folder, "softdock run scenario.toml --seed 7 -o test.mcap");
     let module = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host-tools/python");
     let binary = softdock_binary();
     let before = format!(

@@ -16,6 +16,7 @@ use softdock_physics::model::load::{LoadModel, positions};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Model};
+use softdock_report::number;
 
 /// Steps of the simulation in a cycle of the log.
 const STEPS: usize = 8;
@@ -44,11 +45,11 @@ impl FreeSimulation {
         let unit = if self.axis.is_rotation() { "rad" } else { "m" };
         format!(
             "Simulated forward from the recorded force alone over {:.1} s, {} is off by {} rms, \
-             {:.3} % of its motion.",
+             {} % of its motion.",
             self.seconds,
             self.axis,
             quantity(self.rms, unit),
-            100.0 * self.relative
+            number::significant(100.0 * self.relative, 3)
         )
     }
 }

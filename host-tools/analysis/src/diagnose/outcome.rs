@@ -10,6 +10,7 @@ use super::named::INTERVAL_95;
 use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::verdict::Grounds;
+use super::wrench::PreparedLog;
 use super::{ranking, regions, sentence};
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
@@ -162,7 +163,7 @@ const TESTED: usize = 3;
 /// What cannot be tested on these logs, and why.
 fn lacking(stages: &Stages) -> Vec<&'static str> {
     let mut all = Vec::new();
-    if stages.actuator.is_none() {
+    if stages.actuator.is_none() && !is_driven(stages) {
         all.push("The actuator is not tested: the logs hold no commanded velocities.");
     }
     if stages.wrench.is_none() {
@@ -451,8 +452,15 @@ fn notes(
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
         if ratio > 1.25 {
+            let filter = match floor.channel == Channel::Wrench && ratio > DIFFERENTIATED {
+                true if differentiates(stages) => {
+                    " If that is the acceleration of differentiated positions, what follows from it is not told from \
+                     noise, nor is a delay: a [filter] in the mapping of the import keeps the motion and cuts the rest."
+                }
+                _ => "",
+            };
             notes.push(format!(
-                "The noise of {} {} is {ratio:.2} times that of the data sheet.",
+                "The noise of {} {} is {ratio:.2} times that of the data sheet.{filter}",
                 floor.channel, floor.axis
             ));
         }
@@ -465,6 +473,22 @@ fn notes(
         ));
     }
     notes
+}
+
+/// Noise of a wrench over that of its sensor from which on it is hardly the sensor's.
+const DIFFERENTIATED: f64 = 3.0;
+
+/// Whether accelerations are differences of recorded positions or velocities, and nothing smooths them.
+fn differentiates(stages: &Stages) -> bool {
+    let raw = |log: &PreparedLog| log.scene.model.sensor.filter.is_none();
+    let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    logs.any(raw) && !stages.logs.all.iter().any(|log| log.is_commanded())
+}
+
+/// Whether the motion follows the wrench of the logs.
+fn is_driven(stages: &Stages) -> bool {
+    let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    logs.any(|log| log.scene.model.sensor.wrench.drives())
 }
 
 /// Effects whose form the log does not tell.

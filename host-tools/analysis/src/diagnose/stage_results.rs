@@ -373,7 +373,9 @@ fn noise_floors(model: &Model, cost: &Cost<'_>, wrench: Option<&WrenchFinding>) 
     }
     let sheet = wrench::sheet_sigma(model);
     for log in wrench.iter().flat_map(|found| found.prepared.logs.first()) {
-        all.extend(Axis::ALL.into_iter().map(|axis| NoiseFloor {
+        let recorded = |axis: &Axis| !log.residual.0[axis.index()].is_empty();
+        let axes = Axis::ALL.into_iter().filter(recorded);
+        all.extend(axes.map(|axis| NoiseFloor {
             channel: Channel::Wrench,
             axis,
             measured: log.noise_model[axis.index()].level,

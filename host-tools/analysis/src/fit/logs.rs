@@ -4,6 +4,7 @@ use super::record::Names;
 use super::{excitation, same_rig};
 use crate::import::checks::{Context, check};
 use anyhow::{Result, ensure};
+use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use std::path::PathBuf;
@@ -71,6 +72,7 @@ impl Logs {
             .map(String::as_str)
             .zip(recordings)
             .collect();
+        refuse_copies(&named)?;
         notes.extend(same_rig::differences(&named));
         Ok(Self {
             names: Names::of(&names(train), &names(test)),
@@ -99,6 +101,28 @@ impl Logs {
     pub fn unseen(&self) -> &str {
         self.names.test.as_deref().unwrap_or_default()
     }
+}
+
+/// Neither does a copy of it: no two measurements have the same noise.
+fn refuse_copies(named: &[(&str, &Recording)]) -> Result<()> {
+    let measured = |cycle: &CycleRecord| {
+        let wrench = cycle.inputs.sensor.wrench.map(f64::to_bits);
+        (
+            cycle.trace.time_s.to_bits(),
+            cycle.trace.pose.map(f64::to_bits),
+            wrench,
+        )
+    };
+    for (k, (name, log)) in named.iter().enumerate() {
+        for (other, before) in &named[..k] {
+            let (ours, theirs) = (log.cycles.iter(), before.cycles.iter());
+            ensure!(
+                !ours.map(measured).eq(theirs.map(measured)),
+                "{name} holds the same cycles as {other}: give another measurement, or leave it out"
+            );
+        }
+    }
+    Ok(())
 }
 
 /// A log that a fit has seen says nothing about what it has not.

@@ -12,6 +12,7 @@ use softdock_physics::model::Channel;
 use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::optimise::brent;
+use softdock_report::number;
 use std::collections::BTreeMap;
 
 /// Gain in χ² below which shapes are not worth refining.
@@ -212,10 +213,12 @@ pub(super) fn fitted_to(
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
                 {
-                    wrong.push(format!(
-                        "{} = {value:.3e} {}",
-                        coefficient.name, coefficient.unit
-                    ));
+                    let unit = match coefficient.unit {
+                        "-" => String::new(),
+                        unit => format!(" {unit}"),
+                    };
+                    let value = number::significant(value, 3);
+                    wrong.push(format!("{} = {value}{unit}", coefficient.name));
                 }
             }
             at += 1;

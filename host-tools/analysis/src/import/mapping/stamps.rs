@@ -21,6 +21,8 @@ const WINDOW: usize = 100;
 const LATE: f64 = 0.5;
 /// Share of rows that may be farther off, or behind a gap, in a log of equal steps.
 const FEW: f64 = 0.05;
+/// Samples for each row that resampling may make: more are a slip in a unit.
+const FINEST: f64 = 100.0;
 /// A sample so near to a row, in steps, is that row.
 const SAME: f64 = 1e-3;
 
@@ -52,7 +54,12 @@ pub(super) fn regular(
             };
             let duration_s = times.last().unwrap_or(&0.0) - times[0];
             ensure!(
-                step_s > 0.0 && 2.0 * step_s < duration_s && duration_s / step_s < 1e8,
+                median_s < FINEST * step_s,
+                "[time] resample_hz: samples every {step_s} s of rows that are {median_s} s apart, more than {FINEST} for \
+                 each; is the unit of the time right?"
+            );
+            ensure!(
+                step_s > 0.0 && 2.0 * step_s < duration_s,
                 "[time] resample_hz: samples every {step_s} s in {duration_s} s; expected a rate that \
                  gives at least two samples, and \"auto\" for the median of the rows, {median_s} s"
             );
