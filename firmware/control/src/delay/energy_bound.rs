@@ -163,14 +163,17 @@ fn largest_share(a: f64, b: f64, room: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::settings::BodySettings;
 
-    /// α a + α² b is the room that is left.
+    /// α a + α² b is the room that is left, and no larger share leaves as little.
     #[test]
-    fn the_share_leaves_no_more_than_the_room() {
+    fn the_share_is_the_largest_that_leaves_no_more_than_the_room() {
         for (a, b, room) in [
             (1.0_f64, 0.5, 0.2_f64),
             (-1.0, 2.0, 0.1),
             (-1.0, 2.0, 0.0),
+            (-0.2, 0.1, 0.3),
             (1.0, 0.0, 0.5),
             (1.0, 0.5, 0.0),
             (0.3, 0.4, -0.1),
@@ -178,13 +181,181 @@ mod tests {
             (4e5, 3e3, 2e5),
         ] {
             let share = largest_share(a, b, room);
-            let given = share * (a + share * b);
+            let given = |share: f64| share * (a + share * b);
             assert!((0.0..=1.0).contains(&share), "{a} {b} {room}: {share}");
-            assert!(given <= room.max(0.0) + 1e-9, "{a} {b} {room}: {given}");
-            assert!(
-                room < 0.0 || given >= room - 1e-9 * a.abs(),
-                "{a} {b} {room}"
-            );
+            let most = room.max(0.0) + 1e-9;
+            assert!(given(share) <= most, "{a} {b} {room}: {share}");
+            let larger = share * (1.0 + 1e-6) + 1e-9;
+            let is_largest = share == 1.0 || given(larger) > room;
+            assert!(is_largest, "{a} {b} {room}: {share}");
+            if room < 0.0 && a < 0.0 {
+                assert!((given(share) - room).abs() < 1e-9, "{a} {b} {room}");
+            }
         }
+    }
+
+    /// Two spacecraft that turn, far apart. Of equal moments of inertia, so that nothing but the wrench changes their
+    /// energy.
+    fn turning() -> Spacecraft {
+        let k = BodySettings {
+            mass_kg: 300.0,
+            position_m: [1.2, -0.7, 0.4],
+            orientation_wxyz: [0.8, 0.3, -0.4, 0.33],
+            velocity_m_s: [0.02, -0.01, 0.03],
+            angular_velocity_rad_s: [0.02, 0.03, -0.01],
+            ..BodySettings::default()
+        };
+        let q = BodySettings {
+            mass_kg: 900.0,
+            orientation_wxyz: [0.7, -0.2, 0.5, 0.4],
+            velocity_m_s: [-0.01, 0.02, 0.0],
+            angular_velocity_rad_s: [-0.03, 0.01, 0.02],
+            ..BodySettings::default()
+        };
+        Spacecraft::new(&k, &q)
+    }
+
+    #[test]
+    fn the_work_of_a_wrench_is_the_change_of_the_kinetic_energy() {
+        let bound = EnergyBound::new(1.0, CYCLE_S);
+        for size in [1e-2, 1.0, 100.0, 1e4] {
+            let mut spacecraft = turning();
+            // Where the robot is does not matter: its attitude is late.
+            let wrench = Wrench::of(&[0.7, -0.4, 0.2, 0.1, -0.3, 0.25].map(|part| part * size));
+            let before = spacecraft.energy();
+            let (linear, quadratic) = bound.work_of(&spacecraft.input(&wrench), &wrench);
+            spacecraft.step(&wrench);
+            let work = spacecraft.energy() - before;
+            let error = linear + quadratic - work;
+            assert!(error.abs() < 1e-9 * work.abs() + 1e-13, "{size}: {error:e}");
+        }
+        // Too little to count.
+        let small = Wrench::of(&[9e-4; 6]);
+        let none = bound.work_of(&turning().input(&small), &small);
+        assert_eq!(none, (0.0, 0.0));
+    }
+
+    /// A bounce of both off a spring whose force is felt some cycles late: energies before and after by what was brought along
+    /// the contact, and cycles in which the bound acted.
+    fn bounce(bound: &mut EnergyBound<f64>, late: usize, gain: f64) -> (f64, usize) {
+        let mut spacecraft = Spacecraft::before_a_wall([0.005, 0.0, 0.0]);
+        let before = spacecraft.energy();
+        let (mut loads, mut acted) = ([0.0; 16], 0);
+        for _ in 0..400 {
+            let x = spacecraft.state.k.c_from_body.translation.x - 1e-4;
+            let leaves = spacecraft.state.k.velocity.linear.x < 0.0;
+            loads.rotate_right(1);
+            loads[0] = -220_500.0 * x.max(0.0) * if leaves { gain } else { 1.0 };
+            let wrench = Wrench::of(&[loads[late], 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let taken = -bound.work;
+            let felt = bound.bounded(&spacecraft.input(&wrench), wrench);
+            acted += usize::from(bound.acts);
+            // It gives what was taken, and nothing if that is less than nothing.
+            let rest = bound.work - (-taken).max(0.0);
+            assert!(!bound.acts || rest.abs() < 1e-12, "{rest:e}");
+            assert_eq!(bound.acts, felt != wrench);
+            spacecraft.step(&felt);
+        }
+        (spacecraft.energy() / before, acted)
+    }
+
+    #[test]
+    fn a_contact_gives_back_no_more_than_it_took() {
+        for (late, gain) in [(4, 1.0), (8, 1.0), (0, 1.3), (0, 3.0)] {
+            let (energy, acted) = bounce(&mut EnergyBound::new(1.0, CYCLE_S), late, gain);
+            assert!(acted > 0, "{late} {gain}");
+            let given = energy - 1.0;
+            assert!((-1e-9..=SLACK).contains(&given), "{late} {gain}: {given}");
+        }
+    }
+
+    #[test]
+    fn a_contact_that_gives_back_less_than_it_took_is_left_alone() {
+        for gain in [0.8, 0.5, 0.0] {
+            let (_, acted) = bounce(&mut EnergyBound::new(1.0, CYCLE_S), 0, gain);
+            assert_eq!(acted, 0, "{gain}");
+        }
+    }
+
+    /// The slack is there once, not in every contact.
+    #[test]
+    fn what_a_contact_gave_is_taken_back_by_the_next() {
+        let mut bound = EnergyBound::new(1.0, CYCLE_S);
+        let given: f64 = (0..20).map(|_| bounce(&mut bound, 0, 1.02).0 - 1.0).sum();
+        assert!((-1e-9..=SLACK).contains(&given), "{given}");
+    }
+
+    /// Of K that is pulled by this force at 10 mm/s: 40 µm in a cycle.
+    fn pull(bound: &mut EnergyBound<f64>, wrench: [f64; 6]) -> [f64; 6] {
+        let spacecraft = Spacecraft::before_a_wall([0.01, 0.0, 0.0]);
+        let wrench = Wrench::of(&wrench);
+        bound.bounded(&spacecraft.input(&wrench), wrench).get()
+    }
+
+    /// What ten cycles before the touch gave is owed, what they took may be given: 9 times 0.5 N · 40 µm, and half of that at
+    /// the 4 µm/s that it changes.
+    #[test]
+    fn a_load_that_grows_to_the_threshold_belongs_to_the_contact() {
+        let (before, touch) = (
+            [0.5, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        );
+        for sign in [1.0, -1.0] {
+            let mut bound = EnergyBound::new(1.0, CYCLE_S);
+            for _ in 0..200 {
+                let load = before.map(|part| sign * part);
+                assert_eq!(pull(&mut bound, load), load);
+            }
+            let cycle = 0.5 * (sign * 4e-5 + 0.5 * 4e-6 * CYCLE_S);
+            let expected = 9.0 * cycle;
+            assert!(
+                (bound.work - expected).abs() < 1e-6 * expected.abs(),
+                "{}",
+                bound.work
+            );
+            assert_eq!(bound.least, bound.work.min(0.0));
+            // What gave is to take first; what took may give.
+            let share = pull(&mut bound, touch)[0] / 2.0;
+            assert_eq!(share, if sign > 0.0 { 0.0 } else { 1.0 });
+        }
+    }
+
+    /// 0.3 N·m are 1 N at an arm of 0.3 m.
+    #[test]
+    fn a_contact_counts_from_its_threshold_by_force_or_by_torque() {
+        for (load, counts) in [
+            ([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], true),
+            ([0.0, 0.0, -1.0, 0.0, 0.0, 0.0], true),
+            ([0.0, 0.0, 0.0, 0.0, -0.3001, 0.0], true),
+            ([0.99, -0.99, 0.99, 0.29, 0.29, -0.29], false),
+        ] {
+            let mut bound = EnergyBound::<f64>::new(1.0, CYCLE_S);
+            bound.follow(&load);
+            assert_eq!(bound.quiet.is_some(), counts, "{load:?}");
+        }
+    }
+
+    /// 72 cycles; a load in between begins them anew. What it gave beyond what it took is owed by the next.
+    #[test]
+    fn a_contact_is_over_when_it_has_been_quiet_for_long_enough() {
+        let (load, none) = ([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 6]);
+        let mut bound = EnergyBound::<f64>::new(1.0, CYCLE_S);
+        bound.follow(&load);
+        (bound.work, bound.least) = (0.5, -3.0);
+        for _ in 0..2 {
+            (0..QUIET_CYCLES).for_each(|_| bound.follow(&none));
+            assert!(bound.quiet.is_some());
+            bound.follow(&load);
+        }
+        (0..=QUIET_CYCLES).for_each(|_| bound.follow(&none));
+        assert_eq!(bound.quiet, None);
+        assert_eq!((bound.work, bound.least, bound.debt), (0.0, 0.0, 0.5));
+        bound.work = 0.1;
+        bound.follow(&load);
+        assert_eq!(bound.work, 0.6);
+        // One that took more than it gave owes nothing, and is owed nothing.
+        bound.work = -1.0;
+        (0..=QUIET_CYCLES).for_each(|_| bound.follow(&none));
+        assert_eq!(bound.debt, 0.0);
     }
 }

@@ -68,11 +68,9 @@ fn bound<S: Scalar>(settings: &DelaySettings, cycle_s: f64) -> Option<EnergyBoun
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::SentHistory;
-    use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
-    use crate::frames::{Pose, Twist};
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::frames::Twist;
     use crate::settings::BodySettings;
-    use nalgebra::UnitQuaternion;
 
     fn settings(law: LawName, passivity_guard: bool) -> DelaySettings {
         DelaySettings {
@@ -86,29 +84,14 @@ mod tests {
     /// the robot.
     fn cycle(law: &mut Guarded<f64>, wrench: [f64; 6], model: [f64; 6]) -> ([f64; 6], [f64; 6]) {
         let body = BodySettings::default();
-        let at_rest = BodyState::initial(&body);
-        let input = LawInput {
-            model: Twist::of(&model),
-            model_end: Twist::of(&model),
-            wrench: &Wrench::of(&wrench),
-            measured: &Pose::identity(),
-            commanded: &Pose::identity(),
-            sent: &SentHistory::new(),
-            bodies: &TwoBody::new(&body, &body, 0.004),
-            state: &TwoBodyState {
-                k: at_rest,
-                q: at_rest,
-            },
-            c_from_q: UnitQuaternion::identity(),
-            released: true,
-            frozen: false,
-        };
+        let (spacecraft, wrench) = (Spacecraft::new(&body, &body), Wrench::of(&wrench));
+        let input = spacecraft.asked(&wrench, Twist::of(&model));
         (law.condition(&input).get(), law.step(&input).command.get())
     }
 
     /// What the spacecraft feel of 1e6 N and N·m with this law, and with the guard or without.
     fn felt(law: LawName, passivity_guard: bool) -> [f64; 6] {
-        let mut law = Guarded::new(&settings(law, passivity_guard), 0.004);
+        let mut law = Guarded::new(&settings(law, passivity_guard), CYCLE_S);
         cycle(&mut law, [1e6, -1e6, 1e6, 1e6, -1e6, 1e6], [0.0; 6]).0
     }
 
@@ -129,9 +112,9 @@ mod tests {
     fn a_law_that_is_restarted_has_forgotten_everything() {
         for law in LawName::ALL {
             let settings = settings(law, true);
-            let mut used = Guarded::new(&settings, 0.004);
+            let mut used = Guarded::new(&settings, CYCLE_S);
             let first = history(&mut used);
-            used.restart(&settings, 0.004);
+            used.restart(&settings, CYCLE_S);
             assert_eq!(history(&mut used), first, "{law:?}");
         }
     }
@@ -140,9 +123,9 @@ mod tests {
     fn a_restart_may_choose_another_law() {
         for before in LawName::ALL {
             for after in [LawName::None, LawName::Lead, LawName::Predictor] {
-                let mut law = Guarded::new(&settings(before, true), 0.004);
-                law.restart(&settings(after, false), 0.004);
-                let mut new = Guarded::new(&settings(after, false), 0.004);
+                let mut law = Guarded::new(&settings(before, true), CYCLE_S);
+                law.restart(&settings(after, false), CYCLE_S);
+                let mut new = Guarded::new(&settings(after, false), CYCLE_S);
                 assert_eq!(history(&mut law), history(&mut new), "{before:?} {after:?}");
             }
         }
@@ -159,7 +142,7 @@ mod tests {
         ] {
             let mut settings = settings(law, guard);
             settings.predictor.guard = own;
-            let bound = bound::<f64>(&settings, 0.004);
+            let bound = bound::<f64>(&settings, CYCLE_S);
             assert_eq!(bound.is_some(), expected, "{law:?} {own} {guard}");
         }
     }

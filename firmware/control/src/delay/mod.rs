@@ -28,6 +28,8 @@ pub mod predictor;
 pub mod seed;
 pub mod smith;
 pub mod smith_dead_zone;
+#[cfg(test)]
+mod spacecraft;
 pub mod status;
 pub mod switching_gain;
 
@@ -423,5 +425,70 @@ mod tests {
             assert_eq!(LawName::named(law.name()), Some(law));
         }
         assert_eq!(LawName::named("nothing"), None);
+    }
+
+    /// Half a cycle more if the model's velocity is the mean over the cycle.
+    #[test]
+    fn the_horizon_is_from_the_models_instant_to_its_execution() {
+        for (model_velocity, horizon_s) in
+            [(ModelVelocity::End, 0.032), (ModelVelocity::Mean, 0.034)]
+        {
+            let settings = DelaySettings {
+                model_velocity,
+                ..DelaySettings::default()
+            };
+            assert!((settings.horizon_s(0.004) - horizon_s).abs() < 1e-15);
+        }
+    }
+
+    /// A field out of range of each law's settings.
+    #[test]
+    fn the_settings_of_every_law_are_checked() {
+        type Change = fn(&mut DelaySettings);
+        let changes: [(&str, Change); 18] = [
+            ("actuator.delay_s", |s| s.actuator.delay_s = -1.0),
+            ("seed.threshold_mm_s", |s| s.seed.threshold_mm_s = -1.0),
+            ("seed.rotation.k_i", |s| s.seed.rotation.k_i = 101.0),
+            ("seed.translation.c", |s| s.seed.translation.c[3] = 3e4),
+            ("lead.extra_s", |s| s.lead.extra_s = 0.1),
+            ("lead.low_pass_hz", |s| s.lead.low_pass_hz = 5.0),
+            ("polynomial.order", |s| s.polynomial.order = 4),
+            ("polynomial.extra_s", |s| s.polynomial.extra_s = -0.1),
+            ("ats.window_s", |s| s.ats.window_s = 0.0),
+            ("ats.bounds", |s| s.ats.bounds[2] = 1.1),
+            ("smith.catch_up_s", |s| s.smith.catch_up_s = 0.0),
+            ("passivity.largest_share", |s| {
+                s.passivity.largest_share = 1.0
+            }),
+            ("predictor.force_noise_n", |s| {
+                s.predictor.force_noise_n = 0.0
+            }),
+            ("smith_dead_zone.observer_gain", |s| {
+                s.smith_dead_zone.observer_gain = 0.0
+            }),
+            ("desired_restitution.restitution", |s| {
+                s.desired_restitution.restitution = 1.1
+            }),
+            ("desired_restitution.threshold_n", |s| {
+                s.desired_restitution.threshold_n = 0.0
+            }),
+            ("switching_gain.gain", |s| s.switching_gain.gain = 6.0),
+            ("switching_gain.threshold_n", |s| {
+                s.switching_gain.threshold_n = 0.0
+            }),
+        ];
+        assert_eq!(DelaySettings::default().validate(), Ok(()));
+        for (field, change) in changes {
+            let mut settings = DelaySettings::default();
+            change(&mut settings);
+            let error = settings.validate().unwrap_err();
+            assert_eq!(error.field, format!("delay.{field}"));
+        }
+        // A low-pass of the lead that is none.
+        let mut settings = DelaySettings::default();
+        settings.lead.low_pass_hz = 0.0;
+        assert_eq!(settings.validate(), Ok(()));
+        settings.lead.low_pass_hz = 10.0;
+        assert_eq!(settings.validate(), Ok(()));
     }
 }

@@ -189,11 +189,9 @@ impl<S: Scalar> Passivity<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::SentHistory;
-    use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
-    use crate::frames::{Pose, Twist};
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::frames::Twist;
     use crate::settings::BodySettings;
-    use nalgebra::UnitQuaternion;
 
     /// Of a robot whose pose is this late.
     fn law(latency: u8) -> Passivity<f64> {
@@ -289,30 +287,29 @@ mod tests {
         assert_eq!(law.status(), expected);
     }
 
-    /// Spacecraft at rest that feel a force along x, N, with this velocity of the model along it, m/s: the force with the
-    /// damping, and the velocity that is left.
-    fn condition(law: &mut Passivity<f64>, force: f64, velocity: f64) -> (f64, f64) {
-        let body = BodySettings::default();
-        let (k, q) = (BodyState::initial(&body), BodyState::initial(&body));
-        let bodies = TwoBody::new(&body, &body, 0.004);
+    /// Two spacecraft of this mass at rest that feel a force along x, N, with this velocity of the model along it, m/s: the
+    /// force with the damping, and the velocity that is left.
+    fn condition_of(
+        mass_kg: f64,
+        law: &mut Passivity<f64>,
+        force: f64,
+        velocity: f64,
+    ) -> (f64, f64) {
+        let body = BodySettings {
+            mass_kg,
+            ..BodySettings::default()
+        };
+        let spacecraft = Spacecraft::new(&body, &body);
         let model = Twist::of(&[velocity, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let wrench = Wrench::of(&[force, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let input = LawInput {
-            model,
-            model_end: model,
-            wrench: &wrench,
-            measured: &Pose::identity(),
-            commanded: &Pose::identity(),
-            sent: &SentHistory::new(),
-            bodies: &bodies,
-            state: &TwoBodyState { k, q },
-            c_from_q: UnitQuaternion::identity(),
-            released: true,
-            frozen: false,
-        };
+        let input = spacecraft.asked(&wrench, model);
         let felt = law.condition(&input, wrench);
-        let change = bodies.mobility(input.state, &felt).linear.x * 0.004;
+        let change = spacecraft.bodies.mobility(input.state, &felt).linear.x * CYCLE_S;
         (felt.force.x, velocity + change)
+    }
+
+    fn condition(law: &mut Passivity<f64>, force: f64, velocity: f64) -> (f64, f64) {
+        condition_of(500.0, law, force, velocity)
     }
 
     /// In a contact: 10 mm/s with 18 mm²/s² less are 8 mm/s, and 0.3 of the speed is the most that a cycle takes.
@@ -336,7 +333,7 @@ mod tests {
 
     #[test]
     fn the_damping_is_a_force_that_leaves_that_velocity() {
-        for velocity in [0.05, -0.05] {
+        for velocity in [0.5, -0.05] {
             let mut law = law(0);
             condition(&mut law, 100.0, -0.005);
             let (_, free) = condition(&mut law.clone(), 0.0, velocity);
@@ -345,6 +342,42 @@ mod tests {
             assert_near(left, 0.7 * free);
             assert!(law.status().flags.has(LawFlags::GUARD_PASSIVE));
         }
+    }
+
+    /// Two of 50,000 t at 10 m/s: 30 % of that in a cycle would take 19 GN.
+    #[test]
+    fn the_damping_is_no_larger_than_its_largest_force() {
+        for (mass_kg, limited) in [(5e7, true), (1e7, true), (100.0, false)] {
+            for sign in [1.0, -1.0] {
+                let mut law = law(0);
+                condition_of(mass_kg, &mut law, 100.0, -0.005);
+                law.energy = -1e8;
+                let (force, _) = condition_of(mass_kg, &mut law, 0.0, sign * 10.0);
+                assert_eq!(force == -sign * LARGEST_N, limited, "{mass_kg}: {force}");
+                assert!(force * sign < 0.0 && force.abs() <= LARGEST_N);
+            }
+        }
+    }
+
+    /// Of 10^9 kg each: 2e-9 m/s in a second by 1 N.
+    #[test]
+    fn what_a_push_cannot_move_is_not_damped() {
+        let mut law = law(0);
+        condition_of(1e9, &mut law, 100.0, -0.005);
+        law.energy = -1e8;
+        assert_eq!(condition_of(1e9, &mut law, 5.0, 10.0).0, 5.0);
+    }
+
+    /// The settings allow eight cycles.
+    #[test]
+    fn a_pose_that_is_older_than_all_that_is_kept_counts_as_the_oldest() {
+        let mut law = law(200);
+        law.observe(&cycle(true, 0.0, 0.0), 0.0, 10.0);
+        for _ in 0..8 {
+            assert_eq!(law.energy, 0.0);
+            law.observe(&cycle(false, 0.0, 0.0), 10.0, 10.0);
+        }
+        assert_near(law.energy, -50.0);
     }
 
     #[test]
