@@ -286,3 +286,364 @@ impl DelayTracker {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::actuator::ActuatorSettings;
+    use crate::delay::spacecraft::CYCLE_S;
+
+    fn robot(delay_cycles: f64, servo_hz: f64) -> RobotModel {
+        let actuator = ActuatorSettings {
+            delay_s: delay_cycles * CYCLE_S,
+            servo_hz,
+            ..ActuatorSettings::default()
+        };
+        RobotModel::new(&actuator, CYCLE_S, 0.0)
+    }
+
+    /// Towards a contact at 5 mm/s, oblique to the axes.
+    fn velocity() -> V6 {
+        V6::new(0.003, 0.0, -0.004, 0.0, 0.0, 0.0)
+    }
+
+    /// Identification of a robot by a model that is corrected as it goes, with noise of this size (m), for so many cycles: how the
+    /// delay was changed, and in which of them. It began 2 µm from where it was measured then.
+    fn follow(
+        truth: &RobotModel,
+        believed: &mut RobotModel,
+        noise: f64,
+        cycles: usize,
+    ) -> (Approach, Vec<(usize, f64)>) {
+        let start = V6::repeat(0.5) - velocity() * (2e-6 / velocity().norm());
+        let mut approach = Approach::new(start, &velocity());
+        let (mut axis, mut commands, mut changes) = (AxisState::default(), Vec::new(), Vec::new());
+        for k in 0..cycles {
+            assert!(!approach.is_over());
+            let command = (k as f64 / 20.0).min(1.0);
+            commands.push(command);
+            let of = |delay: usize| k.checked_sub(delay).map_or(0.0, |k| commands[k]);
+            let whole = truth.linear.whole;
+            axis.step(truth, of(whole + 1), of(whole));
+            let wave = (k as f64 * 12.9898).sin() * 43_758.545_3;
+            let white = (wave - wave.floor() - 0.5) * 12.0_f64.sqrt();
+            let along = velocity() * (axis.position + noise * white / velocity().norm());
+            let position = V6::repeat(0.5) + along + V6::new(4.0, 0.0, 3.0, 1.0, 0.0, 0.0) * 1e-3;
+            if let Some(later) = approach.take(&position, &(velocity() * command), believed) {
+                believed.linear.shift(later);
+                changes.push((k + 1, later));
+            }
+        }
+        (approach, changes)
+    }
+
+    /// The whole of it.
+    fn identify(
+        truth: &RobotModel,
+        believed: &mut RobotModel,
+        noise: f64,
+    ) -> (Approach, Vec<(usize, f64)>) {
+        let (mut approach, changes) = follow(truth, believed, noise, APPROACH_WINDOW);
+        assert!(approach.is_over());
+        assert_eq!(approach.take(&V6::zeros(), &velocity(), believed), None);
+        (approach, changes)
+    }
+
+    /// What is across the approach, and where it began, does not matter.
+    #[test]
+    fn the_delay_of_the_robot_is_found_in_the_first_fit() {
+        for delay in [9.3, 8.0, 6.5, 4.0] {
+            let mut believed = robot(8.0, 0.0);
+            let (approach, changes) = identify(&robot(delay, 0.0), &mut believed, 0.0);
+            let findings = approach.findings;
+            assert!((believed.linear.mean_delay - delay).abs() < 2e-3, "{delay}");
+            assert!(
+                (findings.extra_delay - (delay - 8.0)).abs() < 2e-3,
+                "{findings:?}"
+            );
+            assert!(
+                findings.misfit < 1e-4 && findings.noise_m < 1e-9,
+                "{findings:?}"
+            );
+            assert!(findings.complete && !findings.at_bound);
+            assert!(delay == 8.0 || changes[0].0 == 48, "{changes:?}");
+        }
+    }
+
+    #[test]
+    fn the_delay_is_followed_to_the_end_of_its_range() {
+        for (delay, found) in [(1.0, 2.0), (19.0, 18.0)] {
+            let mut believed = robot(8.0, 0.0);
+            let (approach, _) = identify(&robot(delay, 0.0), &mut believed, 0.0);
+            assert!(approach.findings.at_bound);
+            assert!((believed.linear.mean_delay - found).abs() < 1e-9, "{delay}");
+        }
+    }
+
+    /// A robot whose noise is a micrometre: known to a fifth, no misfit, and no delay that is not there.
+    #[test]
+    fn noise_is_neither_a_delay_nor_another_robot() {
+        let mut believed = robot(8.0, 0.0);
+        let (approach, changes) = identify(&robot(8.0, 0.0), &mut believed, 1e-6);
+        let findings = approach.findings;
+        assert!((findings.noise_m / 1e-6 - 1.0).abs() < 0.2, "{findings:?}");
+        assert_eq!(changes, []);
+        // 20 µm in a cycle, and a rate that has grown from 0 to 1 within 20 of 88 cycles.
+        let rates = (0..88).map(|k: usize| (k.saturating_sub(8) as f64 / 20.0).min(1.0));
+        let mean = rates.clone().sum::<f64>() / 88.0;
+        let spread: f64 = rates.map(|rate| (rate - mean) * (rate - mean)).sum();
+        let expected = findings.noise_m / (0.005 * CYCLE_S) / spread.sqrt();
+        assert!(
+            (findings.deviation / expected - 1.0).abs() < 0.02,
+            "{findings:?} {expected}"
+        );
+        assert!(findings.misfit < 0.003, "{findings:?}");
+    }
+
+    /// A servo of the same mean delay leaves its own shape, which is no noise, and is not taken for a dead time.
+    #[test]
+    fn another_structure_is_a_misfit() {
+        let servo = robot(3.0, 10.0);
+        let mut believed = robot(servo.linear.mean_delay, 0.0);
+        let (approach, _) = identify(&servo, &mut believed, 0.0);
+        let findings = approach.findings;
+        assert!(
+            findings.misfit > 0.002 && findings.misfit < 0.02,
+            "{findings:?}"
+        );
+        assert!(findings.noise_m < 0.05e-6, "{findings:?}");
+        assert!(findings.extra_delay.abs() < 0.3, "{findings:?}");
+    }
+
+    /// Of the first fit: by twice the deviation that noise makes, and by what is unlike the robot, a third of a cycle at most.
+    #[test]
+    fn a_delay_counts_as_far_as_it_is_significant() {
+        let servo = robot(3.0, 10.0);
+        for (truth, believed, noise) in [
+            (robot(8.4, 0.0), 8.0, 0.0),
+            (robot(8.4, 0.0), 8.0, 2e-6),
+            (robot(8.4, 0.0), 8.0, 1e-5),
+            (servo.clone(), 8.0, 0.0),
+            (servo.clone(), 6.5, 0.0),
+            (servo, 2.0, 1e-6),
+        ] {
+            let believed = robot(believed, 0.0);
+            let (approach, changes) = follow(&truth, &mut believed.clone(), noise, 48);
+            let mut sums = OffsetAndDelay::default();
+            approach.simulate(&believed, |residual, rate| sums.add(residual, rate));
+            let (_, seen) = sums.solve().unwrap();
+            let findings = approach.findings;
+            let leverage = findings.noise_m / (0.005 * CYCLE_S) / findings.deviation;
+            let beyond = findings.misfit * believed.linear.mean_delay;
+            let unlike = (beyond / leverage).min(0.3);
+            let variance = findings.deviation * findings.deviation + unlike * unlike;
+            let expected = shrunk(seen, variance, 2.0);
+            let found = changes.first().map_or(0.0, |(_, later)| *later);
+            let small = expected.abs() < 2e-3 && found == 0.0;
+            assert!(
+                small || (found - expected).abs() < 1e-6,
+                "{noise}: {found} {expected}"
+            );
+            assert!(!findings.complete);
+        }
+    }
+
+    #[test]
+    fn an_approach_that_is_too_slow_tells_nothing() {
+        for (speed, over) in [(0.9e-5, true), (1.1e-5, false)] {
+            let approach = Approach::new(V6::zeros(), &V6::new(0.0, speed, 0.0, 0.0, 0.0, 0.0));
+            assert_eq!(approach.is_over(), over, "{speed}");
+        }
+    }
+
+    /// -6 to 10 cycles around the settings.
+    #[test]
+    fn a_later_change_stays_within_the_range() {
+        let mut approach = Approach::new(V6::zeros(), &velocity());
+        for (later, within, at_bound) in [
+            (3.0, 3.0, false),
+            (4.0, 4.0, false),
+            (4.0, 3.0, true),
+            (-1.0, -1.0, false),
+            (-20.0, -15.0, true),
+        ] {
+            assert_eq!(approach.bounded_change(later), within, "{later}");
+            assert_eq!(approach.findings.at_bound, at_bound, "{later}");
+        }
+        assert_eq!(approach.findings.extra_delay, -6.0);
+    }
+
+    /// Second differences of white noise are √6 of it; those of a straight line are none, and of c n² they are 2 c.
+    #[test]
+    fn what_is_smooth_is_no_noise() {
+        for (curvature, slope) in [(0.0, 0.3), (0.5, -2.0), (-0.1, 0.0)] {
+            let mut noise = Noise::default();
+            for n in 0..20 {
+                let n = f64::from(n);
+                noise.add(7.0 + slope * n + curvature * n * n);
+            }
+            let expected = 2.0 * f64::abs(curvature) / 6.0_f64.sqrt();
+            assert!((noise.deviation() - expected).abs() < 1e-9, "{curvature}");
+        }
+        let mut two = Noise::default();
+        two.add(1.0);
+        two.add(5.0);
+        assert_eq!(two.deviation(), 0.0);
+    }
+
+    #[test]
+    fn offset_and_delay_are_those_of_a_straight_line() {
+        let mut sums = OffsetAndDelay::default();
+        assert_eq!(sums.solve(), None);
+        for rate in [0.0, 1.0, 2.0, 3.0, 4.0] {
+            sums.add(0.7 - 1.3 * rate, rate);
+        }
+        let (offset, delay) = sums.solve().unwrap();
+        assert!((offset - 0.7).abs() < 1e-12 && (delay - 1.3).abs() < 1e-12);
+        assert!((sums.leverage() - 10.0_f64.sqrt()).abs() < 1e-12);
+        // Nearly the same rate throughout.
+        for (last, some) in [(0.8, false), (0.83, true)] {
+            let mut sums = OffsetAndDelay::default();
+            for rate in [0.0, 0.0, 0.0, last, last, last] {
+                sums.add(1.0, rate);
+            }
+            assert_eq!(sums.solve().is_some(), some, "{last}");
+        }
+    }
+
+    /// One bounce of an axis that brakes, turns and leaves: by its robot model, and measured with another offset on either side
+    /// of the reversal, near which it is anywhere. It is `later` than the model.
+    fn bounce(tracker: &mut DelayTracker, later: f64, offsets: [f64; 2]) {
+        let mut robot = RobotState::default();
+        for n in 0..=40 {
+            let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
+            let mut residual = V6::zeros();
+            for (i, speed) in [(0, 0.005), (4, -0.002)] {
+                robot.0[i].velocity = speed * rate;
+                let apart = if rate.abs() < 0.25 {
+                    1.0
+                } else {
+                    offsets[usize::from(rate < 0.0)] - later * speed * rate * CYCLE_S
+                };
+                residual[i] = apart;
+            }
+            tracker.add(&residual, &robot, CYCLE_S);
+        }
+    }
+
+    #[test]
+    fn a_delay_is_what_a_changing_velocity_tells_of_it() {
+        for later in [0.7, -1.1, 0.06, 0.04, 5.0, -5.0] {
+            let mut tracker = DelayTracker::default();
+            assert_eq!(tracker.later(0.0), None);
+            bounce(&mut tracker, later, [1e-5, -3e-5]);
+            let found = tracker.later(0.0);
+            let expected = f64::clamp(later, -2.0, 2.0);
+            match found {
+                Some(found) => assert!(
+                    (found - expected).abs() < 1e-9 && later != 0.04,
+                    "{later}: {found}"
+                ),
+                None => assert_eq!(later, 0.04),
+            }
+        }
+    }
+
+    /// Six tenths of what the contact before showed; the axis stands still in between.
+    #[test]
+    fn earlier_contacts_count_less() {
+        let mut tracker = DelayTracker::default();
+        bounce(&mut tracker, 1.0, [0.0, 0.0]);
+        let first = 0.6 * tracker.spread;
+        assert!((tracker.later(0.0).unwrap() - 1.0).abs() < 1e-9);
+        tracker.add(&V6::zeros(), &RobotState::default(), CYCLE_S);
+        bounce(&mut tracker, 0.2, [0.0, 0.0]);
+        let second = tracker.spread - first;
+        let found = tracker.later(0.0).unwrap();
+        let expected = (first + 0.2 * second) / (first + second);
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        assert!((first / second - 0.6).abs() < 0.2, "{first} {second}");
+    }
+
+    /// In the middle of the motion: what is left is what it is later still.
+    #[test]
+    fn a_model_that_is_made_later_has_been_so_all_along() {
+        for (all, shifted, left) in [
+            (0.8, 0.3, Some(0.5)),
+            (0.8, 0.8, None),
+            (-0.4, 0.6, Some(-1.0)),
+        ] {
+            let mut tracker = DelayTracker::default();
+            let mut robot = RobotState::default();
+            for n in 0..16 {
+                let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
+                robot.0[2].velocity = 0.005 * rate;
+                let later = if n < 8 { all } else { all - shifted };
+                if n == 8 {
+                    tracker.shift(shifted);
+                }
+                let residual = 1e-5 - later * 0.005 * rate * CYCLE_S;
+                tracker.add(&V6::new(0.0, 0.0, residual, 0.0, 0.0, 0.0), &robot, CYCLE_S);
+            }
+            match (tracker.later(0.0), left) {
+                (Some(found), Some(left)) => assert!((found - left).abs() < 1e-9, "{found}"),
+                (found, left) => assert_eq!(found, left),
+            }
+        }
+    }
+
+    /// Within two standard deviations it is none; beyond, it counts as far as it is beyond.
+    #[test]
+    fn a_delay_that_noise_may_have_made_is_none() {
+        let tracker = || {
+            let mut tracker = DelayTracker::default();
+            bounce(&mut tracker, 0.8, [0.0, 0.0]);
+            tracker
+        };
+        let spread = 0.6 * tracker().spread;
+        for (deviations, found) in [(1.9, None), (4.0, Some(0.8 * (1.0 - 4.0 / 16.0)))] {
+            let noise_m = 0.8 / deviations * spread.sqrt();
+            let later = tracker().later(noise_m);
+            match (later, found) {
+                (Some(later), Some(found)) => assert!((later - found).abs() < 1e-9, "{later}"),
+                _ => assert_eq!(later, found, "{deviations}"),
+            }
+        }
+    }
+
+    /// Running means that forget in 64 cycles; sums of products about them, without an axis that stands still.
+    #[test]
+    fn an_offset_is_forgotten_in_64_cycles() {
+        let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
+        let (mut weight, mut sums) = (0.0, [0.0; 2]);
+        for n in 0..50 {
+            let (rate, residual) = (1.0 + 0.1 * f64::from(n % 7), 1e-5 * f64::from(n % 5));
+            robot.0[2].velocity = rate / CYCLE_S;
+            tracker.add(&V6::new(0.0, 0.0, residual, 0.0, 0.0, 0.0), &robot, CYCLE_S);
+            weight = weight * (63.0 / 64.0) + 1.0;
+            for (sum, value) in sums.iter_mut().zip([residual, rate]) {
+                *sum = *sum * (63.0 / 64.0) + value;
+            }
+            let mean = tracker.means[2];
+            assert!((mean.residual - sums[0] / weight).abs() < 1e-15, "{n}");
+            assert!((mean.rate - sums[1] / weight).abs() < 1e-12, "{n}");
+        }
+    }
+
+    /// The peak of an axis is forgotten by two hundredths in each cycle: what is slow for long is its motion.
+    #[test]
+    fn an_axis_near_its_reversal_is_left_out_until_its_peak_is_forgotten() {
+        let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
+        let mut add = |rate: f64| {
+            robot.0[0].velocity = rate / CYCLE_S;
+            tracker.add(&V6::zeros(), &robot, CYCLE_S);
+            tracker.means[0].weight > 0.0
+        };
+        for (rate, counts) in [(1.0, true), (0.41, true), (-0.41, true), (0.36, false)] {
+            assert_eq!(add(rate), counts, "{rate}");
+        }
+        // After 49 cycles: 0.4 of 0.98 to the 49th is 0.149.
+        let first = (5..).find(|_| add(0.15)).unwrap();
+        assert_eq!(first, 50);
+    }
+}

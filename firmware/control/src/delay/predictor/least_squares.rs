@@ -64,3 +64,51 @@ pub(super) fn shrunk(estimate: f64, variance: f64, significance: f64) -> f64 {
     let doubt = significance * significance * variance / squared;
     estimate * (1.0 - doubt).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_solution_solves_the_equations() {
+        let rows = SMatrix::<f64, 9, 6>::from_fn(|i, j| ((i * i + 3 * j * j + i * j) as f64).sin());
+        let a = rows.transpose() * rows;
+        let b = SVector::<f64, 6>::from_fn(|i, _| i as f64 - 2.0);
+        let left = a * Ldlt::new(a.lower_triangle()).solve(&b) - b;
+        assert!(left.amax() < 1e-9, "{left}");
+    }
+
+    #[test]
+    fn an_unknown_of_which_nothing_is_known_is_zero() {
+        for (second, x) in [(1.0, [2.0, 0.0]), (0.5, [2.0, 0.0]), (3.0, [2.5, -0.5])] {
+            let a = SMatrix::<f64, 2, 2>::new(1.0, 0.0, 1.0, second);
+            let b = SVector::<f64, 2>::new(2.0, 1.0);
+            let found = Ldlt::new(a).solve(&b);
+            // The first takes what it can of both.
+            let expected = if second > 1.0 { x } else { [b[0], 0.0] };
+            assert!(
+                (found - SVector::from(expected)).amax() < 1e-12,
+                "{second}: {found}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_estimate_is_shrunk_by_what_is_not_significant_of_it() {
+        for (estimate, variance, significance, left) in [
+            (3.0, 1.0, 2.0, 5.0 / 3.0),
+            (-3.0, 1.0, 2.0, -5.0 / 3.0),
+            (3.0, 4.0, 1.0, 5.0 / 3.0),
+            (0.5, 0.0, 2.0, 0.5),
+            (0.5, 0.25, 1.0, 0.0),
+            (1.0, 0.25, 3.0, 0.0),
+            (0.0, 1.0, 2.0, 0.0),
+        ] {
+            let found = shrunk(estimate, variance, significance);
+            assert!(
+                (found - left).abs() < 1e-15,
+                "{estimate} {variance}: {found}"
+            );
+        }
+    }
+}

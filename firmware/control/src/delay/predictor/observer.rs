@@ -350,3 +350,288 @@ impl LoadNoise {
         LOAD_SIGNIFICANCE * largest + ComplexField::sqrt(others)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::actuator::ActuatorSettings;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::dynamics::{advanced, relative_velocity};
+    use crate::settings::BodySettings;
+    use nalgebra::UnitQuaternion;
+
+    fn pose(position: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
+        let [a, b, c] = angles;
+        Pose::from_parts(
+            Vector3::from(position).into(),
+            UnitQuaternion::from_euler_angles(c, b, a),
+        )
+    }
+
+    fn map(pose: &Pose<f64>) -> AxisMap {
+        AxisMap::at(pose, positions(pose).1)
+    }
+
+    /// Turned by large angles about all axes.
+    fn poses() -> [Pose<f64>; 4] {
+        [
+            pose([0.1, 0.2, 0.3], [0.0, 0.0, 0.0]),
+            pose([-1.0, 0.5, 2.0], [0.7, -0.4, 1.1]),
+            pose([0.0, 0.0, 1.0], [-2.5, 1.3, -2.0]),
+            pose([0.3, -0.1, 0.0], [1.5, -1.2, 3.0]),
+        ]
+    }
+
+    fn twist() -> Twist<f64> {
+        Twist::of(&[0.01, -0.02, 0.03, 0.05, -0.04, 0.02])
+    }
+
+    #[test]
+    fn the_velocity_of_the_axes_is_the_rate_of_their_positions() {
+        for pose in poses() {
+            let velocity = map(&pose).velocity(&twist());
+            let (at, _) = positions(&pose);
+            let later = positions(&advanced(&pose, &twist(), 1e-4)).0;
+            let earlier = positions(&advanced(&pose, &twist(), -1e-4)).0;
+            let rate = (later - earlier) / 2e-4;
+            assert!((rate - velocity).amax() < 1e-7, "{pose}: {rate} {velocity}");
+            assert_eq!(at.fixed_rows::<3>(0), pose.translation.vector);
+            let back = map(&pose).twist::<f64>(&velocity).get();
+            let apart = V6::from(back) - V6::from(twist().get());
+            assert!(apart.amax() < 1e-15, "{apart}");
+        }
+    }
+
+    /// A load of the axes does the work of its wrench.
+    #[test]
+    fn a_wrench_and_its_load_have_the_same_power() {
+        let wrench = Wrench::of(&[3.0, -5.0, 2.0, 1.0, 0.5, -2.0]);
+        for pose in poses() {
+            let map = map(&pose);
+            let load = map.load(&wrench);
+            let force = pose.rotation * wrench.force;
+            let power = force.dot(&twist().linear) + wrench.torque.dot(&twist().angular);
+            let found = load.dot(&map.velocity(&twist()));
+            assert!((found - power).abs() < 1e-14, "{found} {power}");
+            let back = V6::from(map.wrench::<f64>(&load).get()) - V6::from(wrench.get());
+            assert!(back.amax() < 1e-14, "{back}");
+        }
+    }
+
+    /// Where A and C are the same axis their rates would have no end.
+    #[test]
+    fn at_the_gimbal_lock_the_rates_of_the_axes_are_bounded() {
+        for b in [90.0_f64, -90.0, 89.99] {
+            let angles = [0.3, b.to_radians(), 0.2];
+            let map = AxisMap::at(&pose([0.0; 3], angles), angles);
+            let velocity = map.velocity(&twist());
+            assert!(velocity.amax() < 1e3 * 0.07 * ANGLE_LEVER_M, "{velocity}");
+        }
+    }
+
+    /// Both turned, apart, and seen in a laboratory that is turned as well.
+    #[test]
+    fn the_mobility_is_what_an_impulse_changes_of_the_velocity() {
+        let body = |mass_kg, position_m, orientation_wxyz| BodySettings {
+            mass_kg,
+            position_m,
+            orientation_wxyz,
+            inertia_kg_m2: [[80.0, 5.0, 0.0], [5.0, 120.0, -10.0], [0.0, -10.0, 60.0]],
+            ..BodySettings::default()
+        };
+        let k = body(300.0, [0.5, -0.3, 0.2], [0.8, 0.3, -0.4, 0.33]);
+        let q = body(700.0, [0.0; 3], [0.7, -0.2, 0.5, 0.4]);
+        let mut spacecraft = Spacecraft::new(&k, &q);
+        let c_from_q = UnitQuaternion::from_euler_angles(0.4, -0.9, 0.6);
+        spacecraft.measured =
+            Pose::from_parts(Vector3::zeros().into(), c_from_q) * spacecraft.measured;
+        let wrench = Wrench::of(&[30.0, -50.0, 20.0, 10.0, 5.0, -20.0]);
+        let mut input = spacecraft.input(&wrench);
+        input.c_from_q = c_from_q;
+        let observer = Observer::new(&input);
+        let found = observer.mobility(&input) * observer.map.load(&wrench);
+        let map = observer.map;
+        let state = spacecraft.bodies.step(&spacecraft.state, &wrench).0;
+        let mut change = relative_velocity(&state.k, &state.q);
+        change.linear = c_from_q * change.linear;
+        let expected = map.velocity(&change) / CYCLE_S;
+        let apart = (found - expected).amax();
+        assert!(apart < 1e-4 * expected.amax(), "{found} {expected}");
+    }
+
+    #[test]
+    fn an_angle_goes_on_beyond_half_a_turn() {
+        let at = |degrees: f64| V6::repeat(degrees.to_radians() * ANGLE_LEVER_M);
+        for (measured, near, expected) in [
+            (-179.0, 179.0, 181.0),
+            (179.0, -179.0, -181.0),
+            (10.0, 725.0, 730.0),
+            (10.0, 20.0, 10.0),
+        ] {
+            let found = unwrapped(at(measured), &at(near));
+            let kept = at(measured).fixed_rows::<3>(0).into_owned();
+            assert_eq!(found.fixed_rows::<3>(0), kept);
+            let angles = found.fixed_rows::<3>(3) - at(expected).fixed_rows::<3>(3);
+            assert!(angles.amax() < 1e-12, "{measured} {near}: {found}");
+        }
+    }
+
+    fn model(delay_cycles: f64, latency: f64) -> RobotModel {
+        let actuator = ActuatorSettings {
+            delay_s: delay_cycles * CYCLE_S,
+            ..ActuatorSettings::default()
+        };
+        RobotModel::new(&actuator, CYCLE_S, latency)
+    }
+
+    /// Observes a robot that moves along x and turns about z by positions in m and m of the lever, for a cycle.
+    fn advance(
+        observer: &mut Observer,
+        model: &RobotModel,
+        feedback: &Feedback,
+        [measured, commanded]: [f64; 2],
+    ) -> V6 {
+        let at = |x: f64| pose([x, 0.0, 0.0], [x / ANGLE_LEVER_M, 0.0, 0.0]);
+        let mut spacecraft = Spacecraft::before_a_wall([0.0; 3]);
+        spacecraft.measured = at(measured);
+        let (wrench, commanded) = (Wrench::zero(), at(commanded));
+        let mut input = spacecraft.input(&wrench);
+        input.commanded = &commanded;
+        observer.advance(&input, model, feedback)
+    }
+
+    fn observer() -> Observer {
+        let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
+        Observer::new(&spacecraft.input(&wrench))
+    }
+
+    /// At 5 mm/s, a micrometre or so beside it: a share of the distance is taken in each cycle, and without feedback it would
+    /// have stayed.
+    #[test]
+    fn the_robot_model_comes_closer_to_the_measured_robot_by_a_share_in_each_cycle() {
+        let (mut observer, model) = (observer(), model(3.0, 0.0));
+        let (step, apart, gain) = (0.005 * CYCLE_S, 1.5e-6, 0.3);
+        for n in 0..20 {
+            let feedback = Feedback {
+                gain,
+                noise_m: 1e-7,
+                in_flight: false,
+            };
+            let commanded = step * f64::from(n + 1);
+            let moved = step * f64::from((n + 1 - 3).max(0));
+            let command = advance(&mut observer, &model, &feedback, [moved + apart, commanded]);
+            for axis in [0, 3] {
+                assert!((command[axis] - 0.005).abs() < 1e-12);
+                let left = apart * (1.0 - gain).powi(n + 1);
+                let found = observer.measured[axis] - observer.robot.position()[axis];
+                assert!((found - left).abs() < 1e-15, "{n}: {found}");
+                assert!((observer.open_loop_error[axis] - apart).abs() < 1e-15);
+                // What is more than four standard deviations of noise is no noise.
+                let unlike = shrunk(left, 1e-14, 4.0);
+                assert!((observer.unlike_model[axis] - unlike).abs() < 1e-15, "{n}");
+            }
+            assert_eq!(observer.cycle, n as usize + 1);
+        }
+    }
+
+    /// A pose that is two cycles old: the force acts where the robot will be two cycles later.
+    #[test]
+    fn the_robot_is_carried_on_to_the_time_of_the_force() {
+        let (mut observer, model) = (observer(), model(3.0, 2.0));
+        let way = |cycle: i32| 1e-6 * f64::from(cycle.max(0)).powi(2);
+        for n in 1..30 {
+            let before = observer.at_force.position;
+            let feedback = Feedback {
+                gain: 0.0,
+                noise_m: 1.0,
+                in_flight: false,
+            };
+            advance(&mut observer, &model, &feedback, [way(n - 5), way(n)]);
+            observer.carry_on(&model, 1);
+            assert_eq!(observer.previous, before);
+            for l in 0..LATENCIES {
+                let cycle = n - 5 + l as i32;
+                let position = observer.at_force.position[l][0];
+                assert!((position - way(cycle)).abs() < 1e-15, "{n} {l}: {position}");
+                let rate = (way(cycle) - way(cycle - 1)) / CYCLE_S;
+                let velocity = observer.at_force.velocity[l][0];
+                assert!(
+                    (velocity - rate).abs() < 1e-12,
+                    "{n} {l}: {velocity} {rate}"
+                );
+                assert!(!observer.at_force.resumed[l]);
+                let robot = observer.robot_at_force(&model, l).position()[0];
+                assert_eq!(robot, position, "{n} {l}");
+            }
+        }
+    }
+
+    /// What the measured robot lacks of its model is lacking at the time of the force as well.
+    #[test]
+    fn a_robot_that_is_not_where_its_model_is_is_taken_from_the_measurement() {
+        let (mut observer, model) = (observer(), model(3.0, 2.0));
+        let feedback = Feedback {
+            gain: 0.25,
+            noise_m: 0.0,
+            in_flight: false,
+        };
+        advance(&mut observer, &model, &feedback, [1e-4, 0.0]);
+        observer.carry_on(&model, 0);
+        for position in observer.at_force.position {
+            assert!((position[0] - 1e-4).abs() < 1e-15, "{position}");
+        }
+    }
+
+    #[test]
+    fn the_last_load_is_kept() {
+        let mut observer = observer();
+        let wrench = |x: f64| Wrench::<f64>::of(&[x, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        observer.take_load(&wrench(1.0));
+        observer.take_load(&wrench(2.0));
+        assert_eq!((observer.previous_load[0], observer.load[0]), (1.0, 2.0));
+    }
+
+    /// Two positions' noise makes the difference between two cycles: half of its mean square, of what is noise, from 16 on.
+    #[test]
+    fn the_noise_of_a_position_is_half_of_what_it_changes_by() {
+        let mut noise = PositionNoise::default();
+        let at =
+            |n: i32| V6::new(1.0, -2.0, 0.0, 0.5, 0.0, 0.0) * if n % 2 == 0 { 1e-6 } else { -1e-6 };
+        noise.take(&at(0), false);
+        for n in 1..=16 {
+            assert_eq!(noise.variance(3e-6), V6::repeat(3e-6 * 3e-6), "{n}");
+            noise.take(&(V6::repeat(1.0)), false);
+            noise.take(&at(n - 1), false);
+            noise.take(&at(n), true);
+        }
+        let expected = at(0).component_mul(&at(0)) * 2.0;
+        assert!((noise.variance(3e-6) - expected).amax() < 1e-24);
+    }
+
+    /// The loudest of the six by four and a half, and the others together; from 16 on, and no less than is set.
+    #[test]
+    fn a_load_is_significant_beyond_the_noise_of_free_flight() {
+        let loads = |count: i32, size: f64| {
+            let mut noise = LoadNoise::new(0.2);
+            for n in 0..count {
+                let sign = if n % 2 == 0 { size } else { -size };
+                noise.add(&(V6::new(3.0, -2.0, 0.0, 6.0, 1.0, -2.0) * sign));
+            }
+            noise
+        };
+        for (noise, sigma, threshold) in [
+            (loads(0, 1.0), 0.2, 0.9),
+            (loads(15, 1.0), 0.2, 0.9),
+            (loads(16, 1.0), 6.0, 27.0 + 18.0_f64.sqrt()),
+            (loads(100, 1.0), 6.0, 27.0 + 18.0_f64.sqrt()),
+            (loads(100, 0.01), 0.2, 0.9 + 0.01 * 18.0_f64.sqrt()),
+        ] {
+            assert!((noise.sigma() - sigma).abs() < 1e-12, "{}", noise.sigma());
+            assert!(
+                (noise.threshold() - threshold).abs() < 1e-12,
+                "{}",
+                noise.threshold()
+            );
+        }
+    }
+}

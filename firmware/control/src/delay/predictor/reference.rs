@@ -267,6 +267,7 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::CYCLE_S;
     use softdock_delay_plants::truth::Bounce;
 
     #[test]
@@ -298,5 +299,175 @@ mod tests {
             assert!((slope - 0.5 * (v0 + v1)).abs() < 0.3 * step / 1e-4 * 0.02);
         }
         assert!((samples[1999].1 + spring.restitution).abs() < 1e-12);
+    }
+
+    /// A contact along an oblique direction, from cycle 100.5 on: a · d is 1.
+    fn oblique(zeta: f64) -> (Reference, V6) {
+        let (mass, omega) = (500.0, 21.0);
+        let mut estimate = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
+        estimate.gradient = V6::new(0.8, -0.6, 0.1, 0.0, 0.2, -0.1);
+        let push = V6::new(0.7, -0.6, 0.3, 0.2, 0.1, -0.3);
+        estimate.push = push / push.dot(&estimate.gradient);
+        let velocity = V6::new(0.006, -0.002, 0.001, 0.003, -0.001, 0.002);
+        let closing = estimate.gradient.dot(&velocity);
+        let position = V6::new(0.1, 0.2, -0.3, 0.4, 0.5, -0.6);
+        let reference = Reference::into_contact(&estimate, (100.5, position), (velocity, closing));
+        (reference, estimate.gradient)
+    }
+
+    /// Before the contact, in it and after it: along its gradient that of the bounce, across straight on.
+    #[test]
+    fn the_motion_is_that_of_a_mass_at_a_spring() {
+        let (reference, gradient) = oblique(0.0);
+        let (closing, omega) = (reference.closing, 21.0);
+        let contact = core::f64::consts::PI / omega;
+        assert!((reference.end(CYCLE_S) - 100.5 - contact / CYCLE_S).abs() < 1e-9);
+        assert_eq!(
+            (reference.damping_ratio(), reference.restitution()),
+            (0.0, 1.0)
+        );
+        let taken: [Deviation; 80] = reference.deviations(80.25, CYCLE_S);
+        for (n, taken) in taken.iter().enumerate() {
+            let cycle = 80.25 + n as f64;
+            let t = (cycle - 100.5) * CYCLE_S;
+            let (way, rate) = match t {
+                _ if t < 0.0 => (t, 1.0),
+                _ if t > contact => (contact - t, -1.0),
+                _ => ((omega * t).sin() / omega, (omega * t).cos()),
+            };
+            assert!(
+                (taken.displacement - closing * (t - way)).abs() < 1e-12,
+                "{cycle}"
+            );
+            assert!(
+                (taken.velocity - closing * (1.0 - rate)).abs() < 1e-12,
+                "{cycle}"
+            );
+            let found = reference.position_at(cycle, CYCLE_S) - reference.position;
+            assert!(
+                (gradient.dot(&found) - closing * way).abs() < 1e-12,
+                "{cycle}"
+            );
+            let across = found - reference.velocity * t;
+            let along = reference.push * gradient.dot(&across);
+            assert!((across - along).amax() < 1e-12, "{cycle}");
+        }
+    }
+
+    #[test]
+    fn straight_flight_has_neither_end_nor_damping() {
+        let straight = Reference::straight(7, V6::repeat(0.2), V6::repeat(0.01));
+        assert_eq!(straight.end(CYCLE_S), 7.0);
+        assert_eq!(
+            (straight.damping_ratio(), straight.restitution()),
+            (0.0, 1.0)
+        );
+        let later = straight.position_at(12.0, CYCLE_S);
+        assert!((later - V6::repeat(0.2 + 0.01 * 5.0 * CYCLE_S)).amax() < 1e-15);
+        assert!((oblique(0.3).0.damping_ratio() - 0.3).abs() < 1e-12);
+    }
+
+    /// Moves of 1, 2 ... 40 mm, each executed a cycle after the one before: in between it goes straight.
+    #[test]
+    fn a_preload_is_the_sum_of_its_moves() {
+        let mut preload = Preload::default();
+        for n in 0..40 {
+            let (reference, _) = oblique(0.0);
+            preload = reference.pressed(&preload, f64::from(n), None).preload;
+            preload.advance(1e-3 * f64::from(n + 1));
+        }
+        let (reference, _) = oblique(0.0);
+        let pressed = reference.pressed(&preload, 40.0, None);
+        let sum = |n: i32| 0.5e-3 * f64::from(n * (n + 1));
+        for n in 18..40 {
+            for part in [0.0, 0.25, 0.5] {
+                let cycle = f64::from(n) + part;
+                let expected = sum(n) + (sum(n + 1) - sum(n)) * part;
+                assert!(
+                    (pressed.preload.at(cycle) - expected).abs() < 1e-12,
+                    "{cycle}"
+                );
+                // Deeper than the bounce by it.
+                let with: [Deviation; 4] = pressed.deviations(cycle - 3.0, CYCLE_S);
+                let without: [Deviation; 4] = reference.deviations(cycle - 3.0, CYCLE_S);
+                let deeper = without[3].displacement - with[3].displacement;
+                assert!((deeper - expected).abs() < 1e-12, "{cycle}");
+            }
+        }
+        // From then on it stays, and what is long past counts no more.
+        for (cycle, expected) in [
+            (40.0, sum(40)),
+            (41.3, sum(40)),
+            (90.0, sum(40)),
+            (10.0, 0.0),
+        ] {
+            assert!(
+                (pressed.preload.at(cycle) - expected).abs() < 1e-12,
+                "{cycle}"
+            );
+        }
+    }
+
+    /// Executed up to cycle 20, and none of it is left at 30.
+    #[test]
+    fn a_preload_is_taken_back_straight_until_its_end() {
+        let mut preload = Preload::default();
+        for _ in 0..2 {
+            preload.advance(1e-3);
+        }
+        let (reference, _) = oblique(0.0);
+        preload = reference.pressed(&preload, 20.0, Some(30.0)).preload;
+        for (cycle, expected) in [
+            (19.0, 1.0),
+            (19.5, 1.5),
+            (20.0, 2.0),
+            (20.5, 1.9),
+            (25.0, 1.0),
+            (29.0, 0.2),
+            (30.0, 0.0),
+            (99.0, 0.0),
+        ] {
+            let found = preload.at(cycle) * 1e3;
+            assert!((found - expected).abs() < 1e-12, "{cycle}: {found}");
+        }
+        // A new move is added to what is left by then.
+        preload.advance(1e-3);
+        assert!((preload.displacement[0] - 2.8e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn across_the_contact_it_goes_as_the_model_and_along_it_as_before() {
+        let (reference, gradient) = oblique(0.1);
+        let position = reference.position + V6::new(1.0, 2.0, -1.0, 0.5, -2.0, 1.5) * 1e-4;
+        let velocity = reference.velocity * 0.7 + V6::new(0.0, 1.0, 0.5, 0.0, -1.0, 0.3) * 1e-3;
+        let cycle = 110.0;
+        let turned = reference.across(&gradient, cycle, (&position, &velocity), CYCLE_S);
+        for n in [100.0, 110.0, 125.0] {
+            let apart = turned.position_at(n, CYCLE_S) - reference.position_at(n, CYCLE_S);
+            assert!(gradient.dot(&apart).abs() < 1e-12, "{n}");
+        }
+        // Straight flight of both meets in that cycle, but for the push.
+        let straight =
+            |of: &Reference, n: f64| of.position + of.velocity * ((n - of.onset) * CYCLE_S);
+        for n in [110.0, 118.0] {
+            let off = straight(&turned, n) - (position + velocity * ((n - cycle) * CYCLE_S));
+            let along = reference.push * gradient.dot(&off);
+            assert!((off - along).amax() < 1e-12, "{n}: {off}");
+        }
+    }
+
+    /// Four times the velocity before the contact.
+    #[test]
+    fn what_moves_much_faster_across_than_it_came_is_not_followed() {
+        let (reference, gradient) = oblique(0.0);
+        let off = V6::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        let across = off - reference.push * gradient.dot(&off);
+        let most = SPEED_LIMIT * reference.velocity.norm() / across.norm();
+        for (size, followed) in [(0.99 * most, true), (1.01 * most, false)] {
+            let velocity = reference.velocity + across * size;
+            let motion = (&reference.position, &velocity);
+            let turned = reference.across(&gradient, 100.5, motion, CYCLE_S);
+            assert_eq!(turned.velocity != reference.velocity, followed, "{size}");
+        }
     }
 }

@@ -190,4 +190,289 @@ mod tests {
         assert!(presence(0.0) < 0.001 && presence(4.0) < 0.01);
         assert!(presence(25.0) > 0.99 && presence(100.0) > 0.999_999);
     }
+
+    /// Of a contact of this restitution and misfit, at 5 mm/s, with a rebound and noise by the closing velocity.
+    fn outcome(restitution: f64, misfit: f64, rebound: f64, noise: f64) -> Outcome {
+        Outcome {
+            closing: 0.005,
+            after: -rebound * 0.005,
+            restitution,
+            misfit,
+            noise_misfit: noise,
+            noise,
+        }
+    }
+
+    /// Up to a misfit of six hundredths, and one and a half of what noise makes.
+    #[test]
+    fn a_contact_is_identified_if_it_explains_its_loads() {
+        for (misfit, noise, fits) in [
+            (0.0, 0.0, true),
+            (0.059, 0.0, true),
+            (0.061, 0.0, false),
+            (0.089, 0.02, true),
+            (0.091, 0.02, false),
+        ] {
+            assert_eq!(
+                outcome(1.0, misfit, 1.0, noise).fits(),
+                fits,
+                "{misfit} {noise}"
+            );
+        }
+    }
+
+    /// By a hundredth and twice the misfit, at most three hundredths, and three standard deviations; to more than 1.008 of the
+    /// speed in no case.
+    #[test]
+    fn the_rebound_of_an_identified_contact_is_held_to_it() {
+        for (e, misfit, noise, rebound, held) in [
+            (1.0, 0.0, 0.0, 0.991, false),
+            (1.0, 0.0, 0.0, 0.989, true),
+            (1.0, 0.0, 0.0, 1.0079, false),
+            (1.0, 0.0, 0.0, 1.0081, true),
+            (1.0, 0.005, 0.0, 0.981, false),
+            (1.0, 0.005, 0.0, 0.979, true),
+            (1.0, 0.05, 0.0, 0.971, false),
+            (1.0, 0.05, 0.0, 0.969, true),
+            (1.0, 0.0, 0.001, 0.988, false),
+            (1.0, 0.0, 0.001, 0.986, true),
+            (1.0, 0.0, 0.001, 1.0109, false),
+            (1.0, 0.0, 0.001, 1.0111, true),
+            (0.6, 0.0, 0.0, 0.609, false),
+            (0.6, 0.0, 0.0, 0.611, true),
+            (0.6, 0.0, 0.0, 0.589, true),
+            (1.2, 0.0, 0.0, 1.0, false),
+            (1.2, 0.0, 0.0, 1.1, true),
+        ] {
+            let outcome = outcome(e, misfit, rebound, noise);
+            let name = format!("{e} {misfit} {noise} {rebound}");
+            let Some((change, flag)) = outcome.guard() else {
+                assert!(!held, "{name}");
+                continue;
+            };
+            assert!(held && flag == LawFlags::GUARD_IDENTIFIED, "{name}");
+            let after = outcome.after + change;
+            assert!((after + e.min(1.0) * 0.005).abs() < 1e-15, "{name}");
+        }
+    }
+
+    /// Between a stop and the speed that it came with.
+    #[test]
+    fn the_rebound_of_any_other_contact_is_bounded_to_that_of_a_passive_one() {
+        for (noise, rebound, bounded) in [
+            (0.0, 0.999, None),
+            (0.0, 1.001, Some(1.0)),
+            (0.0, 0.001, None),
+            (0.0, -0.001, Some(0.0)),
+            (0.01, 1.009, None),
+            (0.01, 1.029, None),
+            (0.01, 1.031, Some(1.0)),
+        ] {
+            let outcome = outcome(0.5, 0.5, rebound, noise);
+            let found = outcome.guard().map(|(change, flag)| {
+                assert!(flag == LawFlags::GUARD_PASSIVE);
+                -(outcome.after + change) / outcome.closing
+            });
+            match (found, bounded) {
+                (Some(found), Some(bounded)) => assert!((found - bounded).abs() < 1e-12),
+                _ => assert_eq!(found.is_some(), bounded.is_some(), "{noise} {rebound}"),
+            }
+        }
+    }
+
+    #[test]
+    fn what_noise_hides_is_that_of_the_outcome() {
+        let outcome = outcome(1.0, 0.0, 0.998, 0.005);
+        assert!((outcome.hidden(&ELASTIC) + 1e-5).abs() < 1e-15);
+    }
+
+    /// A contact at 5 mm/s along an oblique direction, with an error of this size (N) in its loads; what it says of the
+    /// restitution, with the noise of a load.
+    fn contact(damping: f64, error: f64, noise: f64) -> (Information, Prior, Estimate, V6, V6) {
+        let h = V6::new(0.8, -0.6, 0.0, 0.1, 0.0, -0.2);
+        let bh = V6::new(1.6, -1.1, 0.1, 0.3, -0.1, -0.5) * 1e-3;
+        let prior = Prior::new((2e5, noise, 0.0), 0.0, (h, bh));
+        let kappa = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1) * 2.2e5;
+        let before = V6::new(0.9, -0.5, 0.1, 0.0, 0.2, -0.1) * 0.005;
+        let mut information = Information::new(V6::zeros());
+        information.begin(&V6::zeros(), 0.005, 10.0, prior.sigma);
+        for n in 1..37 {
+            let t = 0.004 * f64::from(n);
+            let wave = |rate: f64| (rate * f64::from(n)).sin();
+            let across = V6::new(
+                wave(1.1),
+                wave(2.3),
+                wave(1.7),
+                wave(0.9),
+                wave(2.9),
+                wave(1.3),
+            );
+            let position = before * ((21.0 * t).sin() / 21.0) + across * 1e-6;
+            let change = 0.005 * ((21.0 * t).cos() - 1.0);
+            let load = kappa.dot(&position) + damping * (0.005 + change) + error * wave(3.7);
+            information.add(&position, change, load);
+        }
+        let estimate = information.solve(&prior, 0.005);
+        let after = before * -0.9 + V6::new(0.0, 1.0, -1.0, 0.5, 0.0, 0.3) * 2e-4;
+        (information, prior, estimate, before, after)
+    }
+
+    /// Of e a·V + a·v when the direction a varies as the loads leave it open, with a·d = 1: by its derivative in each of the six
+    /// numbers that it is made of.
+    #[test]
+    fn the_doubt_of_the_rebound_is_that_of_the_contacts_direction() {
+        let (information, prior, estimate, before, after) = contact(2000.0, 0.5, 0.5);
+        let velocities = (&before, &after);
+        let found =
+            RestitutionEstimate::new(&information, &estimate, &prior, velocities, (36.0, 0.5));
+        let missing = |kappa: V6| {
+            let gradient = kappa / kappa.dot(&estimate.push);
+            gradient.dot(&(after + before * found.restitution))
+        };
+        let kappa = estimate.gradient * estimate.stiffness;
+        let mut slope = Unknowns::zeros();
+        for i in 0..6 {
+            let mut by = V6::zeros();
+            by[i] = 1.0;
+            slope[i] = (missing(kappa + by) - missing(kappa - by)) / 2.0;
+        }
+        let closing = estimate.gradient.dot(&before);
+        let (factor, _) = information.normal_equations(&prior, closing);
+        let variance = slope.dot(&factor.solve(&slope));
+        let expected = prior.sigma * variance.sqrt();
+        assert!(found.restitution < 0.9);
+        let error = found.sigma_m_s / expected - 1.0;
+        assert!(error.abs() < 1e-3, "{} {expected}", found.sigma_m_s);
+    }
+
+    /// As much of the squares as 36 loads less three unknowns may leave, and three standard deviations more.
+    #[test]
+    fn residuals_are_noise_as_far_as_noise_makes_so_many() {
+        let usual: f64 = 33.0 + 3.0 * 72.0_f64.sqrt();
+        for (error, noise) in [(0.5, 0.5), (5.0, 0.5), (5.0, 0.05), (5.0, 0.0)] {
+            let (information, prior, estimate, before, after) = contact(0.0, error, 0.5);
+            let found = RestitutionEstimate::new(
+                &information,
+                &estimate,
+                &prior,
+                (&before, &after),
+                (36.0, noise),
+            );
+            let squares = 36.0 * estimate.error * estimate.error;
+            let expected = (noise * noise * usual / squares).min(1.0);
+            assert!(
+                (found.noise_share - expected).abs() < 1e-9,
+                "{error}: {}",
+                found.noise_share
+            );
+        }
+        // Of two loads three unknowns leave nothing, but for chance.
+        let (information, prior, estimate, before, after) = contact(0.0, 5.0, 0.5);
+        let found = RestitutionEstimate::new(
+            &information,
+            &estimate,
+            &prior,
+            (&before, &after),
+            (2.0, 0.1),
+        );
+        let expected = 0.01 * 6.0 / (2.0 * estimate.error * estimate.error);
+        assert!(
+            (found.noise_share - expected).abs() < 1e-9,
+            "{}",
+            found.noise_share
+        );
+    }
+
+    /// A damping that the loads show is there, with its restitution; one that they do not is none, and is hidden if noise may hide
+    /// as much as would slow the rebound.
+    #[test]
+    fn a_contact_is_damped_as_far_as_its_loads_show_it() {
+        for (damping, noise, hides) in [
+            (2000.0, 0.01, false),
+            (0.0, 0.01, false),
+            (0.0, 1.0, true),
+            (2000.0, 1.0, false),
+        ] {
+            let (information, prior, estimate, before, after) = contact(damping, noise, noise);
+            let found = RestitutionEstimate::new(
+                &information,
+                &estimate,
+                &prior,
+                (&before, &after),
+                (36.0, noise),
+            );
+            let expected = KelvinVoigt::new(estimate.stiffness, damping, estimate.mass).restitution;
+            assert!(
+                (found.restitution - expected).abs() < 0.02,
+                "{damping} {noise}: {}",
+                found.restitution
+            );
+            assert_eq!(found.hides_damping, hides, "{damping} {noise}");
+        }
+    }
+
+    /// Standard deviation of a damping by that of a load, and the damping that fits best.
+    fn damping_of(information: &Information, prior: &Prior, closing: f64) -> (f64, f64) {
+        let (factor, target) = information.normal_equations(prior, closing);
+        let variance = covariance_of_damping(&factor)[DAMPING];
+        (variance.sqrt(), factor.solve(&target)[DAMPING])
+    }
+
+    /// Four standard deviations from none it is there with a probability of 3/4.
+    #[test]
+    fn a_damping_counts_as_far_as_it_is_likely() {
+        for (deviations, likely) in [(4.0, 0.7488), (3.5, 0.3140), (3.0, 0.0826)] {
+            let mut noise = 0.5;
+            // The noise with which it is that far from none.
+            for _ in 0..20 {
+                let (information, prior, estimate, before, _) = contact(2000.0, 0.0, noise);
+                let (units, damping) =
+                    damping_of(&information, &prior, estimate.gradient.dot(&before));
+                noise = damping / units / deviations;
+            }
+            let (information, prior, estimate, before, after) = contact(2000.0, 0.0, noise);
+            let velocities = (&before, &after);
+            let found = RestitutionEstimate::new(
+                &information,
+                &estimate,
+                &prior,
+                velocities,
+                (36.0, noise),
+            );
+            let (_, damping) = damping_of(&information, &prior, estimate.gradient.dot(&before));
+            let expected = KelvinVoigt::new(estimate.stiffness, likely * damping, estimate.mass);
+            let apart = found.restitution - expected.restitution;
+            assert!(
+                apart.abs() < 1e-3,
+                "{deviations}: {} {}",
+                found.restitution,
+                expected.restitution
+            );
+        }
+    }
+
+    /// 3.7 standard deviations of it would take 0.8 % of the speed.
+    #[test]
+    fn noise_hides_a_damping_that_the_guard_would_not_leave_alone() {
+        for (part, hides) in [(0.97, false), (1.03, true)] {
+            let mut noise = 0.05;
+            for _ in 0..20 {
+                let (information, prior, estimate, before, _) = contact(0.0, 0.0, noise);
+                let (units, _) = damping_of(&information, &prior, estimate.gradient.dot(&before));
+                let zeta = -f64::ln(1.0 - 0.008) / core::f64::consts::PI;
+                let damping = 2.0 * zeta * (estimate.stiffness * estimate.mass).sqrt();
+                noise = part * damping / (3.717 * units);
+            }
+            let (information, prior, estimate, before, after) = contact(0.0, 0.0, noise);
+            let velocities = (&before, &after);
+            let found = RestitutionEstimate::new(
+                &information,
+                &estimate,
+                &prior,
+                velocities,
+                (36.0, noise),
+            );
+            assert_eq!(found.hides_damping, hides, "{part}");
+        }
+    }
 }

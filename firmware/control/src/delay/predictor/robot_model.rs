@@ -57,7 +57,7 @@ impl CommandHistory {
 
     fn slot(&self, cycle: usize) -> Option<&[f64; 6]> {
         let cycle = cycle.min(self.next.saturating_sub(1));
-        let kept = cycle < self.next && cycle + COMMAND_HISTORY >= self.next;
+        let kept = cycle + COMMAND_HISTORY >= self.next;
         self.ring.get(cycle % COMMAND_HISTORY).filter(|_| kept)
     }
 }
@@ -303,7 +303,8 @@ impl Pause {
             end,
             displacement,
         } = *segment;
-        let at = |t: f64| start + (end - start) * (t / duration);
+        // What does not keep its velocity lasts for a whole cycle.
+        let at = |t: f64| start + (end - start) * t;
         let between = |from: f64, to: f64| 0.5 * (at(from) + at(to)) * (to - from);
         if self.left >= duration - SAME_INSTANT {
             self.stand_still(duration);
@@ -327,9 +328,8 @@ impl Pause {
             };
         }
         // The moment of reversal; a velocity that jumped turned at the beginning.
-        let same_direction = start * self.direction > 0.0;
-        let turn = if same_direction && start != end {
-            (duration * start / (start - end)).clamp(begin, duration)
+        let turn = if start != end {
+            (start / (start - end)).clamp(begin, duration)
         } else {
             begin
         };
@@ -468,9 +468,8 @@ impl RobotState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::CYCLE_S;
     use softdock_delay_plants::{Actuator, Dynamics, Plant, PlantSettings};
-
-    const CYCLE_S: f64 = 0.004;
 
     fn believed(robot: &Actuator) -> ActuatorSettings {
         let mut settings = ActuatorSettings {
@@ -488,15 +487,14 @@ mod tests {
         settings
     }
 
-    /// Largest distance from the plant over a motion with reversals, m.
-    fn distance(actuator: Actuator) -> f64 {
+    /// Moves like the plant, to this distance (m), over a motion with reversals.
+    fn assert_alike(actuator: Actuator, bound: f64) {
         let model = RobotModel::new(&believed(&actuator), CYCLE_S, 0.0);
         let mut plant = Plant::new(&PlantSettings {
             actuator,
             ..PlantSettings::default()
         });
         let (mut commands, mut robot) = (CommandHistory::new(), RobotState::default());
-        let mut largest = 0.0_f64;
         for n in 0..400 {
             let t = f64::from(n) * CYCLE_S;
             let x = 0.005 * (9.0 * t).sin() + 0.001 * (31.0 * t).cos() + 3e-6;
@@ -507,9 +505,9 @@ mod tests {
             plant.step(command);
             let truth = plant.log().moments[cycle].position;
             let error = robot.position() - V6::from(truth);
-            largest = largest.max(error.amax());
+            let near = error.iter().all(|error| error.abs() < bound);
+            assert!(near, "{actuator:?} in cycle {cycle}: {error}");
         }
-        largest
     }
 
     /// The model is where a plant is that shares no code with it: five structures, whole and broken
@@ -530,15 +528,198 @@ mod tests {
             (0.003, servo(5.0)),
         ] {
             for pause_s in [0.0, 0.016, 0.010] {
-                let error = distance(Actuator {
+                let actuator = Actuator {
                     delay_s,
                     dynamics,
                     pause_s,
                     ..ideal
-                });
-                let bound = if pause_s == 0.0 { 1e-9 } else { 1e-6 };
-                assert!(error < bound, "{delay_s} {dynamics:?} {pause_s}: {error:e}");
+                };
+                assert_alike(actuator, if pause_s == 0.0 { 1e-9 } else { 1e-6 });
             }
         }
+    }
+
+    /// Dead time and pause in cycles, lag and servo.
+    fn robot(delay: f64, pause: f64, lag_s: f64, servo_hz: f64) -> ActuatorSettings {
+        ActuatorSettings {
+            delay_s: delay * CYCLE_S,
+            pause_s: pause * CYCLE_S,
+            lag_s,
+            servo_hz,
+            ..ActuatorSettings::default()
+        }
+    }
+
+    /// A pure dead time whose command turns in cycle 10: it goes on until then and a dead time, stands for the pause, and goes
+    /// back. `again`: it turns once more a cycle later, in the pause, and goes on without another one.
+    #[test]
+    fn an_axis_that_turns_stands_still_for_its_pause() {
+        for (delay, pause) in [
+            (2.0, 3.0),
+            (2.0, 2.5),
+            (1.25, 2.5),
+            (1.25, 2.75),
+            (1.25, 0.25),
+            (2.0, 0.4),
+            (2.75, 1.0),
+            (1.1, 2.9),
+            (1.1, 0.0),
+        ] {
+            for again in [false, true] {
+                if again && pause < 1.0 {
+                    continue;
+                }
+                let model = RobotModel::new(&robot(delay, pause, 0.0, 0.0), CYCLE_S, 0.0);
+                let (mut commands, mut axes) = (CommandHistory::new(), RobotState::default());
+                let turns = 10.0 + delay;
+                for n in 0..30 {
+                    let back = n == 10 || n > 10 && !again;
+                    commands.push(&V6::repeat(if back { -1.0 } else { 1.0 }));
+                    axes.step_sent(&model, &commands, n);
+                    let now = n as f64 + 1.0;
+                    let rest = (now - turns - pause).max(0.0) * if again { 1.0 } else { -1.0 };
+                    let position = (now.min(turns) - delay).max(0.0) + rest;
+                    let found = axes.position()[0] / CYCLE_S;
+                    let place = format!("{delay} {pause} {again} at {now}: {found}");
+                    assert!((found - position).abs() < 1e-9, "{place}, not {position}");
+                    let ends = turns + pause;
+                    let stands = now > turns + 1e-9 && now < ends - 1e-9;
+                    let velocity = match now {
+                        _ if stands => 0.0,
+                        _ if now < delay + 1e-9 => 0.0,
+                        _ if now <= turns + 1e-9 || again => 1.0,
+                        _ => -1.0,
+                    };
+                    assert_eq!(axes.velocity()[0], velocity, "{place}");
+                    let ended = pause > 0.0 && ends < now + 1e-9 && ends > now - 1.0 + 1e-9;
+                    assert_eq!(axes.resumed(), ended, "{place}");
+                }
+            }
+        }
+    }
+
+    /// Of a command that lasts for one cycle; in the end it is as long as that.
+    #[test]
+    fn the_pulse_response_is_the_way_of_a_robot_that_gets_one_command() {
+        for (delay, lag_s, servo_hz) in [
+            (0.0, 0.0, 0.0),
+            (3.0, 0.0, 0.0),
+            (7.3, 0.0, 0.0),
+            (2.6, 0.016, 0.0),
+            (1.0, 0.0, 10.0),
+            (4.5, 0.008, 20.0),
+        ] {
+            for latency in [0, 1, 3] {
+                let settings = robot(delay, 0.0, lag_s, servo_hz);
+                let model = RobotModel::new(&settings, CYCLE_S, latency as f64);
+                let (mut commands, mut axes) = (CommandHistory::new(), RobotState::default());
+                commands.push(&V6::repeat(1.0));
+                for _ in 0..60 {
+                    commands.push(&V6::zeros());
+                }
+                let response: [f64; 50] = model.linear.pulse_response(latency);
+                for n in 0..response.len() + latency {
+                    if let Some(t) = n.checked_sub(latency) {
+                        let way = axes.position()[0] / CYCLE_S;
+                        assert!((response[t] - way).abs() < 1e-12, "{settings:?} {t}: {way}");
+                    }
+                    axes.step_sent(&model, &commands, n);
+                }
+                assert!((response[49] - 1.0).abs() < 1e-2, "{settings:?}");
+            }
+        }
+    }
+
+    /// Up to none, and as long as the commands of all latencies are kept.
+    #[test]
+    fn a_robot_that_is_later_is_one_with_a_longer_dead_time() {
+        for (lag_s, servo_hz) in [(0.0, 0.0), (0.016, 0.0), (0.0, 10.0)] {
+            for (later, dead_time) in [(1.3, 5.8), (-2.0, 2.5), (-9.0, 0.0), (99.0, 68.0)] {
+                let dynamics = |dead_time| {
+                    LinearDynamics::new(&robot(dead_time, 0.0, lag_s, servo_hz), CYCLE_S, 0.0)
+                };
+                let (mut moved, expected) = (dynamics(4.5), dynamics(dead_time));
+                moved.shift(later);
+                assert!((moved.mean_delay - expected.mean_delay).abs() < 1e-9);
+                let responses: [[f64; 90]; 2] =
+                    [moved.pulse_response(0), expected.pulse_response(0)];
+                let pairs = responses[0].iter().zip(&responses[1]);
+                for (found, expected) in pairs {
+                    assert!(
+                        (found - expected).abs() < 1e-9,
+                        "{later}: {found} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Seen by a pose that is three cycles old.
+    #[test]
+    fn the_delay_to_the_execution_is_that_to_the_pose_less_its_latency() {
+        let model = RobotModel::new(&robot(8.0, 0.0, 0.008, 0.0), CYCLE_S, 3.0);
+        assert!((model.linear.mean_delay - 13.0).abs() < 1e-9);
+        assert!((model.execution_delay(3) - 10.0).abs() < 1e-9);
+        assert_eq!(model.execution_delay(14), 0.0);
+    }
+
+    #[test]
+    fn a_state_that_is_shifted_has_moved() {
+        let mut state = RobotState::default();
+        let by = V6::new(1.0, -2.0, 3.0, 0.1, 0.2, -0.3);
+        state.shift(&by);
+        state.shift(&by);
+        assert_eq!(state.position(), by * 2.0);
+    }
+
+    /// The last 76; before the first nothing was commanded, and what is not sent yet is the newest.
+    #[test]
+    fn commands_are_remembered_for_as_long_as_the_longest_dead_time() {
+        let mut commands = CommandHistory::new();
+        assert_eq!(commands.of(0, 0), [0.0; 6]);
+        for n in 0..200 {
+            commands.push(&V6::from_fn(|axis, _| f64::from(n) + axis as f64 / 8.0));
+        }
+        for (cycle, delay, newest) in [
+            (199, 0, Some(199)),
+            (230, 2, Some(199)),
+            (230, 40, Some(190)),
+            (199, 75, Some(124)),
+            (199, 76, None),
+            (10, 20, None),
+        ] {
+            let expected = |axis: usize| newest.map_or(0.0, |n| f64::from(n) + axis as f64 / 8.0);
+            assert_eq!(commands.of(cycle, delay), core::array::from_fn(expected));
+            if cycle >= delay {
+                assert_eq!(commands.of_axis(cycle - delay, 3), expected(3));
+            }
+        }
+    }
+
+    /// A decay, a turn of 20 rad and a chain of integrators; of all sizes.
+    #[test]
+    fn the_exponential_is_that_of_known_motions() {
+        for rate in [1e-3, 0.3, 2.0, 30.0] {
+            let mut m = Matrix5::zeros();
+            (m[(0, 0)], m[(1, 2)], m[(2, 1)], m[(4, 3)]) = (-rate, rate, -rate, rate);
+            let e = exponential(&m);
+            let (sin, cos) = rate.sin_cos();
+            for (found, expected) in [
+                (e[(0, 0)] / (-rate).exp(), 1.0),
+                (e[(1, 1)], cos),
+                (e[(1, 2)], sin),
+                (e[(2, 1)], -sin),
+                (e[(4, 3)], rate),
+                (e[(3, 3)], 1.0),
+                (e[(0, 1)], 0.0),
+            ] {
+                assert!(
+                    (found - expected).abs() < 1e-13 * rate.max(10.0),
+                    "{rate}: {found} {expected}"
+                );
+            }
+        }
+        // A number that is none, but within the settings' range, must not keep the loop.
+        assert!(!exponential(&Matrix5::repeat(f64::INFINITY))[(0, 0)].is_finite());
     }
 }

@@ -325,3 +325,27 @@ pub(super) const GUARD_SIGNIFICANCE: f64 = 3.0;
 
 /// Cycles over which the law passes to the fallback and back. ↓ a jump of the command.
 pub(super) const BLEND_CYCLES: f64 = 10.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_beyond_their_range_are_refused() {
+        let settings = |contact_stiffness_n_per_m, force_noise_n| PredictorSettings {
+            contact_stiffness_n_per_m,
+            force_noise_n,
+            ..PredictorSettings::default()
+        };
+        assert!(PredictorSettings::default().validate().is_ok());
+        for (settings, field) in [
+            (settings(-1.0, 0.1), "contact_stiffness_n_per_m"),
+            (settings(2e8, 0.1), "contact_stiffness_n_per_m"),
+            (settings(0.0, 0.0), "force_noise_n"),
+            (settings(0.0, 101.0), "force_noise_n"),
+        ] {
+            let error = settings.validate().unwrap_err();
+            assert_eq!(error.field, format!("delay.predictor.{field}"));
+        }
+    }
+}
