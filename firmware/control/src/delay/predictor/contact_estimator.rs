@@ -321,6 +321,11 @@ pub(super) fn direction(sum: &V6, mobility: &M6) -> (V6, V6) {
     (h, mobility * h)
 }
 
+/// A latency among those that are told apart.
+pub(super) fn told_apart(latency: usize) -> usize {
+    latency.min(LATENCIES - 1)
+}
+
 /// The identification at one latency.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
@@ -382,7 +387,7 @@ impl LatencyEstimator {
 
     /// The hypothesis of a latency.
     pub(super) fn at(&self, latency: usize) -> &Hypothesis {
-        &self.hypotheses[latency.min(LATENCIES - 1)]
+        &self.hypotheses[told_apart(latency)]
     }
 
     /// A load λ, N, in a contact that began with a velocity of the axes. `only` one hypothesis is worth
@@ -526,5 +531,432 @@ mod tests {
         let position = V6::new(0.2999, 0.0, 0.0, 0.0, 0.0, 0.0);
         information.begin(&position, 0.003, 1.0, 1e-6);
         assert_found(&information.solve(&prior(), 0.003), 0.3);
+    }
+
+    /// All that is known of a contact as the rows of one least-squares problem, in units of a load's error: rows, right side, and
+    /// how many of them are no prior.
+    struct Batch {
+        rows: SMatrix<f64, 80, UNKNOWNS>,
+        right: SVector<f64, 80>,
+        used: usize,
+        data: usize,
+    }
+
+    impl Batch {
+        fn new() -> Self {
+            Self {
+                rows: SMatrix::zeros(),
+                right: SVector::zeros(),
+                used: 0,
+                data: 0,
+            }
+        }
+
+        fn push(&mut self, row: Unknowns, right: f64, weight: f64) {
+            self.rows.set_row(self.used, &(row.transpose() * weight));
+            self.right[self.used] = right * weight;
+            self.used += 1;
+        }
+
+        /// κ is k₀ h to a factor of two along h and to a tenth across it, any damping up to a critical one, any offset.
+        fn push_prior(&mut self, prior: &Prior) {
+            self.data = self.used;
+            let (k0, sigma) = (prior.stiffness, prior.sigma);
+            let size = prior.direction.norm();
+            let unit = prior.direction / size;
+            let of_kappa = |v: V6| Unknowns::from_fn(|i, _| if i < 6 { v[i] } else { 0.0 });
+            self.push(of_kappa(unit), k0 * size, sigma / (2.0 * k0) / size);
+            for i in 0..6 {
+                let mut axis = V6::zeros();
+                axis[i] = 1.0;
+                let across = axis - unit * unit.dot(&axis);
+                self.push(of_kappa(across), 0.0, sigma / (0.1 * k0) / size);
+            }
+            let mass = 1.0 / prior.direction.dot(&prior.mobility);
+            let mut row = Unknowns::zeros();
+            row[DAMPING] = 1.0;
+            self.push(row, 0.0, sigma / (2.0 * (k0 * mass).sqrt()));
+            row = Unknowns::zeros();
+            row[OFFSET] = 1.0;
+            self.push(row, 0.0, 1e-9_f64.sqrt());
+        }
+
+        /// The best unknowns, with a damping that is given or not.
+        fn solve(&self, damping: Option<f64>) -> Unknowns {
+            let (mut rows, mut right) = (self.rows, self.right);
+            if let Some(damping) = damping {
+                right -= rows.column(DAMPING) * damping;
+                rows.column_mut(DAMPING).fill(0.0);
+                (rows[(self.used, DAMPING)], right[self.used]) = (1.0, damping);
+            }
+            let qr = rows.qr();
+            let right = qr.q().transpose() * right;
+            qr.r().solve_upper_triangular(&right).expect("a rank")
+        }
+
+        /// Sum of the squares that they leave of what was measured.
+        fn left(&self, unknowns: &Unknowns) -> f64 {
+            let left = self.rows * unknowns - self.right;
+            left.rows(0, self.data).norm_squared()
+        }
+
+        /// Variance of the damping, in units of σ².
+        fn variance(&self) -> f64 {
+            let information = self.rows.transpose() * self.rows;
+            let inverse = information.try_inverse().expect("a rank");
+            inverse[(DAMPING, DAMPING)]
+        }
+    }
+
+    /// Friction turns the force away from where the stiffness points.
+    fn oblique(stiffness: f64, delay_s: f64) -> Prior {
+        let direction = V6::new(0.8, -0.6, 0.0, 0.1, 0.0, -0.2);
+        let mobility = V6::new(1.6, -1.1, 0.1, 0.3, -0.1, -0.5) * 1e-3;
+        Prior::new((stiffness, 0.05, delay_s), 0.006, (direction, mobility))
+    }
+
+    /// Motion of a contact at a cycle: position, change of the closing velocity, and load with some noise.
+    fn sample(n: i32, damping: f64, noise: f64) -> (V6, f64, f64) {
+        let t = f64::from(n) * 0.004;
+        let depth = 0.006 / 21.0 * (21.0 * t).sin();
+        let change = 0.006 * ((21.0 * t).cos() - 1.0);
+        let wave = |rate: f64| (rate * f64::from(n)).sin();
+        let across = V6::new(
+            wave(1.1),
+            wave(2.3),
+            wave(1.7),
+            wave(0.9),
+            wave(2.9),
+            wave(1.3),
+        );
+        let position = V6::new(0.9, -0.5, 0.1, 0.0, 0.2, -0.1) * depth + across * 1e-5;
+        let kappa = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1) * 2.2e5;
+        let load = kappa.dot(&position) + damping * (0.006 + change) + noise * wave(3.7);
+        (V6::repeat(0.2) + position, change, load)
+    }
+
+    fn assert_same(found: f64, expected: f64, what: &str) {
+        let apart = (found - expected).abs();
+        assert!(
+            apart <= 1e-6 * expected.abs() + 1e-12,
+            "{what}: {found} {expected}"
+        );
+    }
+
+    /// What follows from the best unknowns of a batch.
+    fn assert_batch(
+        estimate: &Estimate,
+        batch: &Batch,
+        prior: &Prior,
+        (origin, closing): (V6, f64),
+        loads: (f64, f64),
+    ) {
+        let (squares, count) = loads;
+        let inverse_mass = prior.direction.dot(&prior.mobility);
+        let stiffness_of = |u: &Unknowns| {
+            let k = u.fixed_rows::<6>(0).dot(&prior.mobility) / inverse_mass;
+            k.clamp(0.02 * prior.stiffness, 50.0 * prior.stiffness)
+        };
+        let free = batch.solve(None);
+        let late = stiffness_of(&free) * prior.delay_s;
+        let variance = batch.variance() * prior.sigma * prior.sigma + late * late;
+        let doubt = 1.5 * 1.5 * variance / (free[DAMPING] * free[DAMPING]);
+        let most = 1.9 * (stiffness_of(&free) / inverse_mass).sqrt();
+        let damping = (free[DAMPING] * (1.0 - doubt).max(0.0)).clamp(0.0, most);
+        let best = batch.solve(Some(damping));
+        let (stiffness, left) = (stiffness_of(&best), batch.left(&best));
+        assert_same(estimate.damping, damping, "damping");
+        assert_same(estimate.stiffness, stiffness, "stiffness");
+        let not_negative = batch.solve(Some(free[DAMPING].max(0.0)));
+        assert_same(
+            estimate.squared_error,
+            batch.left(&not_negative),
+            "squared error",
+        );
+        assert_same(estimate.error, (left / count).sqrt(), "error");
+        assert_same(estimate.misfit, (left / squares).sqrt(), "misfit");
+        assert_same(estimate.mass, 1.0 / inverse_mass, "mass");
+        // Where a robot that stands still feels nothing.
+        let kappa: V6 = best.fixed_rows::<6>(0).into();
+        let way = estimate.surface - estimate.gradient.dot(&origin);
+        let at_rest = best[OFFSET] - best[DAMPING] * closing;
+        assert_same(way * stiffness, -at_rest, "surface");
+        let along = kappa.dot(&prior.mobility) / inverse_mass;
+        let expected = match along > 0.5 * stiffness {
+            true => kappa / along,
+            false => prior.direction,
+        };
+        assert!((estimate.gradient - expected).amax() < 1e-6, "{expected}");
+        assert_same(estimate.gradient.dot(&estimate.push), 1.0, "push");
+    }
+
+    /// Dampings that are none, some, too large and negative; a stiffness that is at the end of its range; a delay that is
+    /// uncertain.
+    #[test]
+    fn the_recursive_estimate_is_that_of_all_loads_at_once() {
+        for (stiffness, damping, noise, delay_s) in [
+            (2e5, 2000.0, 0.3, 0.0),
+            (1e5, 300.0, 3.0, 0.0),
+            (2e5, 2000.0, 0.3, 0.004),
+            (2e5, 9e4, 0.3, 0.0),
+            (2e5, -3000.0, 0.3, 0.0),
+            (3e3, 0.0, 0.0, 0.0),
+        ] {
+            let prior = oblique(stiffness, delay_s);
+            let (origin, deviation) = (V6::repeat(0.2), 2.0);
+            let mut information = Information::new(V6::repeat(0.1));
+            information.begin(&origin, 0.006, deviation, prior.sigma);
+            let mut batch = Batch::new();
+            let mut row = Unknowns::zeros();
+            (row[DAMPING], row[OFFSET]) = (-0.006, 1.0);
+            batch.push(row, 0.0, prior.sigma / deviation);
+            let mut squares = 0.0;
+            for n in 1..30 {
+                let (position, change, load) = sample(n, damping, noise);
+                information.add(&position, change, load);
+                let p = position - origin;
+                let row = [p[0], p[1], p[2], p[3], p[4], p[5], change, 1.0];
+                batch.push(row.into(), load, 1.0);
+                squares += load * load;
+            }
+            batch.push_prior(&prior);
+            let estimate = information.solve(&prior, 0.006);
+            assert_batch(&estimate, &batch, &prior, (origin, 0.006), (squares, 29.0));
+        }
+    }
+
+    /// Half as much as the present one counts what an earlier contact showed, at another place and speed.
+    #[test]
+    fn what_is_remembered_counts_half() {
+        let prior = oblique(2e5, 0.0);
+        let (old, new) = (
+            V6::repeat(0.2),
+            V6::repeat(0.2) + V6::new(3.0, 1.0, -2.0, 0.5, 0.0, 1.0) * 1e-4,
+        );
+        let (closing, slower, deviation) = (0.006, 0.004, 2.0);
+        let mut information = Information::new(old);
+        let mut batch = Batch::new();
+        let half = 0.5_f64.sqrt();
+        // By closing velocities: the change is counted from the present one.
+        let row = |position: &V6, velocity: f64| -> Unknowns {
+            let p = position - new;
+            [p[0], p[1], p[2], p[3], p[4], p[5], velocity - slower, 1.0].into()
+        };
+        information.begin(&old, closing, deviation, prior.sigma);
+        batch.push(row(&old, 0.0), 0.0, half * prior.sigma / deviation);
+        let (mut squares, mut count) = (0.0, 0.0);
+        for n in 1..30 {
+            let (position, change, load) = sample(n, 2000.0, 0.5);
+            information.add(&position, change, load);
+            batch.push(row(&position, closing + change), load, half);
+            (squares, count) = (squares + 0.5 * load * load, count + 0.5);
+        }
+        information.end(closing);
+        information.begin(&new, slower, deviation, prior.sigma);
+        let mut began = Unknowns::zeros();
+        (began[DAMPING], began[OFFSET]) = (-slower, 1.0);
+        batch.push(began, 0.0, prior.sigma / deviation);
+        for n in 1..12 {
+            let (position, change, load) = sample(n + 2, 2500.0, 0.5);
+            information.add(&position, change, load);
+            batch.push(row(&position, slower + change), load, 1.0);
+            (squares, count) = (squares + load * load, count + 1.0);
+        }
+        batch.push_prior(&prior);
+        let estimate = information.solve(&prior, slower);
+        assert_batch(&estimate, &batch, &prior, (new, slower), (squares, count));
+    }
+
+    /// Three thousandths of the peak V √(k m), beside the noise.
+    #[test]
+    fn the_expected_error_of_a_load_is_noise_and_that_of_the_model() {
+        let (h, bh) = (
+            V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            V6::new(0.002, 0.0, 0.0, 0.0, 0.0, 0.0),
+        );
+        let peak = 0.005 * (2e5_f64 * 500.0).sqrt();
+        for (noise, closing, expected) in [
+            (0.2, 0.0, 0.2),
+            (0.0, 0.005, 0.003 * peak),
+            (0.0, -0.005, 0.003 * peak),
+            (0.2, 0.005, (0.04 + 9e-6 * peak * peak).sqrt()),
+        ] {
+            assert_same(
+                Prior::new((2e5, noise, 0.0), closing, (h, bh)).sigma,
+                expected,
+                "sigma",
+            );
+        }
+    }
+
+    /// A load of a contact that is stiffer than a tenth of what it seems points into it.
+    #[test]
+    fn loads_that_do_not_grow_into_the_contact_say_nothing_about_its_direction() {
+        let prior = prior();
+        for (along, believed) in [(0.49, false), (0.51, true)] {
+            let mut unknowns = Unknowns::zeros();
+            (unknowns[0], unknowns[1]) = (along * 1e5, 3e4);
+            let found = gradient(&unknowns, 1e5, &prior);
+            let turned = V6::new(1.0, 0.3 / along, 0.0, 0.0, 0.0, 0.0);
+            let expected = if believed { turned } else { prior.direction };
+            assert!((found - expected).amax() < 1e-12, "{along}: {found}");
+        }
+    }
+
+    /// With a force part of one; of a torque alone it is taken as a tenth.
+    #[test]
+    fn the_direction_of_a_load_is_per_force() {
+        let mobility = M6::from_diagonal(&V6::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0));
+        for (load, size) in [
+            (V6::new(3.0, 0.0, -4.0, 1.0, 2.0, 0.0), 5.0),
+            (V6::new(0.0, 0.0, 0.0, 3.0, 0.0, 4.0), 0.5),
+        ] {
+            let (h, bh) = direction(&load, &mobility);
+            assert!((h * size - load).amax() < 1e-12, "{h}");
+            assert!((bh - mobility * h).amax() < 1e-12, "{bh}");
+        }
+    }
+
+    /// Of a cycle that began anywhere between two samples: the way between them by √12, and the threshold.
+    #[test]
+    fn the_load_at_the_onset_is_known_to_the_way_between_two_samples() {
+        assert_same(onset_deviation(2e5, (3.5e-5, 0.5)), 2.5, "deviation");
+        assert_same(onset_deviation(2e5, (0.0, 0.5)), 0.5 + 1e-6, "at rest");
+    }
+
+    /// The bank in a contact of a pose that is `late`: the robot has moved as the contact says, each hypothesis sees it as old as
+    /// it believes.
+    fn bank(
+        late: usize,
+        loads: i32,
+        only: Option<usize>,
+        resumed: Option<usize>,
+    ) -> LatencyEstimator {
+        let prior = oblique(2e5, 0.0);
+        let gradient = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1);
+        let before = gradient * (0.006 / gradient.norm_squared());
+        let at_force = |n: i32| {
+            let seen = |l: usize| sample(n + l as i32 - late as i32, 2000.0, 0.0);
+            AtForce {
+                position: core::array::from_fn(|l| seen(l).0),
+                velocity: core::array::from_fn(|l| before * (1.0 + seen(l).1 / 0.006)),
+                resumed: core::array::from_fn(|l| resumed == Some(l)),
+            }
+        };
+        let onset = (0.006, 2.4e-5, 0.5);
+        let previous = at_force(0).position;
+        let mut bank = LatencyEstimator::new(&previous, &at_force(1), &prior, onset, None);
+        for n in 1..=loads {
+            let (_, _, load) = sample(n, 2000.0, 0.0);
+            bank.add(&at_force(n), load, (&prior, &before), only);
+        }
+        bank
+    }
+
+    #[test]
+    fn the_latency_of_the_pose_is_the_one_that_fits() {
+        for late in 0..LATENCIES {
+            let mut bank = bank(late, 16, None, None);
+            assert_eq!(bank.choose(2, (0.01, 0.0), 0.006), late);
+            assert!(bank.settled);
+            assert_eq!((bank.latest, bank.loads()), (late, 16));
+            // Then it is not asked again.
+            bank.hypotheses[late].estimate.squared_error = 1e9;
+            assert_eq!(bank.choose(2, (0.01, 0.0), 0.006), 2);
+        }
+    }
+
+    /// If the latency is known only that one is worth the work; and none in which the robot came out of a pause within the
+    /// cycle.
+    #[test]
+    fn hypotheses_that_say_nothing_take_no_load() {
+        let loads =
+            |bank: &LatencyEstimator| bank.hypotheses.clone().map(|h| h.information.samples);
+        assert_eq!(loads(&bank(1, 4, None, None)), [4.0; 5]);
+        assert_eq!(loads(&bank(1, 4, Some(3), None)), [0.0, 0.0, 0.0, 4.0, 0.0]);
+        assert_eq!(loads(&bank(1, 4, None, Some(2))), [4.0, 4.0, 0.0, 4.0, 4.0]);
+    }
+
+    /// Between the last free and the first loaded position, where the load is less than noise and a displacement make it; a
+    /// stiffness beyond the expected one makes it less certain.
+    #[test]
+    fn a_contact_begins_between_two_samples() {
+        let bank = bank(0, 1, None, None);
+        let prior = oblique(2e5, 0.0);
+        for hypothesis in &bank.hypotheses {
+            let stiffness = hypothesis.information.onset;
+            let most = (prior.sigma / onset_deviation(2e5, (2.4e-5, 0.5))).powi(2);
+            assert!(stiffness <= most * (1.0 + 1e-12));
+        }
+        let middle = (sample(0, 0.0, 0.0).0 + sample(1, 0.0, 0.0).0) * 0.5;
+        assert!((bank.at(0).information.origin - middle).amax() < 1e-15);
+        assert_eq!(
+            bank.at(99).information.origin,
+            bank.at(LATENCIES - 1).information.origin
+        );
+        assert_eq!(bank.latest, LATENCIES - 1);
+        let remembered = bank.at(3).information.clone();
+        let now = AtForce {
+            position: [V6::repeat(0.3); LATENCIES],
+            velocity: [V6::zeros(); LATENCIES],
+            resumed: [false; LATENCIES],
+        };
+        let again = LatencyEstimator::new(
+            &[V6::repeat(0.4); LATENCIES],
+            &now,
+            &prior,
+            (0.006, 2.4e-5, 0.5),
+            Some((3, &remembered)),
+        );
+        let samples = again.hypotheses.clone().map(|h| h.information.samples);
+        assert_eq!(samples, [0.0, 0.0, 0.0, 0.5, 0.0]);
+    }
+
+    /// Squared errors of the five after so many loads, with a floor of 1 N² a load; what is believed, whether it is beyond doubt,
+    /// and the largest that may be.
+    #[test]
+    fn a_latency_is_changed_for_one_that_is_better_by_half() {
+        for (errors, loads, chosen, settled, latest) in [
+            ([0.0, 0.0, 0.0, 0.0, 0.0], 4, 1, false, 4),
+            // 4 N² of floor: 4 + 3.9 is less than twice 4.
+            ([0.0, 3.9, 9.0, 9.0, 9.0], 4, 1, false, 1),
+            ([0.0, 4.1, 9.0, 9.0, 9.0], 4, 0, false, 0),
+            ([9.0, 4.1, 9.0, 0.0, 3.0], 4, 3, false, 4),
+            ([0.0, 395.0, 397.0, 999.0, 999.0], 4, 0, false, 0),
+            ([0.0, 397.0, 397.0, 999.0, 999.0], 4, 0, true, 0),
+            ([397.0, 0.0, 397.0, 999.0, 999.0], 4, 1, true, 1),
+            ([0.0, 1e3, 1e3, 1e3, 1e3], 2, 1, false, 4),
+            ([0.0, 1e3, 1e3, 1e3, 1e3], 3, 0, true, 0),
+        ] {
+            let mut bank = bank(0, 0, None, None);
+            bank.loads = loads;
+            for (hypothesis, error) in bank.hypotheses.iter_mut().zip(errors) {
+                hypothesis.estimate.squared_error = error;
+            }
+            let noise = (1.0 / LATENCY_FLOOR_NOISE, 0.0);
+            assert_eq!(bank.choose(1, noise, 0.0), chosen, "{errors:?}");
+            assert_eq!((bank.settled, bank.latest), (settled, latest), "{errors:?}");
+        }
+    }
+
+    /// Zero to four cycles.
+    #[test]
+    fn a_pose_that_is_older_than_all_that_are_told_apart_is_the_oldest() {
+        assert_eq!([0, 3, 4, 5, 99].map(told_apart), [0, 3, 4, 4, 4]);
+    }
+
+    /// One and a half of the noise, of a load or by a position, and 0.0002 of the peak V √(k m).
+    #[test]
+    fn the_error_of_a_load_that_decides_nothing_is_that_of_its_noise() {
+        let estimate = Estimate::exact(2e5, 0.0, 500.0);
+        let peak = 0.005 * (2e5_f64 * 500.0).sqrt();
+        for (noise, closing, expected) in [
+            ((0.2, 0.0), 0.0, 0.3),
+            ((0.0, 1e-6), 0.0, 0.3),
+            ((0.0, 0.0), 0.005, 2e-4 * peak),
+            ((0.2, 1e-6), 0.005, (0.18 + 4e-8 * peak * peak).sqrt()),
+        ] {
+            assert_same(estimate.floor_n(noise, closing), expected, "floor");
+        }
     }
 }
