@@ -103,67 +103,65 @@ impl ImpulseMatching<'_> {
         positive_part(spring(before) + drag, last)
     }
 
-    /// The best preload within ± `most`, m/s: the sign change of the excess is sought with growing steps.
+    /// The best preload within ± `most`, m/s.
     #[inline(never)]
     pub(super) fn solve(&self, most: f64) -> f64 {
-        // More preload, more impulse, less velocity. The first step as if that were linear.
-        let mut low = self.trial(0.0);
-        let mut high = self.trial((low.excess * FIRST_STEP).clamp(-most, most));
-        let mut best = low.better(high);
-        let mut left = EVALUATIONS - 2;
-        while low.excess * high.excess > 0.0 && left > ROOT_EVALUATIONS && high.preload.abs() < most
-        {
-            let slope = (high.excess - low.excess) / (high.preload - low.preload);
-            let linear = if slope < 0.0 {
-                high.preload - high.excess / slope
-            } else {
-                0.0
-            };
-            let far = STEP_GROWTH * high.preload;
-            let onward = linear * high.preload > high.preload * high.preload;
-            let next = if onward && linear.abs() < far.abs() {
-                linear * STEP_MARGIN
-            } else {
-                far
-            };
-            low = high;
-            high = self.trial(next.clamp(-most, most));
-            best = best.better(high);
-            left -= 1;
-        }
-        if low.excess * high.excess > 0.0 {
-            return best.preload;
-        }
-        self.narrow((low, high), best, left)
+        let matched = MATCHED * (self.velocity.abs() + self.target.abs());
+        search(|preload| self.trial(preload), most, matched)
     }
+}
 
-    /// False position with the stale end's value halved, within a sign change (Illinois method).
-    fn narrow(
-        &self,
-        (mut low, mut high): (Trial, Trial),
-        mut best: Trial,
-        evaluations: usize,
-    ) -> f64 {
-        for _ in 0..evaluations {
-            let width = high.excess - low.excess;
-            if width == 0.0 {
-                break;
-            }
-            let root = (low.preload * high.excess - high.preload * low.excess) / width;
-            let new = self.trial(root);
-            best = best.better(new);
-            if new.excess.abs() <= MATCHED * (self.velocity.abs() + self.target.abs()) {
-                break;
-            }
-            if new.excess * high.excess < 0.0 {
-                low = high;
-            } else {
-                low.excess *= 0.5;
-            }
-            high = new;
-        }
-        best.preload
+/// The best preload within ± `most`, m/s: the sign change of the excess is sought with growing steps. More preload, more impulse,
+/// less velocity. An excess of `matched` is none, m/s.
+#[inline]
+fn search(trial: impl Fn(f64) -> Trial, most: f64, matched: f64) -> f64 {
+    // The first step as if that were linear.
+    let mut low = trial(0.0);
+    let mut high = trial((low.excess * FIRST_STEP).clamp(-most, most));
+    let mut best = low.better(high);
+    let mut left = EVALUATIONS - 2;
+    while low.excess * high.excess > 0.0 && left > ROOT_EVALUATIONS && high.preload.abs() < most {
+        let slope = (high.excess - low.excess) / (high.preload - low.preload);
+        let linear = if slope < 0.0 {
+            high.preload - high.excess / slope
+        } else {
+            0.0
+        };
+        let far = STEP_GROWTH * high.preload;
+        let onward = linear * high.preload > high.preload * high.preload;
+        let next = if onward && linear.abs() < far.abs() {
+            linear * STEP_MARGIN
+        } else {
+            far
+        };
+        low = high;
+        high = trial(next.clamp(-most, most));
+        best = best.better(high);
+        left -= 1;
     }
+    if low.excess * high.excess > 0.0 {
+        return best.preload;
+    }
+    // False position with the stale end's value halved, within a sign change (Illinois method).
+    for _ in 0..left {
+        let width = high.excess - low.excess;
+        if width == 0.0 {
+            break;
+        }
+        let root = (low.preload * high.excess - high.preload * low.excess) / width;
+        let new = trial(root);
+        best = best.better(new);
+        if new.excess.abs() <= matched {
+            break;
+        }
+        if new.excess * high.excess < 0.0 {
+            low = high;
+        } else {
+            low.excess *= 0.5;
+        }
+        high = new;
+    }
+    best.preload
 }
 
 /// Twice the mean of the positive part of what goes straight from one value to another.
@@ -390,6 +388,116 @@ mod tests {
         }
     }
 
+    /// Searches the root of a velocity that is left: the preload, and those that were tried.
+    fn searched(excess: impl Fn(f64) -> f64, most: f64) -> (f64, Vec<f64>) {
+        let tried = core::cell::RefCell::new(Vec::new());
+        let trial = |preload: f64| {
+            tried.borrow_mut().push(preload);
+            let excess = excess(preload);
+            Trial { excess, preload }
+        };
+        let found = search(trial, most, 1e-9);
+        (found, tried.into_inner())
+    }
+
+    fn assert_tried(excess: impl Fn(f64) -> f64, most: f64, expected: &[f64]) {
+        let (found, tried) = searched(excess, most);
+        assert_eq!(tried.len(), expected.len(), "{tried:?}");
+        for (tried, expected) in tried.iter().zip(expected) {
+            assert!((tried - expected).abs() < 1e-12, "{tried} {expected}");
+        }
+        assert!(
+            (found - expected[expected.len() - 1]).abs() < 1e-12,
+            "{found}"
+        );
+    }
+
+    /// Half of the excess is tried first. If the root lies within, the straight line through both is right; if not, a twentieth
+    /// beyond where it leads.
+    #[test]
+    fn a_straight_line_takes_as_few_trials_as_it_can() {
+        for sign in [1.0, -1.0] {
+            let line = |slope: f64| move |preload: f64| sign * 0.01 - slope * preload;
+            let root = |slope: f64| sign * 0.01 / slope;
+            let first = sign * 0.005;
+            assert_tried(line(5.0), 1.0, &[0.0, first, root(5.0)]);
+            assert_tried(line(1.0), 1.0, &[0.0, first, root(1.0) * 1.05, root(1.0)]);
+            // No step is more than two and a half times as far.
+            let far = first * 2.5;
+            assert_tried(
+                line(0.5),
+                1.0,
+                &[0.0, first, far, root(0.5) * 1.05, root(0.5)],
+            );
+            // Beyond the largest preload, or just there.
+            assert_tried(line(0.5), 0.015, &[0.0, first, far, sign * 0.015]);
+            assert_tried(line(0.5), 0.003, &[0.0, sign * 0.003]);
+            assert_tried(line(2.0), 1.0, &[0.0, first, root(2.0)]);
+        }
+    }
+
+    /// Where a step changes nothing, or makes it worse, no line leads on.
+    #[test]
+    fn a_plateau_is_left_by_growing_steps() {
+        for before in [1e-2, 1.1e-2] {
+            let plateau = |preload: f64| match preload {
+                p if p <= 0.0 => 1e-2,
+                p if p < 0.02 => before,
+                p => 0.5 * (0.03 - p),
+            };
+            let (found, tried) = searched(plateau, 1.0);
+            for (tried, expected) in tried.iter().zip([0.0, 0.005, 0.0125, 0.03125]) {
+                assert!((tried - expected).abs() < 1e-12, "{tried} {expected}");
+            }
+            assert!(
+                tried.len() <= EVALUATIONS && (found - 0.03).abs() < 1e-4,
+                "{tried:?}"
+            );
+        }
+    }
+
+    /// Nine trials, of which four are kept for the root.
+    #[test]
+    fn a_search_ends_after_its_trials_with_the_best_of_them() {
+        let (found, tried) = searched(|preload| 1e-2 - 1e-9 * preload, 1e9);
+        assert_eq!(tried.len(), EVALUATIONS - ROOT_EVALUATIONS);
+        // Its cost is more than what it brings.
+        assert_eq!(found, 0.0);
+        let steep = |preload: f64| if preload < 0.00497 { 0.01 } else { -0.01 };
+        let (found, tried) = searched(steep, 1.0);
+        assert_eq!(tried.len(), EVALUATIONS);
+        assert_eq!(found, 0.0);
+    }
+
+    /// Convex and concave: each trial leaves a small part of what the one before left.
+    #[test]
+    fn a_bent_line_is_followed_to_its_root() {
+        for bend in [0.6, -0.2] {
+            let bent = |preload: f64| 0.01 - preload - bend * preload * preload / 0.01;
+            let (found, tried) = searched(bent, 1.0);
+            assert!(bent(found).abs() < 1e-5, "{bend}: {found} {tried:?}");
+        }
+    }
+
+    /// However bent it is in between.
+    #[test]
+    fn once_the_sign_has_changed_the_root_is_sought_in_between() {
+        let cubic = |preload: f64| 0.01 - 0.01 * (preload / 0.0046).powi(3);
+        let (found, tried) = searched(cubic, 1.0);
+        assert!(
+            tried[2..].iter().all(|p| (0.0..=0.005).contains(p)),
+            "{tried:?}"
+        );
+        assert!(cubic(found).abs() < 1e-5, "{found} {tried:?}");
+    }
+
+    /// A millionth of it moves nothing, and is no reason for another trial.
+    #[test]
+    fn what_matches_is_not_searched_any_further() {
+        let (_, tried) = searched(|preload| 0.01 - preload * (1.0 + 1e-9 * preload), 1.0);
+        assert_eq!(tried.len(), 4, "{tried:?}");
+    }
+
     #[test]
     fn of_two_equal_errors_the_smaller_preload_is_better() {
         let trial = |excess, preload| Trial { excess, preload };
@@ -520,6 +628,8 @@ mod tests {
             let mut reversals = Reversals::default();
             let first = reversals.allow(&command, &damped, &then, (5.0, sure), CYCLE_S);
             assert_same(&first, &expected);
+            // However often it was found to be.
+            reversals.allow(&command, &damped, &then, (5.5, sure), CYCLE_S);
             let undamped = reference(0.05, 0.0);
             let later = reversals.allow(&command, &undamped, &then, (6.0, sure), CYCLE_S);
             assert_same(&later, &expected);
