@@ -414,8 +414,9 @@ mod tests {
     use super::*;
     use crate::delay::actuator::ActuatorSettings;
     use crate::delay::predictor::reference::KelvinVoigt;
+    use crate::delay::predictor::scene::{CYCLE, Scene, robots};
+    use crate::delay::spacecraft::CYCLE_S;
 
-    const CYCLE_S: f64 = 0.004;
     const LATENCY: usize = 1;
     /// Cycles from a command to its execution if the pose is as old as believed, and of a pause.
     const DELAY: f64 = 8.0;
@@ -557,5 +558,213 @@ mod tests {
         question.depth = (-1e-3, 2e-5);
         question.velocity = 1e-9;
         assert!((question.answer() - (DELAY - 2.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_first_tracking_move_is_that_of_the_least_squares() {
+        for actuator in robots() {
+            for (latency, zeta, since) in [(0, 0.0, 3.3), (2, 0.4, -4.6), (1, 0.0, 30.2)] {
+                let scene = Scene::new(&actuator, latency, zeta, since);
+                let expected = scene.base(0) + scene.moves()[0] - scene.velocity;
+                let found = scene.ask(|problem| problem.solve().tracking);
+                let error = (found - expected).amax();
+                assert!(
+                    error < 1e-9,
+                    "{actuator:?} {latency} {since}: {found} {expected}"
+                );
+            }
+        }
+    }
+
+    /// Velocity along the contact that is left after the horizon of what the robot does with these commands more, by a contact
+    /// that never pulls, in 200 steps of each cycle.
+    fn left(scene: &Scene, more: &[V6]) -> f64 {
+        let Estimate {
+            stiffness,
+            damping,
+            gradient,
+            mass,
+            ..
+        } = scene.contact;
+        let straight = Curve {
+            surface: scene.contact.surface,
+            stiffness,
+            stiffening: 0.0,
+        };
+        let curve = scene.curve.unwrap_or(straight);
+        let depths = scene.positions(more).into_iter();
+        let depths: Vec<f64> = depths.map(|x| gradient.dot(&x) - curve.surface).collect();
+        let mut impulse = 0.0;
+        for pair in depths.windows(2) {
+            for n in 0..200 {
+                let depth = pair[0] + (pair[1] - pair[0]) * (f64::from(n) + 0.5) / 200.0;
+                let rate = (pair[1] - pair[0]) / CYCLE_S;
+                if depth > 0.0 {
+                    let spring = (curve.stiffness + curve.stiffening * depth) * depth;
+                    impulse += (spring + damping * rate).max(0.0) * CYCLE_S / 200.0;
+                }
+            }
+        }
+        gradient.dot(&scene.velocity) - impulse / mass
+    }
+
+    #[test]
+    fn the_preload_leaves_the_model_with_the_velocity_of_the_rebound() {
+        for actuator in robots() {
+            for (latency, zeta, since, stiffening) in [
+                (0, 0.0, 3.3, 0.0),
+                (2, 0.2, 1.6, 0.0),
+                (1, 0.0, 5.2, 2e7),
+                (1, 0.0, -4.5, 0.0),
+            ] {
+                let mut scene = Scene::new(&actuator, latency, zeta, since);
+                if stiffening > 0.0 {
+                    scene.curve = Some(Curve {
+                        surface: scene.contact.surface + 1e-5,
+                        stiffness: scene.contact.stiffness * 1.05,
+                        stiffening,
+                    });
+                }
+                let rate = scene.ask(|problem| problem.solve().preload_rate);
+                assert!(rate.abs() > 1e-3 * scene.reference.closing);
+                let mut more = scene.moves();
+                more.resize(PREDICTION_HORIZON + 1, V6::zeros());
+                for (t, more) in more.iter_mut().enumerate() {
+                    *more += scene.contact.push * (rate * 0.5_f64.powi(t as i32));
+                }
+                let end = (CYCLE + PREDICTION_HORIZON) as f64;
+                let [taken] = scene.reference.deviations(end, CYCLE_S);
+                let target = scene.reference.closing - taken.velocity;
+                let excess = left(&scene, &more) - target;
+                let bound = if stiffening > 0.0 { 1e-3 } else { 2e-5 } * scene.reference.closing;
+                assert!(
+                    excess.abs() < bound,
+                    "{actuator:?} {latency} {since}: {excess:e}"
+                );
+            }
+        }
+    }
+
+    /// The robot answers after 8 cycles and has moved after 9; the contact ends before or after that.
+    #[test]
+    fn there_is_no_preload_for_a_contact_that_no_command_reaches() {
+        let [actuator, ..] = robots();
+        let contact = core::f64::consts::PI / 21.0 / CYCLE_S;
+        for (left, reached) in [(8.9, false), (9.1, true)] {
+            let scene = Scene::new(&actuator, 1, 0.0, contact - left);
+            let command = scene.ask(|problem| problem.solve());
+            assert_eq!(command.preload_rate != 0.0, reached, "{left}");
+            assert_eq!(command.preload, scene.contact.push * command.preload_rate);
+            let sum = scene.velocity + command.tracking + command.preload;
+            let (expected, at_limit) = limited(sum, &scene.reference.velocity);
+            assert_eq!(command.at_speed_limit, at_limit);
+            assert!((command.velocity - expected).amax() < 1e-15, "{expected}");
+        }
+    }
+
+    /// Four times the velocity of the approach, or of 0.2 mm/s.
+    #[test]
+    fn a_preload_is_no_faster_than_the_speed_limit() {
+        let [actuator, ..] = robots();
+        for (closing, most) in [(0.005, 0.02), (1e-4, 8e-4)] {
+            for (velocity, sign) in [(1.0, 1.0), (-1.0, -1.0)] {
+                let mut scene = Scene::straight(&actuator, (21.0, 0.0), 4.3);
+                scene.reference.closing = closing;
+                scene.velocity[0] = velocity;
+                let rate = scene.ask(|problem| problem.solve().preload_rate);
+                assert!((rate - sign * most).abs() < 1e-12, "{closing}: {rate}");
+            }
+        }
+    }
+
+    /// Of a robot that is too deep and is to come back at once: half a pause and a delay before the reference turns, which is a
+    /// quarter of a period after the onset. Without a pause, or without a dead time, there is nothing to hold.
+    #[test]
+    fn an_axis_turns_no_sooner_than_half_a_pause_and_a_delay_before_the_reference() {
+        let [dead_time, _, lag, _, servo] = robots();
+        let quarter = core::f64::consts::FRAC_PI_2 / 21.0 / CYCLE_S;
+        for (robot, pause_s) in [
+            (&dead_time, 0.016),
+            (&dead_time, 0.0),
+            (&lag, 0.016),
+            (&servo, 0.016),
+        ] {
+            let held = pause_s > 0.0 && core::ptr::eq(robot, &dead_time);
+            for since in (0..13).map(|n| 0.7 * f64::from(n) + 0.4) {
+                let actuator = ActuatorSettings {
+                    pause_s,
+                    ..robot.clone()
+                };
+                let mut scene = Scene::straight(&actuator, (21.0, 0.0), since);
+                scene.robot.shift(&V6::repeat(1e-3));
+                let command = scene.ask(|problem| problem.solve());
+                let sum = scene.velocity + command.tracking + command.preload;
+                let (mut expected, _) = limited(sum, &scene.reference.velocity);
+                assert!(expected[0] < 0.0);
+                if held && since < quarter - 10.0 {
+                    // As slowly as it may go on.
+                    expected[0] = 0.005 * 0.005;
+                }
+                let apart = command.velocity - expected;
+                assert!(apart.amax() < 1e-15, "{actuator:?} {since}: {apart}");
+            }
+        }
+    }
+
+    /// In a damped contact, and after a quarter of a contact of 60 cycles if it is a clear retreat: the reference turns much later.
+    #[test]
+    fn an_axis_may_turn_early_where_that_is_meant() {
+        let [mut actuator, ..] = robots();
+        actuator.pause_s = 0.016;
+        for (contact, since, turns) in [
+            ((21.0, 0.3), 4.4, true),
+            ((21.0, 0.0), 4.4, false),
+            ((13.0, 0.0), 14.4, false),
+            ((13.0, 0.0), 15.8, true),
+        ] {
+            let mut scene = Scene::straight(&actuator, contact, since);
+            scene.robot.shift(&V6::repeat(1e-3));
+            let velocity = scene.ask(|problem| problem.solve().velocity);
+            assert_eq!(velocity[0] < 0.0, turns, "{contact:?} {since}: {velocity}");
+        }
+    }
+
+    /// By moves of 1, ½, ¼ ... each of which the plan takes back from cycle 70 to 80.
+    #[test]
+    fn a_planned_preload_goes_back_as_planned() {
+        let [.., actuator] = robots();
+        let scene = Scene::new(&actuator, 1, 0.0, 0.0);
+        let matrix = DynamicMatrix::new(&scene.model, 1);
+        let reference = scene
+            .reference
+            .pressed(&Preload::default(), 70.0, Some(80.0));
+        let found = matrix.preload(CYCLE, &reference.preload);
+        let response: Trajectory = scene.model.linear.pulse_response(1);
+        for (t, found) in found.iter().enumerate() {
+            let way: f64 = (0..=t)
+                .map(|i| response[t - i] * 0.5_f64.powi(i as i32))
+                .sum();
+            let left = (80.0 - (CYCLE + t) as f64).clamp(0.0, 10.0) / 10.0;
+            assert!((found - way * left).abs() < 1e-12, "{t}");
+        }
+    }
+
+    #[test]
+    fn a_command_is_at_most_four_times_as_fast_as_the_approach() {
+        let before = V6::new(0.003, 0.0, 0.004, 0.0, 0.0, 0.0);
+        let command = V6::new(0.0, 3.0, 0.0, 4.0, 0.0, 0.0);
+        for (size, before, most) in [
+            (0.019, before, None),
+            (0.021, before, Some(0.02)),
+            (1.0, before, Some(0.02)),
+            // Of 0.2 mm/s, where it was slower.
+            (0.00079, before * 0.01, None),
+            (0.00081, before * 0.01, Some(0.0008)),
+        ] {
+            let (found, at_limit) = limited(command * (size / 5.0), &before);
+            assert_eq!(at_limit, most.is_some(), "{size}");
+            let expected = command * (most.unwrap_or(size) / 5.0);
+            assert!((found - expected).amax() < 1e-15, "{size}");
+        }
     }
 }

@@ -91,6 +91,7 @@ impl Fallback {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::predictor::scene::{Scene, robots};
 
     /// However long it was trusted or not: each way takes [`BLEND_CYCLES`], no cycle more.
     #[test]
@@ -105,5 +106,127 @@ mod tests {
             assert_eq!(blended(trusted, passage), end);
             assert_eq!(blended(trusted, 1000), end);
         }
+    }
+
+    #[test]
+    fn the_blend_is_straight() {
+        let mut fallback = Fallback::new();
+        for trusted in [false, true] {
+            for n in 1..=10 {
+                fallback.blend(trusted);
+                let passed = f64::from(n) / BLEND_CYCLES;
+                let expected = if trusted { passed } else { 1.0 - passed };
+                assert!((fallback.trust - expected).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// Of a velocity that is a parabola in time it is what will be a delay later.
+    #[test]
+    fn the_lead_of_a_parabola_is_exact() {
+        let of = |coefficient: f64, t: f64| {
+            V6::new(1.0, -2.0, 0.5, 0.0, 3.0, 0.1) * (coefficient * t * t - t)
+        };
+        for (coefficient, delay) in [(0.0, 8.0), (0.3, 8.0), (0.3, 2.5), (-0.2, 0.0)] {
+            let mut fallback = Fallback::new();
+            let at = |n: i32| of(coefficient, f64::from(n));
+            assert_eq!(fallback.lead(&at(0), false, delay), V6::zeros());
+            for n in 1..20 {
+                let lead = fallback.lead(&at(n), true, delay);
+                let later = of(coefficient, f64::from(n) + delay) - at(n);
+                // The first difference of a contact has none before it.
+                assert!(n < 2 || (lead - later).amax() < 1e-9, "{n}: {lead} {later}");
+            }
+            // In free flight it begins anew, also after a contact.
+            assert_eq!(fallback.lead(&at(0), false, delay), V6::zeros());
+            let first = fallback.lead(&at(1), true, delay);
+            let slope = at(1) - at(0);
+            let expected = slope * (delay + 0.5 * delay * (delay + 1.0));
+            assert!((first - expected).amax() < 1e-9);
+        }
+    }
+
+    /// In a contact in which the model is braked: of all, of a part and of none of its trust.
+    #[test]
+    fn a_command_is_the_predictors_by_its_trust_and_the_lead_by_the_rest() {
+        let [robot, ..] = robots();
+        let scene = Scene::new(&robot, 1, 0.1, 4.0);
+        let before = scene.velocity + scene.contact.push * 1e-4;
+        scene.ask(|problem| {
+            let full = problem.solve();
+            let lead = Fallback {
+                trust: 0.0,
+                last: before,
+                slope: V6::zeros(),
+            };
+            let lead = lead.clone().lead(&problem.velocity, true, problem.delay());
+            let (simple, _) = limited(problem.velocity + lead, &problem.reference.velocity);
+            for trust in [1.0, 0.7, 0.3, 0.0] {
+                let mut fallback = Fallback {
+                    trust,
+                    last: before,
+                    slope: V6::zeros(),
+                };
+                let found = fallback.command(problem, true, trust < 0.5);
+                assert_eq!(fallback.trust, trust);
+                let mixed = |full: V6, simple: V6| full * trust + simple * (1.0 - trust);
+                for (found, expected) in [
+                    (found.velocity, mixed(full.velocity, simple)),
+                    (
+                        found.tracking,
+                        mixed(full.tracking, simple - problem.velocity),
+                    ),
+                    (found.preload, full.preload * trust),
+                    (
+                        V6::repeat(found.preload_rate),
+                        V6::repeat(full.preload_rate * trust),
+                    ),
+                ] {
+                    assert!(
+                        (found - expected).amax() < 1e-12,
+                        "{trust}: {found} {expected}"
+                    );
+                }
+            }
+        });
+    }
+
+    /// The lead is, the predictor is not; it counts as far as it has a part in it.
+    #[test]
+    fn the_speed_limit_is_told_of_either_part() {
+        let [robot, ..] = robots();
+        let scene = Scene::new(&robot, 1, 0.0, -12.0);
+        // Both of them.
+        let [.., servo] = robots();
+        Scene::new(&servo, 1, 0.0, 30.0).ask(|problem| {
+            assert!(problem.solve().at_speed_limit);
+            let mut fallback = Fallback {
+                trust: 0.5,
+                last: V6::repeat(1.0),
+                slope: V6::zeros(),
+            };
+            assert!(fallback.command(problem, true, true).at_speed_limit);
+        });
+        scene.ask(|problem| {
+            let quiet = problem.solve();
+            assert!(!quiet.at_speed_limit);
+            for (trust, jump, expected) in [
+                (0.5, 0.0, false),
+                (0.5, 1.0, true),
+                (0.0, 1.0, true),
+                (1.0, 1.0, false),
+            ] {
+                let last = problem.velocity + V6::repeat(jump);
+                let mut fallback = Fallback {
+                    trust,
+                    last,
+                    slope: V6::zeros(),
+                };
+                assert_eq!(
+                    fallback.command(problem, true, true).at_speed_limit,
+                    expected
+                );
+            }
+        });
     }
 }

@@ -55,6 +55,8 @@ mod observer;
 mod reference;
 mod restitution;
 mod robot_model;
+#[cfg(test)]
+mod scene;
 mod stiffening;
 mod supervisor;
 mod tuning;

@@ -1,0 +1,189 @@
+//! A robot in a contact for the tests of its command, and what it will do by a second, slower way of computing.
+
+use super::V6;
+use super::contact_estimator::Estimate;
+use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
+use super::impulse_matching::Reversals;
+use super::reference::Reference;
+use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::stiffening::Curve;
+use super::tuning::*;
+use crate::delay::actuator::ActuatorSettings;
+use crate::delay::spacecraft::CYCLE_S;
+use nalgebra::{SMatrix, SVector};
+
+/// A robot in a contact with another one's history behind it: all that a command depends on.
+pub(super) struct Scene {
+    pub(super) model: RobotModel,
+    pub(super) commands: CommandHistory,
+    pub(super) latency: usize,
+    pub(super) robot: RobotState,
+    pub(super) velocity: V6,
+    pub(super) reference: Reference,
+    pub(super) contact: Estimate,
+    pub(super) curve: Option<Curve>,
+}
+
+/// Cycles before this one.
+pub(super) const CYCLE: usize = 60;
+
+impl Scene {
+    /// Into a spring and damper of 500 kg, `since` cycles after the onset, oblique to all axes; the robot has moved more or
+    /// less as it should.
+    pub(super) fn new(actuator: &ActuatorSettings, latency: usize, zeta: f64, since: f64) -> Self {
+        let model = RobotModel::new(actuator, CYCLE_S, latency as f64);
+        let (mass, omega) = (500.0, 21.0);
+        let mut contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
+        contact.gradient = V6::new(0.8, -0.6, 0.1, 0.0, 0.2, -0.1);
+        let push = V6::new(0.7, -0.6, 0.3, 0.2, 0.1, -0.3);
+        contact.push = push / push.dot(&contact.gradient);
+        let before = V6::new(0.006, -0.002, 0.001, 0.003, -0.001, 0.002);
+        let closing = contact.gradient.dot(&before);
+        let onset = (
+            CYCLE as f64 - since,
+            V6::new(0.1, 0.2, -0.3, 0.4, 0.5, -0.6),
+        );
+        contact.surface = contact.gradient.dot(&onset.1);
+        let reference = Reference::into_contact(&contact, onset, (before, closing));
+        let mut commands = CommandHistory::new();
+        for n in 0..CYCLE {
+            let wave = (n as f64 * 0.7).sin();
+            commands.push(&(before + V6::new(1.0, -0.5, 2.0, 0.3, -1.0, 0.4) * (5e-4 * wave)));
+        }
+        let mut robot = RobotState::default();
+        (0..CYCLE + latency).for_each(|n| robot.step_sent(&model, &commands, n));
+        let place = reference.position_at(CYCLE as f64, CYCLE_S) + V6::repeat(1e-6);
+        robot.shift(&(place - robot.position()));
+        let [taken] = reference.deviations(CYCLE as f64, CYCLE_S);
+        Self {
+            model,
+            commands,
+            latency,
+            robot,
+            velocity: before - contact.push * (taken.velocity * 1.1),
+            reference,
+            contact,
+            curve: None,
+        }
+    }
+
+    /// Into a wall across the first axis, of this frequency (rad/s) and damping ratio, with the robot where it should be.
+    pub(super) fn straight(
+        actuator: &ActuatorSettings,
+        (omega, zeta): (f64, f64),
+        since: f64,
+    ) -> Self {
+        let mut scene = Self::new(actuator, 0, 0.0, since);
+        let mass = scene.contact.mass;
+        scene.contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
+        let along = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        scene.contact.surface = 0.1;
+        let (onset, before) = (scene.reference.onset, along * 0.005);
+        scene.reference =
+            Reference::into_contact(&scene.contact, (onset, along * 0.1), (before, 0.005));
+        let [taken] = scene.reference.deviations(CYCLE as f64, CYCLE_S);
+        scene.velocity = before - along * taken.velocity;
+        for n in 0..COMMAND_HISTORY {
+            let ahead = scene.model.execution_delay(0) - (COMMAND_HISTORY - n) as f64;
+            let at = |cycle: f64| scene.reference.position_at(CYCLE as f64 + cycle, CYCLE_S);
+            let velocity = (at(ahead + 1.0) - at(ahead)) / CYCLE_S;
+            scene.commands.push(&velocity);
+        }
+        scene.commands.next = CYCLE;
+        let place = scene.reference.position_at(CYCLE as f64, CYCLE_S);
+        scene.robot.shift(&(place - scene.robot.position()));
+        scene
+    }
+
+    pub(super) fn ask<T>(&self, answer: impl FnOnce(&ControlProblem<'_>) -> T) -> T {
+        let matrix = DynamicMatrix::new(&self.model, self.latency);
+        answer(&ControlProblem {
+            cycle: CYCLE,
+            model: &self.model,
+            commands: &self.commands,
+            matrix: &matrix,
+            latency: self.latency,
+            robot: self.robot,
+            velocity: self.velocity,
+            reference: self.reference,
+            contact: Some(self.contact),
+            reversals: Reversals::default(),
+            latest: self.latency,
+            curve: self.curve,
+        })
+    }
+
+    /// Velocity of the reference in a cycle that many from now, when the robot executes what it is told then.
+    pub(super) fn base(&self, ahead: usize) -> V6 {
+        let executed = CYCLE as f64 + self.model.execution_delay(self.latency) + ahead as f64;
+        let at = |cycle: f64| self.reference.position_at(cycle, CYCLE_S);
+        (at(executed + 1.0) - at(executed)) / CYCLE_S
+    }
+
+    /// Where the robot will be over the horizon with these commands more than those of the reference.
+    pub(super) fn positions(&self, more: &[V6]) -> Vec<V6> {
+        let (mut commands, mut robot) = (self.commands.clone(), self.robot);
+        let mut positions = Vec::new();
+        for t in 0..=PREDICTION_HORIZON {
+            positions.push(robot.position());
+            let sent = self.base(t) + more.get(t).copied().unwrap_or_default();
+            commands.push(&sent);
+            // A robot without a dead time whose pose is late executes what is sent later still.
+            let mut later = commands.clone();
+            for n in 1..=self.latency {
+                later.push(&self.base(t + n));
+            }
+            robot.step_sent(&self.model, &later, CYCLE + self.latency + t);
+        }
+        positions
+    }
+
+    /// The moves that track the reference with the least ‖r − x‖² + ρ ‖U‖², by a dense orthogonal decomposition.
+    pub(super) fn moves(&self) -> Vec<V6> {
+        const ROWS: usize = PREDICTION_HORIZON + 1 + CONTROL_HORIZON;
+        let free = self.positions(&[]);
+        let damping = self.contact.damping / (self.contact.stiffness * CYCLE_S);
+        let rho: f64 = 3.0 + 0.3 * damping * damping;
+        let mut equations = SMatrix::<f64, ROWS, CONTROL_HORIZON>::zeros();
+        for i in 0..CONTROL_HORIZON {
+            let mut one = vec![V6::zeros(); i];
+            one.push(V6::repeat(1.0));
+            for (t, (with, without)) in self.positions(&one).iter().zip(&free).enumerate() {
+                equations[(t, i)] = (with - without)[0] / CYCLE_S;
+            }
+            equations[(PREDICTION_HORIZON + 1 + i, i)] = rho.sqrt();
+        }
+        let qr = equations.qr();
+        let mut moves = vec![V6::zeros(); CONTROL_HORIZON];
+        for axis in 0..6 {
+            let mut wanted = SVector::<f64, ROWS>::zeros();
+            for (t, free) in free.iter().enumerate() {
+                let reference = self.reference.position_at((CYCLE + t) as f64, CYCLE_S);
+                wanted[t] = (reference - free)[axis] / CYCLE_S;
+            }
+            let right = qr.q().transpose() * wanted;
+            let solved = qr.r().solve_upper_triangular(&right).expect("a rank");
+            for (of_axis, solved) in moves.iter_mut().zip(solved.iter()) {
+                of_axis[axis] = *solved;
+            }
+        }
+        moves
+    }
+}
+
+/// Whole and broken dead times, none, a lag and a servo, none of them with a pause.
+pub(super) fn robots() -> [ActuatorSettings; 5] {
+    [
+        (0.032, 0.0, 0.0),
+        (0.0305, 0.0, 0.0),
+        (0.0, 0.012, 0.0),
+        (0.016, 0.016, 0.0),
+        (0.010, 0.0, 10.0),
+    ]
+    .map(|(delay_s, lag_s, servo_hz)| ActuatorSettings {
+        delay_s,
+        lag_s,
+        servo_hz,
+        ..ActuatorSettings::default()
+    })
+}
