@@ -19,6 +19,8 @@ pub mod ats;
 mod axes;
 mod contact;
 pub mod desired_restitution;
+#[cfg(test)]
+mod docking;
 mod energy_bound;
 pub mod guarded;
 pub mod lead;

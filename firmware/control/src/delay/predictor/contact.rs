@@ -5,7 +5,7 @@
 //! taken from the identified contact instead, and are bounded by the neighbouring load.
 
 use super::contact_estimator::{
-    Estimate, Hypothesis, Information, LatencyEstimator, Prior, direction,
+    Estimate, Hypothesis, Information, LatencyEstimator, Prior, direction, told_apart,
 };
 use super::observer::{AtForce, Observer};
 use super::reference::{Preload, Reference};
@@ -136,7 +136,7 @@ impl Contact {
         if self.stiffening.0 != latency {
             self.stiffening = (latency, Stiffening::default());
         }
-        let l = latency.min(LATENCIES - 1);
+        let l = told_apart(latency);
         let estimate = self.estimate(latency);
         let along = |motion: V6| estimate.gradient.dot(&motion);
         let way = along(at_force.position[l] - self.first_position[l]);
@@ -149,7 +149,7 @@ impl Contact {
         let estimate = self.estimate(latency);
         let origin = estimate
             .gradient
-            .dot(&self.first_position[latency.min(LATENCIES - 1)]);
+            .dot(&self.first_position[told_apart(latency)]);
         self.stiffening.1.curve(estimate, origin, self.sigma)
     }
 
@@ -175,7 +175,7 @@ impl Contact {
         let estimate = self.estimate(latency);
         let closing = estimate.gradient.dot(&self.velocity).max(1e-9);
         let since = self.since_onset(latency);
-        let first = self.first_position[latency.min(LATENCIES - 1)];
+        let first = self.first_position[told_apart(latency)];
         let onset = (
             self.first_cycle as f64 - since,
             first - self.velocity * (since * self.cycle_s),
@@ -187,7 +187,7 @@ impl Contact {
     fn since_onset(&self, latency: usize) -> f64 {
         let estimate = self.estimate(latency);
         let closing = estimate.gradient.dot(&self.velocity).max(1e-9);
-        let first = &self.first_position[latency.min(LATENCIES - 1)];
+        let first = &self.first_position[told_apart(latency)];
         let depth = estimate.gradient.dot(first) - estimate.surface;
         (depth / (closing * self.cycle_s)).clamp(0.0, self.longest_onset)
     }
@@ -369,4 +369,454 @@ impl ContactMemory {
 
 fn cosine(a: &V6, b: &V6) -> f64 {
     a.dot(b) / (a.norm() * b.norm()).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::predictor::bounce::{
+        Bounce, CLOSING, FIRST, MASS, OMEGA, STIFFNESS, SURFACE, x,
+    };
+    use crate::delay::spacecraft::CYCLE_S;
+
+    fn assert_near(found: f64, expected: f64, part: f64) {
+        let apart = (found - expected).abs();
+        assert!(apart <= part * expected.abs(), "{found} {expected}");
+    }
+
+    /// However old the first load is, within a cycle.
+    #[test]
+    fn the_reference_is_the_motion_of_the_contact() {
+        for (zeta, phase) in [(0.0, 0.1), (0.0, 0.9), (0.1, 0.4)] {
+            let bounce = Bounce {
+                zeta,
+                ..Bounce::spring(phase)
+            };
+            let contact = bounce.followed(0.01, 25);
+            let reference = contact.reference(0);
+            assert_near(reference.onset, FIRST as f64 - phase, 1e-4);
+            assert_near(reference.closing, CLOSING, 1e-3);
+            for cycle in [45, 55, 70, 100] {
+                let found = reference.position_at(cycle as f64, CYCLE_S)[0] - SURFACE;
+                let (depth, ..) = bounce.at(bounce.time(cycle));
+                assert!(
+                    (found - depth).abs() < 1e-7,
+                    "{zeta} {phase} {cycle}: {found} {depth}"
+                );
+            }
+        }
+    }
+
+    /// From the onset to the first load: the samples see half of that load over a cycle.
+    #[test]
+    fn what_the_samples_cannot_see_of_the_onset_is_added() {
+        for (zeta, phase) in [(0.0, 0.1), (0.0, 0.5), (0.0, 1.0), (0.1, 0.3), (0.2, 0.8)] {
+            let bounce = Bounce {
+                zeta,
+                ..Bounce::spring(phase)
+            };
+            let mut contact = bounce.begun(0.01);
+            let mut added = 0.0;
+            for cycle in FIRST..FIRST + 25 {
+                let observer = bounce.observer(cycle);
+                contact.add(&observer.load, &observer.at_force, 0.01, 0, Some(0));
+                added += contact.onset_correction(0);
+            }
+            let until = phase * CYCLE_S;
+            let exact: f64 = (0..1000)
+                .map(|n| bounce.at((f64::from(n) + 0.5) / 1000.0 * until).2 * until / 1000.0)
+                .sum();
+            let seen = 0.5 * bounce.at(until).2 * CYCLE_S;
+            let error = added - (exact - seen);
+            assert!(
+                error.abs() < 0.01 * seen,
+                "{zeta} {phase}: {added} {exact} {seen}"
+            );
+        }
+    }
+
+    /// Whatever is identified: over the longest time that may have passed before it.
+    #[test]
+    fn what_is_added_at_the_onset_is_bounded_by_the_first_load() {
+        for (threshold, longest) in [(0.0, 1.0), (6.0, 3.0)] {
+            let mut contact = Bounce::spring(0.9).begun(threshold);
+            let felt = 0.5 * Bounce::spring(0.9).at(0.9 * CYCLE_S).2 * CYCLE_S;
+            assert_near(contact.onset_felt, felt, 1e-9);
+            // A first load that was hardly felt.
+            contact.onset_felt = 1e-9;
+            assert_near(contact.onset_correction(0), longest * 1e-9, 1e-6);
+        }
+    }
+
+    /// 0.5 N are reached in the third cycle after the onset: the first load is 3 cycles old at most, and one more.
+    #[test]
+    fn an_onset_is_as_old_as_the_threshold_may_hide() {
+        // Of the expected stiffness: 150 kN/m at 20 µm in a cycle.
+        for (threshold, longest) in [(0.0, 1.0), (6.0, 3.0), (99.0, 8.0)] {
+            assert_near(
+                Bounce::spring(2.5).begun(threshold).longest_onset,
+                longest,
+                1e-12,
+            );
+        }
+        for (threshold, phase, since) in [(6.0, 2.5, 2.5), (6.0, 4.0, 3.0), (0.0, 2.5, 1.0)] {
+            let mut contact = Bounce::spring(phase).begun(threshold);
+            for cycle in FIRST..FIRST + 25 {
+                let observer = Bounce::spring(phase).observer(cycle);
+                contact.add(&observer.load, &observer.at_force, 0.01, 0, Some(0));
+            }
+            let found = contact.since_onset(0);
+            assert!((found - since).abs() < 0.1, "{threshold} {phase}: {found}");
+        }
+    }
+
+    /// The contact ended between the last load and the one that is none: half of it over a cycle is too much.
+    #[test]
+    fn what_the_samples_cannot_see_of_the_end_is_taken_away() {
+        for phase in [0.1, 0.45, 0.8] {
+            let bounce = Bounce::spring(phase);
+            let contact = |cycles| bounce.followed(1e-3, cycles);
+            let end = core::f64::consts::PI / OMEGA / CYCLE_S - phase;
+            let (last, first_free) = (end.floor(), end.floor() as usize + 1);
+            let load = bounce.at((last + phase) * CYCLE_S).2;
+            let expected = 0.5 * load * CYCLE_S * ((end - last) - 1.0);
+            let velocity = x(bounce.at(bounce.time(FIRST + first_free)).1);
+            let found = contact(first_free + 1).release_correction(&velocity, 0);
+            assert!(
+                (found - expected).abs() < 1e-3 * load * CYCLE_S,
+                "{phase}: {found} {expected}"
+            );
+            // Once, and only of one that goes apart.
+            assert_eq!(contact(first_free).release_correction(&velocity, 0), 0.0);
+            assert_eq!(
+                contact(first_free + 2).release_correction(&velocity, 0),
+                0.0
+            );
+            let closing = contact(first_free + 1).release_correction(&-velocity, 0);
+            assert_eq!(closing, 0.0);
+            // A slow one has ended at the end of the cycle.
+            let slow = contact(first_free + 1).release_correction(&(velocity * 1e-6), 0);
+            assert_eq!(slow, 0.0);
+        }
+    }
+
+    /// After four quiet cycles if it should be over, or is quiet for six and the delay; in any case after 2.2 of its own duration, the
+    /// delay and 50 ms.
+    #[test]
+    fn a_contact_is_over_when_it_is_quiet_at_the_right_time() {
+        let mut contact = Bounce::spring(0.5).followed(0.01, 25);
+        let reference = contact.reference(0);
+        let end = reference.end(CYCLE_S);
+        assert!((end - 86.9).abs() < 0.1, "{end}");
+        for (quiet, cycle, delay, over) in [
+            (3, 88, 8.0, false),
+            (4, 88, 8.0, true),
+            (4, 86, 8.0, false),
+            (13, 70, 8.0, false),
+            (14, 70, 8.0, true),
+            (15, 70, 9.5, false),
+            (16, 70, 9.5, true),
+            (0, 152, 8.0, false),
+            (0, 153, 8.0, true),
+            (0, 153, 9.0, false),
+        ] {
+            contact.quiet = quiet;
+            let found = contact.is_over(cycle, &reference, delay);
+            assert_eq!(found, over, "{quiet} {cycle} {delay}");
+        }
+    }
+
+    #[test]
+    fn a_contact_is_quiet_since_its_last_significant_load() {
+        let bounce = Bounce::spring(0.5);
+        let mut contact = bounce.begun(1.0);
+        let loads = [2.0, 0.9, 0.9, 1.0, 0.5];
+        let quiet = loads.map(|load| {
+            let observer = bounce.observer(FIRST + 3);
+            contact.add(&x(-load), &observer.at_force, 1.0, 0, Some(0));
+            contact.quiet
+        });
+        assert_eq!(quiet, [0, 1, 2, 0, 1]);
+        assert_near(contact.last, 1.0, 1e-12);
+        assert_eq!(contact.estimator.loads(), 2);
+    }
+
+    /// Ten cycles long.
+    #[test]
+    fn the_direction_of_a_contact_is_that_of_its_recent_loads() {
+        let bounce = Bounce::spring(0.5);
+        let mut contact = bounce.begun(0.01);
+        let observer = bounce.observer(FIRST);
+        let mut sum = -observer.load;
+        for load in [
+            x(-3.0),
+            V6::new(-3.0, 4.0, 0.0, 0.0, 0.0, 1.0),
+            V6::new(0.0, 2.0, 0.0, 0.0, 0.0, 0.0),
+        ] {
+            contact.add(&load, &observer.at_force, 0.01, 0, Some(0));
+            sum = sum * 0.9 - load;
+        }
+        let (h, bh) = contact.direction();
+        let expected = sum / sum.fixed_rows::<3>(0).norm();
+        assert!((h - expected).amax() < 1e-12, "{h} {expected}");
+        assert!((bh - expected / MASS).amax() < 1e-15, "{bh}");
+        // λ of a load is its part along h, of which λ h is the load.
+        assert_near(load_along(&(h * -7.0), &h), 7.0, 1e-12);
+        assert_near(
+            contact.last,
+            load_along(&V6::new(0.0, 2.0, 0.0, 0.0, 0.0, 0.0), &h),
+            1e-12,
+        );
+    }
+
+    /// By the peak V √(k m) and the momentum m V.
+    #[test]
+    fn the_outcome_tells_what_noise_makes_of_it() {
+        for zeta in [0.0, 0.1] {
+            let bounce = Bounce {
+                zeta,
+                ..Bounce::spring(0.5)
+            };
+            let contact = bounce.followed(0.01, 36);
+            let loads = f64::from(contact.estimator.loads());
+            let reference = contact.reference(0);
+            let outcome = contact.outcome(0, &reference, &x(-0.004), 0.3);
+            assert_near(outcome.closing, CLOSING, 1e-3);
+            assert_near(outcome.after, -0.004, 1e-3);
+            let angle = core::f64::consts::PI - 2.0 * f64::asin(zeta);
+            let e = (-zeta / (1.0 - zeta * zeta).sqrt() * angle).exp();
+            assert_near(outcome.restitution, e, 1e-3);
+            assert!(outcome.misfit < 1e-3 && outcome.fits());
+            let peak = CLOSING * MASS * OMEGA;
+            assert_near(outcome.noise_misfit, 0.3 / (0.7 * peak), 1e-3);
+            assert_near(
+                outcome.noise,
+                0.3 * CYCLE_S * loads.sqrt() / (MASS * CLOSING),
+                1e-3,
+            );
+            // Of what all loads say nothing is left to noise.
+            let estimate = contact.restitution(0, &x(-0.004), 0.3);
+            assert!(!estimate.hides_damping || zeta == 0.0);
+        }
+    }
+
+    /// A load with a lever is longer than its force.
+    #[test]
+    fn the_noise_of_a_load_counts_by_its_length() {
+        let mut contact = Bounce::spring(0.5).followed(0.01, 36);
+        contact.load_sum[4] = 2.0 * contact.load_sum[0];
+        let (direction, after) = (contact.direction(), x(-0.004));
+        let Hypothesis {
+            information,
+            estimate,
+        } = contact.estimator.at(0);
+        let prior = contact.prior(direction, estimate.error);
+        let mut hidden = 0;
+        for n in 0..60 {
+            let noise = 1e-3 * 1.25_f64.powi(n);
+            let alone = (36.0, noise / 5.0_f64.sqrt());
+            let velocities = (&contact.velocity, &after);
+            let expected =
+                RestitutionEstimate::new(information, estimate, &prior, velocities, alone);
+            let found = contact.restitution(0, &after, noise);
+            assert_eq!(found.hides_damping, expected.hides_damping, "{noise}");
+            hidden += usize::from(found.hides_damping);
+        }
+        assert!((1..60).contains(&hidden), "{hidden}");
+    }
+
+    /// 220 kN/m where it is free, and twice as much at its deepest.
+    #[test]
+    fn a_contact_that_hardens_has_a_curve() {
+        let bounce = Bounce {
+            stiffening: 4e8,
+            ..Bounce::spring(0.5)
+        };
+        let contact = bounce.followed(0.01, 30);
+        let curve = contact.curve(0).expect("a curve");
+        for depth in [5e-5, 1e-4, 2e-4] {
+            let inside = SURFACE + depth - curve.surface;
+            let felt = (curve.stiffness + curve.stiffening * inside) * inside;
+            assert_near(felt, (STIFFNESS + 4e8 * depth) * depth, 0.02);
+        }
+        // By another latency it is fitted anew, and a spring has none.
+        let mut other = contact.clone();
+        let observer = bounce.observer(FIRST + 30);
+        other.add(&observer.load, &observer.at_force, 0.01, 1, None);
+        assert_eq!(other.stiffening.0, 1);
+        assert!(other.curve(1).is_none());
+        assert!(Bounce::spring(0.5).followed(0.01, 30).curve(0).is_none());
+    }
+
+    /// Of the spring alone, of which the damper's loads are taken away.
+    #[test]
+    fn a_damped_contact_that_hardens_has_the_curve_of_its_spring() {
+        let bounce = Bounce {
+            zeta: 0.02,
+            stiffening: 4e8,
+            ..Bounce::spring(0.5)
+        };
+        let curve = bounce.followed(0.01, 30).curve(0).expect("a curve");
+        for depth in [5e-5, 1e-4, 2e-4] {
+            let inside = SURFACE + depth - curve.surface;
+            let felt = (curve.stiffness + curve.stiffening * inside) * inside;
+            let error = felt - (STIFFNESS + 4e8 * depth) * depth;
+            assert!(error.abs() < 3.0, "{depth}: {error}");
+        }
+    }
+
+    /// The loads of a damper grow with the velocity, not with the depth.
+    #[test]
+    fn a_damped_spring_has_no_curve() {
+        let damped = Bounce {
+            zeta: 0.3,
+            ..Bounce::spring(0.5)
+        };
+        assert!(damped.followed(0.01, 25).curve(0).is_none());
+    }
+
+    /// A contact whose surface is at this depth along a direction.
+    fn known(direction: V6, surface: f64, latency: usize) -> Remembered {
+        let mut estimate = Estimate::exact(STIFFNESS, 0.0, MASS);
+        (estimate.gradient, estimate.push, estimate.surface) = (direction, direction, surface);
+        Remembered {
+            direction,
+            latency,
+            information: Information::new(V6::zeros()),
+            estimate,
+        }
+    }
+
+    /// 18° apart they are the same: cosine 0.95.
+    #[test]
+    fn a_contact_is_known_by_the_direction_of_its_load() {
+        let y = V6::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0);
+        let memory = ContactMemory {
+            kept: [Some(known(x(1.0), 0.1, 2)), Some(known(-y, 0.1, 3))],
+            next: 0,
+        };
+        let turned = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            (x(1.0) * cos + y * sin) * 40.0
+        };
+        for (degrees, latency) in [
+            (0.0, Some(2)),
+            (18.0, Some(2)),
+            (19.0, None),
+            (-71.0, None),
+            (-73.0, Some(3)),
+            (90.0, None),
+        ] {
+            let found = memory.of(&turned(degrees)).map(|(latency, _)| latency);
+            assert_eq!(found, latency, "{degrees}");
+        }
+        assert!(cosine(&V6::zeros(), &x(1.0)) == 0.0);
+    }
+
+    /// In place of the one of its direction, or of the oldest.
+    #[test]
+    fn two_contacts_are_remembered() {
+        let mut memory = ContactMemory::default();
+        let contact = Bounce::spring(0.5).followed(0.01, 20);
+        let along = |direction: V6| {
+            let mut contact = contact.clone();
+            contact.load_sum = direction;
+            contact
+        };
+        let axis = |i: usize, size: f64| {
+            let mut v = V6::zeros();
+            v[i] = size;
+            v
+        };
+        let latencies = |memory: &ContactMemory| {
+            [axis(0, 1.0), axis(1, 1.0), axis(2, 1.0)]
+                .map(|direction| memory.of(&direction).map(|(latency, _)| latency))
+        };
+        for (i, latency, kept) in [
+            (0, 1, [Some(1), None, None]),
+            (0, 2, [Some(2), None, None]),
+            (1, 3, [Some(2), Some(3), None]),
+            (0, 4, [Some(4), Some(3), None]),
+            (2, 0, [Some(4), None, Some(0)]),
+            (1, 1, [None, Some(1), Some(0)]),
+        ] {
+            memory.keep(&along(axis(i, 30.0)), latency);
+            assert_eq!(latencies(&memory), kept, "{i}");
+        }
+    }
+
+    /// Straight on at 5 mm/s, 20 µm in a cycle.
+    fn ahead(memory: &mut ContactMemory, position: f64, velocity: V6) -> Option<(f64, V6)> {
+        let at = V6::new(position, 0.7, 0.0, 0.0, 0.0, 0.0);
+        let found = memory.ahead((1000, &at, &velocity), 36.0, CYCLE_S);
+        found.map(|(reference, estimate)| {
+            let closing = estimate.gradient.dot(&velocity);
+            assert_eq!((reference.closing, reference.velocity), (closing, velocity));
+            (reference.onset, reference.position)
+        })
+    }
+
+    #[test]
+    fn a_contact_that_is_remembered_begins_where_it_was() {
+        let velocity = V6::new(0.005, 0.001, 0.0, 0.0, 0.0, 0.0);
+        for (distance, comes) in [
+            (20.0, true),
+            (35.5, true),
+            (36.5, false),
+            (-5.5, true),
+            (-6.5, false),
+        ] {
+            let mut memory = ContactMemory {
+                kept: [None, Some(known(x(1.0), 0.1, 0))],
+                next: 0,
+            };
+            let found = ahead(&mut memory, 0.1 - distance * 2e-5, velocity);
+            assert_eq!(found.is_some(), comes, "{distance}");
+            if let Some((onset, position)) = found {
+                assert!((onset - 1000.0 - distance).abs() < 1e-9);
+                let expected = V6::new(0.1, 0.7 + distance * 4e-6, 0.0, 0.0, 0.0, 0.0);
+                assert!((position - expected).amax() < 1e-12, "{position}");
+            }
+            // One that should have been felt is forgotten.
+            assert_eq!(memory.kept[1].is_some(), distance > -6.0, "{distance}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_the_contacts_on_the_way_is_ahead() {
+        let other = V6::new(0.8, 0.6, 0.0, 0.0, 0.0, 0.0);
+        for swapped in [false, true] {
+            let mut kept = [
+                Some(known(x(1.0), 0.1, 0)),
+                Some(known(
+                    other,
+                    other.dot(&V6::new(0.1 - 1e-4, 0.7, 0.0, 0.0, 0.0, 0.0)),
+                    0,
+                )),
+            ];
+            if swapped {
+                kept.swap(0, 1);
+            }
+            let mut memory = ContactMemory { kept, next: 0 };
+            let (onset, _) = ahead(&mut memory, 0.1 - 3e-4, x(0.005)).unwrap();
+            assert!((onset - 1010.0).abs() < 1e-6, "{onset}");
+        }
+    }
+
+    /// A thousandth of the velocity is no approach.
+    #[test]
+    fn a_contact_that_is_not_on_the_way_is_kept_but_not_expected() {
+        for (closing, comes) in [(-0.005, false), (4.9e-6, false), (5.1e-6, true)] {
+            let across = f64::sqrt(0.005 * 0.005 - closing * closing);
+            let velocity = V6::new(closing, across, 0.0, 0.0, 0.0, 0.0);
+            let mut memory = ContactMemory {
+                kept: [Some(known(x(1.0), 0.1, 0)), None],
+                next: 0,
+            };
+            let found = ahead(&mut memory, 0.1 - 10.0 * closing * CYCLE_S, velocity);
+            assert_eq!(found.is_some(), comes, "{closing}");
+            let missed = ahead(&mut memory, 0.1 - 10.0 * closing * CYCLE_S + 1.0, x(-0.005));
+            assert!(missed.is_none() && memory.kept[0].is_some(), "{closing}");
+        }
+    }
 }

@@ -370,12 +370,7 @@ impl Supervisor {
             reference,
             contact: estimate,
             reversals: self.reversals,
-            latest: match &contact {
-                Some(contact) if !self.latency_known && !self.latency_found => {
-                    contact.estimator.latest
-                }
-                _ => self.latency,
-            },
+            latest: self.latest(contact.as_deref()),
             curve: contact
                 .as_ref()
                 .and_then(|contact| contact.curve(self.latency)),
@@ -398,6 +393,14 @@ impl Supervisor {
         output.parts[0] = observer.map.twist(&command.tracking);
         output.parts[1] = observer.map.twist(&command.preload);
         self.output(output)
+    }
+
+    /// The largest latency that the pose may have, cycles: what is known, or was beyond doubt, is not doubted again.
+    fn latest(&self, contact: Option<&Contact>) -> usize {
+        match contact {
+            Some(contact) if !self.latency_known && !self.latency_found => contact.estimator.latest,
+            _ => self.latency,
+        }
     }
 
     /// The reference in a contact: along it with the preload so far, across it as the model moves, which friction may
@@ -464,5 +467,270 @@ impl Supervisor {
             misfit: self.misfit,
         };
         output
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::docking::{Docking, believed, between_walls, robot};
+    use crate::delay::predictor::bounce::{Bounce, STIFFNESS, x};
+    use crate::delay::predictor::scene::robots;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::delay::{Law, LawName};
+    use crate::frames::Wrench;
+    use softdock_delay_plants::Measurement;
+
+    /// Of a robot of 32 ms whose approach has shown this noise of a position, m.
+    fn supervisor(noise_m: f64) -> Supervisor {
+        let mut supervisor = Supervisor::new(&DelaySettings::default(), CYCLE_S);
+        supervisor.approach.findings.noise_m = noise_m;
+        supervisor
+    }
+
+    fn assert_near(found: f64, expected: f64) {
+        let apart = (found - expected).abs();
+        assert!(apart <= 1e-9 * expected.abs(), "{found} {expected}");
+    }
+
+    /// 160 µm at 5 mm/s: 112 times the noise is as much at 1.43 µm.
+    #[test]
+    fn a_noisy_position_is_followed_less_the_less_it_moves_in_a_delay() {
+        for (noise_m, speed, gain) in [
+            (0.0, 0.005, 0.3),
+            (160e-6 / 112.0, 0.005, 0.15),
+            (160e-6 / 112.0, 0.0025, 0.1),
+            (1e-9, 0.0, 0.3 / 113.0),
+        ] {
+            assert_near(supervisor(noise_m).observer_gain(&x(speed)), gain);
+        }
+        let mut noisy = supervisor(160e-6 / 112.0);
+        for (in_contact, over, in_flight) in [
+            (false, true, true),
+            (true, true, false),
+            (false, false, false),
+        ] {
+            noisy.approach = Approach::new(V6::zeros(), &x(if over { 0.0 } else { 0.005 }));
+            noisy.approach.findings.noise_m = 160e-6 / 112.0;
+            let feedback = noisy.feedback(&x(0.005), in_contact);
+            assert_eq!(feedback.in_flight, in_flight);
+            assert_near(feedback.gain, 0.15);
+            assert_near(feedback.noise_m, 160e-6 / 112.0);
+        }
+    }
+
+    /// ω τ = 0.6 for the effective mass, or what is set.
+    #[test]
+    fn a_contact_is_expected_to_last_five_delays() {
+        let mut supervisor = supervisor(0.0);
+        let omega = 0.6 / 0.032;
+        assert_near(
+            supervisor.expected_stiffness(1.0 / 500.0),
+            500.0 * omega * omega,
+        );
+        assert_near(supervisor.expected_stiffness(0.0), 1e9 * omega * omega);
+        supervisor.latency = 4;
+        let later = 0.6 / 0.016;
+        assert_near(
+            supervisor.expected_stiffness(1.0 / 500.0),
+            500.0 * later * later,
+        );
+        // A robot that is hardly late is taken for one of a cycle.
+        supervisor.model.linear.mean_delay = 0.0;
+        let soonest = 0.6 / CYCLE_S;
+        assert_near(supervisor.expected_stiffness(1.0), soonest * soonest);
+        supervisor.settings.contact_stiffness_n_per_m = 3e5;
+        assert_near(supervisor.expected_stiffness(1.0), 3e5);
+    }
+
+    /// Three mean delays and eight cycles after the ramp, once the approach is known.
+    #[test]
+    fn it_begins_when_robot_and_model_have_the_same_velocity() {
+        let mut supervisor = supervisor(0.0);
+        for (released, started) in [(32, false), (33, true)] {
+            supervisor.released = released;
+            assert_eq!(supervisor.has_started(), started, "{released}");
+        }
+        supervisor.approach = Approach::new(V6::zeros(), &x(0.005));
+        assert!(!supervisor.has_started());
+    }
+
+    /// At most four cycles, of which the predictor has a hypothesis.
+    #[test]
+    fn a_latency_that_is_set_is_the_first_that_is_believed() {
+        for (set, first) in [(0, 0), (3, 3), (4, 4), (8, 4)] {
+            let mut settings = DelaySettings::default();
+            settings.actuator.feedback_latency_cycles = set;
+            let supervisor = Supervisor::new(&settings, CYCLE_S);
+            assert_eq!(supervisor.latency, first);
+            // The delay up to the reported pose.
+            assert_near(supervisor.model.linear.mean_delay, 8.0 + f64::from(set));
+        }
+    }
+
+    /// The model was that much ahead of the robot: it is set back, and the control is that of the new delay.
+    #[test]
+    fn a_robot_that_is_later_is_so_much_behind_its_model() {
+        let mut supervisor = supervisor(0.0);
+        let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
+        let mut observer = Observer::new(&spacecraft.input(&wrench));
+        for cycle in 0..20 {
+            observer.commands.push(&x(0.005));
+            observer
+                .robot
+                .step_sent(&supervisor.model, &observer.commands, cycle);
+        }
+        let before = observer.robot.position()[0];
+        supervisor.change_delay(&mut observer, 1.5);
+        assert_near(before - observer.robot.position()[0], 1.5 * 0.005 * CYCLE_S);
+        assert_near(supervisor.model.linear.mean_delay, 9.5);
+    }
+
+    /// Noise of the sensor, and of the position as the observer leaves it: a gain g leaves g/(2 − g) of its variance.
+    #[test]
+    fn the_noise_of_a_load_is_that_of_the_sensor_and_of_the_position() {
+        let contact = Bounce::spring(0.5).followed(0.01, 25);
+        for (load, noise_m) in [(0.2, 0.0), (0.0001, 1e-6), (0.2, 1e-6)] {
+            let mut supervisor = supervisor(noise_m);
+            supervisor.noise = LoadNoise::new(load);
+            let gain = supervisor.observer_gain(&contact.velocity);
+            let apart = STIFFNESS * noise_m * (gain / (2.0 - gain)).sqrt();
+            let found = supervisor.noise_against_model(&contact);
+            let expected = (load * load + apart * apart).sqrt();
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        }
+    }
+
+    /// Against the motion, and more than a threshold: 4.5 times 0.002 N alone, or √2 of it with the load before.
+    #[test]
+    fn a_contact_begins_with_a_significant_load_against_the_motion() {
+        let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
+        let mut observer = Observer::new(&spacecraft.input(&wrench));
+        for (load, before, onset, spurious) in [
+            (-0.0091, 0.0, true, false),
+            (-0.0089, 0.0, false, false),
+            (0.0091, 0.0, false, true),
+            (-0.0065, -0.0065, true, false),
+            (-0.0063, -0.0063, false, false),
+            (-0.0089, 0.0089, false, false),
+        ] {
+            let mut supervisor = supervisor(0.0);
+            (observer.load, observer.previous_load) = (x(load), x(before));
+            let threshold = supervisor.noise.threshold();
+            assert_eq!(
+                supervisor.is_onset(&observer, &x(0.005), threshold),
+                onset,
+                "{load}"
+            );
+            assert_eq!(
+                supervisor.flags.has(LawFlags::SPURIOUS_LOAD),
+                spurious,
+                "{load}"
+            );
+        }
+        // What is not significant is noise.
+        let mut supervisor = supervisor(0.0);
+        (observer.load, observer.previous_load) = (x(3.0), V6::zeros());
+        (0..20).for_each(|_| {
+            supervisor.is_onset(&observer, &x(0.005), 4.0);
+        });
+        assert_near(supervisor.noise.sigma(), 3.0);
+    }
+
+    /// When a preload is gone, cycles after the end of the contact; none: it stays.
+    #[test]
+    fn a_preload_is_taken_back_by_a_robot_with_a_dead_time_in_a_contact_that_is_not_damped() {
+        let [dead_time, _, lag, mixed, _] = robots();
+        for (actuator, zeta, first_latency, expected) in [
+            (&dead_time, 0.0, 0, Some(5.0)),
+            (&dead_time, 0.2, 0, Some(5.0)),
+            (&dead_time, 0.3, 0, None),
+            (&mixed, 0.0, 0, Some(5.0)),
+            (&lag, 0.0, 0, None),
+            // It was told with another latency.
+            (&dead_time, 0.0, 1, Some(0.0)),
+            (&dead_time, 0.3, 1, None),
+            (&mixed, 0.0, 1, None),
+        ] {
+            let settings = DelaySettings {
+                actuator: actuator.clone(),
+                ..DelaySettings::default()
+            };
+            let supervisor = Supervisor::new(&settings, CYCLE_S);
+            let bounce = Bounce {
+                zeta,
+                ..Bounce::spring(0.5)
+            };
+            let mut contact = bounce.followed(0.01, 25);
+            contact.first_latency = first_latency;
+            (0..10).for_each(|_| contact.preload.advance(1e-6));
+            let mut observer = bounce.observer(75);
+            observer.model = observer.at_force.position[0];
+            let reference = supervisor.reference(&contact, &observer, &contact.velocity);
+            let executed = 75.0 + supervisor.model.execution_delay(0);
+            let end = reference.end(CYCLE_S);
+            let of = |cycle: f64| reference.preload.left(cycle);
+            assert_eq!(of(executed), 1.0);
+            match expected {
+                None => assert_eq!(of(1e3), 1.0, "{actuator:?} {zeta}"),
+                Some(later) => {
+                    let gone = end + later;
+                    assert_near(of(0.5 * (executed + gone)), 0.5);
+                    assert_eq!(of(gone), 0.0);
+                }
+            }
+        }
+    }
+
+    /// In a contact along it as before, across it as the model; a delay ahead what it is told.
+    #[test]
+    fn what_is_executed_is_a_delay_ahead() {
+        let supervisor = supervisor(0.0);
+        let contact = Bounce::spring(0.5).followed(0.01, 25);
+        let mut observer = Bounce::spring(0.5).observer(75);
+        observer.model = observer.at_force.position[0] + V6::new(0.0, 1e-3, 0.0, 0.0, 0.0, 0.0);
+        let velocity = V6::new(-0.002, 1e-3, 0.0, 0.0, 0.0, 0.0);
+        let reference = supervisor.reference(&contact, &observer, &velocity);
+        let at = |cycle: usize| reference.position_at(cycle as f64, CYCLE_S);
+        let along = contact.reference(0);
+        for cycle in [75, 90] {
+            assert!((at(cycle)[0] - along.position_at(cycle as f64, CYCLE_S)[0]).abs() < 1e-9);
+            let across = 1e-3 + 1e-3 * (cycle as f64 - 75.0) * CYCLE_S;
+            assert!((at(cycle)[1] - across).abs() < 1e-9, "{}", at(cycle));
+        }
+    }
+
+    #[test]
+    fn a_latency_that_is_known_or_was_found_is_not_doubted() {
+        let contact = Bounce::spring(0.5).followed(0.01, 2);
+        assert_eq!(contact.estimator.latest, LATENCIES - 1);
+        for (known, found, in_contact, latest) in [
+            (false, false, true, LATENCIES - 1),
+            (true, false, true, 2),
+            (false, true, true, 2),
+            (false, false, false, 2),
+        ] {
+            let mut supervisor = supervisor(0.0);
+            (
+                supervisor.latency,
+                supervisor.latency_known,
+                supervisor.latency_found,
+            ) = (2, known, found);
+            let asked = supervisor.latest(in_contact.then_some(&contact));
+            assert_eq!(asked, latest, "{known} {found} {in_contact}");
+        }
+    }
+
+    #[test]
+    fn a_latency_that_was_found_stays_so() {
+        let plant = between_walls(robot(), 0.0, Measurement::default());
+        let mut docking = Docking::new(&believed(LawName::Predictor, &robot()), &plant, 0.005);
+        for found in [false, true, true, true] {
+            let Law::Predictor(law) = &docking.law else {
+                panic!("another law");
+            };
+            assert_eq!(law.supervisor.latency_found, found);
+            docking.bounce();
+        }
     }
 }

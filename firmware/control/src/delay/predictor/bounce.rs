@@ -1,0 +1,113 @@
+//! The exact bounce of a mass, as the observer of a perfect robot sees it, for the tests of contacts.
+
+use super::contact::{Contact, Onset};
+use super::observer::{AtForce, Observer};
+use super::tuning::*;
+use super::{M6, V6};
+use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+use crate::frames::Wrench;
+
+pub(super) const MASS: f64 = 500.0;
+pub(super) const CLOSING: f64 = 0.005;
+pub(super) const OMEGA: f64 = 21.0;
+pub(super) const STIFFNESS: f64 = MASS * OMEGA * OMEGA;
+/// Cycle of the first load, and where the surface is, m.
+pub(super) const FIRST: usize = 50;
+pub(super) const SURFACE: f64 = 0.3;
+
+/// A motion, or a force, along the contact.
+pub(super) fn x(value: f64) -> V6 {
+    V6::new(value, 0.0, 0.0, 0.0, 0.0, 0.0)
+}
+
+/// The exact motion of a mass into a spring and damper along x, seen by a pose that is as old as the force: depth (m), its
+/// rate (m/s) and load (N) at a time after the onset, s.
+#[derive(Clone, Copy)]
+pub(super) struct Bounce {
+    pub(super) zeta: f64,
+    /// q, N/m²: a load that grows faster than its depth.
+    pub(super) stiffening: f64,
+    /// Time from the onset to the first load, cycles.
+    pub(super) phase: f64,
+}
+
+impl Bounce {
+    /// Into a spring, with the first load so many cycles after the onset.
+    pub(super) fn spring(phase: f64) -> Self {
+        Self {
+            zeta: 0.0,
+            stiffening: 0.0,
+            phase,
+        }
+    }
+
+    fn damping(&self) -> f64 {
+        2.0 * self.zeta * MASS * OMEGA
+    }
+
+    pub(super) fn at(&self, t: f64) -> (f64, f64, f64) {
+        let root = (1.0 - self.zeta * self.zeta).sqrt();
+        let decay = (-self.zeta * OMEGA * t).exp() * CLOSING;
+        let (sin, cos) = (OMEGA * root * t).sin_cos();
+        let depth = decay * sin / (OMEGA * root);
+        let rate = decay * cos - self.zeta * OMEGA * depth;
+        let end = (core::f64::consts::PI - 2.0 * self.zeta.asin()) / (OMEGA * root);
+        if t <= 0.0 {
+            return (CLOSING * t, CLOSING, 0.0);
+        }
+        if t >= end {
+            let (depth, rate, _) = self.at(end * (1.0 - 1e-12));
+            return (depth + rate * (t - end), rate, 0.0);
+        }
+        let load = (STIFFNESS + self.stiffening * depth) * depth + self.damping() * rate;
+        (depth, rate, load)
+    }
+
+    pub(super) fn time(&self, cycle: usize) -> f64 {
+        (cycle as f64 - FIRST as f64 + self.phase) * CYCLE_S
+    }
+
+    /// What is observed in a cycle.
+    pub(super) fn observer(&self, cycle: usize) -> Observer {
+        let (spacecraft, wrench) = (Spacecraft::before_a_wall([0.0; 3]), Wrench::zero());
+        let mut observer = Observer::new(&spacecraft.input(&wrench));
+        let seen =
+            |l: usize, earlier: usize| self.at(self.time(cycle + l) - CYCLE_S * earlier as f64);
+        observer.cycle = cycle;
+        observer.load = x(-seen(0, 0).2);
+        observer.previous_load = x(-seen(0, 1).2);
+        observer.previous = core::array::from_fn(|l| x(SURFACE + seen(l, 1).0));
+        observer.at_force = AtForce {
+            position: core::array::from_fn(|l| x(SURFACE + seen(l, 0).0)),
+            velocity: core::array::from_fn(|l| x(seen(l, 0).1)),
+            resumed: [false; LATENCIES],
+        };
+        observer
+    }
+
+    /// A contact that begins with that cycle, felt from a threshold on, N.
+    pub(super) fn begun(&self, threshold: f64) -> Contact {
+        let onset = Onset {
+            velocity: x(CLOSING),
+            mobility: M6::identity() / MASS,
+            noise: 1e-4,
+            threshold,
+            stiffness: 1.5e5,
+            delay_sigma_s: 0.0,
+            remembered: None,
+            latency: 0,
+            cycle_s: CYCLE_S,
+        };
+        Contact::new(&self.observer(FIRST), &onset)
+    }
+
+    /// Takes the loads of so many cycles.
+    pub(super) fn followed(&self, threshold: f64, cycles: usize) -> Contact {
+        let mut contact = self.begun(threshold);
+        for cycle in FIRST..FIRST + cycles {
+            let observer = self.observer(cycle);
+            contact.add(&observer.load, &observer.at_force, threshold, 0, Some(0));
+        }
+        contact
+    }
+}
