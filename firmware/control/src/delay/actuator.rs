@@ -111,4 +111,33 @@ mod tests {
             assert_eq!(*field, format!("delay.actuator.{name}"));
         }
     }
+
+    /// Of a ramp that goes through it: lags add up.
+    #[test]
+    fn the_mean_delay_is_that_of_a_slow_motion() {
+        let robot = ActuatorSettings {
+            delay_s: 0.016,
+            lag_s: 0.012,
+            servo_hz: 10.0,
+            servo_damping: 0.7,
+            ..ActuatorSettings::default()
+        };
+        let (mut lag, mut position, mut rate) = (0.0, 0.0, 0.0);
+        let (step, omega) = (1e-5, core::f64::consts::TAU * 10.0);
+        let mut time = 0.0;
+        while time < 1.0 {
+            let input = f64::max(time - 0.016, 0.0);
+            rate += step * (omega * omega * (lag - position) - 2.0 * 0.7 * omega * rate);
+            position += step * rate;
+            lag += step * (input - lag) / 0.012;
+            time += step;
+        }
+        let late = time - position;
+        assert!((robot.mean_delay_s() - late).abs() < 5e-5, "{late}");
+        let none = ActuatorSettings {
+            servo_hz: 0.0,
+            ..robot
+        };
+        assert!((none.mean_delay_s() - 0.028).abs() < 1e-12);
+    }
 }

@@ -181,6 +181,10 @@ fn rebound(phase: f64, ratio: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::delay::status::LawFlags;
+    use crate::frames::Twist;
+    use crate::settings::BodySettings;
 
     /// Without damping a delay makes energy: 1.11 at φ = 0.06 to 2.85 at 0.7 (measured on an independent plant).
     #[test]
@@ -199,5 +203,107 @@ mod tests {
                 assert!((rebound(phase, ratio) - e).abs() < 0.02, "{phase} {e}");
             }
         }
+    }
+
+    /// X' = v(t − φ), v' = −X − 2 ζ v in a thousand steps of the delay, with the motion half a step later than the velocity.
+    fn fine_rebound(phase: f64, ratio: f64) -> f64 {
+        let late = 1000;
+        let step = phase / late as f64;
+        let mut speeds = vec![1.0; late];
+        let (mut depth, mut v) = (0.0, 1.0);
+        for n in 0.. {
+            let slot = n % late;
+            depth += speeds[slot] * step;
+            if depth <= 0.0 {
+                break;
+            }
+            speeds[slot] = v;
+            v -= (depth + 2.0 * ratio * v) * step;
+        }
+        -v
+    }
+
+    #[test]
+    fn the_rebound_is_that_of_the_delayed_contact() {
+        for (phase, ratio) in [(0.3, 0.0), (0.3, 0.2), (0.7, 0.4), (1.2, 0.9), (2.0, 1.2)] {
+            let (found, expected) = (rebound(phase, ratio), fine_rebound(phase, ratio));
+            assert!(
+                (found / expected - 1.0).abs() < 0.05,
+                "{phase} {ratio}: {found} {expected}"
+            );
+        }
+    }
+
+    /// φ/2 takes the energy that a small delay makes. Beyond φ = 2 it is that of 2.
+    #[test]
+    fn a_small_delay_is_made_up_for_by_half_of_it() {
+        assert_eq!(damping_ratio(0.01, 1.0), 0.005);
+        assert!((damping_ratio(0.1, 1.0) / 0.05 - 1.0).abs() < 0.3);
+        assert!(damping_ratio(0.021, 1.0) > 0.0105);
+        assert!(damping_ratio(0.01, 0.5) > 0.2);
+        assert_eq!(damping_ratio(5.0, 0.5), damping_ratio(2.0, 0.5));
+        assert_eq!(damping_ratio(-1.0, 1.0), 0.0);
+        // No damping brings more than all of it back.
+        assert!(damping_ratio(2.0, 0.0) <= LARGEST_RATIO);
+    }
+
+    /// Two of this mass, away from each other at this velocity (m/s), with a load along x: what they feel.
+    fn cycle(law: &mut DesiredRestitution<f64>, mass_kg: f64, load: f64, velocity: f64) -> f64 {
+        let body = BodySettings {
+            mass_kg,
+            ..BodySettings::default()
+        };
+        let spacecraft = Spacecraft::new(&body, &body);
+        let wrench = Wrench::of(&[load, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let model = Twist::of(&[velocity, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        law.condition(&spacecraft.asked(&wrench, model)).force.x
+    }
+
+    /// Of the reduced mass, 250 kg: 2 ζ ω m v against the motion, while a force is felt.
+    #[test]
+    fn the_damping_is_that_of_the_contact_with_its_delay() {
+        let mut settings = DelaySettings::default();
+        settings.desired_restitution.restitution = 0.8;
+        let mut law = DesiredRestitution::new(&settings, CYCLE_S);
+        assert_eq!(cycle(&mut law, 500.0, 0.5, -0.01), 0.5);
+        let omega = f64::sqrt(1e5 / 250.0);
+        let ratio = damping_ratio(omega * 0.034, 0.8);
+        for (load, velocity) in [(10.0, -0.01), (30.0, -0.004), (20.0, 0.01), (1.1, 0.01)] {
+            let found = cycle(&mut law, 500.0, load, velocity);
+            let expected = load - 2.0 * ratio * omega * 250.0 * velocity;
+            assert!(
+                (found / expected - 1.0).abs() < 1e-9,
+                "{load}: {found} {expected}"
+            );
+        }
+        assert_eq!(cycle(&mut law, 500.0, 0.9, 0.01), 0.9);
+        let status = law.status();
+        assert!(status.flags.has(LawFlags::CONTACT));
+        assert_eq!((status.stiffness_n_per_m, status.delay_s), (1e5, 0.034));
+        // Eight cycles later it is over.
+        for _ in 0..9 {
+            cycle(&mut law, 500.0, 0.0, 0.01);
+        }
+        assert!(!law.status().flags.has(LawFlags::CONTACT));
+    }
+
+    /// Half of the speed in a cycle, a meganewton, and nothing where a push moves nothing.
+    #[test]
+    fn the_damping_is_bounded() {
+        let mut settings = DelaySettings::default();
+        settings.desired_restitution.stiffness_n_per_m = 1e8;
+        settings.desired_restitution.restitution = 0.0;
+        let mut law = DesiredRestitution::new(&settings, CYCLE_S);
+        let found = cycle(&mut law, 500.0, 10.0, -0.01);
+        assert!(
+            (found - 10.0 - 0.5 * 0.01 * 250.0 / CYCLE_S).abs() < 1e-6,
+            "{found}"
+        );
+        for sign in [1.0, -1.0] {
+            let found = cycle(&mut law, 500.0, 10.0, sign * 100.0);
+            assert!((found - 10.0 + sign * 1e6).abs() < 1e-6, "{found}");
+        }
+        let mut law = DesiredRestitution::new(&settings, CYCLE_S);
+        assert_eq!(cycle(&mut law, 1e9, 10.0, -0.01), 10.0);
     }
 }

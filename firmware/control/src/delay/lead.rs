@@ -127,10 +127,10 @@ mod tests {
     use crate::scalar::Fixed;
 
     /// v = b t + c t² is continued exactly by τ, whatever the low-pass, once that has settled.
-    fn continues<S: Scalar>(low_pass_hz: f64, tolerance: f64) {
-        let (ts, tau) = (0.004, 0.034);
+    fn continues<S: Scalar>(low_pass_hz: f64, extra_s: f64, tolerance: f64) {
+        let (ts, tau) = (0.004, 0.034 + extra_s);
         let mut settings = DelaySettings::default();
-        settings.lead.low_pass_hz = low_pass_hz;
+        (settings.lead.low_pass_hz, settings.lead.extra_s) = (low_pass_hz, extra_s);
         let mut law = Lead::<S>::new(&settings, ts);
         let v = |t: f64| 0.002 * t + if low_pass_hz > 0.0 { 0.0 } else { 0.03 * t * t };
         for n in 0..200 {
@@ -150,10 +150,12 @@ mod tests {
     #[test]
     fn a_parabola_of_velocity_is_continued() {
         // v'' from differences stands for one cycle ago, which a parabola does not notice.
-        continues::<f64>(0.0, 1e-12);
-        continues::<f32>(0.0, 2e-6);
-        continues::<Fixed>(0.0, 1e-7);
-        continues::<f64>(20.0, 1e-9);
+        continues::<f64>(0.0, 0.0, 1e-12);
+        continues::<f32>(0.0, 0.0, 2e-6);
+        continues::<Fixed>(0.0, 0.0, 1e-7);
+        continues::<f64>(20.0, 0.0, 1e-9);
+        continues::<f64>(0.0, 0.01, 1e-12);
+        continues::<f64>(0.0, -0.034, 1e-12);
     }
 
     #[test]
@@ -171,6 +173,36 @@ mod tests {
             let v = if n % 2 == 0 { 1e9 } else { -1e9 };
             let got = law.step(&Twist::of(&[v; 6])).command.get();
             assert!(got.iter().all(|v| v.abs() <= 100.0), "{got:?}");
+        }
+    }
+
+    /// A low-pass of 20 Hz lets 1 − e^(−2π f Ts) of a change through; what is late because of it is made up for by the
+    /// curvature.
+    #[test]
+    fn the_low_pass_has_its_corner() {
+        let mut settings = DelaySettings::default();
+        settings.lead.low_pass_hz = 20.0;
+        let mut law = Lead::<f64>::new(&settings, 0.004);
+        let x = |v: f64| Twist::of(&[v, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        law.step(&Twist::zero());
+        let gain = 1.0 - (-core::f64::consts::TAU * 20.0 * 0.004_f64).exp();
+        let output = law.step(&x(0.001));
+        let slope = output.parts[0].linear.x / 8.5;
+        assert!((slope - 0.001 * gain).abs() < 1e-12, "{slope}");
+        let late = 1.0 / gain - 0.5;
+        let curvature = 0.001 * gain * (0.5 * 8.5 * 8.5 + 8.5 * late);
+        assert!((output.parts[1].linear.x - curvature).abs() < 1e-12);
+    }
+
+    /// A delay less than none.
+    #[test]
+    fn nothing_is_led_backwards() {
+        let mut settings = DelaySettings::default();
+        (settings.actuator.delay_s, settings.lead.extra_s) = (0.0, -0.05);
+        let mut law = Lead::<f64>::new(&settings, 0.004);
+        for n in 0..5 {
+            let model = Twist::of(&[0.001 * f64::from(n * n); 6]);
+            assert_eq!(law.step(&model).command, model);
         }
     }
 }

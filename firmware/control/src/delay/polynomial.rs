@@ -136,7 +136,8 @@ mod tests {
             ..DelaySettings::default()
         };
         settings.polynomial.order = order;
-        settings.actuator.delay_s = delay_s;
+        // A part of it is added to the believed one.
+        (settings.actuator.delay_s, settings.polynomial.extra_s) = (delay_s - 0.008, 0.008);
         let mut law = Polynomial::<S>::new(&settings, ts);
         let cubic = f64::from(order) - 2.0;
         let v = |t: f64| 0.003 - 0.02 * t + 0.05 * t * t + cubic * 0.1 * t * t * t;
@@ -189,5 +190,26 @@ mod tests {
         let (longest, longer) = (command(0.166), command(0.2));
         assert!((longest - 1e-5 * 241.0).abs() < 1e-9, "{longest}");
         assert_eq!(longest, longer);
+    }
+
+    /// v(t + τ) = 3 v(t) − 3 v(t − τ) + v(t − 2 τ), of a cubic 6 c τ³ less than it is.
+    #[test]
+    fn a_parabola_is_laid_through_three_points() {
+        let mut settings = DelaySettings {
+            model_velocity: ModelVelocity::End,
+            ..DelaySettings::default()
+        };
+        settings.polynomial.order = 2;
+        let mut law = Polynomial::<f64>::new(&settings, 0.004);
+        let v = |t: f64| 0.5 * t * t * t;
+        for n in 0..60 {
+            let t = f64::from(n) * 0.004;
+            let found = law.step(&Twist::of(&[v(t); 6])).command.linear.x;
+            let expected = v(t + 0.032) - 6.0 * 0.5 * 0.032_f64.powi(3);
+            assert!(
+                n < 20 || (found - expected).abs() < 1e-12,
+                "{n}: {found} {expected}"
+            );
+        }
     }
 }

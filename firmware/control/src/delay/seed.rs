@@ -342,3 +342,151 @@ fn sign<S: Scalar>(v: S) -> S {
 fn saturated<S: Scalar>(v: S) -> S {
     v.clamp(S::of(-SUM_LIMIT_MM_S), S::of(SUM_LIMIT_MM_S))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::spacecraft::CYCLE_S;
+
+    fn coefficients(size: f64) -> SeedCoefficients {
+        SeedCoefficients {
+            b0: 0.1 * size,
+            b1: 2.0 * size,
+            c: [2.57, -16.81, 146.0, 1337.0].map(|c| c * size),
+            k_p: 0.05 * size,
+            k_i: 0.003 * size,
+        }
+    }
+
+    fn settings(gate_sums: bool, reset_after_quiet_cycles: u32) -> SeedSettings {
+        SeedSettings {
+            rotation: coefficients(0.7),
+            gate_sums,
+            reset_after_quiet_cycles,
+            ..SeedSettings::default()
+        }
+    }
+
+    /// A velocity that turns, stands still for a while and jumps, mm/s.
+    fn velocity(n: usize) -> f64 {
+        match n {
+            0..40 => 3.0 * (0.2 * n as f64).cos(),
+            40..100 => -1.0,
+            _ => 2.0 * (0.3 * n as f64).sin(),
+        }
+    }
+
+    fn sign(v: f64) -> f64 {
+        if v == 0.0 { 0.0 } else { v.signum() }
+    }
+
+    /// The seven parts and the command of each cycle by the printed sums over the whole history, mm/s.
+    fn printed(
+        c: &SeedCoefficients,
+        settings: &SeedSettings,
+        cycles: usize,
+    ) -> Vec<([f64; 7], f64)> {
+        let kept = (-core::f64::consts::TAU * settings.low_pass_hz * CYCLE_S).exp();
+        let low_passed: Vec<f64> = (0..cycles)
+            .map(|n| {
+                let recent =
+                    (1..=n).map(|j| velocity(j) * (1.0 - kept) * kept.powi((n - j) as i32));
+                velocity(0) * kept.powi(n as i32) + recent.sum::<f64>()
+            })
+            .collect();
+        let dv = |n: usize| match n {
+            0 => 0.0,
+            _ => (low_passed[n] - low_passed[n - 1])
+                .clamp(-settings.saturation_mm_s, settings.saturation_mm_s),
+        };
+        let counts = |n: usize| dv(n).abs() >= settings.threshold_mm_s;
+        let limit = settings.reset_after_quiet_cycles as usize;
+        let (mut answers, mut commands) = (Vec::new(), Vec::new());
+        let mut began = (0, 0);
+        for n in 0..cycles {
+            let sum = |i: i32, from: usize| -> f64 {
+                (from..=n)
+                    .filter(|j| counts(*j) || !settings.gate_sums)
+                    .map(|j| -sign(low_passed[j]) * dv(j).abs().powi(i))
+                    .sum()
+            };
+            let quiet = limit > 0 && n + 1 >= limit && (n + 1 - limit..=n).all(|j| !counts(j));
+            if quiet {
+                began = (n + 1, n);
+            }
+            let error = |j: usize| velocity(j) - if j == 0 { velocity(0) } else { commands[j - 1] };
+            let errors: f64 = (began.1..=n).map(error).sum();
+            let s_dv = if counts(n) { sign(dv(n)) } else { 0.0 };
+            let parts = [
+                c.c[0] * sum(1, began.0),
+                c.c[1] * sum(2, began.0),
+                c.c[2] * sum(3, began.0),
+                c.c[3] * sum(4, began.0),
+                c.b0 * s_dv,
+                -c.b1 * sign(low_passed[n]) * dv(n).abs(),
+                c.k_p * error(n) + c.k_i * errors,
+            ];
+            let command = velocity(n) + parts.iter().sum::<f64>();
+            commands.push(command);
+            answers.push((parts, command));
+        }
+        answers
+    }
+
+    /// As it is printed, and with what mends it: small changes left out, sums that begin anew.
+    #[test]
+    fn the_command_is_the_printed_sum() {
+        for (gate_sums, reset) in [(false, 0), (true, 0), (false, 12), (true, 5)] {
+            let settings = settings(gate_sums, reset);
+            let mut law = Seed::<f64>::new(&settings, CYCLE_S);
+            let as_printed = SeedCoefficients {
+                k_p: 0.005,
+                k_i: 0.000_005,
+                ..coefficients(1.0)
+            };
+            let translation = printed(&as_printed, &settings, 140);
+            let rotation = printed(&settings.rotation, &settings, 140);
+            for n in 0..140 {
+                let v = velocity(n) * 1e-3;
+                let output = law.step(&Twist::of(&[v, 0.0, -v, 0.0, v, -v]));
+                let command = output.command.get();
+                for (axis, side, expected) in [
+                    (0, 1.0, &translation),
+                    (2, -1.0, &translation),
+                    (4, 1.0, &rotation),
+                    (5, -1.0, &rotation),
+                ] {
+                    let (parts, sum) = &expected[n];
+                    let found = command[axis] * 1e3 * side;
+                    assert!(
+                        (found - sum).abs() < 1e-9,
+                        "{gate_sums} {reset} {n} {axis}: {found} {sum}"
+                    );
+                    for (found, part) in output.parts.iter().zip(parts) {
+                        let found = found.get()[axis] * 1e3 * side;
+                        assert!((found - part).abs() < 1e-9, "{reset} {n}: {found} {part}");
+                    }
+                }
+                assert_eq!((command[1], command[3]), (0.0, 0.0));
+            }
+        }
+    }
+
+    /// In fixed point as well: 100 m/s.
+    #[test]
+    fn what_runs_away_saturates() {
+        use crate::scalar::Fixed;
+        let settings = SeedSettings {
+            saturation_mm_s: 10.0,
+            ..SeedSettings::default()
+        };
+        let mut law = Seed::<Fixed>::new(&settings, CYCLE_S);
+        let mut largest = 0.0_f64;
+        for n in 0..300 {
+            let v = if n % 20 < 10 { 1e9 } else { 1e8 };
+            let command = law.step(&Twist::of(&[v, -v, v, -v, v, -v])).command.get();
+            largest = command.iter().fold(largest, |most, v| most.max(v.abs()));
+        }
+        assert!((largest - 100.0).abs() < 1e-3, "{largest}");
+    }
+}

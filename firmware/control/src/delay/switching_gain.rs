@@ -182,6 +182,9 @@ fn time_optimal(x1: f64, x2: f64, r: f64, h: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::delay::status::LawFlags;
+    use crate::frames::Twist;
 
     /// The rate of a sine is found half a cycle late.
     #[test]
@@ -196,5 +199,129 @@ mod tests {
                 assert!((law.rate - rate).abs() < 0.01 * 50.0 * omega, "{n}");
             }
         }
+    }
+
+    /// Steps until a double integrator rests at zero, and how far it goes beyond it.
+    fn brought_to_rest(x1: f64, x2: f64, r: f64, h: f64) -> (usize, f64) {
+        let (mut x, mut v, mut steps, mut beyond) = (x1, x2, 0, 0.0_f64);
+        while (x.abs() > 1e-9 || v.abs() > 1e-9) && steps < 10_000 {
+            let a = time_optimal(x, v, r, h);
+            assert!(a.abs() <= r * (1.0 + 1e-12));
+            (x, v) = (x + h * v, v + h * a);
+            beyond = beyond.max(-x * x1.signum());
+            steps += 1;
+        }
+        (steps, beyond)
+    }
+
+    /// From rest it takes 2 √(x/r): half of the way with each sign of the acceleration.
+    #[test]
+    fn a_double_integrator_comes_to_rest_in_the_shortest_time_without_overshoot() {
+        let (r, h) = (100.0, 0.01);
+        for x in [0.5, -0.5, 3.0, 20.0, -20.0] {
+            let (steps, beyond) = brought_to_rest(x, 0.0, r, h);
+            let shortest = 2.0 * f64::sqrt(f64::abs(x) / r) / h;
+            let late = steps as f64 - shortest;
+            assert!((0.0..=3.5).contains(&late), "{x}: {steps} {shortest}");
+            // A fifth of what it moves in a step at most.
+            assert!(beyond < 0.2 * r * h * h, "{x}: {beyond}");
+        }
+        // Moving away it stops first: v/r, and then back.
+        let (steps, _) = brought_to_rest(1.0, 2.0, r, h);
+        let shortest = (2.0 / r + 2.0 * f64::sqrt((1.0 + 0.5 * 4.0 / r) / r)) / h;
+        assert!(
+            (0.0..=3.5).contains(&(steps as f64 - shortest)),
+            "{steps} {shortest}"
+        );
+    }
+
+    /// So near that the acceleration need not be the largest.
+    #[test]
+    fn near_its_goal_a_double_integrator_is_there_in_two_steps() {
+        for (x, v) in [(1e-3, 0.0), (-2e-3, 0.1), (0.0, 0.2), (4e-3, -0.3)] {
+            assert_eq!(brought_to_rest(x, v, 100.0, 0.01).0, 2, "{x} {v}");
+        }
+    }
+
+    /// A fraction of the energy of the approach: none if a hundredth was lost, more the more was made, five at most.
+    #[test]
+    fn the_gain_is_switched_by_the_energy() {
+        let mut law = SwitchingGain::<f64>::new(&DelaySettings::default(), CYCLE_S);
+        law.brought = 2.0;
+        for (made, gain) in [
+            (-0.021, 0.0),
+            (-0.019, 1.0),
+            (0.0, 1.0),
+            (1.0, 1.25),
+            (4.0, 2.0),
+            (100.0, 5.0),
+        ] {
+            law.made = made;
+            assert!((law.gain() - gain).abs() < 1e-12, "{made}");
+        }
+        (law.made, law.brought) = (0.0, 0.0);
+        assert_eq!(law.gain(), 1.0);
+    }
+
+    /// A cycle of K of 500 kg, away from a wall at this velocity (m/s), which has moved since the last (m), with a load along x:
+    /// what it feels.
+    fn cycle(
+        law: &mut SwitchingGain<f64>,
+        x: &mut f64,
+        (load, velocity, moved): (f64, f64, f64),
+    ) -> f64 {
+        let mut spacecraft = Spacecraft::before_a_wall([0.0; 3]);
+        *x += moved;
+        spacecraft.measured.translation.x = *x;
+        let wrench = Wrench::of(&[load, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let model = Twist::of(&[velocity, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        law.condition(&spacecraft.asked(&wrench, model)).force.x
+    }
+
+    /// F v Ts less F times what the robot has moved; E₀ is ½ m v².
+    #[test]
+    fn the_energy_is_what_the_model_takes_beyond_what_the_robot_was_paid() {
+        let mut law = SwitchingGain::new(&DelaySettings::default(), CYCLE_S);
+        let mut x = 0.0;
+        assert_eq!(cycle(&mut law, &mut x, (0.5, -0.01, 0.0)), 0.5);
+        assert!(!law.status().flags.has(LawFlags::CONTACT));
+        let mut made = 0.0;
+        for n in 0..5 {
+            let (load, velocity, moved) =
+                (10.0 + f64::from(n), -0.01 + 0.003 * f64::from(n), -3e-5);
+            cycle(&mut law, &mut x, (load, velocity, moved));
+            made += load * velocity * CYCLE_S - load * moved;
+            assert!((law.made - made).abs() < 1e-12, "{n}: {} {made}", law.made);
+            assert!((law.brought - 0.5 * 500.0 * 1e-4).abs() < 1e-9);
+        }
+        assert!(law.status().flags.has(LawFlags::CONTACT));
+        assert!((law.status().delay_s - 0.034).abs() < 1e-12);
+        // The next contact begins anew.
+        for _ in 0..10 {
+            cycle(&mut law, &mut x, (0.0, 0.01, 0.0));
+        }
+        cycle(&mut law, &mut x, (10.0, -0.02, 0.0));
+        assert!((law.made + 10.0 * 0.02 * CYCLE_S).abs() < 1e-12);
+        assert!((law.brought - 0.5 * 500.0 * 4e-4).abs() < 1e-9);
+    }
+
+    /// A load that grows by 2 N in a cycle is felt as it will be 34 ms later; it never pulls.
+    #[test]
+    fn the_load_is_led_by_the_delay() {
+        let mut law = SwitchingGain::new(&DelaySettings::default(), CYCLE_S);
+        let (mut x, mut felt) = (0.0, 0.0);
+        for n in 0..60 {
+            let load = 2.0 * f64::from(n + 1);
+            // What is taken is paid: no energy is made.
+            felt = cycle(&mut law, &mut x, (load, -0.01, -4e-5));
+        }
+        let later = 120.0 + 2.0 * 0.034 / CYCLE_S;
+        assert!((felt / later - 1.0).abs() < 1e-3, "{felt} {later}");
+        let mut least = f64::MAX;
+        for n in 0..20 {
+            let load = 120.0 - 40.0 * f64::from(n);
+            least = least.min(cycle(&mut law, &mut x, (load.max(2.0), -0.01, -4e-5)));
+        }
+        assert_eq!(least, 0.0);
     }
 }

@@ -184,4 +184,20 @@ mod tests {
         assert_eq!([b, c], [0.0, 0.0]);
         assert_eq!(Regression::<f64>::new().solve(1e-3), [0.0; 3]);
     }
+
+    /// Two equal poles at 1/(1 + ω Ts).
+    #[test]
+    fn the_low_pass_answers_a_step_as_two_poles_do() {
+        for (corner_hz, ts) in [(10.0, 0.004), (3.0, 0.012)] {
+            let gains = Gains::<f64>::new(corner_hz, ts);
+            let mut filter = LowPass::<f64>::new();
+            let pole = 1.0 / (1.0 + core::f64::consts::TAU * corner_hz * ts);
+            for n in 1..40 {
+                filter.step(1.0, &gains, ts);
+                let expected = 1.0 - pole.powi(n) * (1.0 + f64::from(n) * (1.0 - pole));
+                let [found, ..] = filter.derivatives();
+                assert!((found - expected).abs() < 1e-12, "{n}: {found} {expected}");
+            }
+        }
+    }
 }

@@ -27,6 +27,7 @@
 mod estimator;
 
 use super::axes::{components, saturated, twist};
+use super::contact::step;
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::Pose;
@@ -189,12 +190,12 @@ impl<S: Scalar> Ats<S> {
     fn learn(&mut self, input: &LawInput<'_, S>) {
         let start = *self.start.get_or_insert(*input.commanded);
         // What was commanded when the reported pose was true.
-        let mut commanded = moved(&start, input.commanded);
+        let mut commanded = components(&step(&start, input.commanded));
         let recent = input.sent.oldest_ordered().rev().take(self.latency_cycles);
         for sent in recent.map(components) {
             commanded = core::array::from_fn(|i| commanded[i] - sent[i] * self.shared.ts);
         }
-        let measured = moved(&start, input.measured);
+        let measured = components(&step(&start, input.measured));
         for (i, axis) in self.axes.iter_mut().enumerate() {
             let to_mm = S::of(1e3);
             axis.observe(commanded[i] * to_mm, measured[i] * to_mm, &self.shared);
@@ -273,14 +274,6 @@ impl<S: Scalar> Axis<S> {
     }
 }
 
-/// Motion from one pose to another: m in C, rad in the axes of the first.
-fn moved<S: Scalar>(start: &Pose<S>, now: &Pose<S>) -> [S; 6] {
-    let d = now.translation.vector - start.translation.vector;
-    let turn = start.rotation.inverse() * now.rotation;
-    let two = S::of(if turn.w < S::zero() { -2.0 } else { 2.0 });
-    [d.x, d.y, d.z, turn.i * two, turn.j * two, turn.k * two]
-}
-
 fn fastest<S: Scalar>(velocity: &[S; 6]) -> usize {
     (1..6).fold(0, |best, i| {
         if velocity[i].abs() > velocity[best].abs() {
@@ -294,7 +287,8 @@ fn fastest<S: Scalar>(velocity: &[S; 6]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::SentHistory;
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::delay::{ModelVelocity, SentHistory};
     use crate::dynamics::{BodyState, TwoBody, TwoBodyState};
     use crate::frames::{Twist, Wrench};
     use crate::scalar::Fixed;
@@ -376,5 +370,108 @@ mod tests {
     fn what_is_learned_stays_within_its_bounds() {
         let found = learned::<f64>(0.016, 30, 0);
         assert!(found <= 0.016 * 1.5 / 0.95 + 1e-9, "{found}");
+    }
+
+    /// Without anything learned it is a second-order lead, which continues a parabola by the delay, and by half a cycle if the
+    /// model's velocity is that much late.
+    #[test]
+    fn a_parabola_of_velocity_is_continued_by_the_believed_delay() {
+        for (model_velocity, later_s) in [(ModelVelocity::End, 0.0), (ModelVelocity::Mean, 0.002)] {
+            for delay_s in [0.0, 0.002, 0.032] {
+                let mut settings = DelaySettings {
+                    model_velocity,
+                    ..DelaySettings::default()
+                };
+                settings.actuator.delay_s = delay_s;
+                let mut law = Ats::<f64>::new(&settings, CYCLE_S);
+                let v = |t: f64| 0.003 - 0.02 * t + 0.05 * t * t;
+                let spacecraft = Spacecraft::before_a_wall([0.0; 3]);
+                for n in 0..12 {
+                    let t = f64::from(n) * CYCLE_S;
+                    let parts = [1.0, 0.0, -2.0, 0.5, 0.0, 3.0];
+                    let model = Twist::of(&parts.map(|part| part * v(t)));
+                    let output = law.step(&spacecraft.asked(&Wrench::zero(), model));
+                    let wanted = v(t + delay_s + later_s);
+                    for (found, part) in output.command.get().into_iter().zip(parts) {
+                        let apart = found - part * wanted;
+                        assert!(n < 2 || apart.abs() < 1e-12, "{delay_s} {n}: {found}");
+                    }
+                    let sum = output.parts.iter().fold(model, |sum, part| sum + *part);
+                    let apart = (sum - output.command).get();
+                    assert!(apart.iter().all(|apart| apart.abs() < 1e-15));
+                    assert!((output.status.delay_s - delay_s).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    /// Of six components in turn; the one that moves fastest is told.
+    #[test]
+    fn the_delay_that_is_told_is_that_of_the_fastest_component() {
+        let mut law = Ats::<f64>::new(&DelaySettings::default(), CYCLE_S);
+        for (i, axis) in law.axes.iter_mut().enumerate() {
+            axis.learned[0] = 0.05;
+            axis.learned[1] = 0.1 * i as f64;
+        }
+        for (velocity, i) in [
+            ([0.5, 0.1, 0.1, 0.1, 0.1, 0.1], 0),
+            ([0.1, -0.5, 0.1, 0.1, 0.1, 0.1], 1),
+            ([0.1, 0.1, 0.1, 0.1, 0.1, -0.5], 5),
+            ([0.1, 0.1, 0.1, 0.4, 0.3, 0.2], 3),
+        ] {
+            let found = law.delay_s(fastest(&velocity));
+            assert!(
+                (found - 0.032 * (1.0 + 0.1 * i as f64) / 1.05).abs() < 1e-12,
+                "{velocity:?}"
+            );
+        }
+    }
+
+    /// u = z + τ z' + ½ τ² z'' of a parabola in mm, whose derivatives the low-pass leaves exact: each component in its turn.
+    #[test]
+    fn the_coefficients_of_a_robot_are_learned_by_every_component() {
+        for (believed_s, true_s) in [(0.030, 0.032), (0.032, 0.028)] {
+            let mut settings = DelaySettings::default();
+            (settings.actuator.delay_s, settings.ats.ridge_m) = (believed_s, 1e-6);
+            let mut law = Ats::<f64>::new(&settings, CYCLE_S);
+            let z = |t: f64| [300.0 * t * t, 600.0 * t, 600.0];
+            for n in 0..400 {
+                let [x, dx, ddx] = z(f64::from(n) * CYCLE_S);
+                let u = x + true_s * dx + 0.5 * true_s * true_s * ddx;
+                let at = |mm: f64| {
+                    let position = nalgebra::Vector3::repeat(1e-3 * mm);
+                    let turn =
+                        nalgebra::Quaternion::new(1.0, 0.5e-3 * mm, 0.5e-3 * mm, 0.5e-3 * mm);
+                    Pose::from_parts(position.into(), UnitQuaternion::new_unchecked(turn))
+                };
+                let mut spacecraft = Spacecraft::before_a_wall([0.0; 3]);
+                spacecraft.measured = at(x);
+                let (wrench, commanded) = (Wrench::zero(), at(u));
+                let mut input = spacecraft.input(&wrench);
+                input.commanded = &commanded;
+                law.start = Some(Pose::identity());
+                law.learn(&input);
+            }
+            for i in 0..6 {
+                let [a0, ..] = law.axes[i].coefficients(&law.shared);
+                let found = law.delay_s(i);
+                assert!((found - true_s).abs() < 3e-5, "{i}: {found}");
+                assert!((a0 - 1.0).abs() < 1e-3, "{i}: {a0}");
+            }
+        }
+    }
+
+    /// A window of 1.5 s of samples of 20 µm: as heavy as what is believed.
+    #[test]
+    fn the_belief_weighs_as_much_as_a_window_of_small_samples() {
+        let mut settings = DelaySettings::default();
+        (settings.ats.window_s, settings.ats.ridge_m) = (1.5, 2e-5);
+        let law = Ats::<f64>::new(&settings, CYCLE_S);
+        let mut sum = 0.0;
+        for _ in 0..10_000 {
+            sum = sum * (-CYCLE_S / 1.5).exp() + 0.02 * 0.02;
+        }
+        assert!((law.shared.ridge / sum - 1.0).abs() < 1e-9);
+        assert!((law.shared.kept - (-CYCLE_S / 1.5).exp()).abs() < 1e-15);
     }
 }

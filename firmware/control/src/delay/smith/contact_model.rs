@@ -377,6 +377,7 @@ impl<S: Scalar> Replay<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::spacecraft::CYCLE_S;
     use crate::scalar::Fixed;
 
     fn finds<S: Scalar>(tolerance: f64) {
@@ -414,5 +415,337 @@ mod tests {
         assert_eq!(spring.push(-1.0, 5.0), 0.0);
         assert_eq!(spring.push(0.1, -50.0), 0.0);
         assert_eq!(spring.push(0.1, 0.0), 40.0);
+    }
+
+    const MASS: f64 = 500.0;
+    /// Approach, m/s.
+    const SPEED: f64 = 0.005;
+    /// Cycles from the model's velocity to its execution.
+    const LEAD: f64 = 8.5;
+
+    /// The exact bounce of a mass off a spring and damper of this frequency (rad/s) and damping ratio.
+    #[derive(Clone, Copy)]
+    struct Bounce {
+        omega: f64,
+        zeta: f64,
+        /// Cycles from the onset to the first sample.
+        phase: f64,
+    }
+
+    impl Bounce {
+        /// Depth (m), its rate (m/s) and the push (N) at a time after the onset, cycles.
+        fn at(&self, cycles: f64) -> (f64, f64, f64) {
+            let t = cycles * CYCLE_S;
+            let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
+            let end = (core::f64::consts::PI - 2.0 * self.zeta.asin()) / damped;
+            if t <= 0.0 {
+                return (SPEED * t, SPEED, 0.0);
+            }
+            let inside = t.min(end);
+            let decay = SPEED * (-self.zeta * self.omega * inside).exp();
+            let (sin, cos) = (damped * inside).sin_cos();
+            let depth = decay * sin / damped;
+            let rate = decay * cos - self.zeta * self.omega * depth;
+            if t >= end {
+                return (depth + rate * (t - end), rate, 0.0);
+            }
+            let push =
+                MASS * (self.omega * self.omega * depth + 2.0 * self.zeta * self.omega * rate);
+            (depth, rate, push)
+        }
+
+        fn settings(&self, stiffness_error: f64, identify: bool) -> SmithSettings {
+            SmithSettings {
+                stiffness_n_per_m: MASS * self.omega * self.omega * stiffness_error,
+                damping_n_s_per_m: 2.0 * self.zeta * self.omega * MASS,
+                identify,
+                threshold_n: 0.1,
+                ..SmithSettings::default()
+            }
+        }
+
+        /// A robot that executes it as late as believed, seen by a pose that is `latency` cycles old; asks after each cycle.
+        fn follow(
+            &self,
+            settings: &SmithSettings,
+            latency: usize,
+            cycles: usize,
+            mut ask: impl FnMut(usize, &Replay<f64>),
+        ) {
+            let mut replay = Replay::new(latency, CYCLE_S);
+            assert_eq!(
+                (replay.stiffness_n_per_m(), replay.reported_depth()),
+                (0.0, None)
+            );
+            for n in 0..cycles {
+                let now = n as f64 + self.phase;
+                let then = now - latency as f64;
+                let along = Along {
+                    opened: n == 0,
+                    load: self.at(now).2,
+                    load_then: self.at(then).2,
+                    // Away from the surface is positive.
+                    moved: self.at(then - 1.0).0 - self.at(then).0,
+                    velocity: -SPEED,
+                    mobility: 1.0 / MASS,
+                };
+                if along.opened {
+                    replay.open(settings, &along, LEAD);
+                }
+                replay.push(&along);
+                replay.run();
+                ask(n, &replay);
+            }
+        }
+    }
+
+    fn bounces() -> [Bounce; 4] {
+        [
+            (21.0, 0.0, 0.6),
+            (21.0, 0.1, 0.3),
+            (9.0, 0.0, 0.9),
+            (40.0, 0.0, 0.5),
+        ]
+        .map(|(omega, zeta, phase)| Bounce { omega, zeta, phase })
+    }
+
+    /// Also where it lasts longer than what is remembered of it: 64 cycles.
+    #[test]
+    fn the_model_moves_as_the_contact_will_a_delay_later() {
+        for bounce in bounces() {
+            for latency in [0, 3] {
+                let settings = bounce.settings(1.0, false);
+                bounce.follow(&settings, latency, 90, |n, replay| {
+                    // Before the surface is known it is taken from the first load.
+                    if n <= latency + 2 {
+                        return;
+                    }
+                    let model = n as f64 + bounce.phase + LEAD;
+                    let (depth, ..) = bounce.at(model);
+                    // Long apart.
+                    if depth < -SPEED / bounce.omega {
+                        return;
+                    }
+                    let velocity = (bounce.at(model + 1.0).0 - depth) / CYCLE_S;
+                    let (omega, zeta) = (bounce.omega, bounce.zeta);
+                    let found = replay.velocity() * 1e-3;
+                    let apart = (found - velocity).abs() / SPEED;
+                    assert!(
+                        apart < 0.02,
+                        "{omega} {zeta} {latency} {n}: {found} {velocity}"
+                    );
+                    let apart = (replay.depth() * 1e-3 - depth).abs() * omega / SPEED;
+                    assert!(apart < 0.06, "{omega} {zeta} {latency} {n}: {apart}");
+                    assert!(replay.misfit() < 0.03, "{n}: {}", replay.misfit());
+                    assert!((replay.approach() * 1e-3 / SPEED - 1.0).abs() < 1e-2);
+                    let stiffness = replay.stiffness_n_per_m() / MASS / omega / omega;
+                    assert!((stiffness - 1.0).abs() < 1e-9);
+                });
+            }
+        }
+    }
+
+    /// Where the robot was when the pose was true, and the load there.
+    #[test]
+    fn the_robots_depth_is_that_of_its_reported_pose() {
+        for latency in [0, 3] {
+            let bounce = bounces()[1];
+            bounce.follow(&bounce.settings(1.0, false), latency, 60, |n, replay| {
+                if n <= latency + 2 {
+                    return;
+                }
+                let seen = (n - latency) as f64 + bounce.phase;
+                // The reported pose is counted from the first cycle of the contact.
+                let (depth, _, push) = bounce.at(n as f64 + bounce.phase - latency as f64);
+                let found = replay.reported_depth().unwrap() * 1e-3;
+                assert!(
+                    (found - depth).abs() < 2e-6,
+                    "{latency} {n}: {found} {depth}"
+                );
+                let load = replay.expected_n().unwrap();
+                let expected = bounce.at(seen).2.max(0.0);
+                assert!(
+                    (load - push).abs() < 1.5 && (expected - push).abs() < 1e-9,
+                    "{latency} {n}: {load} {push}"
+                );
+            });
+        }
+    }
+
+    /// From half of it and from twice as much.
+    #[test]
+    fn a_stiffness_that_is_not_known_is_found() {
+        for error in [0.5, 2.0] {
+            let bounce = bounces()[0];
+            let mut last = (0.0, 0.0);
+            bounce.follow(&bounce.settings(error, true), 0, 45, |_, replay| {
+                let stiffness = replay.stiffness_n_per_m() / MASS / 441.0;
+                last = (stiffness, replay.velocity() * 1e-3);
+            });
+            assert!((last.0 - 1.0).abs() < 2e-3, "{error}: {}", last.0);
+            assert!((last.1 / SPEED + 1.0).abs() < 0.01, "{error}: {}", last.1);
+        }
+    }
+
+    /// Before the first sample of a threshold far above the noise the model was slowed already: by a quarter of its speed at most.
+    #[test]
+    fn the_approach_is_what_it_was_before_loads_too_small_to_count() {
+        for (late, tolerance) in [(3.6, 2e-3), (1.4, 1e-3), (6.5, 1e-2)] {
+            let bounce = Bounce {
+                omega: 21.0,
+                zeta: 0.0,
+                phase: late,
+            };
+            // It has felt the loads of the cycles before.
+            let felt = (1..8).map(|n| bounce.at(late - f64::from(n)).2);
+            let entry = SPEED - felt.sum::<f64>() * CYCLE_S / MASS;
+            let settings = bounce.settings(1.0, false);
+            let mut replay = Replay::new(0, CYCLE_S);
+            for n in 0..30 {
+                let now = n as f64 + late;
+                let along = Along {
+                    opened: n == 0,
+                    load: bounce.at(now).2,
+                    load_then: bounce.at(now).2,
+                    moved: bounce.at(now - 1.0).0 - bounce.at(now).0,
+                    velocity: -entry,
+                    mobility: 1.0 / MASS,
+                };
+                if along.opened {
+                    replay.open(&settings, &along, LEAD);
+                }
+                replay.push(&along);
+                replay.run();
+            }
+            let approach = replay.approach() * 1e-3;
+            assert!(
+                (approach / SPEED - 1.0).abs() < tolerance,
+                "{late}: {approach}"
+            );
+        }
+    }
+
+    /// Of loads that are twice as large when it leaves: 1.1 of the approach.
+    #[test]
+    fn the_model_does_not_leave_much_faster_than_it_came() {
+        let bounce = bounces()[0];
+        let mut replay = Replay::new(0, CYCLE_S);
+        let mut fastest = 0.0_f64;
+        for n in 0..36 {
+            let now = f64::from(n) + bounce.phase;
+            let (depth, rate, load) = bounce.at(now);
+            let load = if rate < 0.0 { 2.0 * load } else { load };
+            let along = Along {
+                opened: n == 0,
+                load,
+                load_then: load,
+                moved: bounce.at(now - 1.0).0 - depth,
+                velocity: -SPEED,
+                mobility: 1.0 / MASS,
+            };
+            if along.opened {
+                replay.open(&bounce.settings(1.0, false), &along, LEAD);
+            }
+            replay.push(&along);
+            replay.run();
+            fastest = fastest.max(-replay.velocity() / replay.approach());
+        }
+        assert!((fastest - 1.1).abs() < 1e-9, "{fastest}");
+    }
+
+    /// By the threshold over the stiffness, of which a quarter is noise and a half doubt; it tells of a contact from the
+    /// threshold on.
+    #[test]
+    fn a_given_stiffness_weighs_as_much_as_the_noise_of_the_sensor() {
+        let settings = SmithSettings {
+            stiffness_n_per_m: 1e5,
+            threshold_n: 2.0,
+            ..SmithSettings::default()
+        };
+        let along = Along {
+            opened: true,
+            load: 1e12,
+            load_then: 0.0,
+            moved: 1e3,
+            velocity: -SPEED,
+            mobility: 1.0 / MASS,
+        };
+        let mut replay = Replay::new(0, CYCLE_S);
+        replay.open(&settings, &along, LEAD);
+        let ridge = replay.spring.unwrap().ridge;
+        let doubt_mm = 2.0 / 1e5 * 1e3 / 8.0;
+        assert!((ridge / doubt_mm / doubt_mm - 1.0).abs() < 1e-12, "{ridge}");
+        assert!((replay.least - 2.0 / MASS * 1e3).abs() < 1e-12);
+        // What leaves its range stays at its end; where it was before the contact does not count.
+        replay.push(&along);
+        assert_eq!((replay.pushes[0], replay.reported), (LARGEST_MM_S2, 0.0));
+        replay.push(&along);
+        assert_eq!(replay.reported, -DEEPEST_MM);
+    }
+
+    /// A spring that is a third too soft leaves a third of the load.
+    #[test]
+    fn the_misfit_is_the_part_of_the_load_that_is_not_explained() {
+        let bounce = bounces()[0];
+        let mut last = 0.0;
+        // The surface is where the mean of the loads is explained.
+        bounce.follow(&bounce.settings(2.0 / 3.0, false), 0, 36, |_, replay| {
+            last = replay.misfit()
+        });
+        assert!((0.1..0.2).contains(&last), "{last}");
+    }
+
+    /// 1 to 10⁵/s², of the mass that the contact feels; a twentieth to twenty times of what is given.
+    #[test]
+    fn a_stiffness_stays_in_its_range() {
+        let spring = |stiffness, given| {
+            let mut spring = Spring::<f64>::new(given, 0.0, 1e-6, true);
+            spring.fit((0..12).map(|i| (f64::from(i), stiffness * f64::from(i), 0.0)));
+            spring.stiffness
+        };
+        for (stiffness, given, expected) in [
+            (300.0, 300.0, 300.0),
+            (1e4, 300.0, 6000.0),
+            (1.0, 300.0, 15.0),
+            (1e9, 1e9, 1e5),
+            (0.01, 0.1, 1.0),
+        ] {
+            let found = spring(stiffness, given);
+            assert!(
+                (found / expected - 1.0).abs() < 1e-6,
+                "{stiffness}: {found}"
+            );
+        }
+        assert_eq!(Spring::<f64>::new(300.0, 1e9, 1e-6, true).damping, 1e3);
+    }
+
+    /// Three samples at least; of two only the surface, and of none nothing is found.
+    #[test]
+    fn a_stiffness_is_identified_from_three_samples_on() {
+        for (count, stiffness, surface) in [
+            (0, 300.0, None),
+            (1, 300.0, Some(5.0)),
+            (2, 300.0, Some(5.0)),
+            (3, 600.0, Some(4.0)),
+        ] {
+            let mut spring = Spring::<f64>::new(300.0, 2.0, 1e-9, true);
+            let samples = [(7.0, 602.0, 1.0), (7.0, 602.0, 1.0), (4.0, 4.0, 2.0)];
+            let samples = match count {
+                3 => [(7.0, 1802.0, 1.0), (5.0, 604.0, 2.0), (6.0, 1200.0, 0.0)],
+                _ => samples,
+            };
+            spring.fit(samples.into_iter().take(count));
+            assert!(
+                (spring.stiffness - stiffness).abs() < 1e-3,
+                "{count}: {}",
+                spring.stiffness
+            );
+            match (spring.surface, surface) {
+                (Some(found), Some(surface)) => {
+                    assert!((found - surface).abs() < 1e-6, "{count}: {found}")
+                }
+                (found, surface) => assert_eq!(found, surface, "{count}"),
+            }
+        }
     }
 }

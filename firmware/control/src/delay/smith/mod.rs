@@ -210,3 +210,189 @@ impl<S: Scalar> Smith<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::delay::docking::{Docking, STIFFNESS, believed, between_walls, robot};
+    use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
+    use crate::delay::status::LawFlags;
+    use crate::delay::{Law, LawName, ModelVelocity};
+    use crate::settings::BodySettings;
+    use softdock_delay_plants::{Actuator, Measurement};
+
+    /// 32 ms late, and at once where it turns.
+    fn late() -> Actuator {
+        Actuator {
+            pause_s: 0.0,
+            ..robot()
+        }
+    }
+
+    fn smith(docking: &Docking) -> &Smith<f64> {
+        match &docking.law {
+            Law::Smith(law) => law,
+            _ => panic!("another law"),
+        }
+    }
+
+    fn settings(latency: u8) -> DelaySettings {
+        let mut settings = believed(LawName::Smith, &late());
+        settings.actuator.feedback_latency_cycles = latency;
+        settings.model_velocity = ModelVelocity::End;
+        settings
+    }
+
+    fn docking(latency: u8) -> Docking {
+        let feedback = Measurement {
+            pose_latency_cycles: latency.into(),
+            ..Measurement::default()
+        };
+        let plant = between_walls(late(), 0.0, feedback);
+        Docking::new(&settings(latency), &plant, 0.005)
+    }
+
+    #[test]
+    fn elastic_contacts_give_back_the_speed_that_came() {
+        for latency in [0, 2] {
+            let mut docking = docking(latency);
+            for n in 0..3 {
+                let restitution = docking.bounce();
+                assert!(
+                    (restitution - 1.0).abs() < 6e-4,
+                    "{latency} {n}: {restitution}"
+                );
+                let status = docking.status;
+                assert!(
+                    (status.stiffness_n_per_m / STIFFNESS - 1.0).abs() < 1e-5,
+                    "{status:?}"
+                );
+                assert!((status.delay_s - 0.032).abs() < 1e-12 && status.misfit < 1e-4);
+                assert_eq!(status.latency_cycles, u16::from(latency));
+            }
+        }
+    }
+
+    /// The model has the velocity of the contact that is replayed, and the robot is where that was a delay ago.
+    #[test]
+    fn in_a_contact_the_model_is_that_of_the_replay_and_the_robot_follows_it() {
+        for latency in [0, 2] {
+            let mut docking = docking(latency);
+            let mut depths = Vec::new();
+            let (mut opened, mut closed) = (0, 0);
+            for n in 0..320 {
+                docking.step();
+                let law = smith(&docking);
+                depths.push(law.replay.depth() * 1e-3);
+                if docking.status.flags.has(LawFlags::CONTACT) {
+                    (opened, closed) = (if opened == 0 { n } else { opened }, n);
+                    assert!((docking.speed() - law.replay.velocity() * 1e-3).abs() < 1e-12);
+                }
+            }
+            assert!((40..60).contains(&(closed - opened)), "{opened} {closed}");
+            // 0.04 s are the time constant in which it is led there.
+            let moments = docking.plant.log().moments[7..].iter();
+            for (n, (depth, moment)) in depths.iter().zip(moments).enumerate() {
+                let robot = moment.position[0] - 0.0045;
+                let led = !(closed - 12..closed).contains(&n) || (robot - depth).abs() < 3e-6;
+                assert!(led, "{latency} {n}: {robot} {depth}");
+            }
+        }
+    }
+
+    /// Beyond a false start the command is the model's velocity; in a contact what leads back is visible as its first part.
+    #[test]
+    fn what_leads_back_is_a_part_of_the_command() {
+        let mut docking = docking(0);
+        while !docking.status.flags.has(LawFlags::CONTACT) {
+            docking.step();
+        }
+        docking.run(10);
+        let wrench = Wrench::of(&docking.sample.wrench);
+        let spacecraft = &docking.spacecraft;
+        let mut input = spacecraft.input(&wrench);
+        let mut law = smith(&docking).clone();
+        let output = law.step(&input);
+        let part = output.parts[0].linear.x;
+        assert!(part != 0.0 && part.abs() <= 0.005 * (1.0 + 1e-9));
+        assert!((output.command.linear.x - input.model.linear.x - part).abs() < 1e-15);
+        input.frozen = true;
+        let output = law.step(&input);
+        assert_eq!(
+            (output.command, output.parts[0]),
+            (input.model, Twist::zero())
+        );
+    }
+
+    /// Of two of 10⁹ kg: a push moves them by 2e-9 m/s in a second and newton.
+    #[test]
+    fn what_a_push_cannot_move_feels_what_is_measured() {
+        let body = BodySettings {
+            mass_kg: 1e9,
+            ..BodySettings::default()
+        };
+        let spacecraft = Spacecraft::new(&body, &body);
+        let wrench = Wrench::of(&[50.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let model = Twist::of(&[-0.005, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let mut law = Smith::new(&settings(0), CYCLE_S);
+        assert_eq!(law.condition(&spacecraft.asked(&wrench, model)), wrench);
+        assert!(law.line.is_open());
+    }
+
+    /// In a contact that has opened, the part of the wrench along it and what the contact model has there.
+    #[test]
+    fn what_is_expected_is_the_load_where_the_robot_was_seen() {
+        let mut docking = docking(0);
+        let none = smith(&docking).expected(&Wrench::zero());
+        assert_eq!(none, None);
+        while !docking.status.flags.has(LawFlags::CONTACT) {
+            docking.step();
+        }
+        docking.run(5);
+        for _ in 0..25 {
+            docking.step();
+            // What the sensor said at the beginning of the cycle is what the robot's depth then makes.
+            let moments = &docking.plant.log().moments;
+            let seen = Wrench::of(&moments[moments.len() - 2].wrench);
+            let (load, expected) = smith(&docking).expected(&seen).unwrap();
+            assert!((load + seen.force.x).abs() < 1e-9 && load >= 0.0, "{load}");
+            assert!((load - expected).abs() < 0.05, "{load} {expected}");
+            let force = smith(&docking).along(load);
+            assert!((force.force.x + load).abs() < 1e-9);
+        }
+    }
+
+    /// Whole cycles and the rest of what is on its way; no more than is kept.
+    #[test]
+    fn what_is_on_its_way_to_the_robot_counts_as_executed() {
+        for (delay_s, latency, whole, rest) in [
+            (0.0333, 2, 10, 0.325),
+            (0.2, 0, 50, 0.0),
+            (0.2, 255, 63, 0.0),
+        ] {
+            let mut settings = settings(latency);
+            settings.actuator.delay_s = delay_s;
+            let law = Smith::<f64>::new(&settings, CYCLE_S);
+            assert_eq!(law.pipeline.0, whole);
+            assert!((law.pipeline.1 - rest).abs() < 1e-9, "{:?}", law.pipeline);
+        }
+        // In a contact, with the same command in all cycles.
+        let mut docking = docking(0);
+        while !docking.status.flags.has(LawFlags::CONTACT) {
+            docking.step();
+        }
+        docking.run(12);
+        let mut law = smith(&docking).clone();
+        law.pipeline = (10, 0.325);
+        let sent = Twist::of(&[1e-3, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        (0..64).for_each(|_| docking.spacecraft.sent.write(sent));
+        let wrench = Wrench::of(&docking.sample.wrench);
+        let input = docking.spacecraft.input(&wrench);
+        let deeper = law.replay.depth() - law.replay.reported_depth().unwrap();
+        let missing = deeper * 1e-3 - 10.325 * CYCLE_S * 1e-3;
+        let expected = -(missing / 0.04).clamp(-0.005, 0.005);
+        let found = law.catch_up(&input);
+        assert!(expected.abs() < 0.0049);
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
