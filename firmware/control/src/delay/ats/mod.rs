@@ -453,10 +453,12 @@ mod tests {
                 law.learn(&input);
             }
             for i in 0..6 {
-                let [a0, ..] = law.axes[i].coefficients(&law.shared);
+                let [a0, _, a2] = law.axes[i].coefficients(&law.shared);
                 let found = law.delay_s(i);
                 assert!((found - true_s).abs() < 3e-5, "{i}: {found}");
                 assert!((a0 - 1.0).abs() < 1e-3, "{i}: {a0}");
+                let half_squared = a2 * law.shared.scale[2] / (0.5 * true_s * true_s);
+                assert!((half_squared - 1.0).abs() < 0.1, "{i}: {half_squared}");
             }
         }
     }
@@ -473,5 +475,9 @@ mod tests {
         }
         assert!((law.shared.ridge / sum - 1.0).abs() < 1e-9);
         assert!((law.shared.kept - (-CYCLE_S / 1.5).exp()).abs() < 1e-15);
+        // What is learned stays within parts of the belief, of half a cycle here.
+        settings.actuator.delay_s = 0.002;
+        let bounds = Ats::<f64>::new(&settings, CYCLE_S).shared.bounds;
+        assert_eq!(bounds, [0.05, 0.5 * 0.5, 0.25]);
     }
 }

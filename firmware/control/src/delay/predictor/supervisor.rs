@@ -474,7 +474,7 @@ impl Supervisor {
 mod tests {
     use super::*;
     use crate::delay::docking::{Docking, believed, between_walls, robot};
-    use crate::delay::predictor::bounce::{Bounce, STIFFNESS, x};
+    use crate::delay::predictor::bounce::{Bounce, CLOSING, MASS, STIFFNESS, x};
     use crate::delay::predictor::scene::robots;
     use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
     use crate::delay::{Law, LawName};
@@ -731,6 +731,55 @@ mod tests {
             };
             assert_eq!(law.supervisor.latency_found, found);
             docking.bounce();
+        }
+    }
+
+    /// The two spacecraft go on from where they would be, or from where the robot is if it was not led there.
+    #[test]
+    fn after_a_contact_the_model_goes_on_from_the_reference_or_from_the_robot() {
+        for (trust, led) in [(1.0, true), (0.5, false), (0.0, false)] {
+            let mut supervisor = supervisor(0.0);
+            supervisor.fallback.trust = trust;
+            let contact = Bounce::spring(0.5).followed(0.01, 36);
+            let mut observer = Bounce::spring(0.5).observer(95);
+            observer.model = observer.at_force.position[0];
+            let exact = observer.model;
+            observer.at_force.position[0] += x(1e-3);
+            let reference = contact.reference(0);
+            let ended = (x(-CLOSING), V6::zeros());
+            supervisor.end_contact(&mut observer, &contact, &reference, &ended.0, &ended.1);
+            let robot = observer.at_force.position[0];
+            let expected = if led { exact } else { robot };
+            assert!(
+                (observer.model - expected).amax() < 1e-6,
+                "{trust}: {}",
+                observer.model
+            );
+        }
+    }
+
+    /// The guard looks at the velocity that the last load leaves: 0.4 mm/s more.
+    #[test]
+    fn the_rebound_is_the_velocity_after_the_last_load() {
+        for (before, held) in [
+            (-CLOSING + 4e-4, false),
+            (-CLOSING, true),
+            (-CLOSING + 8e-4, true),
+        ] {
+            let mut supervisor = supervisor(0.0);
+            let contact = Bounce::spring(0.5).followed(0.01, 36);
+            let mut observer = Bounce::spring(0.5).observer(95);
+            let reference = contact.reference(0);
+            let load = x(-50.0);
+            let added =
+                supervisor.end_contact(&mut observer, &contact, &reference, &x(before), &load);
+            assert_eq!(
+                supervisor.flags.has(LawFlags::GUARD_IDENTIFIED),
+                held,
+                "{before}"
+            );
+            let after = before + (load + added)[0] / MASS * CYCLE_S;
+            assert!((after + CLOSING).abs() < 1e-5, "{before}: {after}");
         }
     }
 }

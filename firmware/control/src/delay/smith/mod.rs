@@ -394,5 +394,14 @@ mod tests {
         let found = law.catch_up(&input);
         assert!(expected.abs() < 0.0049);
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        // No faster than it came.
+        let far = Twist::of(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        (0..64).for_each(|_| docking.spacecraft.sent.write(far));
+        let fastest = law.replay.approach() * 1e-3;
+        let found = law.catch_up(&docking.spacecraft.input(&wrench));
+        assert!(
+            (found.abs() - fastest).abs() < 1e-12 && fastest < 0.006,
+            "{found}"
+        );
     }
 }
