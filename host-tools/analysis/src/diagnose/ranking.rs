@@ -60,7 +60,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         stages
             .clock_rivals
             .iter()
-            .flat_map(|r| against_the_clock(r, fitted)),
+            .flat_map(|r| against_the_clock(r, stages)),
     );
     if let Some(Jitter { gain, .. }) = stages.clock.jitter {
         all.push(Ranked {
@@ -147,25 +147,36 @@ fn strongest_of(ranked: &[Tested]) -> Option<f64> {
     possible().map(of_last).max_by(f64::total_cmp)
 }
 
-/// An error of the clock and the stage of the actuator that it looks like, the believed one first.
-fn against_the_clock(rival: &ClockRival, fitted: usize) -> Vec<Ranked> {
+/// An error of the clock and the stage of the actuator that it looks like, the believed one first, each with what
+/// the actuator has besides.
+fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
+    let accepted = stages.actuator.iter();
+    let accepted = accepted.flat_map(|found| found.search.accepted.iter().flat_map(Candidate::ids));
+    let besides: Vec<&str> = accepted.filter(|id| *id != rival.of).collect();
     let behind = rival.better.abs();
     let (winner, loser) = if rival.believed {
         (rival.id, rival.of)
     } else {
         (rival.of, rival.id)
     };
-    let gain: f64 = rival.gain.iter().take(fitted).sum();
-    let gain_test: f64 = rival.gain.iter().skip(fitted).sum();
-    let one = |id: &str, behind: f64, as_good_as: Option<&str>| Ranked {
-        effects: vec![id.to_owned()],
-        beside: Vec::new(),
-        channel: Channel::ExecutedVelocity,
-        gain_train: gain - behind,
-        gain_test,
-        parameters: 1,
-        as_good_as: as_good_as.map(str::to_owned),
-        refused: None,
+    let fitted = stages.logs.fitted;
+    let train: f64 = rival.gain.iter().take(fitted).sum();
+    let test: f64 = rival.gain.iter().skip(fitted).sum();
+    let one = |id: &str, behind: f64, as_good_as: Option<&str>| {
+        let mut ids: Vec<&str> = besides.iter().copied().chain([id]).collect();
+        ids.sort_unstable();
+        // By how much one is behind is known of all logs together.
+        let share = 1.0 - behind / (train + test).max(behind).max(f64::MIN_POSITIVE);
+        Ranked {
+            parameters: ids.len(),
+            effects: ids.into_iter().map(str::to_owned).collect(),
+            beside: Vec::new(),
+            channel: Channel::ExecutedVelocity,
+            gain_train: share * train,
+            gain_test: share * test,
+            as_good_as: as_good_as.map(str::to_owned),
+            refused: None,
+        }
     };
     let tied = rival.is_tie().then_some(winner);
     vec![one(winner, 0.0, None), one(loser, behind, tied)]

@@ -1,6 +1,6 @@
 //! A diagnosis for the terminal: the sentence first, then the numbers behind it.
 
-use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Diagnosis, Parameters};
+use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Diagnosis, NAMED, Parameters};
 use softdock_physics::model::Channel;
 use softdock_report::{Cell, Column, Format, Mark, Table, number};
 
@@ -203,8 +203,12 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
     if let Some(experiment) = &diagnosis.experiment {
         text.push_str(&format!("\nTo be sure: {}", experiment.sentence));
         if let Some(then) = experiment.separation_then {
+            let told = match then >= NAMED {
+                true => "which tells the two apart",
+                false => "which does not tell the two apart, either",
+            };
             text.push_str(&format!(
-                "\nRehearsed on the simulated rig, χ² falls by {} less with the rival there.",
+                "\nRehearsed on the simulated rig, χ² falls by {} less with the rival there, {told}.",
                 number::significant(then, DIGITS)
             ));
         }
