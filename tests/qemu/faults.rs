@@ -5,7 +5,6 @@
 
 use softdock_tests::peers::{BUSY_COMPUTER, QemuBoard, Robot, Sensor};
 use softdock_tests::process::PATIENCE;
-use std::iter::repeat_with;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,13 +35,17 @@ pub(super) fn moving(test: &str, arguments: &[&str]) -> (QemuBoard, Robot, Senso
     (board, robot, sensor)
 }
 
-/// What happens is left behind within ten cycles of the robot: in most of five times, because this computer may be busy
-/// with other things for as long. `happens` returns the cycles that it took.
-pub(super) fn assert_left_behind(happens: impl FnMut() -> usize) {
-    let mut cycles: Vec<usize> = repeat_with(happens).take(5).collect();
+/// What happens is left behind within ten cycles of the robot: three times, of so many as it takes on a computer that may be
+/// busy with other things for longer. `happens` returns the cycles that it took.
+pub(super) fn assert_left_behind(mut happens: impl FnMut() -> usize) {
+    /// A board that needs longer does so each time.
+    const MOST: usize = 12;
+    let mut cycles: Vec<usize> = Vec::new();
+    while cycles.iter().filter(|cycles| **cycles <= 10).count() < 3 {
+        assert!(cycles.len() < MOST, "{cycles:?}");
+        cycles.push(happens());
+    }
     println!("answered again in cycle {cycles:?}");
-    cycles.sort_unstable();
-    assert!(cycles[2] <= 10, "{cycles:?}");
 }
 
 /// The counter before `word` in a line of counters.
