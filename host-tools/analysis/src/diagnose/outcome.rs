@@ -452,8 +452,8 @@ fn notes(
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
         if ratio > 1.25 {
-            let filter = match floor.channel == Channel::Wrench && ratio > DIFFERENTIATED {
-                true if differentiates(stages) => {
+            let filter = match floor.channel {
+                Channel::Wrench if differentiates(stages) => {
                     " If that is the acceleration of differentiated positions, what follows from it is not told from \
                      noise, nor is a delay: a [filter] in the mapping of the import keeps the motion and cuts the rest."
                 }
@@ -474,9 +474,6 @@ fn notes(
     }
     notes
 }
-
-/// Noise of a wrench over that of its sensor from which on it is hardly the sensor's.
-const DIFFERENTIATED: f64 = 3.0;
 
 /// Whether accelerations are differences of recorded positions or velocities, and nothing smooths them.
 fn differentiates(stages: &Stages) -> bool {

@@ -59,7 +59,7 @@ pub(super) fn regular(
                  each; is the unit of the time right?"
             );
             ensure!(
-                step_s > 0.0 && 2.0 * step_s < duration_s,
+                step_s > 0.0 && 2.0 * step_s < duration_s && duration_s / step_s < 1e8,
                 "[time] resample_hz: samples every {step_s} s in {duration_s} s; expected a rate that \
                  gives at least two samples, and \"auto\" for the median of the rows, {median_s} s"
             );
