@@ -18,7 +18,10 @@ fn set_git_state(root: &str) {
 }
 
 fn git(arguments: &[&str]) -> Option<String> {
+    // A `git status` that writes the index it has refreshed would make this script run again, and programs look older
+    // than their sources.
     let output = std::process::Command::new("git")
+        .arg("--no-optional-locks")
         .args(arguments)
         .output()
         .ok()?;
