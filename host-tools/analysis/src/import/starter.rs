@@ -7,17 +7,28 @@ use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
 use softdock_physics::model::{Axis, FilterModel, Model};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
 
-/// What nobody but the user knows, ahead of the model.
-const TO_FILL_IN: &str = "\
+/// What nobody but the user knows, ahead of the model. `turns`: the one axis that moves is a rotation.
+fn to_fill_in(turns: bool) -> String {
+    let moved = match turns {
+        false => "mass_kg       what the sensor carries, or the moved mass of a driven axis",
+        true => {
+            "inertia_kg_m2   of what turns; mass_kg and com_m of a weight that hangs off the axis"
+        }
+    };
+    format!(
+        "\
 # A model to start from. Axes and noise are those of the log; the rest is for you to fill in:
-#   [tool] mass_kg       what the sensor carries, or the moved mass of a driven axis; then
+#   [tool] {moved}; then
 #          dynamic_compensation = true
 #   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for a motor's force,
 #            \"unscaled\" where its scale to newtons is a guess
 #   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
 #   [tolerance]          how well all of these are known
+# examples/model.toml has every key.
 #
-";
+"
+    )
+}
 
 /// The text of a `model.toml`: the axes that move, the noise that the log shows, and the filter through
 /// which the log went.
@@ -73,7 +84,7 @@ pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Re
         .identity
         .trim_start_matches("imported from ");
     let text = commented(&model, origin);
-    Ok(format!("{TO_FILL_IN}{text}"))
+    Ok(to_fill_in(model.bearing().is_some()) + &text)
 }
 
 /// Largest noise floor of the three translations and of the three rotations, two digits.

@@ -2,17 +2,17 @@
 
 use super::units::Dimension;
 use super::{Effect, Group, Law, Naming, Parameter, Role, Tried, Values};
-use exmex::{Express, FlatEx};
+use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators};
 use softdock_io::input::nearest;
 
 /// What a formula may depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Signals {
-    /// Position along the guide, m.
+    /// Position along the guide, m; angle about a bearing, rad.
     pub position: f64,
-    /// Velocity along the guide, m/s.
+    /// Its rate, m/s or rad/s.
     pub velocity: f64,
-    /// Acceleration along the guide, m/s².
+    /// The rate of that, m/s² or rad/s².
     pub acceleration: f64,
     /// Sign of the velocity: −1, 0 or 1.
     pub direction: f64,
@@ -28,26 +28,26 @@ pub struct Signals {
     pub gap: f64,
 }
 
-/// A signal: its name, its unit, and its value.
-type Signal = (&'static str, &'static str, fn(&Signals) -> f64);
+/// A signal: its name, its unit along a guide and about a bearing, and its value.
+type Signal = (&'static str, [&'static str; 2], fn(&Signals) -> f64);
 
 /// What may stand in a formula.
 const SIGNALS: [Signal; 9] = [
-    ("position", "m", |s| s.position),
-    ("velocity", "m/s", |s| s.velocity),
-    ("acceleration", "m/s^2", |s| s.acceleration),
-    ("direction", "-", |s| s.direction),
-    ("force", "N", |s| s.force),
-    ("time", "s", |s| s.time),
-    ("depth", "m", |s| s.depth),
-    ("rate", "m/s", |s| s.rate),
-    ("gap", "m", |s| s.gap),
+    ("position", ["m", "rad"], |s| s.position),
+    ("velocity", ["m/s", "rad/s"], |s| s.velocity),
+    ("acceleration", ["m/s^2", "rad/s^2"], |s| s.acceleration),
+    ("direction", ["-"; 2], |s| s.direction),
+    ("force", ["N"; 2], |s| s.force),
+    ("time", ["s"; 2], |s| s.time),
+    ("depth", ["m"; 2], |s| s.depth),
+    ("rate", ["m/s"; 2], |s| s.rate),
+    ("gap", ["m"; 2], |s| s.gap),
 ];
 
 /// Where a formula acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActsOn {
-    /// A force along the guide, N.
+    /// A force along the guide, N; a torque about a bearing, N·m.
     Guide,
     /// A push of each wall beside the nominal one, N, where the tip is in the wall.
     Contact,
@@ -73,10 +73,11 @@ impl ActsOn {
         }
     }
 
-    /// Unit of what the formula gives.
-    pub fn unit(self) -> &'static str {
+    /// Unit of what the formula gives; `turns`: the guide is a bearing.
+    pub fn unit(self, turns: bool) -> &'static str {
         match self {
             Self::Reading(3..) => "N·m",
+            Self::Guide if turns => "N·m",
             _ => "N",
         }
     }
@@ -99,6 +100,8 @@ pub struct Formula {
     sources: Vec<Source>,
     /// Where it acts.
     pub acts_on: ActsOn,
+    /// Whether what moves turns: the guide is a bearing.
+    turns: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -129,12 +132,20 @@ const TRIED: usize = 48;
 const TRIED_TOGETHER: usize = 8;
 
 impl Formula {
-    /// From its text.
+    /// From its text. `turns`: the guide is a bearing.
     ///
     /// # Errors
     ///
     /// What does not fit, with what is allowed: syntax, names, units.
-    pub fn parse(text: &str, acts_on: ActsOn, symbols: &[Symbol<'_>]) -> Result<Self, String> {
+    pub fn parse(
+        text: &str,
+        acts_on: ActsOn,
+        turns: bool,
+        symbols: &[Symbol<'_>],
+    ) -> Result<Self, String> {
+        if let Some(why) = unknown_function(text) {
+            return Err(why);
+        }
         let expression: FlatEx<f64> = exmex::parse(text).map_err(|error| {
             format!(
                 "{}; expected an expression as `stiffness * position^3`",
@@ -154,6 +165,7 @@ impl Formula {
             expression,
             sources,
             acts_on,
+            turns,
         };
         if symbols.len() > MOST_PARAMETERS {
             return Err(format!(
@@ -291,7 +303,8 @@ impl Formula {
                 })
             })
             .collect::<Result<_, _>>()?;
-        let wanted = Dimension::of(self.acts_on.unit()).unwrap_or_default();
+        let result = self.acts_on.unit(self.turns);
+        let wanted = Dimension::of(result).unwrap_or_default();
         let mut tested = false;
         for point in 0..POINTS {
             let signals = signals_at(point);
@@ -315,16 +328,15 @@ impl Formula {
                     .zip(&units)
                     .map(|(value, unit)| value * unit.factor(scale))
                     .collect();
-                let got = self.value(&scaled, &scaled_signals(&signals, scale));
+                let got = self.value(&scaled, &scaled_signals(&signals, self.turns, scale));
                 let expected = plain * wanted.factor(scale);
                 if (got - expected).abs() > 1e-6 * expected.abs() {
                     return Err(format!(
-                        "it does not give {}: counted in other {name}, its result changes by {:.4} where \
-                         {} changes by {:.4}; check the units of its parameters",
-                        self.acts_on.unit(),
+                        "it does not give {result}: with {name} twice as large it becomes {:.4} times what it \
+                         was, and {result} {:.4} times; check the units of its parameters ({})",
                         got / plain,
-                        self.acts_on.unit(),
-                        wanted.factor(scale)
+                        wanted.factor(scale),
+                        self.units()
                     ));
                 }
             }
@@ -336,6 +348,48 @@ impl Formula {
             }
         }
     }
+
+    /// The units of the signals in it, as words.
+    fn units(&self) -> String {
+        let signals = self.sources.iter().filter_map(|source| match source {
+            Source::Signal(k) => Some(&SIGNALS[*k]),
+            Source::Parameter(_) => None,
+        });
+        let said: Vec<String> = signals
+            .map(|(name, unit, _)| format!("{name} is in {}", unit[usize::from(self.turns)]))
+            .collect();
+        match said.is_empty() {
+            true => "no signal is in it".to_owned(),
+            false => said.join(", "),
+        }
+    }
+}
+
+/// What is called in a formula and no function.
+fn unknown_function(text: &str) -> Option<String> {
+    let operators = FloatOpsFactory::<f64>::make();
+    let functions = || {
+        let all = operators.iter().map(|operator| operator.repr());
+        all.filter(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()))
+    };
+    let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let called = text.match_indices('(').filter_map(|(end, _)| {
+        let before = text[..end].trim_end();
+        let name = before.rsplit(|c| !is_of_name(c)).next()?;
+        name.starts_with(|c: char| c.is_ascii_alphabetic())
+            .then_some((before.len() - name.len(), name))
+    });
+    let (at, name) = called
+        .into_iter()
+        .find(|(_, name)| !functions().any(|known| known == *name))?;
+    let hint =
+        nearest(name, functions()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    let known: Vec<&str> = functions().collect();
+    Some(format!(
+        "`{name}` at character {} is no function; {hint}known are: {}",
+        text[..at].chars().count() + 1,
+        known.join(", ")
+    ))
 }
 
 fn source(
@@ -405,18 +459,24 @@ fn signals_at(point: usize) -> Signals {
     }
 }
 
-fn scaled_signals(s: &Signals, scale: [f64; 3]) -> Signals {
-    let factor = |unit: &str| Dimension::of(unit).unwrap_or_default().factor(scale);
+fn scaled_signals(s: &Signals, turns: bool, scale: [f64; 3]) -> Signals {
+    let scaled = |name: &str| {
+        let signal = SIGNALS.iter().find(|signal| signal.0 == name);
+        signal.map_or(0.0, |(_, unit, value)| {
+            let dimension = Dimension::of(unit[usize::from(turns)]).unwrap_or_default();
+            value(s) * dimension.factor(scale)
+        })
+    };
     Signals {
-        position: s.position * factor("m"),
-        velocity: s.velocity * factor("m/s"),
-        acceleration: s.acceleration * factor("m/s^2"),
-        direction: s.direction,
-        force: s.force * factor("N"),
-        time: s.time * factor("s"),
-        depth: s.depth * factor("m"),
-        rate: s.rate * factor("m/s"),
-        gap: s.gap * factor("m"),
+        position: scaled("position"),
+        velocity: scaled("velocity"),
+        acceleration: scaled("acceleration"),
+        direction: scaled("direction"),
+        force: scaled("force"),
+        time: scaled("time"),
+        depth: scaled("depth"),
+        rate: scaled("rate"),
+        gap: scaled("gap"),
     }
 }
 
@@ -448,7 +508,7 @@ mod tests {
 
     #[test]
     fn it_is_evaluated_and_its_linear_parameter_found() {
-        let formula = Formula::parse(TEXT, ActsOn::Guide, &COGGING).unwrap();
+        let formula = Formula::parse(TEXT, ActsOn::Guide, false, &COGGING).unwrap();
         let at = Signals {
             position: 0.0125,
             ..Signals::default()
@@ -477,14 +537,14 @@ mod tests {
             of("pitch_m", "m", 1e-3, 1.0),
         ];
         let text = "a_n * sin(position/pitch_m) + b_n * cos(position/pitch_m)";
-        let formula = Formula::parse(text, ActsOn::Guide, &symbols).unwrap();
+        let formula = Formula::parse(text, ActsOn::Guide, false, &symbols).unwrap();
         assert_eq!(formula.linear(&symbols), [0, 1]);
     }
 
     #[test]
     fn mistakes_are_named() {
         let wrong = |text: &str, symbols: &[Symbol<'static>]| {
-            Formula::parse(text, ActsOn::Guide, symbols).unwrap_err()
+            Formula::parse(text, ActsOn::Guide, false, symbols).unwrap_err()
         };
         let said = wrong("amplitude_n * sin(positoin)", &COGGING[..1]);
         assert!(
@@ -496,11 +556,31 @@ mod tests {
             said.contains("does not give N") && said.contains("metres"),
             "{said}"
         );
+        let said = wrong("amplitude_n * sgn(velocity)", &COGGING[..1]);
+        assert!(
+            said.contains("`sgn` at character 15") && said.contains("signum"),
+            "{said}"
+        );
         let said = wrong("amplitude_n * (1 + ", &COGGING[..1]);
         assert!(said.contains("expected an expression"), "{said}");
         let said = wrong("amplitude_n * depth / pitch_m", &COGGING);
         assert!(said.contains("`depth`"), "{said}");
         let said = wrong("amplitude_n", &COGGING[..2]);
         assert!(said.contains("`phase_rad` does not occur"), "{said}");
+    }
+
+    /// About a bearing angles have no unit, and what turns it is a torque.
+    #[test]
+    fn on_a_bearing_it_gives_a_torque() {
+        let symbols = [Symbol {
+            name: "drag",
+            unit: "N·m·s/rad",
+            low: 0.0,
+            high: 1.0,
+        }];
+        let on = |turns| Formula::parse("drag * velocity", ActsOn::Guide, turns, &symbols);
+        assert!(on(true).is_ok());
+        let said = on(false).unwrap_err();
+        assert!(said.contains("velocity is in m/s)"), "{said}");
     }
 }

@@ -18,7 +18,7 @@ pub struct Hypothesis {
     pub title: String,
     /// Where it acts: one of [`ActsOn::WORDS`].
     pub acts_on: String,
-    /// Expression of signals and parameters that gives N, or N·m on tx ty tz.
+    /// Expression of signals and parameters that gives N, or N·m on tx ty tz and a bearing.
     pub formula: String,
     /// Its parameters.
     pub parameters: BTreeMap<String, HypothesisParameter>,
@@ -40,23 +40,23 @@ pub struct HypothesisParameter {
 static ENTRIES: LazyLock<Mutex<BTreeMap<String, &'static Effect>>> = LazyLock::new(Mutex::default);
 
 impl Hypothesis {
-    /// The entry of the effect, as if the catalogue had it.
+    /// The entry of the effect, as if the catalogue had it. `turns`: the guide is a bearing.
     ///
     /// # Errors
     ///
     /// What does not fit, with what is allowed.
-    pub fn effect(&self) -> Result<&'static Effect, EffectError> {
+    pub fn effect(&self, turns: bool) -> Result<&'static Effect, EffectError> {
         let mut entries = ENTRIES.lock().unwrap_or_else(PoisonError::into_inner);
-        let definition = format!("{self:?}");
+        let definition = format!("{turns} {self:?}");
         if let Some(known) = entries.get(&definition) {
             return Ok(known);
         }
-        let entry: &'static Effect = Box::leak(Box::new(self.entry()?));
+        let entry: &'static Effect = Box::leak(Box::new(self.entry(turns)?));
         entries.insert(definition, entry);
         Ok(entry)
     }
 
-    fn entry(&self) -> Result<Effect, EffectError> {
+    fn entry(&self, turns: bool) -> Result<Effect, EffectError> {
         let wrong = |key: &str, why: String| EffectError::Hypothesis {
             id: self.id.clone(),
             key: key.to_owned(),
@@ -90,7 +90,7 @@ impl Hypothesis {
                 return Err(wrong(&format!("parameters.{key}"), why));
             }
         }
-        let formula = Formula::parse(&self.formula, acts_on, &symbols)
+        let formula = Formula::parse(&self.formula, acts_on, turns, &symbols)
             .map_err(|why| wrong("formula", why))?;
         let title = match self.title.as_str() {
             "" => format!("own hypothesis `{}`", self.id),

@@ -101,7 +101,7 @@ impl Model {
     pub fn effect(&self, id: &str) -> Result<&'static Effect, EffectError> {
         let own = self.hypotheses.iter().find(|h| h.id == id);
         match own {
-            Some(own) => own.effect(),
+            Some(own) => own.effect(self.bearing().is_some()),
             None => by_id(id).ok_or_else(|| {
                 let own = self.hypotheses.iter().map(|h| h.id.as_str());
                 EffectError::Unknown {
@@ -148,9 +148,9 @@ impl Model {
         }
     }
 
-    /// A commented `model.toml` that a user fills in; it parses to [`Model::default`].
+    /// A commented `model.toml` with every key; it parses to [`Model::default`].
     pub fn default_toml() -> &'static str {
-        include_str!("default.toml")
+        include_str!("../../../../examples/model.toml")
     }
 
     /// The model as TOML, every value written out.

@@ -89,7 +89,7 @@ impl Model {
             within("sensor.filter.cutoff_hz", filter.cutoff_hz, 1e-3, 1e4)?;
         }
         for (k, own) in self.hypotheses.iter().enumerate() {
-            own.effect()?;
+            own.effect(self.bearing().is_some())?;
             if self.hypotheses[..k].iter().any(|other| other.id == own.id) {
                 return Err(EffectError::Twice { id: own.id.clone() }.into());
             }

@@ -79,8 +79,9 @@ fn catalogued(bearing: bool) -> Vec<LoadEffect> {
 impl LoadEffect {
     /// All of them, in the order of the catalogue, then the model's own hypotheses.
     pub fn all(model: &Model) -> impl Iterator<Item = &'static Self> + '_ {
+        let turns = model.bearing().is_some();
         let own = model.hypotheses.iter();
-        let own = own.filter_map(|hypothesis| Self::own(hypothesis.effect().ok()?));
+        let own = own.filter_map(move |hypothesis| Self::own(hypothesis.effect(turns).ok()?));
         let catalogued: &'static [Self] = match model.bearing() {
             Some(_) => &OF_BEARINGS,
             None => &CATALOGUED,
@@ -164,6 +165,16 @@ impl LoadEffect {
         self.acts_on_reading() && !matches!(self.effect.law, Law::Zero(_))
     }
 
+    /// Whether it moves all that loads the sensor in time.
+    pub fn is_late(&self) -> bool {
+        matches!(self.effect.law, Law::Late(_) | Law::Actuator(Some(_)))
+    }
+
+    /// Whether the log has what it acts on.
+    pub fn acts(&self, scene: &Scene) -> bool {
+        laws::acts(scene, self.effect)
+    }
+
     /// Whether its columns depend on its coefficients: a wall does not pull, so that where it lifts
     /// off depends on all that pushes.
     pub fn is_linear(&self) -> bool {
@@ -178,7 +189,7 @@ impl LoadEffect {
     /// The columns at some places as they stand in the log, through the filter of its import if it had
     /// one; None if the log or the model has nothing for them to act on.
     pub fn columns(&self, scene: &Scene, shapes: &[f64], places: &[usize]) -> Option<Vec<Column>> {
-        if !laws::acts(scene, self.effect) {
+        if !self.acts(scene) {
             return None;
         }
         let column = |k: &usize| match self.coefficients.is_empty() {
@@ -200,7 +211,7 @@ impl LoadEffect {
     ) -> Option<Vec<Column>> {
         let alone = self.coefficients.len() == 1 && !self.is_linear();
         match coefficients {
-            [one] if *one != 0.0 && alone && laws::acts(scene, self.effect) => {
+            [one] if *one != 0.0 && alone && self.acts(scene) => {
                 let mut part = self.part(scene, &self.values(shapes, coefficients))?;
                 part.scale(1.0 / one);
                 Some(vec![part])
@@ -285,8 +296,10 @@ impl LoadEffect {
 
     /// The same; nothing where the log has nothing for it to act on.
     fn change_if_any(&self, scene: &Scene, reading: &Column, p: Values<'_>) -> Column {
-        let acts = laws::acts(scene, self.effect);
-        let change = acts.then(|| self.change(scene, reading, p)).flatten();
+        let change = self
+            .acts(scene)
+            .then(|| self.change(scene, reading, p))
+            .flatten();
         change.unwrap_or_default()
     }
 }
@@ -303,6 +316,16 @@ pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
         load.add(&law.change_if_any(scene, &scene.reading, p).0);
     }
     as_read(scene, load, &whole)
+}
+
+/// What an effect does to the reading that others do not do without it.
+pub fn added(scene: &Scene, others: &[Valued<'_>], effect: Valued<'_>) -> Column {
+    let with = [others, &[effect]].concat();
+    let mut added = contribution(scene, &with);
+    let mut without = contribution(scene, others);
+    without.scale(-1.0);
+    added.add(&without.0);
+    added
 }
 
 /// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
