@@ -1,12 +1,13 @@
 //! How well a log determines the parameters of stages.
 //!
-//! Where χ² is smooth its curvature gives the interval. A pause is only seen through the cycles
-//! that it holds still, so χ² is flat between two steps there: it is scanned, and the interval is
+//! Where χ² is smooth its curvature gives the interval. A pause or a play is only seen through the
+//! cycles that it holds still, so χ² is flat between two steps there: it is scanned, and the interval is
 //! where 2 Δ log L stays below that of 95 %, the other parameters at their best for each value.
 
 use super::cost::{Cost, Term};
 use super::refine::refined;
 use super::search::Search;
+use super::tried::plateau_step;
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::optimise::brent;
@@ -15,11 +16,9 @@ use softdock_physics::optimise::brent;
 const LIKELY_95: f64 = 3.84;
 /// Standard deviations to either side of a 95 % interval.
 const DEVIATIONS_95: f64 = 1.96;
-/// Steps of a scan in a cycle.
-const STEPS_PER_CYCLE: f64 = 40.0;
 /// A scan ends after this many values outside of the interval.
 const OUTSIDE: usize = 8;
-/// Most values of a scan to one side: two and a half cycles.
+/// Most values of a scan to one side: two and a half cycles, or a width once more.
 const FARTHEST: usize = 100;
 /// No instant is known better than half of a part of a cycle, as the simulation cuts it.
 const RESOLVED: f64 = 1.0 / 16.0;
@@ -129,11 +128,23 @@ fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
         .iter()
         .map(|term| {
             let own = term.values.iter().map(|value| {
-                let reach = DEVIATIONS_95 * sigma[i] * profile.excess.sqrt();
-                let smooth = [value - reach, value + reach];
-                let interval = match term.stage {
-                    Stage::Pause(..) => scanned(&profile, i, &sigma),
-                    _ => smooth,
+                let interval = match plateau_step(term.stage, *value, train.cycle_s()) {
+                    Some(step) => {
+                        // No part of a cycle resolves a play, which is a way.
+                        let is_time = matches!(term.stage, Stage::Pause(..));
+                        let resolved = if is_time {
+                            RESOLVED * train.cycle_s()
+                        } else {
+                            0.0
+                        };
+                        let reach = scanned(&profile, i, &sigma, step);
+                        let [down, up] = reach.map(|reach| reach.max(resolved));
+                        [(value - down).max(0.0), value + up]
+                    }
+                    None => {
+                        let reach = DEVIATIONS_95 * sigma[i] * profile.excess.sqrt();
+                        [value - reach, value + reach]
+                    }
                 };
                 i += 1;
                 interval
@@ -143,10 +154,8 @@ fn around_best(terms: &[Term], train: &Cost<'_>) -> Vec<Vec<[f64; 2]>> {
         .collect()
 }
 
-/// The values of a time around its best one that are likely.
-fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64]) -> [f64; 2] {
-    let cycle_s = profile.train.cycle_s();
-    let step = cycle_s / STEPS_PER_CYCLE;
+/// How far the values around the best one that are likely reach down and up.
+fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64], step: f64) -> [f64; 2] {
     let best = profile.flat[i];
     let likely = profile.least + LIKELY_95 * profile.excess;
     let end = |side: f64| {
@@ -163,10 +172,9 @@ fn scanned(profile: &Profile<'_>, i: usize, sigma: &[f64]) -> [f64; 2] {
             }
         }
         // The limit lies between the last value inside and the first outside.
-        let reach = (last as f64 + 0.5) * step;
-        best + side * reach.max(RESOLVED * cycle_s)
+        (last as f64 + 0.5) * step
     };
-    [end(-1.0).max(0.0), end(1.0)]
+    [end(-1.0), end(1.0)]
 }
 
 /// Standard deviation of each parameter, from the curvature of χ².

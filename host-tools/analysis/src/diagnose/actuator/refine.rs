@@ -2,8 +2,7 @@
 
 use super::cost::{Cost, Term};
 use super::grid::{place, place_of};
-use super::tried::{Spec, has_plateaus, specs};
-use softdock_physics::model::stage::Stage;
+use super::tried::{Spec, plateau_step, specs};
 use softdock_physics::optimise::{lowest_valley, nelder_mead};
 
 /// Improves the parameters of terms from where they are.
@@ -64,7 +63,7 @@ pub(super) fn improved(
     } else {
         terms
     };
-    middle_of_plateaus(found, cost)
+    middle_of_plateaus(found, logs.cycle_s(), cost)
 }
 
 /// Minimum of a cost in some cells of a grid, where and how low: a finer grid, as it may have several valleys there.
@@ -77,17 +76,19 @@ pub(super) fn bottom(low: f64, high: f64, cost: impl FnMut(f64) -> f64) -> (f64,
 }
 
 /// Where the cost is flat around its minimum, the middle of the flat is the estimate.
-fn middle_of_plateaus(mut terms: Vec<Term>, cost: &dyn Fn(&[Term]) -> f64) -> Vec<Term> {
-    /// Step of the scan, s.
-    const SCAN: f64 = 1e-4;
+fn middle_of_plateaus(
+    mut terms: Vec<Term>,
+    cycle_s: f64,
+    cost: &dyn Fn(&[Term]) -> f64,
+) -> Vec<Term> {
     for i in 0..terms.len() {
-        if !has_plateaus(terms[i].stage) || terms[i].stage == Stage::CommandStep {
-            continue;
-        }
         let centre = terms[i].values[0];
+        let Some(step) = plateau_step(terms[i].stage, centre, cycle_s) else {
+            continue;
+        };
         let mut scanned: Vec<(f64, f64)> = Vec::new();
         for k in -12..=12 {
-            let value = (centre + f64::from(k) * SCAN).max(SCAN);
+            let value = (centre + f64::from(k) * step).max(step);
             let mut shifted = terms.clone();
             shifted[i].values[0] = value;
             scanned.push((value, cost(&shifted)));

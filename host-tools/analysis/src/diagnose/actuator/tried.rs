@@ -85,9 +85,18 @@ pub(crate) fn specs(stage: Stage, scale: &Scale) -> Vec<Spec> {
     }
 }
 
-/// The cost is piecewise constant, so a minimum is a plateau.
-pub(crate) fn has_plateaus(stage: Stage) -> bool {
-    matches!(stage, Stage::Pause(..) | Stage::CommandStep)
+/// Values apart from each other at which plateaus of a cost are looked for that is piecewise constant: the cycles that a
+/// pause or a play holds still are counted. None where the cost is smooth.
+pub(super) fn plateau_step(stage: Stage, value: f64, cycle_s: f64) -> Option<f64> {
+    /// Parts of a cycle.
+    const OF_CYCLE: f64 = 40.0;
+    /// Parts of a width.
+    const OF_WIDTH: f64 = 100.0;
+    match stage {
+        Stage::Pause(..) => Some(cycle_s / OF_CYCLE),
+        Stage::Backlash => Some(value / OF_WIDTH),
+        _ => None,
+    }
 }
 
 /// How large motions are in the log.
