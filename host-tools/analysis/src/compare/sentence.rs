@@ -15,6 +15,8 @@ const MENTIONED_SHARE: f64 = 0.1;
 const MOST_MENTIONED: usize = 3;
 /// Named phases that take at least this share of the time are not a place.
 const EVERYWHERE: f64 = 0.6;
+/// And those that take this share are all that there is.
+const ALL: f64 = 0.995;
 
 /// Beside a regime, phases with less than this share of the error say nothing new.
 const PLACE_SHARE: f64 = 0.5;
@@ -130,11 +132,14 @@ fn place(failure: &Failure) -> Option<String> {
     let (from, to) = (failure.worst.from_s, failure.worst.to_s);
     let names = phase_names(failure);
     if failure.time_share >= EVERYWHERE {
-        let spread = format!(
-            "the error is spread over the recording, {percent} of it in {names}, which take {} of \
-             the time",
-            number::percent(failure.time_share, 0)
-        );
+        let spread = match failure.time_share > ALL {
+            true => "the error is spread over the whole recording".to_owned(),
+            false => format!(
+                "the error is spread over the recording, {percent} of it in {names}, which take {} of \
+                 the time",
+                number::percent(failure.time_share, 0)
+            ),
+        };
         return failure.regime.is_none().then_some(spread);
     }
     if failure.regime.is_some() && share < PLACE_SHARE {

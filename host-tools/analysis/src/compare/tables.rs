@@ -3,7 +3,7 @@
 use super::series::ROUND_OFF_SIGMA;
 use super::{Comparison, Failure};
 use softdock_physics::model::{Axis, Channel};
-use softdock_report::{Cell, Column, Mark, Table};
+use softdock_report::{Cell, Column, Mark, Table, number};
 
 /// Regimes of an axis that are listed.
 const LISTED: usize = 4;
@@ -69,7 +69,7 @@ impl Comparison {
             Column::number("Share of error", ""),
             Column::number("Share beyond noise", ""),
         ]);
-        for phase in &self.phases {
+        for phase in self.phases.iter().filter(|phase| phase.cycles > 0) {
             let first = phase.windows.first().map_or(String::new(), |w| {
                 format!("{:.3} … {:.3}", w.from_s, w.to_s)
             });
@@ -108,7 +108,7 @@ impl Comparison {
                     Cell::text(format!("{} {}", regime.channel, regime.axis)),
                     Cell::text(regime.label()),
                     share,
-                    Cell::number(regime.p, 2),
+                    Cell::text(probability(regime.p)),
                     Cell::text(regime.short()),
                 ]);
             }
@@ -148,6 +148,16 @@ impl Comparison {
             ]);
         }
         table
+    }
+}
+
+/// A probability; below what sums of squares in floating point can tell, only that it is there.
+fn probability(p: f64) -> String {
+    /// A thousand times the round-off of a number near 1.
+    const SMALLEST: f64 = 1e-12;
+    match p < SMALLEST {
+        true => format!("< {SMALLEST:e}"),
+        false => number::significant(p, 2),
     }
 }
 

@@ -24,6 +24,17 @@ pub struct Judged {
     pub after: Model,
     /// Why it should not be written: the error on unseen data rises.
     pub doubt: Option<String>,
+    /// Effects without which the error on unseen data is no larger, each as the only one that is left out.
+    pub needless: Vec<Needless>,
+}
+
+/// An effect that foretells nothing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Needless {
+    /// Its id.
+    pub effect: String,
+    /// Error on unseen data without it, all else as fitted.
+    pub test_error: f64,
 }
 
 /// What `fit --json` prints.
@@ -35,6 +46,8 @@ pub struct Document<'a> {
     pub undetermined: &'a [Undetermined],
     /// The error before and after.
     pub steps: &'a [Step; 2],
+    /// Effects without which the error on unseen data is no larger.
+    pub needless: &'a [Needless],
     /// The file was changed.
     pub written: bool,
     /// What was or would be changed, as a unified diff.
@@ -68,6 +81,7 @@ impl Judged {
             step(HistoryStep::REFIT, &found.after)?,
         ];
         let mut after = found.after;
+        let needless = needless(&after, steps[1].test_error, &|model| error(model, &test))?;
         for effect in &mut after.effects {
             let name = format!("{}.", effect.id);
             if found.parameters.iter().any(|p| p.name.starts_with(&name)) {
@@ -81,6 +95,7 @@ impl Judged {
             undetermined: found.undetermined,
             steps,
             after,
+            needless,
         })
     }
 
@@ -90,10 +105,30 @@ impl Judged {
             parameters: &self.parameters,
             undetermined: &self.undetermined,
             steps: &self.steps,
+            needless: &self.needless,
             written,
             difference,
         }
     }
+}
+
+/// Effects of a model without which the error on unseen data is not larger than with them.
+fn needless(
+    model: &Model,
+    with_all: Option<f64>,
+    error: &dyn Fn(&Model) -> Result<f64>,
+) -> Result<Vec<Needless>> {
+    let with_all = with_all.unwrap_or(f64::NAN);
+    let mut needless = Vec::new();
+    for place in 0..model.effects.len() {
+        let mut without = model.clone();
+        let effect = without.effects.remove(place).id;
+        let test_error = error(&without)?;
+        if test_error <= with_all * (1.0 + RISES) {
+            needless.push(Needless { effect, test_error });
+        }
+    }
+    Ok(needless)
 }
 
 fn doubt(steps: &[Step; 2], unseen: &str) -> Option<String> {
@@ -109,6 +144,26 @@ fn doubt(steps: &[Step; 2], unseen: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_physics::model::EffectModel;
+
+    #[test]
+    fn an_effect_without_which_the_error_is_no_larger_is_named() {
+        let mut model = Model::default();
+        for id in ["guide_coulomb", "guide_viscous"] {
+            model.effects.push(EffectModel {
+                id: id.to_owned(),
+                ..EffectModel::default()
+            });
+        }
+        // Dry friction explains half of the error, viscous friction nothing.
+        let error = |model: &Model| {
+            let dry = model.effects.iter().any(|e| e.id == "guide_coulomb");
+            Ok(if dry { 1.0 } else { 2.0 })
+        };
+        let found = needless(&model, Some(1.0), &error).unwrap();
+        let ids: Vec<&str> = found.iter().map(|n| n.effect.as_str()).collect();
+        assert_eq!(ids, ["guide_viscous"]);
+    }
 
     #[test]
     fn a_fit_that_makes_the_unseen_error_larger_is_doubted() {

@@ -82,6 +82,15 @@ impl Fit {
         }
         text.push_str(&doubts(&fit.undetermined));
         let path = self.model.display();
+        for needless in &fit.needless {
+            text.push_str(&format!(
+                "\n{0} foretells nothing here: without it, all else as it is, the error on {1} is {2:.3}. \
+                 `softdock remove {path} {0}` takes it out.\n",
+                needless.effect,
+                logs.unseen(),
+                needless.test_error
+            ));
+        }
         text.push_str(&if self.write {
             format!("\nWritten to {path}.\n")
         } else {

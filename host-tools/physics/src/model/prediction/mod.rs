@@ -23,11 +23,14 @@ pub mod signals;
 mod tests;
 pub mod wrench;
 
-use super::load::LoadModel;
+use super::load::Scene;
+use super::load::effects::add_known;
 use super::log::Log;
 use super::{Axis, Channel, Model, clock};
 use crate::effects::body::clock_jitter::Scatter;
 use signals::Signals;
+use softdock_control::frames::{Pose, Twist};
+use softdock_control::wrench::Motion;
 use softdock_io::recording::Recording;
 use softdock_report::number;
 
@@ -111,12 +114,11 @@ pub fn predict(model: &Model, recording: &Recording) -> anyhow::Result<Predictio
 
 /// Where the inertial load of a log without a filter is noise: a regression on it is biased.
 fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
-    let load = LoadModel::new(model);
     if signals.is_commanded() || model.sensor.filter.is_some() || model.sensor.at_rest {
         return None;
     }
     let (_, acceleration) = signals.motion_sigma(&model.noise);
-    let inertial = load.inertial_variance(&acceleration).map(f64::sqrt);
+    let inertial = inertial_sigma(model, signals.cycle_s, &acceleration);
     let sensor = six(model.noise.force_n, model.noise.torque_n_m);
     let drowned = |axis: &&Axis| inertial[axis.index()] > sensor[axis.index()];
     let axis = model.rig.active_axes.iter().find(drowned)?;
@@ -127,6 +129,34 @@ fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
         quantity(inertial[axis.index()], *axis),
         quantity(sensor[axis.index()], *axis),
     ))
+}
+
+/// Noise of the wrench by that of the acceleration, through all that the model knows to be moved, its
+/// effects too: the difference of two readings at one place and velocity.
+fn inertial_sigma(model: &Model, cycle_s: f64, acceleration_sigma: &Six) -> Six {
+    let reading = |acceleration: Six| {
+        let motion = Motion {
+            velocity: Twist::of(&[1.0; 6]),
+            acceleration: Twist::of(&acceleration),
+        };
+        let pose = vec![Pose::identity()];
+        let mut scene = Scene::new(model, cycle_s, vec![0.0], pose, vec![motion]);
+        add_known(&mut scene, &model.effects);
+        scene.reading.row(0)
+    };
+    let without = reading([0.0; 6]);
+    let mut variance = [0.0; 6];
+    for (axis, sigma) in acceleration_sigma.iter().enumerate() {
+        let mut acceleration = [0.0; 6];
+        acceleration[axis] = *sigma;
+        for (sum, (with, without)) in variance
+            .iter_mut()
+            .zip(reading(acceleration).iter().zip(without))
+        {
+            *sum += (with - without).powi(2);
+        }
+    }
+    variance.map(f64::sqrt)
 }
 
 fn quantity(value: f64, axis: Axis) -> String {

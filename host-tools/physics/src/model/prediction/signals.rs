@@ -66,15 +66,18 @@ impl<'a> Signals<'a> {
     /// Fewer than two cycles, unreadable settings, or no cycle time.
     pub fn new(recording: &'a Recording) -> anyhow::Result<Self> {
         let cycles = recording.cycles.as_slice();
+        let foreign = recording.header.settings_toml.trim().is_empty();
         if cycles.len() < 2 {
             let cut = recording.cut.as_deref().unwrap_or("the run was too short");
+            let again = match foreign {
+                true => "import its log again",
+                false => "record again, with the loop closed",
+            };
             bail!(
-                "the recording holds {} cycle(s) and at least 2 are needed ({cut}); record again, \
-                 with the loop closed",
+                "the recording holds {} cycle(s) and at least 2 are needed ({cut}); {again}",
                 cycles.len()
             );
         }
-        let foreign = recording.header.settings_toml.trim().is_empty();
         let settings = if foreign {
             None
         } else {
