@@ -36,6 +36,7 @@ fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
         turns: false,
         swings,
         noise,
+        late_s: 0.0,
     };
     rig.record(seconds, phase, seed, |[x, v, a]| {
         let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;

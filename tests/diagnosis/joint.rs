@@ -13,14 +13,24 @@ const GRAVITY: (f64, f64) = (6.0, 0.3);
 const FRICTION: (f64, f64) = (1.2, 0.8);
 
 /// `more`: a torque of angle and rate, asked row by row, beside weight and friction.
-fn log(seconds: f64, phase: f64, seed: u64, mut more: impl FnMut(f64, f64) -> f64) -> Recording {
-    let swings = [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)];
-    let noise = (1e-7, 0.05);
-    let rig = OneAxis {
-        turns: true,
-        swings,
-        noise,
-    };
+fn log(seconds: f64, phase: f64, seed: u64, more: impl FnMut(f64, f64) -> f64) -> Recording {
+    recorded(JOINT, seconds, phase, seed, more)
+}
+
+const JOINT: OneAxis = OneAxis {
+    turns: true,
+    swings: [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)],
+    noise: (1e-7, 0.05),
+    late_s: 0.0,
+};
+
+fn recorded(
+    rig: OneAxis,
+    seconds: f64,
+    phase: f64,
+    seed: u64,
+    mut more: impl FnMut(f64, f64) -> f64,
+) -> Recording {
     rig.record(seconds, phase, seed, |[q, v, a]| {
         let gravity = GRAVITY.0 * (q - GRAVITY.1).sin();
         let friction = FRICTION.0 * v.signum() + FRICTION.1 * v;
@@ -123,6 +133,78 @@ fn gravity_inertia_and_friction_of_a_joint_are_named() {
     );
 }
 
+/// A motor of which nothing is known, its torque commanded 7 ms before it acts, its encoder so coarse that the noise of the
+/// acceleration is larger than that of the torque: at half a cycle, 1 or 3 ms, a straight line between two
+/// samples would halve it.
+#[test]
+fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
+    const LATE_S: f64 = 0.007;
+    let rig = OneAxis {
+        noise: (5e-7, 0.05),
+        late_s: LATE_S,
+        ..JOINT
+    };
+    let text = MODEL
+        .replace("0.35", "0.0")
+        .replace("angle_rad = 1e-7", "angle_rad = 5e-7");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let train = recorded(rig, 12.0, 0.0, 11, none);
+    let test = recorded(rig, 8.0, 2.0, 12, none);
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let mut named = found.effects.clone();
+    named.sort();
+    let expected = [
+        "actuation_delay",
+        "bearing_gravity",
+        "bearing_inertia",
+        "guide_coulomb",
+        "guide_viscous",
+    ];
+    assert_eq!(named, expected, "{}", found.sentence);
+    for (effect, parameter, truth) in [
+        ("actuation_delay", "extra_delay_s", LATE_S),
+        ("bearing_inertia", "inertia_error_kg_m2", INERTIA),
+        ("guide_coulomb", "torque_n_m", FRICTION.0),
+        ("guide_viscous", "damping_n_m_s_per_rad", FRICTION.1),
+    ] {
+        let said = &found.parameters[effect][parameter];
+        assert!(
+            (said.low..said.high).contains(&truth),
+            "{parameter}: {said:?}"
+        );
+        assert!(said.high - said.low < 0.35 * truth, "{parameter}: {said:?}");
+    }
+    assert_eq!(found.ranked[0].effects.len(), 5, "{:?}", found.ranked[0]);
+}
+
+/// A ripple of the gear as a user would write it: a torque of an angle.
+#[test]
+fn a_formula_on_a_bearing_is_a_torque() {
+    let own = r#"
+[[hypothesis]]
+id = "ripple"
+acts_on = "guide"
+formula = "ripple_n_m * sin(position / pitch_rad)"
+[hypothesis.parameters]
+ripple_n_m = { unit = "N·m", low = -5, high = 5 }
+pitch_rad = { unit = "rad", low = 0.05, high = 0.5 }
+"#;
+    let model = Model::from_toml(&format!("{MODEL}{own}"), "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 3, gear), log(8.0, 2.0, 4, gear));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let said = found.parameters.get("ripple");
+    let said = said.unwrap_or_else(|| panic!("{}", found.sentence));
+    // What acts on the joint resists the torque that is commanded.
+    let ripple = &said["ripple_n_m"];
+    assert!((ripple.value + 1.0).abs() < 0.02, "{ripple:?}");
+    assert!(
+        (said["pitch_rad"].value * 7.0 - 1.0).abs() < 0.01,
+        "{said:?}"
+    );
+}
+
 /// On a straight guide nothing turns.
 #[test]
 fn what_a_bearing_has_is_refused_on_a_straight_guide() {
@@ -182,6 +264,9 @@ fn what_looks_like_a_hysteresis_is_said_to() {
     let found = found.diagnosis;
     let hysteresis = |id: &String| id == "guide_hysteresis";
     assert!(!found.effects.iter().any(hysteresis), "{}", found.sentence);
+    // Late friction is no late command.
+    let delay = |id: &String| id == "actuation_delay";
+    assert!(!found.effects.iter().any(delay), "{}", found.sentence);
     assert!(
         found.looks_like.iter().any(hysteresis),
         "{}",

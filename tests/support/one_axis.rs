@@ -16,6 +16,8 @@ pub struct OneAxis {
     pub swings: [(f64, f64); 3],
     /// Noise of the position, m or rad, and of the force, N or N·m.
     pub noise: (f64, f64),
+    /// By how much the force is commanded before it acts, s.
+    pub late_s: f64,
 }
 
 impl OneAxis {
@@ -46,7 +48,7 @@ impl OneAxis {
         let mut last = None;
         let record = |n: usize| {
             let t = n as f64 * TS;
-            let motion = self.motion(t, phase);
+            let (motion, later) = (self.motion(t, phase), self.motion(t + self.late_s, phase));
             let position = motion[0] + self.noise.0 * random.normal();
             let mut cycle = CycleRecord::default();
             cycle.trace.cycle = n as u64;
@@ -55,7 +57,7 @@ impl OneAxis {
             let before = last.replace(position).unwrap_or(position - motion[1] * TS);
             cycle.trace.executed_velocity[axis] = (position - before) / TS;
             cycle.inputs.sensor.wrench = [0.0; 6];
-            cycle.inputs.sensor.wrench[axis] = -force(motion) + self.noise.1 * random.normal();
+            cycle.inputs.sensor.wrench[axis] = -force(later) + self.noise.1 * random.normal();
             cycle
         };
         Recording {

@@ -14,6 +14,7 @@ use super::structure::{self, Left};
 use super::wrench::{self, Fitted, Joint, Standing};
 use crate::compare::Phase;
 use softdock_io::recording::Recording;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
 use softdock_physics::model::{Axis, Model};
@@ -202,15 +203,48 @@ impl WrenchFinding {
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
-    /// Takes what a search with curves that fit many mechanisms found among the hypotheses, if such a curve explains more
-    /// than what is accepted.
-    pub(super) fn compare_shapes(&mut self, other: Option<Self>) {
-        let accepted = self.found.accepted.as_ref();
-        let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
+    /// What a search with curves that fit many mechanisms found, if such a curve leaves less than what is accepted, its
+    /// price counted; `in_place_of_late`: if it does not leave more. By what each gains they cannot be compared: they may have
+    /// strained different tolerances.
+    pub(super) fn better_curve(
+        &self,
+        other: Option<Self>,
+        in_place_of_late: bool,
+    ) -> Option<wrench::Tested> {
+        let score = |finding: &Self| {
+            let accepted = finding.found.accepted.as_ref();
+            let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
+            (evidence - gain - finding.prepared.left(gain), gain)
+        };
+        let (own, gain) = score(self);
+        let form = self.prepared.threshold(gain);
+        let needed = own + if in_place_of_late { -form } else { form };
+        let other = other.filter(|other| score(other).0 > needed);
         let other = other.and_then(|other| other.found.accepted);
-        let other = other.filter(|t| t.effects.iter().any(|e| is_shape(e.id)));
-        let more = other.filter(|t| t.evidence > evidence + self.prepared.threshold(gain));
-        self.found.ranked.extend(more);
+        other.filter(|t| t.effects.iter().any(|e| is_shape(e.id)))
+    }
+
+    /// Accepted effects that move the reading in time.
+    pub(super) fn late(&self) -> Vec<String> {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let is_late = |id: &String| {
+            let effect = model.and_then(|model| LoadEffect::find(model, id));
+            effect.is_some_and(LoadEffect::is_late)
+        };
+        self.ids().into_iter().filter(is_late).collect()
+    }
+
+    /// Ids for another search without some of the effects. With what moves the reading in time goes what was left out
+    /// for its sake.
+    pub(super) fn ids_without(&self, gone: &[String]) -> Vec<String> {
+        let mut ids = self.ids();
+        if self.late().iter().any(|late| gone.contains(late)) {
+            let before = self.found.before_late.iter();
+            let more: Vec<String> = before.filter(|id| !ids.contains(id)).cloned().collect();
+            ids.extend(more);
+        }
+        ids.retain(|id| !gone.contains(id));
+        ids
     }
 
     /// Takes the remainder beside what the model has already.
@@ -247,6 +281,8 @@ pub(crate) struct Question<'a> {
     pub forced: bool,
     /// Only these are tried.
     pub among: Option<&'a [String]>,
+    /// These are not tried.
+    pub without: &'a [String],
     /// Curves that fit many mechanisms are tried, too.
     pub shapes: bool,
     /// Is told each hypothesis that was tried.
@@ -283,7 +319,8 @@ impl Question<'_> {
         let among = self
             .among
             .is_none_or(|among| among.iter().any(|one| one == id));
-        !has(model, id) && among && self.only.is_none_or(|only| only == id)
+        let without = self.without.iter().any(|one| one == id);
+        !has(model, id) && among && !without && self.only.is_none_or(|only| only == id)
     }
 }
 

@@ -444,6 +444,12 @@ fn notes(
             one.id
         ));
     }
+    let in_place = stages.wrench.iter();
+    for id in in_place.flat_map(|w| &w.found.curve_in_place_of) {
+        notes.push(format!(
+            "{id} would explain more, and is not told from a curve that fits many mechanisms in its place."
+        ));
+    }
     for id in ranking::shapes(stages) {
         notes.push(format!(
             "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it."

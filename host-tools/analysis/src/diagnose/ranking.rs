@@ -8,6 +8,7 @@ use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
 use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
 use super::wrench::Tested;
+use softdock_physics::effects::by_id;
 use softdock_physics::model::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -277,13 +278,23 @@ fn in_the_place_of<'a>(
 ) -> Option<InPlace<'a>> {
     let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
     let with_it = ranked.iter().filter(is_named);
-    let with_it = with_it.filter(|r| r.effects.contains(id));
+    let with_it = with_it.filter(|r| r.effects.contains(id) && explains(id, r, ranked));
+    // What is left to fewer of them, others may explain.
+    let with_it: Vec<&Ranked> = with_it.collect();
+    let most = with_it.iter().map(|r| r.effects.len()).max();
+    let with_it = with_it
+        .into_iter()
+        .filter(|r| Some(r.effects.len()) == most);
     let rival_of = |winner: &'a Ranked| {
         let alike = |r: &&Ranked| r.channel == winner.channel && r.beside == winner.beside;
         let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
         let in_place = others.filter_map(|r| {
             let other = r.effects.iter().find(|e| !named.contains(e))?;
-            if is_shape(other) {
+            if is_shape(other) || takes_another_place(other, id, named) {
+                return None;
+            }
+            // With more parameters and no better fit it is refused by its price.
+            if r.parameters > winner.parameters && fall(r) - fall(winner) < TOLD_APART {
                 return None;
             }
             let kept = |e: &String| e == id || r.effects.contains(e);
@@ -296,10 +307,34 @@ fn in_the_place_of<'a>(
     pairs.max_by(|a, b| fall(a.1).total_cmp(&fall(b.1)))
 }
 
+/// Whether an effect contains a named one other than `id`, or is of its kind: it is that one's rival.
+fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
+    let Some(other) = by_id(other) else {
+        return false;
+    };
+    let contains = |name: &str| other.detail_of.iter().any(|(of, _)| *of == name);
+    let alike =
+        |name: &str| other.kind.is_some() && by_id(name).is_some_and(|e| e.kind == other.kind);
+    let others = named.iter().filter(|name| *name != id);
+    others.into_iter().any(|name| contains(name) || alike(name))
+}
+
+/// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
+/// everything.
+fn explains(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> bool {
+    let rest: Vec<&String> = with_it.effects.iter().filter(|e| *e != id).collect();
+    let is_rest = |r: &&Ranked| {
+        r.beside == with_it.beside
+            && r.effects.len() == rest.len()
+            && rest.iter().all(|e| r.effects.contains(e))
+    };
+    let without = ranked.iter().find(is_rest).map_or(0.0, fall);
+    fall(with_it) - without > TOLD_APART
+}
+
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
 pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
-    let effect = softdock_physics::effects::by_id(&rival.of)
-        .or_else(|| softdock_physics::effects::by_id(first?))?;
+    let effect = by_id(&rival.of).or_else(|| by_id(first?))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,

@@ -11,7 +11,7 @@ use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use rayon::prelude::*;
-use softdock_physics::effects::by_id;
+use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, Model};
 
@@ -223,22 +223,61 @@ fn wrench_rounds(
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
     if question.only.is_none() && leaves_structure {
-        finding = beside_remainder(finding, &mut |among| {
-            let question = Question {
-                among: Some(among),
-                ..*question
-            };
-            search(model, &question)
-        });
+        finding = beside_remainder(finding, &mut |ids| among(ids, model, question, search));
     }
-    if !question.tries_shapes() && finding.left().is_structured() {
-        let shapes = Question {
+    // A friction that builds up after each reversal looks like a delay of all that loads the sensor.
+    let is_dry = |id: &String| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
+    let beside_others = !finding.found.before_late.is_empty() || finding.ids().iter().any(is_dry);
+    let late = match beside_others {
+        true => finding.late(),
+        false => Vec::new(),
+    };
+    let asks = !late.is_empty() || finding.left().is_structured();
+    if asks && !question.tries_shapes() {
+        let curves = Question {
             shapes: true,
+            without: &late,
             ..*question
         };
-        finding.compare_shapes(search(model, &shapes));
+        if let Some(curve) = finding.better_curve(search(model, &curves), !late.is_empty()) {
+            let mut among = |ids: &[String]| among(ids, model, question, search);
+            finding = beside_curve(finding, curve, late, &mut among);
+        }
     }
     Some(finding)
+}
+
+/// A search among some effects.
+fn among(
+    ids: &[String],
+    model: &Model,
+    question: &Question<'_>,
+    search: &mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
+) -> Option<WrenchFinding> {
+    let question = Question {
+        among: Some(ids),
+        ..*question
+    };
+    search(model, &question)
+}
+
+/// Where a curve that fits many mechanisms does as well: without the late effects in whose place it is.
+fn beside_curve(
+    first: WrenchFinding,
+    curve: wrench::Tested,
+    late: Vec<String>,
+    among: &mut dyn FnMut(&[String]) -> Option<WrenchFinding>,
+) -> WrenchFinding {
+    let mut finding = first;
+    if let Some(fewer) = (!late.is_empty())
+        .then(|| among(&finding.ids_without(&late)))
+        .flatten()
+    {
+        finding = beside_remainder(fewer, among);
+        finding.found.curve_in_place_of = late;
+    }
+    finding.found.ranked.push(curve);
+    finding
 }
 
 /// Where structure is left: only the effects that a smooth remainder would not explain as well, one
@@ -251,17 +290,18 @@ fn beside_remainder(
     let mut finding = first;
     let mut imitated = Vec::new();
     while let Some((place, one)) = weakest(&mut finding) {
-        let mut ids = finding.ids();
-        let gone = ids.remove(place);
+        let gone = finding.ids().swap_remove(place);
+        let mut ids = finding.ids_without(std::slice::from_ref(&gone));
         // Where no detail is told, what it is a detail of may still be.
         let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
         let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
         ids.extend(plain.filter(|id| !finding.ids().contains(id)));
         imitated.push(one);
-        match among(&ids) {
-            Some(fewer) => finding = fewer,
-            None => break,
-        }
+        let Some(mut fewer) = among(&ids) else {
+            break;
+        };
+        fewer.found.before_late.extend(finding.found.before_late);
+        finding = fewer;
     }
     for Imitated { id, .. } in imitated.clone() {
         let mut ids = finding.ids();

@@ -2,6 +2,7 @@
 
 use super::Law;
 use super::formula::ActsOn;
+use super::mechanism::ACTS_AT;
 use std::collections::BTreeMap;
 
 /// Whether these linear parameters, by their places, mean anything beside the effects that are there.
@@ -332,8 +333,11 @@ impl Parameter {
     }
 
     /// The same of a bearing, where forces are torques and displacements are angles: those that a point at [`LEVER_M`]
-    /// from the axis turns by. The numbers of all other ranges stay.
+    /// from the axis turns by. The numbers of all other ranges stay. A torque acts at no point.
     pub fn of_a_bearing(&self) -> Self {
+        if self.name == ACTS_AT.name {
+            return self.form(&[0.0], 0.0);
+        }
         let (ending, turned, unit) = match self.unit {
             "N" => ("_n", "_n_m", "N·m"),
             "N/m" => ("_n_per_m", "_n_m_per_rad", "N·m/rad"),

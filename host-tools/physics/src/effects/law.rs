@@ -222,6 +222,36 @@ pub struct Lateness {
     pub lag_s: f64,
 }
 
+impl Lateness {
+    /// What has to go in so that a series comes out, late as it is: the series of a delay later, and the
+    /// time constant of the lag times its slope.
+    ///
+    /// Between two samples it is taken by Thiran's first-order all-pass (Laakso and others, Splitting the unit delay, IEEE
+    /// Signal Processing Magazine 13(1), 1996), which passes all frequencies as they are: a straight line between two
+    /// samples halves their noise at half a step, and where acceleration is differentiated from positions a search
+    /// for a delay finds that half step.
+    pub fn anticipated(&self, series: &[f64], step_s: f64) -> Vec<f64> {
+        let steps = self.delay_s.max(0.0) / step_s;
+        // So many steps later, then delayed by half a step to one and a half.
+        let later = steps.round() as usize + 1;
+        let delay = later as f64 - steps;
+        let pole = (1.0 - delay) / (1.0 + delay);
+        let last = series.len().saturating_sub(1);
+        let at = |n: usize| series.get(n.min(last)).copied().unwrap_or(0.0);
+        let mut before = at(later - 1);
+        let mut value = before;
+        let anticipated = (0..series.len()).map(|n| {
+            let now = at(n + later);
+            let first = std::mem::replace(&mut before, now);
+            value = pole * (now - value) + first;
+            let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
+            let span_s = (to - from).max(1) as f64 * step_s;
+            value + self.lag_s * (at(to) - at(from)) / span_s
+        });
+        anticipated.collect()
+    }
+}
+
 /// Six signals that come late, sampled at equal steps and straight between two samples.
 #[derive(Clone, Debug)]
 pub struct Late {
@@ -285,6 +315,7 @@ pub fn sign(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     /// From relaxed: z = 1 − exp(−x/x0); back: linear to zero, then again the exponential.
     #[test]
@@ -318,6 +349,38 @@ mod tests {
         let back = -1.0 + (out + 1.0) * (-0.25_f64).exp();
         assert!((direction.advance(-1.0, 1e-3) - back).abs() < 1e-12);
         assert_eq!(Reversal::of(1e-3, 1e-3), None);
+    }
+
+    /// A slow sine comes a delay and a lag early, and noise keeps its power at any share of a step.
+    #[test]
+    fn anticipation_moves_a_series_and_keeps_its_noise() {
+        let step_s = 0.002;
+        let sine = |t: f64| (TAU * 3.0 * t).sin();
+        let series: Vec<f64> = (0..2000).map(|n| sine(f64::from(n) * step_s)).collect();
+        for delay_s in [0.0, 0.0007, 0.001, 0.0013, 0.007, 0.0116] {
+            let late = Lateness {
+                delay_s,
+                lag_s: 0.0,
+            };
+            let early = late.anticipated(&series, step_s);
+            for (n, early) in early.iter().enumerate().take(1900).skip(5) {
+                let expected = sine(n as f64 * step_s + delay_s);
+                assert!((early - expected).abs() < 1e-4, "{delay_s} {n}");
+            }
+            let noise: Vec<f64> = (0..2000_u32)
+                .map(|n| f64::from(n.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24) - 0.5)
+                .collect();
+            let power = |series: &[f64]| series[10..1900].iter().map(|v| v * v).sum::<f64>();
+            let share = power(&late.anticipated(&noise, step_s)) / power(&noise);
+            assert!((share - 1.0).abs() < 0.02, "{delay_s}: {share}");
+        }
+        let slow = Lateness {
+            delay_s: 0.0,
+            lag_s: 0.005,
+        };
+        let early = slow.anticipated(&series, step_s);
+        let expected = sine(0.5) + 0.005 * TAU * 3.0 * (TAU * 3.0 * 0.5).cos();
+        assert!((early[250] - expected).abs() < 1e-4);
     }
 
     #[test]

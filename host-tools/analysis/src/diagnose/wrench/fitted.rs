@@ -2,7 +2,8 @@
 
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Model;
-use softdock_physics::model::load::effects::LoadEffect;
+use softdock_physics::model::load::Scene;
+use softdock_physics::model::load::effects::{LoadEffect, Valued};
 use std::collections::BTreeMap;
 
 /// An effect with fitted parameters.
@@ -17,6 +18,14 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
+    /// The effect with its values.
+    pub(super) fn valued(&self, scene: &Scene) -> Option<Valued<'static>> {
+        let effect = LoadEffect::find(&scene.model, self.id)?;
+        let values = self.parameters.iter();
+        let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
+        Some((effect, effect.given(&values.collect())))
+    }
+
     /// The effect with one coefficient of its several at a time, where it is their sum.
     pub(super) fn terms(&self, model: &Model) -> Vec<Self> {
         let effect = LoadEffect::find(model, self.id).filter(|effect| effect.is_linear());

@@ -1,6 +1,7 @@
 //! Logs, prepared for the regression of their wrench.
 
 use super::autoregressive::{AutoregressiveNoise, ORDER};
+use super::fitted::Fitted;
 use super::nuisance;
 use super::problem::{Problem, Segment, subtract};
 use super::saturated;
@@ -277,6 +278,13 @@ impl Joint {
         self.problem.whitened(&parts.iter().collect::<Vec<_>>())
     }
 
+    /// What one effect of a hypothesis contributes, in units of the noise.
+    pub(super) fn white_part_of(&self, tested: &Tested, one: &Fitted) -> Column {
+        let logs = self.logs.iter();
+        let parts: Vec<Column> = logs.map(|log| tested.part(&log.scene, one)).collect();
+        self.problem.whitened(&parts.iter().collect::<Vec<_>>())
+    }
+
     /// What a hypothesis and the tolerances leave of each log, in units of the noise; and what they
     /// leave of its readings, with the tolerances spent and without.
     pub(crate) fn rests(&self, tested: Option<&Tested>, smooth: &[Column]) -> Vec<Rest> {
@@ -351,9 +359,8 @@ impl Joint {
 
     /// For each effect the largest gain in χ² of an amount of its own for one of the logs.
     pub(super) fn contrasts(&self, tested: &Tested) -> Vec<f64> {
-        let count = tested.effects.len();
-        let alone = (0..count).map(|k| self.white_part(Some(&tested.alone(k))));
-        let parts: Vec<Column> = alone.collect();
+        let effects = tested.effects.iter();
+        let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
         let gain = |own: Option<Column>| -> f64 {
             let columns: Vec<&Column> = parts.iter().chain(own.as_ref()).collect();
             let free = vec![Sign::Free; columns.len()];

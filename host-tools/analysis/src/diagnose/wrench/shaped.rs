@@ -7,7 +7,7 @@ use super::tested::{Care, has_size};
 use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, contribution};
+use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, added, contribution};
 use std::collections::BTreeMap;
 
 /// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
@@ -19,6 +19,10 @@ pub(super) struct Shaped<'a> {
     parts: &'a [Part],
     /// Per part; none where it has nothing to act on.
     white: Vec<Option<Vec<Projected>>>,
+    /// Shapes of each part, and coefficients of all columns, around which the columns of what moves the reading in
+    /// time stand.
+    shapes: Vec<Vec<f64>>,
+    coefficients: Vec<f64>,
     /// Products of all columns, in their order.
     gram: DMatrix<f64>,
     signs: Vec<Sign>,
@@ -41,11 +45,19 @@ impl<'a> Shaped<'a> {
             library,
             parts,
             white: vec![None; parts.len()],
+            shapes: parts
+                .iter()
+                .map(|part| library.variants[part.variant].shapes.clone())
+                .collect(),
+            coefficients: Vec::new(),
             gram: DMatrix::zeros(0, 0),
             signs: parts.iter().flat_map(sign).collect(),
         };
         for (i, part) in parts.iter().enumerate() {
             let variant = &library.variants[part.variant];
+            if shaped.is_late(i) {
+                continue;
+            }
             if std::ptr::eq(problem, &joint.problem) {
                 let known = part.used.iter().map(|k| variant.columns[*k]);
                 let columns = known.map(|c| problem.projected(library.columns[c].clone()));
@@ -56,23 +68,103 @@ impl<'a> Shaped<'a> {
             }
         }
         shaped.multiply();
+        shaped.move_in_time();
         shaped
     }
 
     /// Takes other shapes for a part.
     pub(super) fn set(&mut self, i: usize, shapes: &[f64]) {
+        self.shapes[i] = shapes.to_vec();
         self.white[i] = self.built(i, shapes, &[]);
         self.multiply();
+        self.move_in_time();
     }
 
     fn built(&self, i: usize, shapes: &[f64], around: &[f64]) -> Option<Vec<Projected>> {
         let part = &self.parts[i];
-        let effect = self.library.variants[part.variant].effect;
+        let effect = self.effect(part);
+        if self.is_late(i) {
+            return Some(vec![self.beside_others(i, shapes)?]);
+        }
         let columns = self
             .joint
             .columns(self.problem, effect, shapes, &part.used, around)?;
         let columns = columns.into_iter();
         Some(columns.map(|c| self.problem.projected(c)).collect())
+    }
+
+    /// Whether a part moves in time what others load the sensor with.
+    fn is_late(&self, i: usize) -> bool {
+        self.parts.len() > 1 && self.effect(&self.parts[i]).is_late()
+    }
+
+    /// Columns of what moves the reading in time, around what the others load the sensor with.
+    fn move_in_time(&mut self) {
+        /// Coefficients of the others without it, then beside it.
+        const ROUNDS: usize = 2;
+        let late: Vec<usize> = (0..self.parts.len()).filter(|i| self.is_late(*i)).collect();
+        if late.is_empty() {
+            return;
+        }
+        for _ in 0..ROUNDS {
+            let found = self.solution().map(|found| found.coefficients);
+            self.coefficients = found.unwrap_or_else(|| self.coefficients_of_loads());
+            for &i in &late {
+                self.white[i] = self.built(i, &self.shapes[i], &[]);
+            }
+            self.multiply();
+        }
+    }
+
+    /// Coefficients of the others, with nothing moved in time.
+    fn coefficients_of_loads(&self) -> Vec<f64> {
+        let loads = |i: &usize| !self.is_late(*i);
+        let all = (0..self.parts.len()).filter(loads);
+        let all: Vec<&Projected> = all
+            .filter_map(|i| self.white[i].as_ref())
+            .flatten()
+            .collect();
+        let right = DVector::from_iterator(all.len(), all.iter().map(|p| p.right));
+        let places: Vec<usize> = (0..all.len()).collect();
+        let of_loads =
+            (0..self.parts.len()).flat_map(|i| vec![loads(&i); self.parts[i].used.len()]);
+        let signs = self.signs.iter().zip(of_loads.clone());
+        let signs: Vec<Sign> = signs
+            .filter(|(_, load)| *load)
+            .map(|(sign, _)| *sign)
+            .collect();
+        let found =
+            (signs.len() == all.len()).then(|| solve(&products(&all), &right, &places, &signs));
+        let mut found = found
+            .flatten()
+            .map(|s| s.coefficients)
+            .unwrap_or_default()
+            .into_iter();
+        of_loads
+            .map(|load| {
+                if load {
+                    found.next().unwrap_or(0.0)
+                } else {
+                    1.0
+                }
+            })
+            .collect()
+    }
+
+    /// What a part does that the others do not do without it.
+    fn beside_others(&self, i: usize, shapes: &[f64]) -> Option<Projected> {
+        let all = self.valued(&self.coefficients, &self.shapes)?;
+        let mut others = all;
+        others.remove(i);
+        let effect = self.effect(&self.parts[i]);
+        let own = (effect, effect.values(shapes, &[]));
+        let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
+            true => added(&log.scene, &others, own.clone()),
+            false => Column::default(),
+        };
+        let columns: Vec<Column> = self.joint.logs.iter().enumerate().map(of).collect();
+        let white = self.problem.whitened(&columns.iter().collect::<Vec<_>>());
+        (!white.is_zero()).then(|| self.problem.projected(white))
     }
 
     fn multiply(&mut self) {
@@ -187,21 +279,26 @@ impl<'a> Shaped<'a> {
         self.library.variants[part.variant].effect
     }
 
-    /// What all parts together do to the reading.
-    fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
-        let mut at = 0;
-        let valued = |(part, shapes): (&Part, &Vec<f64>)| -> Valued<'static> {
+    /// The parts with their values; none if there is not a coefficient of each column.
+    fn valued(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Option<Vec<Valued<'static>>> {
+        let mut rest = coefficients.iter();
+        let valued = |(part, shapes): (&Part, &Vec<f64>)| {
             let effect = self.effect(part);
             let mut all = vec![0.0; effect.coefficients.len()];
-            for (k, used) in part.used.iter().enumerate() {
+            for used in &part.used {
+                let value = *rest.next()?;
                 if let Some(coefficient) = all.get_mut(*used) {
-                    *coefficient = coefficients[at + k];
+                    *coefficient = value;
                 }
             }
-            at += part.used.len();
-            (effect, effect.values(shapes, &all))
+            Some((effect, effect.values(shapes, &all)))
         };
-        let effects: Vec<Valued<'_>> = self.parts.iter().zip(shapes).map(valued).collect();
+        self.parts.iter().zip(shapes).map(valued).collect()
+    }
+
+    /// What all parts together do to the reading.
+    fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
+        let effects = self.valued(coefficients, shapes).unwrap_or_default();
         let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
             true => contribution(&log.scene, &effects),
             false => Column::default(),
@@ -366,10 +463,12 @@ impl<'a> Shaped<'a> {
     }
 
     fn set_all(&mut self, shapes: &[Vec<f64>]) {
+        self.shapes = shapes.to_vec();
         for (i, own) in shapes.iter().enumerate() {
             self.white[i] = self.built(i, own, &[]);
         }
         self.multiply();
+        self.move_in_time();
     }
 
     /// Standard deviations of the coefficients, and of the shapes that have a size by part and

@@ -28,7 +28,7 @@ const MOST: usize = 5;
 const TRIED: usize = 12;
 /// Hypotheses that are refined at each further step.
 const TRIED_LATER: usize = 3;
-/// Starts from which the search goes on.
+/// Starts from which the search goes on, each with other effects.
 const STARTS: usize = 2;
 /// Steps after which a climb is ended. To add [`MOST`] effects and to exchange each once takes half of
 /// them; of 43 logs with up to three effects none takes more than 4.
@@ -50,6 +50,11 @@ pub(crate) struct Found {
     pub ended_after: Option<usize>,
     /// Ids of effects about which the logs disagree.
     pub disagreeing: Vec<&'static str>,
+    /// Ids of what was accepted before that was asked beside it which moves the reading in time; empty where nothing
+    /// came of it.
+    pub before_late: Vec<String>,
+    /// Ids of effects in whose place a curve that fits many mechanisms does as well.
+    pub curve_in_place_of: Vec<String>,
 }
 
 /// What is asked of a search.
@@ -80,7 +85,8 @@ struct Work<'a> {
     misled: Mutex<BTreeSet<usize>>,
 }
 
-/// Searches. Tolerances that the answer strains are taken away, and the search begins anew.
+/// Searches. Tolerances that the answer strains are taken away, and the search begins anew; what moves the reading in
+/// time is asked once more beside what was found.
 pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     /// Tolerances that turn out to be strained when others were taken away.
     const ROUNDS: usize = 3;
@@ -93,61 +99,97 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
         library = library.anew(joint);
         found = searched(joint, &library, ask);
     }
-    found
+    let Some(accepted) = &found.accepted else {
+        return found;
+    };
+    let Some(library) = library.around(joint, accepted) else {
+        return found;
+    };
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, &library, &of_fit, ask);
+    let before = work.again(accepted);
+    let (end, came_to_end) = work.climbed(before.clone());
+    if end.evidence <= before.evidence {
+        return found;
+    }
+    Found {
+        before_late: accepted.ids(),
+        ..work.concluded(vec![(end, came_to_end)], found.ranked, ask)
+    }
 }
 
+/// From the best effects alone and in pairs.
 fn searched(joint: &Joint, library: &Library, ask: &Ask<'_>) -> Found {
-    let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
-    let work = Work {
-        price: evidence::price(joint.problem.count),
-        // Who asks for a detail alone has in the model what it is a detail of.
-        any: ask.forced || library.variants.iter().all(is_detail),
-        library,
-        joint,
-        of_fit: &joint.of_fit(),
-        watch: ask.watch,
-        known: Mutex::default(),
-        misled: Mutex::default(),
-    };
-    let singles = work.tested(
-        &work.whole(with_one_more(work.library, &[], work.price)),
-        TRIED,
-    );
-    let doubles = work.tested(&work.whole(pairs(work.library, work.price)), TRIED);
-    let mut ranked = singles;
-    ranked.extend(doubles);
-    ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let starts = ranked.iter().filter(|t| work.is_possible(t)).take(STARTS);
-    let starts: Vec<&Tested> = starts.collect();
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, library, &of_fit, ask);
+    let ranked = work.first();
+    let possible = ranked.iter().filter(|t| work.is_possible(t));
+    // Two shapes of the same effects would climb to the same end.
+    let mut seen = BTreeSet::new();
+    let starts = possible.filter(|t| seen.insert(t.effects_in_order()));
+    let starts: Vec<&Tested> = starts.take(STARTS).collect();
     let ends = starts.into_par_iter();
     let ends: Vec<(Tested, bool)> = ends.map(|start| work.climbed(start.clone())).collect();
-    let best = ends.iter().map(|end| end.0.clone());
-    let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    let settled = best.map(|best| work.settled(best));
-    let came_to_end =
-        settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
-    let ended_after = (!came_to_end).then_some(STEPS);
-    let mut accepted = settled.and_then(|settled| settled.0);
-    if ask.forced && accepted.is_none() {
-        accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
-    }
-    let support = accepted.as_ref().map_or_else(Vec::new, |t| work.support(t));
-    let rivals = accepted.as_ref().map_or_else(Vec::new, |t| work.rivals(t));
-    let disagreeing = match ask.each_log {
-        true => work.disagreeing(accepted.as_ref()),
-        false => Vec::new(),
-    };
-    Found {
-        accepted: accepted.map(|all| work.of_fit(all)),
-        support,
-        ranked,
-        rivals,
-        ended_after,
-        disagreeing,
+    work.concluded(ends, ranked, ask)
+}
+
+impl<'a> Work<'a> {
+    fn new(joint: &'a Joint, library: &'a Library, of_fit: &'a Problem, ask: &Ask<'a>) -> Self {
+        let is_detail = |variant: &Variant| variant.effect.effect.is_detail();
+        Self {
+            price: evidence::price(joint.problem.count),
+            // Who asks for a detail alone has in the model what it is a detail of.
+            any: ask.forced || library.variants.iter().all(is_detail),
+            library,
+            joint,
+            of_fit,
+            watch: ask.watch,
+            known: Mutex::default(),
+            misled: Mutex::default(),
+        }
     }
 }
 
 impl Work<'_> {
+    /// What is accepted of what climbs ended with, and what speaks for it.
+    fn concluded(
+        &self,
+        ends: Vec<(Tested, bool)>,
+        mut ranked: Vec<Tested>,
+        ask: &Ask<'_>,
+    ) -> Found {
+        let best = ends.iter().map(|end| end.0.clone());
+        let best = best.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        let settled = best.map(|best| self.settled(best));
+        let came_to_end =
+            settled.as_ref().is_none_or(|settled| settled.1) && ends.iter().all(|end| end.1);
+        let ended_after = (!came_to_end).then_some(STEPS);
+        let mut accepted = settled.and_then(|settled| settled.0);
+        if ask.forced && accepted.is_none() {
+            accepted = ranked.iter().find(|t| t.wrong.is_empty()).cloned();
+        }
+        if let Some(accepted) = &accepted {
+            ranked.extend(self.alike(accepted));
+            ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        }
+        let support = accepted.as_ref().map_or_else(Vec::new, |t| self.support(t));
+        let rivals = accepted.as_ref().map_or_else(Vec::new, |t| self.rivals(t));
+        let disagreeing = match ask.each_log {
+            true => self.disagreeing(accepted.as_ref()),
+            false => Vec::new(),
+        };
+        Found {
+            accepted: accepted.map(|all| self.of_fit(all)),
+            support,
+            ranked,
+            rivals,
+            ended_after,
+            disagreeing,
+            before_late: Vec::new(),
+            curve_in_place_of: Vec::new(),
+        }
+    }
+
     fn tested(&self, hypotheses: &[Hypothesis], most: usize) -> Vec<Tested> {
         let misled = self.misled().clone();
         let leads = |h: &&Hypothesis| !h.parts.iter().any(|part| misled.contains(&part.variant));
@@ -156,6 +198,22 @@ impl Work<'_> {
             .par_iter()
             .map(|h| self.test(h))
             .collect()
+    }
+
+    /// Effects alone and in pairs, best first.
+    fn first(&self) -> Vec<Tested> {
+        let singles = self.whole(with_one_more(self.library, &[], self.price));
+        let doubles = self.whole(pairs(self.library, self.price));
+        let mut ranked = self.tested(&singles, TRIED);
+        ranked.extend(self.tested(&doubles, TRIED));
+        ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        ranked
+    }
+
+    /// What another search found.
+    fn again(&self, found: &Tested) -> Tested {
+        let same = evaluate(self.library, self.parts(found), self.price);
+        same.map_or_else(|| found.clone(), |same| self.test(&same))
     }
 
     fn test(&self, hypothesis: &Hypothesis) -> Tested {
@@ -284,6 +342,22 @@ impl Work<'_> {
             Support::alone(beside).with_rival(now.evidence - best)
         };
         beside.into_iter().zip(&now.effects).map(of).collect()
+    }
+
+    /// More than two effects and the best others of as many that were tested on the way: those of fewer come first in a
+    /// search and are listed anyway.
+    fn alike(&self, accepted: &Tested) -> Vec<Tested> {
+        let count = accepted.effects.len();
+        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let alike = known
+            .values()
+            .filter(|t| count > 2 && t.effects.len() == count);
+        let mut alike: Vec<Tested> = alike.filter(|t| self.is_possible(t)).cloned().collect();
+        alike.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let mut seen = BTreeSet::new();
+        alike.retain(|t| seen.insert(t.effects_in_order()));
+        alike.truncate(1 + TRIED_LATER);
+        alike
     }
 
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {

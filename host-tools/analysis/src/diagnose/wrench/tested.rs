@@ -9,7 +9,7 @@ use super::variants::Library;
 use crate::diagnose::finding::Trial;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
-use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, contribution};
+use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, added, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::optimise::brent;
 use softdock_report::number;
@@ -48,34 +48,43 @@ impl Tested {
         }
     }
 
+    /// Ids by the alphabet: those of the same effects are equal.
+    pub(super) fn effects_in_order(&self) -> Vec<&'static str> {
+        let mut ids: Vec<&'static str> = self.effects.iter().map(|e| e.id).collect();
+        ids.sort_unstable();
+        ids
+    }
+
     /// Ids, in order.
     pub(crate) fn ids(&self) -> Vec<String> {
         self.effects.iter().map(|e| e.id.to_owned()).collect()
     }
 
-    /// One of its effects.
-    pub(crate) fn alone(&self, place: usize) -> Self {
-        self.with_only(self.effects[place].clone())
+    fn valued(&self, scene: &Scene) -> Vec<Valued<'static>> {
+        let effects = self.effects.iter();
+        effects.filter_map(|one| one.valued(scene)).collect()
     }
 
-    /// An effect in the place of its own.
-    pub(super) fn with_only(&self, effect: Fitted) -> Self {
-        Self {
-            effects: vec![effect],
-            ..self.clone()
-        }
+    /// Its effects that do not move the reading in time.
+    pub(super) fn loads(&self, scene: &Scene) -> Vec<Valued<'static>> {
+        let mut loads = self.valued(scene);
+        loads.retain(|(effect, _)| !effect.is_late());
+        loads
     }
 
     /// Their part of a reading.
     pub(crate) fn contribution(&self, scene: &Scene) -> Column {
-        let valued = |fitted: &Fitted| {
-            let effect = LoadEffect::find(&scene.model, fitted.id)?;
-            let values = fitted.parameters.iter();
-            let values = values.map(|(name, (value, _, _))| ((*name).to_owned(), *value));
-            Some((effect, effect.given(&values.collect())))
-        };
-        let effects: Vec<Valued<'_>> = self.effects.iter().filter_map(valued).collect();
-        contribution(scene, &effects)
+        contribution(scene, &self.valued(scene))
+    }
+
+    /// The part of one of them, or of one of its terms, so that the parts are the whole: what moves the reading in time
+    /// does so to what the others load the sensor with.
+    pub(crate) fn part(&self, scene: &Scene, one: &Fitted) -> Column {
+        match one.valued(scene) {
+            Some(late) if late.0.is_late() => added(scene, &self.loads(scene), late),
+            Some(load) => contribution(scene, &[load]),
+            None => Column::default(),
+        }
     }
 }
 
@@ -172,9 +181,10 @@ pub(super) fn fitted_to(
             }
         }
     }
-    let solution = shaped
-        .solution()
-        .unwrap_or_else(|| hypothesis.solution.clone());
+    let solution = shaped.solution().unwrap_or_else(|| Solution {
+        gain: 0.0,
+        ..hypothesis.solution.clone()
+    });
     let linear = |part: &Part| library.variants[part.variant].effect.is_linear();
     let solution = if parts.iter().all(linear) {
         solution

@@ -1,9 +1,10 @@
 //! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
 
-use super::prepared_log::Joint;
+use super::prepared_log::{Joint, PreparedLog};
+use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{LoadEffect, Sign};
+use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, added, contribution};
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {
@@ -59,10 +60,13 @@ impl Library {
         let mut store = Store::default();
         let mut variants = Vec::new();
         for ((effect, shapes), columns) in wanted.into_iter().zip(built) {
-            let Some(columns) = columns else { continue };
-            if columns.iter().all(Column::is_zero) {
-                continue;
-            }
+            let acts = || joint.logs.iter().any(|log| effect.acts(&log.scene));
+            let columns = match columns {
+                Some(columns) => columns,
+                // Nothing loads the sensor that is known yet: see `around`.
+                None if effect.is_late() && acts() => vec![Column::default()],
+                None => continue,
+            };
             let signs = match effect.coefficients.as_slice() {
                 [] => vec![Sign::One; columns.len()],
                 some => some.iter().map(|c| c.sign).collect(),
@@ -87,6 +91,64 @@ impl Library {
         }
     }
 
+    /// The same with what moves the reading in time acting on what was found, too: from a reading without what
+    /// loads it, such an effect cannot be seen. None where nothing does, where what was found is little beside what was
+    /// known, or where what is measured hardly changes: of a constant command nobody knows when it was given.
+    pub(crate) fn around(self, joint: &Joint, found: &Tested) -> Option<Self> {
+        /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
+        /// gain is wrong by as much.
+        const LITTLE: f64 = 0.1;
+        let late = |variant: &Variant| variant.effect.is_late();
+        let of_logs: Vec<Vec<Valued<'static>>> = joint
+            .logs
+            .iter()
+            .map(|log| found.loads(&log.scene))
+            .collect();
+        let power = |of: &dyn Fn(&PreparedLog, &[Valued<'_>]) -> Column| -> f64 {
+            let logs = joint.logs.iter().zip(&of_logs);
+            logs.map(|(log, loads)| variation(&of(log, loads))).sum()
+        };
+        let more = power(&|log, loads| contribution(&log.scene, loads));
+        let known = power(&|log, _| log.scene.reading.clone());
+        let measured = power(&|log, _| {
+            let mut measured = log.residual.clone();
+            measured.add(&log.scene.reading.0);
+            measured
+        });
+        let varies = measured > LITTLE * more;
+        if !self.variants.iter().any(late) || more < LITTLE * known || !varies {
+            return None;
+        }
+        let column = |variant: &Variant| {
+            let valued = (variant.effect, variant.effect.values(&variant.shapes, &[]));
+            let logs = joint.logs.iter().zip(&of_logs);
+            let each: Vec<Column> = logs
+                .map(|(log, loads)| added(&log.scene, loads, valued.clone()))
+                .collect();
+            joint.problem.whitened(&each.iter().collect::<Vec<_>>())
+        };
+        let Self {
+            mut variants,
+            known,
+            mut columns,
+            ..
+        } = self;
+        for variant in variants.iter_mut().filter(|variant| late(variant)) {
+            variant.columns = vec![columns.len()];
+            columns.push(column(variant));
+        }
+        let products = joint.problem.all_products(&columns);
+        let (gram, right) = joint.problem.after_tolerances(&products);
+        Some(Self {
+            variants,
+            known,
+            columns,
+            products,
+            gram,
+            right,
+        })
+    }
+
     /// The same columns after fewer tolerances.
     pub(crate) fn anew(self, joint: &Joint) -> Self {
         let (all, open) = (joint.all_tolerances(), joint.open_tolerances());
@@ -99,6 +161,18 @@ impl Library {
             ..self
         }
     }
+}
+
+/// Sum of squares of what changes in a reading.
+fn variation(column: &Column) -> f64 {
+    let of = |series: &Vec<f64>| {
+        let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
+        series
+            .iter()
+            .map(|value| (value - mean).powi(2))
+            .sum::<f64>()
+    };
+    column.0.iter().map(of).sum()
 }
 
 /// Columns, each stored once: different effects share some.

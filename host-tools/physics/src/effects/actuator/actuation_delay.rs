@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
         "ft_latency",
         "clock_offset",
     ],
-    tell_apart: "a train of velocity steps of 10 mm/s: a delay keeps the edges sharp, a lag rounds them; \
+    tell_apart: "a train of velocity steps that stand out of the noise: a delay keeps the edges sharp, a lag rounds them; \
                  with small steps or slow motion the two cannot be told apart",
     law: Law::Actuator(Some(|p| Lateness {
         delay_s: p[0],

@@ -27,7 +27,7 @@ pub const EFFECT: Effect = Effect {
         "rate_limit",
         "ft_low_pass",
     ],
-    tell_apart: "a train of velocity steps of 10 mm/s, or a chirp of 1 to 60 Hz: after a step the distance to \
+    tell_apart: "a train of velocity steps that stand out of the noise, or a chirp of 1 to 60 Hz: after a step the distance to \
                  the command decays exponentially from the first instant on, behind a delay nothing happens at first",
     law: Law::Actuator(Some(|p| Lateness {
         delay_s: 0.0,

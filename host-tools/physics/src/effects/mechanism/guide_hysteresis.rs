@@ -10,8 +10,8 @@ pub const EFFECT: Effect = Effect {
     group: Group::Mechanism,
     naming: Naming::Shape,
     equation: "F = -force_n z, displacement_m dz/dx = 1 - |z| while z pushes against the motion, else 1 \
-               (Bouc-Wen with A = 1, beta = gamma = 1/2, n = 1)",
-    source: "Bouc 1967, Wen 1976 (J. Eng. Mech. 102); presliding of rolling guides",
+               (Bouc-Wen with A = 1, beta = gamma = 1/2, n = 1), or 1 - sgn(dx) z throughout (Dahl)",
+    source: "Bouc 1967, Wen 1976 (J. Eng. Mech. 102); Dahl 1968; presliding of rolling guides",
     signature: "force against position is a loop with rounded corners; its width does not depend on speed",
     typical: "presliding over 0.01 to 0.2 mm in a rolling guide; millimetres in hoses and rubber",
     parameters: &[
@@ -22,6 +22,13 @@ pub const EFFECT: Effect = Effect {
             .shape(&[2e-5, 5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.5e-3, 3e-3], 1e-3)
             .hidden(5e-4, 2e-3)
             .pictured(0.001),
+        Parameter::choice(
+            "unloads",
+            &[
+                "linearly down to 0 (Bouc-Wen)",
+                "the faster the more it holds (Dahl)",
+            ],
+        ),
     ],
     confused_with: &[
         "guide_coulomb",
@@ -42,7 +49,10 @@ fn force(p: &[f64], slide: &Slide) -> f64 {
 }
 
 fn reversal(p: &[f64]) -> Option<Reversal> {
-    Some(Reversal::BoucWen(p[1]))
+    Some(match p[2] > 0.5 {
+        true => Reversal::OverDistance(p[1]),
+        false => Reversal::BoucWen(p[1]),
+    })
 }
 
 #[cfg(test)]
@@ -51,11 +61,13 @@ mod tests {
 
     #[test]
     fn it_lags_behind_the_motion_by_its_length() {
-        assert_eq!(reversal(&[5.0, 0.002]), Some(Reversal::BoucWen(0.002)));
+        let of = |unloads| reversal(&[5.0, 0.002, unloads]);
+        assert_eq!(of(0.0), Some(Reversal::BoucWen(0.002)));
+        assert_eq!(of(1.0), Some(Reversal::OverDistance(0.002)));
         let half = Slide {
             direction: 0.5,
             ..Slide::at_velocity(-0.1)
         };
-        assert_eq!(force(&[5.0, 0.002], &half), -2.5);
+        assert_eq!(force(&[5.0, 0.002, 0.0], &half), -2.5);
     }
 }

@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
         "manipulator_resistance",
         "contact_damping",
     ],
-    tell_apart: "jogs at several speeds, far from the walls: the force grows in proportion to speed and there is \
+    tell_apart: "jogs at several speeds, out of contact: the force grows in proportion to speed and there is \
                  none without speed; contact damping acts at the wall only",
     law: Law::Guide(Guide {
         force,

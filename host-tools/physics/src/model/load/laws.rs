@@ -141,9 +141,9 @@ pub(super) fn part(
         }
         Law::Actuator(Some(law)) => {
             let late = law(p);
-            changed(scene, reading, |n, _| {
-                Wrench::of(&scene.anticipated(reading, n, &late))
-            })
+            let anticipated = |series: &Vec<f64>| late.anticipated(series, scene.cycle_s);
+            let anticipated = Column(reading.0.each_ref().map(anticipated));
+            changed(scene, reading, |n, _| Wrench::of(&anticipated.row(n)))
         }
         Law::Formula(law) => formula(scene, law, p)?,
         Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,

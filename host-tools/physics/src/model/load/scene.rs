@@ -1,7 +1,6 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
 use super::{Docked, LoadModel, tip_motion};
-use crate::effects::Lateness;
 use crate::model::Model;
 use nalgebra::{Matrix3, Vector3};
 use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
@@ -335,21 +334,6 @@ impl Scene {
     pub fn known(&self) -> Column {
         Column::of(self.len(), |n| {
             std::array::from_fn(|axis| self.reading.at(axis, n) - self.nominal.at(axis, n))
-        })
-    }
-
-    /// What has to be commanded in a cycle so that a reading comes, late as it is: the reading of
-    /// a delay later, and the time constant of a lag times its slope.
-    pub fn anticipated(&self, reading: &Column, n: usize, late: &Lateness) -> [f64; 6] {
-        let last = self.len().saturating_sub(1);
-        let at = (n as f64 + late.delay_s / self.cycle_s).clamp(0.0, last as f64);
-        let (low, share) = (at.floor() as usize, at.fract());
-        let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
-        let span_s = (after - before).max(1) as f64 * self.cycle_s;
-        std::array::from_fn(|axis| {
-            let value = |k: usize| reading.at(axis, k.min(last));
-            let slope = (value(after) - value(before)) / span_s;
-            value(low) + share * (value(low + 1) - value(low)) + late.lag_s * slope
         })
     }
 

@@ -162,7 +162,7 @@ impl Regression {
         for effect in earlier.iter().chain(&tested.effects) {
             let from = columns.len();
             let each = effect.terms(model).into_iter();
-            columns.extend(each.map(|term| whole(&joint.parts(Some(&tested.with_only(term))))));
+            columns.extend(each.map(|term| joint.white_part_of(tested, &term)));
             effects.push(from..columns.len());
         }
         let first = columns.len();
