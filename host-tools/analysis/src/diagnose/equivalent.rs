@@ -1,12 +1,46 @@
-//! Effects that are others in other words: no log can tell them apart.
+//! Effects that are others in other words: no log can tell them apart, or not this one.
 
 use super::finding::{Equivalent, Estimate, Parameters};
 use super::named::{INTERVAL_95, Named};
 
-/// The effect of the catalogue that is the same as some of the named ones together.
+/// The effect of the catalogue that is the same as some of the named ones.
 pub(super) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
     let find = |id: &str| named.clone().find(|n| n.effect.id == id);
-    let (coulomb, offset) = (find("guide_coulomb")?, find("guide_offset")?);
+    let by_direction = || friction_by_direction(find("guide_coulomb")?, find("guide_offset")?);
+    let weight = || match find("bearing_gravity") {
+        None => weight(find("cable_stiffness")?),
+        Some(_) => None,
+    };
+    by_direction().or_else(weight)
+}
+
+/// A spring about a bearing that may bend as the sine of a weight does: k sin q = k q − k/6 q³ + ..
+fn weight(spring: &Named) -> Option<Equivalent> {
+    let stiffness = spring.estimates.get("stiffness_n_m_per_rad")?;
+    let hardening = spring.estimates.get("hardening_n_m_per_rad3")?;
+    if !(hardening.low..=hardening.high).contains(&(-stiffness.value / 6.0)) {
+        return None;
+    }
+    let sentence = format!(
+        "cable_stiffness may as well be the weight of a link (bearing_gravity, {:.3} N·m per rad about its lowest point): \
+         its interval of the hardening holds the bend of a sine. Larger swings tell one from the other, and who knows \
+         the joint.",
+        stiffness.value
+    );
+    let sine = Estimate {
+        unit: "N·m".to_owned(),
+        ..stiffness.clone()
+    };
+    let parameters = [("sine_n_m".to_owned(), sine)];
+    Some(Equivalent {
+        of: vec![spring.effect.id.clone()],
+        parameters: Parameters::from([("bearing_gravity".to_owned(), parameters.into())]),
+        sentence,
+    })
+}
+
+/// Dry friction with a constant force beside it.
+fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> {
     let acts_at = |named: &Named| named.effect.parameters.get("acts_at").copied();
     if acts_at(coulomb) != acts_at(offset) {
         return None;
@@ -57,6 +91,21 @@ mod tests {
         Named::new(id, Vec::new())
             .with("force_n", (force_n, 0.1), "N")
             .choosing("acts_at", acts_at)
+    }
+
+    #[test]
+    fn a_spring_that_may_bend_as_a_sine_is_perhaps_a_weight() {
+        let spring = |hardening: f64, sigma: f64| {
+            Named::new("cable_stiffness", Vec::new())
+                .with("stiffness_n_m_per_rad", (6.0, 0.1), "N·m/rad")
+                .with("hardening_n_m_per_rad3", (hardening, sigma), "N·m/rad^3")
+        };
+        let said = of([&spring(0.5, 1.0)].into_iter());
+        let said = said.expect("a sine bends by -1 N·m/rad^3");
+        assert_eq!(said.parameters["bearing_gravity"]["sine_n_m"].value, 6.0);
+        assert_eq!(of([&spring(0.5, 0.1)].into_iter()), None);
+        let gravity = Named::new("bearing_gravity", Vec::new());
+        assert_eq!(of([&spring(0.5, 1.0), &gravity].into_iter()), None);
     }
 
     #[test]

@@ -111,7 +111,7 @@ pub(crate) fn conclude(
             .map(|(n, _)| {
                 (
                     n.effect.id.clone(),
-                    evidence::probability(n.support.against),
+                    evidence::probability(n.support.against, remainder.share > 0.0),
                 )
             })
             .collect(),

@@ -47,8 +47,14 @@ impl Library {
         use rayon::prelude::*;
         let model = joint.logs.first().map(|log| &log.scene.model);
         let all = model.into_iter().flat_map(LoadEffect::all);
+        // What is commanded went through no sensor: a constant is the guide's offset there.
+        let driven = model.is_some_and(|model| model.sensor.wrench.drives());
+        let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
+            true => false,
+            false => !excluded(effect.id),
+        };
         let wanted: Vec<(&LoadEffect, Vec<f64>)> = all
-            .filter(|effect| !excluded(effect.id))
+            .filter(is_tried)
             .flat_map(|effect| combinations(effect).into_iter().map(move |s| (effect, s)))
             .collect();
         let built: Vec<Option<Vec<Column>>> = wanted

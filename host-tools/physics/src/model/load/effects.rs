@@ -162,12 +162,17 @@ impl LoadEffect {
 
     /// Whether what it does depends on what else there is: it acts on what loads the sensor.
     pub fn acts_on_load(&self) -> bool {
-        self.acts_on_reading() && !matches!(self.effect.law, Law::Zero(_))
+        self.acts_on_reading() && !self.is_of_a_zero()
     }
 
     /// Whether it moves all that loads the sensor in time.
     pub fn is_late(&self) -> bool {
         matches!(self.effect.law, Law::Late(_) | Law::Actuator(Some(_)))
+    }
+
+    /// Whether it is the zero of a sensor.
+    pub fn is_of_a_zero(&self) -> bool {
+        matches!(self.effect.law, Law::Zero(_))
     }
 
     /// Whether the log has what it acts on.
