@@ -365,6 +365,66 @@ fn rows_that_are_not_selected_may_hold_anything() {
     assert!(error.contains("line 152: expected 3 cells"), "{error}");
 }
 
+/// A cylinder: force is the difference of two pressures on areas of their own, stamps are dates, and both logs are of
+/// one table.
+#[test]
+fn one_table_has_dates_two_pressures_and_both_logs() {
+    let mapping = |rows: &str| {
+        format!(
+            "[files]\ntrain = \"log.csv\"\n[time]\ncolumn = {{ column = \"t\", unit = \"date\" }}\n\
+             [position]\nx = {{ column = \"x\", unit = \"mm\" }}\n[executed_velocity]\nderive = true\n\
+             [wrench]\nfx = {{ column = \"a\", unit = \"bar\", scale = 2e-3, \
+             minus = {{ column = \"b\", unit = \"bar\", scale = 1e-3 }} }}\n{rows}"
+        )
+    };
+    let log = || {
+        let stamp = |n: f64| {
+            let (minute, second) = (59 + (n as u32) / 6000, 0.01 * (n % 6000.0));
+            let (hour, minute) = (23, minute);
+            match minute < 60 {
+                true => format!("2026-03-01 {hour}:{minute:02}:{second:06.3}"),
+                false => format!("2026-03-02 00:{:02}:{second:06.3}", minute - 60),
+            }
+        };
+        let row = |n: f64| format!("{},{},{},{}", stamp(n), (0.01 * n).sin(), 3.0, 1.0 + n);
+        vec![("log.csv", table("t,x,a,b", 8000, row))]
+    };
+    let rows = "[rows.train]\nto_s = 50.0\n[rows.test]\nfrom_s = 55\nto_s = 70\n";
+    let logs = imported("mapping_dates", &mapping(rows), &log()).unwrap();
+    let test = logs.test.unwrap();
+    let lengths = (logs.train.cycles.len(), test.cycles.len());
+    assert_eq!(lengths, (5001, 1501));
+    let CycleRecord { trace, inputs, .. } = &test.cycles[1000];
+    assert!((trace.time_s - 65.0).abs() < 1e-9, "{}", trace.time_s);
+    let force = 1e5 * (2e-3 * 3.0 - 1e-3 * 6501.0);
+    assert!((inputs.sensor.wrench[0] - force).abs() < 1e-6);
+
+    let refused = |rows: &str, files: Vec<(&str, String)>| {
+        let result = imported("mapping_dates_wrong", &mapping(rows), &files);
+        result.map(|_| ()).unwrap_err()
+    };
+    let said = refused("[rows.train]\nto_s = 60\n[rows.test]\nfrom_s = 55\n", log());
+    assert!(said.contains("55.000 s to 60.000 s in common"), "{said}");
+    let said = refused(
+        "[rows.test]\nfrom_s = 55\n[split]\ntrain_share = 0.5\n",
+        log(),
+    );
+    assert!(said.contains("[split] and [rows.test]"), "{said}");
+    let mut wrong = log();
+    wrong[0].1 = wrong[0]
+        .1
+        .replacen("2026-03-01 23:59:00.020", "yesterday", 1);
+    let said = refused("", wrong);
+    assert!(
+        said.contains("line 4") && said.contains("`yesterday`"),
+        "{said}"
+    );
+    let plain = mapping("").replace(", unit = \"date\"", "");
+    let said = imported("mapping_dates_plain", &plain, &log()).map(|_| ());
+    let said = said.unwrap_err();
+    assert!(said.contains("unit = \"date\""), "{said}");
+}
+
 #[test]
 fn incomplete_rows_are_refused_or_left_out() {
     let (pos, fx) = ("\n0.5,50,50\n", "\n0.8,80,80\n");

@@ -1,5 +1,6 @@
 //! A delimited text file as a table of cells, whose errors name file, line and column.
 
+use chrono::{DateTime, NaiveDateTime, NaiveTime, Timelike};
 use serde::Deserialize;
 use softdock_io::input::nearest;
 use std::borrow::Cow;
@@ -117,6 +118,21 @@ pub enum TableError {
         received: String,
         /// What to do.
         hint: &'static str,
+    },
+    /// A cell that is no date.
+    #[error(
+        "{file}, line {line}, column {column}: expected a date as `2026-03-01 14:05:09.25`, or a time of day, received \
+         `{received}`"
+    )]
+    NotADate {
+        /// File.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Name or number of the column.
+        column: String,
+        /// What stands there.
+        received: String,
     },
     /// A row that is not valid CSV.
     #[error("{file}: {why}")]
@@ -346,6 +362,29 @@ impl Table {
         self.rows.iter().map(number).collect()
     }
 
+    /// Seconds since the first of a column of dates with their times, or of times of one day; those without a zone are
+    /// of one zone.
+    ///
+    /// # Errors
+    ///
+    /// The first cell that holds no date.
+    pub fn dates(&self, place: usize) -> Result<Vec<f64>, TableError> {
+        let date = |row: &csv::StringRecord| {
+            date_ns(cell(row, place)).ok_or_else(|| TableError::NotADate {
+                file: self.file.clone(),
+                line: line(row),
+                column: self.column(place),
+                received: cell(row, place).to_owned(),
+            })
+        };
+        let all: Vec<i64> = self.rows.iter().map(date).collect::<Result<_, _>>()?;
+        let first = all.first().copied().unwrap_or(0);
+        Ok(all
+            .into_iter()
+            .map(|ns| (ns - first) as f64 / 1e9)
+            .collect())
+    }
+
     fn number(&self, row: &csv::StringRecord, place: usize) -> Result<f64, TableError> {
         let cell = cell(row, place);
         let parsed = if self.decimal_comma && cell.contains(',') {
@@ -415,7 +454,32 @@ fn line(row: &csv::StringRecord) -> u64 {
     row.position().map_or(0, csv::Position::line)
 }
 
+/// Nanoseconds of a date with its time, or of a time of day, from an instant that is the same for all of its form.
+fn date_ns(cell: &str) -> Option<i64> {
+    const DATES: [&str; 4] = [
+        "%Y-%m-%dT%H:%M:%S%.f",
+        "%Y-%m-%d %H:%M:%S%.f",
+        "%Y/%m/%d %H:%M:%S%.f",
+        "%d.%m.%Y %H:%M:%S%.f",
+    ];
+    if let Ok(zoned) = DateTime::parse_from_rfc3339(cell) {
+        return zoned.timestamp_nanos_opt();
+    }
+    let dates = DATES.iter();
+    let date = dates
+        .filter_map(|form| NaiveDateTime::parse_from_str(cell, form).ok())
+        .next();
+    if let Some(date) = date {
+        return date.and_utc().timestamp_nanos_opt();
+    }
+    let time = NaiveTime::parse_from_str(cell, "%H:%M:%S%.f").ok()?;
+    Some(1_000_000_000 * i64::from(time.num_seconds_from_midnight()) + i64::from(time.nanosecond()))
+}
+
 fn hint(cell: &str, is_number: bool, decimal_comma: bool) -> &'static str {
+    if date_ns(cell).is_some() {
+        return "if this is the time of the row, say `unit = \"date\"` in [time] column";
+    }
     if cell.is_empty() || is_number {
         "leave the row out (a mapping does with `incomplete = \"leave_out\"` in [rows]), or repair it: a gap that is \
          filled in silently looks like an effect"

@@ -2,7 +2,7 @@
 
 use super::column::{Column, Quantity};
 use super::file::{
-    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Rows, TWIST_KEYS, WRENCH_KEYS,
+    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Span, TWIST_KEYS, WRENCH_KEYS,
 };
 use super::source::Source;
 use anyhow::{Context, bail, ensure};
@@ -44,7 +44,7 @@ const fn quantities(linear: Quantity, angular: Quantity) -> [Quantity; 6] {
 }
 
 impl Channels {
-    /// Reads what the mapping names.
+    /// Reads what the mapping names, in some rows.
     ///
     /// # Errors
     ///
@@ -52,11 +52,12 @@ impl Channels {
     /// time at all.
     pub(super) fn read(
         mapping: &Mapping,
+        rows: Span,
         mut source: Source,
         warnings: &mut Vec<String>,
     ) -> anyhow::Result<Self> {
         let s = &mut source;
-        let time_s = select(mapping, s)?;
+        let time_s = select(mapping, rows, s)?;
         let twist =
             |s: &mut Source, section: &str, columns| group(s, section, columns, TWIST_KEYS, TWIST);
         let model_velocity = twist(s, "model_velocity", mapping.model_velocity.columns())?;
@@ -203,14 +204,13 @@ fn group<const N: usize>(
 
 /// Leaves the rows of the mapping's range in the source before anything but their time is read: what
 /// is wrong in the others does not matter.
-fn select(mapping: &Mapping, source: &mut Source) -> anyhow::Result<Vec<f64>> {
-    let Rows {
+fn select(mapping: &Mapping, span: Span, source: &mut Source) -> anyhow::Result<Vec<f64>> {
+    let Span {
         first,
         last,
         from_s,
         to_s,
-        incomplete: _,
-    } = mapping.rows;
+    } = span;
     let rows = source.rows();
     source.keep(|n| first.is_none_or(|first| n + 1 >= first) && last.is_none_or(|last| n < last));
     let times = times(mapping, source)?;

@@ -48,6 +48,7 @@ const UNITS: &[(&str, Option<Quantity>, f64)] = &[
     ("ms", Some(Quantity::Time), 1e-3),
     ("us", Some(Quantity::Time), 1e-6),
     ("ns", Some(Quantity::Time), 1e-9),
+    (DATE, Some(Quantity::Time), 1.0),
     ("m", Some(Quantity::Length), 1.0),
     ("cm", Some(Quantity::Length), 1e-2),
     ("mm", Some(Quantity::Length), 1e-3),
@@ -76,6 +77,9 @@ const UNITS: &[(&str, Option<Quantity>, f64)] = &[
     ("bar", None, 1e5),
     ("counts", None, 1.0),
 ];
+
+/// Cells hold a date with its time, or a time of day: seconds since the first of them.
+const DATE: &str = "date";
 
 /// A unit of [`UNITS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +117,7 @@ pub(super) enum ColumnName {
     Number(usize),
 }
 
-/// A column and how its numbers become SI: `SI of (scale × number + offset) units`.
+/// A column and how its numbers become SI: `SI of (scale × number + offset) units`, less those of another.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
     /// Which one.
@@ -121,6 +125,8 @@ pub(super) struct Column {
     unit: Option<Unit>,
     scale: Option<f64>,
     offset: f64,
+    /// What is taken off, in SI.
+    pub(super) minus: Option<Box<Column>>,
 }
 
 /// The long form, `{ column = "qm", unit = "mm", scale = -1.0 }`.
@@ -132,9 +138,15 @@ struct Written {
     scale: Option<f64>,
     #[serde(default)]
     offset: f64,
+    minus: Option<Column>,
 }
 
 impl Column {
+    /// Whether its cells hold dates.
+    pub(super) fn is_date(&self) -> bool {
+        self.unit.is_some_and(|unit| unit.name == DATE)
+    }
+
     /// Whether the mapping says in which unit its numbers are.
     pub(super) fn says_unit(&self) -> bool {
         self.unit.is_some()
@@ -215,7 +227,7 @@ impl<'de> Visitor<'de> for ColumnVisitor {
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(
-            "a column: \"name\", a number from 1, or { column = .., unit = .., scale = .. }",
+            "a column: \"name\", a number from 1, or { column = .., unit = .., scale = .., offset = .., minus = .. }",
         )
     }
 
@@ -234,6 +246,7 @@ impl<'de> Visitor<'de> for ColumnVisitor {
             unit: written.unit,
             scale: written.scale,
             offset: written.offset,
+            minus: written.minus.map(Box::new),
         })
     }
 }
@@ -245,6 +258,7 @@ impl From<ColumnName> for Column {
             unit: None,
             scale: None,
             offset: 0.0,
+            minus: None,
         }
     }
 }

@@ -224,6 +224,22 @@ pub(super) enum Frame {
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Rows {
+    first: Option<usize>,
+    last: Option<usize>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    /// What becomes of rows with a cell that holds no number.
+    pub(super) incomplete: Incomplete,
+    /// Those of the log to fit on, in place of what stands above.
+    pub(super) train: Option<Span>,
+    /// Those of the log to test on; without a file of its own, of the same file.
+    pub(super) test: Option<Span>,
+}
+
+/// A range of rows.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Span {
     /// First row, from 1, without the header.
     pub(super) first: Option<usize>,
     /// Last row.
@@ -232,8 +248,31 @@ pub(super) struct Rows {
     pub(super) from_s: Option<f64>,
     /// Latest time, s.
     pub(super) to_s: Option<f64>,
-    /// What becomes of rows with a cell that holds no number.
-    pub(super) incomplete: Incomplete,
+}
+
+/// One of two logs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// To fit on.
+    Train,
+    /// To test on.
+    Test,
+}
+
+impl Rows {
+    /// Those of one log.
+    pub(super) fn of(&self, part: Part) -> Span {
+        let own = match part {
+            Part::Train => self.train,
+            Part::Test => self.test,
+        };
+        own.unwrap_or(Span {
+            first: self.first,
+            last: self.last,
+            from_s: self.from_s,
+            to_s: self.to_s,
+        })
+    }
 }
 
 /// What becomes of rows with a cell that is empty, not finite or `NA`, in a column that is mapped.

@@ -19,7 +19,8 @@
 //! train_share = 0.7                 # the rest is test data
 //! ```
 //!
-//! A column is a name or a number from 1; its value is `scale × number + offset` in its unit.
+//! A column is a name or a number from 1; its value is `scale × number + offset` in its unit, less that of another
+//! column (`minus`) if there is one.
 
 mod channels;
 mod column;
@@ -32,7 +33,7 @@ mod stamps;
 use super::checks::{self, Context as CheckContext};
 use anyhow::{Context, bail, ensure};
 use channels::Channels;
-use file::{Mapping, Split};
+use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
@@ -100,12 +101,21 @@ pub fn import_at_least(
         derived: Vec::new(),
         warnings: Vec::new(),
     };
-    let (train_name, cycles) = importer.cycles(&train)?;
+    let (train_name, cycles) = importer.cycles(&train, Part::Train)?;
+    let own_rows = mapping.rows.test.is_some();
     let (train, test) = match (&mapping.split, test.is_empty()) {
+        (None, true) if own_rows => {
+            let (name, test) = importer.cycles(&train, Part::Test)?;
+            ensure_apart(&cycles, &test)?;
+            (cycles, Some((name, test)))
+        }
         (None, true) => (cycles, None),
         (None, false) => {
-            let (name, test) = importer.cycles(&test)?;
+            let (name, test) = importer.cycles(&test, Part::Test)?;
             (cycles, Some((name, test)))
+        }
+        (Some(_), true) if own_rows => {
+            bail!("the mapping has both [split] and [rows.test]; one is enough")
         }
         (Some(split), true) => {
             let (train, test) = importer.split(cycles, *split)?;
@@ -138,6 +148,22 @@ pub fn import_at_least(
         test,
         warnings,
     })
+}
+
+/// Checks that two parts of one table have no time in common.
+fn ensure_apart(train: &[CycleRecord], test: &[CycleRecord]) -> anyhow::Result<()> {
+    let span = |cycles: &[CycleRecord]| {
+        let time = |cycle: Option<&CycleRecord>| cycle.map_or(f64::NAN, |c| c.trace.time_s);
+        (time(cycles.first()), time(cycles.last()))
+    };
+    let ((a, b), (c, d)) = (span(train), span(test));
+    let (from, to) = (a.max(c), b.min(d));
+    ensure!(
+        from > to,
+        "[rows]: training and test data of one table have {from:.3} s to {to:.3} s in common; expected rows of their \
+         own for each, in [rows.train] and [rows.test]"
+    );
+    Ok(())
 }
 
 /// Folder, training files, test files.
@@ -174,13 +200,18 @@ struct Importer<'a> {
 
 impl Importer<'_> {
     /// Name and cycles of tables that stand side by side.
-    fn cycles(&mut self, files: &[String]) -> anyhow::Result<(String, Vec<CycleRecord>)> {
+    fn cycles(
+        &mut self,
+        files: &[String],
+        part: Part,
+    ) -> anyhow::Result<(String, Vec<CycleRecord>)> {
         let mapping = self.mapping;
         let source = Source::read(self.folder, files, mapping)?;
         let name = source.name();
         let at_rest = self.at_rest();
         let shaped = || -> anyhow::Result<Vec<CycleRecord>> {
-            let mut channels = Channels::read(mapping, source, &mut self.warnings)?;
+            let rows = mapping.rows.of(part);
+            let mut channels = Channels::read(mapping, rows, source, &mut self.warnings)?;
             if !at_rest {
                 stamps::regular(&mut channels, &mapping.time, &name, &mut self.warnings)?;
             }

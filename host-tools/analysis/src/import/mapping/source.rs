@@ -128,6 +128,7 @@ impl Source {
     ) -> anyhow::Result<Vec<f64>> {
         let (scale, offset) = column.to_si(quantity, place)?;
         let mut numbers = match self.find(&column.column, place)? {
+            Some((table, index)) if column.is_date() => self.tables[table].dates(index)?,
             Some((table, index)) => match self.incomplete {
                 Incomplete::Refuse => self.tables[table].numbers(index)?,
                 Incomplete::LeaveOut => self.tables[table].numbers_or_nan(index)?,
@@ -136,6 +137,11 @@ impl Source {
         };
         for value in &mut numbers {
             *value = scale * *value + offset;
+        }
+        if let Some(other) = &column.minus {
+            let taken = self.numbers(other, quantity, &format!("{place} minus"))?;
+            let both = numbers.iter_mut().zip(taken);
+            both.for_each(|(value, taken)| *value -= taken);
         }
         Ok(numbers)
     }
