@@ -203,25 +203,52 @@ impl WrenchFinding {
         left.structured().map(|(_, axis, _)| *axis).collect()
     }
 
+    /// Evidence less all of χ² that is left: what compares searches, which may have strained different tolerances.
+    fn score(&self) -> f64 {
+        let accepted = self.found.accepted.as_ref();
+        let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
+        evidence - gain - self.prepared.left(gain)
+    }
+
+    /// What errors of the form of what is accepted may be.
+    fn form(&self) -> f64 {
+        let accepted = self.found.accepted.as_ref();
+        self.prepared.threshold(accepted.map_or(0.0, |t| t.gain))
+    }
+
     /// What a search with curves that fit many mechanisms found, if such a curve leaves less than what is accepted, its
-    /// price counted; `in_place_of_late`: if it does not leave more. By what each gains they cannot be compared: they may have
-    /// strained different tolerances.
+    /// price counted; `in_place_of_late`: if it does not leave more.
     pub(super) fn better_curve(
         &self,
         other: Option<Self>,
         in_place_of_late: bool,
     ) -> Option<wrench::Tested> {
-        let score = |finding: &Self| {
-            let accepted = finding.found.accepted.as_ref();
-            let (evidence, gain) = accepted.map_or((0.0, 0.0), |t| (t.evidence, t.gain));
-            (evidence - gain - finding.prepared.left(gain), gain)
+        let form = if in_place_of_late {
+            -self.form()
+        } else {
+            self.form()
         };
-        let (own, gain) = score(self);
-        let form = self.prepared.threshold(gain);
-        let needed = own + if in_place_of_late { -form } else { form };
-        let other = other.filter(|other| score(other).0 > needed);
+        let other = other.filter(|other| other.score() > self.score() + form);
         let other = other.and_then(|other| other.found.accepted);
         other.filter(|t| t.effects.iter().any(|e| is_shape(e.id)))
+    }
+
+    /// Whether another search leaves as little, but for errors of form.
+    pub(super) fn is_as_good_as(&self, other: &Self) -> bool {
+        self.score() > other.score() - other.form()
+    }
+
+    /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
+    /// ended beside it.
+    pub(super) fn unsure(&self) -> Option<String> {
+        /// Evidence against it: odds of one to twenty.
+        const AGAINST: f64 = -6.0;
+        let model = &self.prepared.logs.first()?.scene.model;
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let mut each = accepted.zip(&self.found.support);
+        let unsure = each
+            .find(|(effect, support)| support.against < AGAINST || !effect.is_determined(model));
+        unsure.map(|(effect, _)| effect.id.to_owned())
     }
 
     /// Accepted effects that move the reading in time.

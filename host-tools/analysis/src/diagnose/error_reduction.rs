@@ -116,9 +116,16 @@ impl Known<'_> {
         Ok(totals)
     }
 
-    /// Takes effects away with which the error is larger, one at a time.
+    /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
+    /// which may cancel each other.
     fn refuse(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<(String, f64, f64)>> {
         let mut refused = Vec::new();
+        let (none, all) = (self.levels(&[])?, self.levels(effects)?);
+        if all.test > RISES * none.test {
+            let gone = std::mem::take(effects).into_iter();
+            let gone = gone.map(|k| (self.all[k].effect.id.clone(), none.test, all.test));
+            return Ok(gone.collect());
+        }
         loop {
             let with = self.levels(effects)?;
             let mut worst: Option<(usize, Error)> = None;

@@ -220,6 +220,18 @@ fn wrench_rounds(
     if !finding.found.disagreeing.is_empty() {
         return Some(finding);
     }
+    while question.only.is_none() {
+        let Some(gone) = finding.unsure() else {
+            break;
+        };
+        let ids = finding.ids_without(std::slice::from_ref(&gone));
+        let fewer = among(&ids, model, question, search);
+        let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
+        match fewer {
+            Some(fewer) => finding = fewer,
+            None => break,
+        }
+    }
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
     if question.only.is_none() && leaves_structure {
