@@ -26,6 +26,8 @@ pub(super) struct ErrorReduction {
     pub steps: Vec<Step>,
     /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
     pub refused: Vec<(String, f64, f64)>,
+    /// Effects that are not named, as the intervals of all their amounts hold 0.
+    pub undetermined: Vec<String>,
 }
 
 impl ErrorReduction {
@@ -44,7 +46,11 @@ impl ErrorReduction {
             all: &all,
             predictions: HashMap::new(),
         };
-        let mut everything: Vec<usize> = (0..all.len()).collect();
+        let determined = |k: &usize| asked || all[*k].is_determined(model);
+        let (mut everything, vague): (Vec<usize>, Vec<usize>) =
+            (0..all.len()).partition(determined);
+        let vague = vague.into_iter().map(|k| all[k].effect.id.clone());
+        let undetermined: Vec<String> = vague.collect();
         let refused = match asked {
             true => Vec::new(),
             false => known.refuse(&mut everything)?,
@@ -81,6 +87,7 @@ impl ErrorReduction {
             named,
             steps,
             refused,
+            undetermined,
         };
         Ok((reduction, predictions))
     }

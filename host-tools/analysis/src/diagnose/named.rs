@@ -6,6 +6,7 @@ use super::evidence::Support;
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use softdock_physics::effects::by_id;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, EffectModel, Model};
 use softdock_report::number;
@@ -36,6 +37,16 @@ impl Named {
             estimates: BTreeMap::new(),
             support: Support::alone(f64::INFINITY),
         }
+    }
+
+    /// Whether the interval of any of its amounts leaves out 0. An effect without amounts, such as a delay, has other
+    /// judges, and so has one with a shape to which they are tied: of a slow drift only the slope is known.
+    pub(super) fn is_determined(&self, model: &Model) -> bool {
+        let effect = LoadEffect::find(model, &self.effect.id);
+        let effect = effect.filter(|effect| effect.shapes.iter().all(|shape| shape.choice));
+        let amounts = effect.iter().flat_map(|effect| &effect.coefficients);
+        let amounts: Vec<&Estimate> = amounts.filter_map(|c| self.estimates.get(c.name)).collect();
+        amounts.is_empty() || amounts.iter().any(|e| e.low * e.high > 0.0)
     }
 
     fn with_support(self, support: Support) -> Self {

@@ -82,6 +82,12 @@ pub(crate) fn conclude(
     let remainder = remainder(stages, &left);
     let mut notes = notes(stages, &remainder, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
+    notes.extend(
+        reduction
+            .undetermined
+            .iter()
+            .map(|id| format!("{id} is not named: the 95 % intervals of all its amounts hold 0.")),
+    );
     notes.extend(reduction.refused.iter().map(|(id, without, with)| {
         format!(
             "{id} is not named: with it the error on unseen data goes from {without:.2} to {with:.2}; something of \
