@@ -1,6 +1,6 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
-use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::one_axis::OneAxis;
@@ -52,6 +52,18 @@ torque_n_m = 0.05
 angle_rad = 1e-7
 "#;
 
+fn diagnosed(model: &Model, train: &Recording, test: &Recording) -> Diagnosis {
+    let found = diagnose(model, &[train], &[test], &|_, _| {});
+    found.unwrap().diagnosis
+}
+
+/// Ids of what was named, by the alphabet.
+fn named(found: &Diagnosis) -> Vec<&str> {
+    let mut named: Vec<&str> = found.effects.iter().map(String::as_str).collect();
+    named.sort_unstable();
+    named
+}
+
 fn none(_: f64, _: f64) -> f64 {
     0.0
 }
@@ -67,8 +79,7 @@ fn gear(angle: f64, _: f64) -> f64 {
 fn a_joint_with_a_gear_is_named_with_a_remainder() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let (train, test) = (log(12.0, 0.0, 3, gear), log(8.0, 2.0, 4, gear));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
+    let found = diagnosed(&model, &train, &test);
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
     for (effect, parameter, truth) in [
         ("bearing_gravity", "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
@@ -96,18 +107,15 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
 fn gravity_inertia_and_friction_of_a_joint_are_named() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let (train, test) = (log(12.0, 0.0, 1, none), log(8.0, 2.0, 2, none));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
+    let found = diagnosed(&model, &train, &test);
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
-    let mut named = found.effects.clone();
-    named.sort();
     let expected = [
         "bearing_gravity",
         "bearing_inertia",
         "guide_coulomb",
         "guide_viscous",
     ];
-    assert_eq!(named, expected, "{}", found.sentence);
+    assert_eq!(named(&found), expected, "{}", found.sentence);
     for (effect, parameter, truth) in [
         ("bearing_gravity", "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
         (
@@ -150,10 +158,7 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     let model = Model::from_toml(&text, "model.toml").unwrap();
     let train = recorded(rig, 12.0, 0.0, 11, none);
     let test = recorded(rig, 8.0, 2.0, 12, none);
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
-    let mut named = found.effects.clone();
-    named.sort();
+    let found = diagnosed(&model, &train, &test);
     let expected = [
         "actuation_delay",
         "bearing_gravity",
@@ -161,7 +166,7 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
         "guide_coulomb",
         "guide_viscous",
     ];
-    assert_eq!(named, expected, "{}", found.sentence);
+    assert_eq!(named(&found), expected, "{}", found.sentence);
     for (effect, parameter, truth) in [
         ("actuation_delay", "extra_delay_s", LATE_S),
         ("bearing_inertia", "inertia_error_kg_m2", INERTIA),
@@ -192,8 +197,7 @@ pitch_rad = { unit = "rad", low = 0.05, high = 0.5 }
 "#;
     let model = Model::from_toml(&format!("{MODEL}{own}"), "model.toml").unwrap();
     let (train, test) = (log(12.0, 0.0, 3, gear), log(8.0, 2.0, 4, gear));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
+    let found = diagnosed(&model, &train, &test);
     let said = found.parameters.get("ripple");
     let said = said.unwrap_or_else(|| panic!("{}", found.sentence));
     // What acts on the joint resists the torque that is commanded.
@@ -235,8 +239,7 @@ fn the_friction_of_a_joint_builds_up_over_an_angle() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let train = log(12.0, 0.0, 5, builds_up(0.005));
     let test = log(8.0, 2.0, 6, builds_up(0.005));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
+    let found = diagnosed(&model, &train, &test);
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
     let friction = found.parameters.get("guide_coulomb");
     let friction = friction.unwrap_or_else(|| panic!("{} {:?}", found.sentence, found.parameters));
@@ -260,8 +263,7 @@ fn what_looks_like_a_hysteresis_is_said_to() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let train = log(12.0, 0.0, 7, builds_up(0.04));
     let test = log(8.0, 2.0, 8, builds_up(0.04));
-    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
-    let found = found.diagnosis;
+    let found = diagnosed(&model, &train, &test);
     let hysteresis = |id: &String| id == "guide_hysteresis";
     assert!(!found.effects.iter().any(hysteresis), "{}", found.sentence);
     // Late friction is no late command.

@@ -6,7 +6,7 @@
 use super::actuator::Search;
 use super::body::{self, BodyRegression, BodySearch};
 use super::clock::Jitter;
-use super::evidence::Support;
+use super::evidence::{Support, UNLIKELY};
 use super::finding::{NoiseFloor, Trial};
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
@@ -241,13 +241,11 @@ impl WrenchFinding {
     /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
     /// ended beside it.
     pub(super) fn unsure(&self) -> Option<String> {
-        /// Evidence against it: odds of one to twenty.
-        const AGAINST: f64 = -6.0;
         let model = &self.prepared.logs.first()?.scene.model;
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let mut each = accepted.zip(&self.found.support);
         let unsure = each
-            .find(|(effect, support)| support.against < AGAINST || !effect.is_determined(model));
+            .find(|(effect, support)| support.against < -UNLIKELY || !effect.is_determined(model));
         unsure.map(|(effect, _)| effect.id.to_owned())
     }
 

@@ -11,6 +11,7 @@
 //! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained beyond a constant may be the error of a law's form, not a further effect; beside a smooth remainder, which holds such errors, it is not asked |
 //! | [`RIGHT`] | 0.98 | `softdock bench diagnose --seed 41`: of 257 effects that were named in logs of one machine 253 were hidden, whatever their evidence |
 //! | [`RIGHT_BESIDE_REST`] | 0.87 | of 24 effects that were named on ten public logs of machines, each of which leaves structure, 21 are those of a careful fit by hand; counted by hand |
+//! | [`UNLIKELY`] | 6 | odds of twenty for another hypothesis, 2 ln 20: an effect that it does without goes, if as little is left without it; set by hand |
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
 //! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong |
 
@@ -26,6 +27,8 @@ pub(crate) const LAW: f64 = 0.001;
 const RIGHT: f64 = 0.98;
 /// The same where something is left that no law describes: what is named may stand for a part of it.
 const RIGHT_BESIDE_REST: f64 = 0.87;
+/// Evidence of a hypothesis without an effect over the best one with it, beyond which the effect is in doubt.
+pub(crate) const UNLIKELY: f64 = 6.0;
 /// Probability of what nominal parameters have to take, in tolerances, below which it is a finding of
 /// its own.
 const STRAINED: f64 = 6e-5;
