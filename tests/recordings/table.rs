@@ -3,7 +3,7 @@
 use super::sample::{Source, exact, file_of, read};
 use proptest::prelude::*;
 use softdock_app::record::CycleRecord;
-use softdock_control::modes::Mode;
+use softdock_control::modes::{Fault, FaultCode, Mode};
 use softdock_io::recording::{Header, Recording};
 use std::sync::LazyLock;
 
@@ -80,6 +80,17 @@ proptest! {
             prop_assert_eq!(&found.cycles[..], &WHOLE.cycles[..found.cycles.len()]);
         }
     }
+}
+
+/// A number that means something only beside one that changes.
+#[test]
+fn the_limit_of_changing_faults_comes_back() {
+    let mut recording = log(2, 3);
+    let fault = |code| Some(Fault::new(code, f64::NEG_INFINITY, 2.0));
+    recording.cycles[0].trace.fault = fault(FaultCode::SustainedClamp);
+    recording.cycles[1].trace.fault = fault(FaultCode::Overload);
+    let read = read(&file_of(&recording)).unwrap();
+    assert_eq!(exact(&read), exact(&recording));
 }
 
 #[test]

@@ -194,6 +194,20 @@ fn cycle_of(mut constants: Constants) -> anyhow::Result<CycleRecord> {
     Ok(row.cycle)
 }
 
+/// Constants that a cycle keeps only beside a number that changes: the limit of a fault has no place
+/// where there is no fault.
+fn lost_alone(
+    first: &CycleRecord,
+    changing: &BTreeSet<String>,
+) -> anyhow::Result<BTreeSet<String>> {
+    let constants = constants(first, changing);
+    let kept = all_columns().zip(cells(cycle_of(constants.clone())?));
+    Ok(kept
+        .filter(|(name, cell)| constants.get(name).is_some_and(|constant| constant != cell))
+        .map(|(name, _)| name)
+        .collect())
+}
+
 /// Columns of all topics.
 fn all_columns() -> impl Iterator<Item = String> {
     Topic::all(false).iter().flat_map(|topic| columns(*topic))
@@ -236,7 +250,8 @@ impl TableTopic {
         let first = cycles
             .first()
             .context("a recording without cycles has no columns")?;
-        let changing = changing(cycles);
+        let mut changing = changing(cycles);
+        changing.extend(lost_alone(first, &changing)?);
         let exact = |c: &CycleRecord| time_s(time_ns(c)).to_bits() == c.trace.time_s.to_bits();
         let time_is_exact = cycles.iter().all(exact);
         let layout = Layout::of(|column| match column {
