@@ -334,9 +334,16 @@ impl<'a> Shaped<'a> {
         self.multiply();
     }
 
+    /// Columns of all parts; none if one has nothing to act on in these rows.
+    fn columns(&self) -> Option<Vec<&Projected>> {
+        let each = self.white.iter().map(Option::as_ref);
+        let each: Vec<&Vec<Projected>> = each.collect::<Option<_>>()?;
+        Some(each.into_iter().flatten().collect())
+    }
+
     /// The next coefficients, from the slopes at these.
     fn stepped(&self, coefficients: &[f64], whole: &Projected) -> Option<Solution> {
-        let columns: Vec<&Projected> = self.white.iter().flatten().flatten().collect();
+        let columns = self.columns()?;
         let open: Vec<usize> = (0..columns.len())
             .filter(|place| self.signs[*place] != Sign::One)
             .collect();
@@ -369,7 +376,7 @@ impl<'a> Shaped<'a> {
         const STEP: f64 = 0.02;
         let mut columns: Vec<Projected> = Vec::new();
         let mut open = Vec::new();
-        for (place, column) in self.white.iter().flatten().flatten().enumerate() {
+        for (place, column) in self.columns()?.into_iter().enumerate() {
             if self.signs[place] != Sign::One {
                 columns.push(column.clone());
                 open.push(place);
