@@ -68,13 +68,16 @@ fn none(_: f64, _: f64) -> f64 {
     0.0
 }
 
+/// Of a gear, 1/rad.
+const TEETH: f64 = 13.0;
+
 /// A gear whose torque ripples with its angle.
 fn gear(angle: f64, _: f64) -> f64 {
-    (7.0 * angle).sin()
+    (TEETH * angle).sin()
 }
 
-/// What real joints leave: weight and friction keep their names, their intervals hold the truth, and it is
-/// said what the rest follows.
+/// What real joints leave: weight and friction keep their names and, but for what of the ripple looks like
+/// them, their sizes, and it is said what the rest follows.
 #[test]
 fn a_joint_with_a_gear_is_named_with_a_remainder() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
@@ -87,10 +90,8 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
     ] {
         let named = found.parameters.get(effect);
         let said = &named.unwrap_or_else(|| panic!("{effect}: {}", found.sentence))[parameter];
-        // The interval of the weight ends 4e-5 N·m short of the truth; why there is not understood.
-        let edge = 0.01 * (said.high - said.low);
         assert!(
-            (said.low - edge..said.high + edge).contains(&truth),
+            (said.value / truth - 1.0).abs() < 0.06,
             "{parameter}: {said:?}"
         );
         assert!(said.high - said.low < truth, "{parameter}: {said:?}");
@@ -101,6 +102,35 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
         remainder.follows.contains("follows the position"),
         "{remainder:?}"
     );
+}
+
+/// A cylinder that turns a joint by a lever: its seal's friction has another arm at each angle, and its pressures a constant
+/// difference. Under the price of white noise effects of other forms win, whose errors fit the lever; the effects and their
+/// sizes are those that were put in, and what is left is no constant.
+#[test]
+fn a_joint_behind_a_lever_keeps_weight_inertia_friction_and_offset() {
+    const OFFSET: f64 = 0.9;
+    let lever = |q: f64, v: f64| 0.35 * FRICTION.0 * (2.0 * q).cos() * v.signum() + OFFSET;
+    let model = Model::from_toml(&MODEL.replace("0.35", "0.0"), "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 13, lever), log(8.0, 2.0, 14, lever));
+    let found = diagnosed(&model, &train, &test);
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    for (effect, parameter, truth) in [
+        ("bearing_gravity", "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
+        ("bearing_inertia", "inertia_error_kg_m2", INERTIA),
+        ("guide_offset", "torque_n_m", -OFFSET),
+        ("guide_viscous", "damping_n_m_s_per_rad", FRICTION.1),
+    ] {
+        let named = found.parameters.get(effect);
+        let said = &named.unwrap_or_else(|| panic!("{effect}: {}", found.sentence))[parameter];
+        // Intervals do not hold the part of the lever that looks like a weight or an offset.
+        assert!(
+            (said.value / truth - 1.0).abs() < 0.05,
+            "{effect} {parameter}: {said:?}"
+        );
+    }
+    let is_dry = |id: &&str| ["guide_coulomb", "guide_stribeck"].contains(id);
+    assert!(named(&found).iter().any(is_dry), "{}", found.sentence);
 }
 
 #[test]
@@ -202,9 +232,10 @@ pitch_rad = { unit = "rad", low = 0.05, high = 0.5 }
     let said = said.unwrap_or_else(|| panic!("{}", found.sentence));
     // What acts on the joint resists the torque that is commanded.
     let ripple = &said["ripple_n_m"];
-    assert!((ripple.value + 1.0).abs() < 0.02, "{ripple:?}");
+    assert!((ripple.low..ripple.high).contains(&-1.0), "{ripple:?}");
+    assert!(ripple.high - ripple.low < 0.2, "{ripple:?}");
     assert!(
-        (said["pitch_rad"].value * 7.0 - 1.0).abs() < 0.01,
+        (said["pitch_rad"].value * TEETH - 1.0).abs() < 0.01,
         "{said:?}"
     );
 }

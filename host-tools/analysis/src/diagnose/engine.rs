@@ -18,6 +18,7 @@ use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
 use softdock_physics::model::{Axis, Model};
+use std::sync::Arc;
 
 /// Something for each log. The first ones are those of the fit, the others are unseen.
 #[derive(Clone, Debug)]
@@ -160,6 +161,8 @@ pub(crate) struct WrenchFinding {
     pub prepared: Joint,
     /// What rounds before this one accepted, and what speaks for it.
     pub earlier: (Vec<Fitted>, Vec<Support>),
+    /// The remainder beside which all was tried.
+    pub beside: Option<Arc<wrench::Smooth>>,
     /// What was tested beside a smooth remainder, if structure is left.
     pub beside_remainder: Option<BesideRemainder>,
 }
@@ -190,6 +193,18 @@ impl WrenchFinding {
         let earlier = self.earlier.0.iter().map(|e| e.id.to_owned());
         let accepted = self.found.accepted.iter().flat_map(wrench::Tested::ids);
         earlier.chain(accepted).collect()
+    }
+
+    /// All its effects, of whatever round.
+    pub(super) fn whole(&self) -> wrench::Tested {
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let effects: Vec<Fitted> = self.earlier.0.iter().chain(accepted).cloned().collect();
+        let parameters = effects.iter().flat_map(|e| e.parameters.values());
+        wrench::Tested {
+            parameters: parameters.filter(|(_, sigma, _)| *sigma > 0.0).count(),
+            effects,
+            ..wrench::Tested::default()
+        }
     }
 
     /// What its effects leave.
@@ -281,7 +296,8 @@ impl WrenchFinding {
         }
     }
 
-    /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder.
+    /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder. What rivals have for them
+    /// by the price of white noise says nothing then.
     pub(super) fn stand(&mut self, each: &[Standing], remainder: wrench::Remainder) {
         self.beside_remainder = Some(BesideRemainder {
             imitated: Vec::new(),
@@ -291,7 +307,10 @@ impl WrenchFinding {
         let effects = self.earlier.0.iter_mut().chain(accepted);
         let support = self.earlier.1.iter_mut().chain(&mut self.found.support);
         for ((effect, support), standing) in effects.zip(support).zip(each) {
-            *support = support.at_most(standing.evidence);
+            *support = match self.beside {
+                Some(_) => support.at_most(standing.evidence),
+                None => Support::alone(standing.evidence),
+            };
             effect.stand(standing.amount);
         }
     }
@@ -310,6 +329,8 @@ pub(crate) struct Question<'a> {
     pub without: &'a [String],
     /// Curves that fit many mechanisms are tried, too.
     pub shapes: bool,
+    /// All are tried beside this remainder.
+    pub beside: Option<&'a Arc<wrench::Smooth>>,
     /// Is told each hypothesis that was tried.
     pub watch: Watch<'a>,
 }

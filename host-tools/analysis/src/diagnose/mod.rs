@@ -20,6 +20,7 @@
 //! tolerances in every hypothesis; those that would have to move further are findings themselves.
 
 mod actuator;
+mod beside;
 mod body;
 mod clock;
 mod engine;

@@ -44,9 +44,11 @@ impl Named {
     pub(super) fn is_determined(&self, model: &Model) -> bool {
         let effect = LoadEffect::find(model, &self.effect.id);
         let effect = effect.filter(|effect| effect.shapes.iter().all(|shape| shape.choice));
-        let amounts = effect.iter().flat_map(|effect| &effect.coefficients);
-        let amounts: Vec<&Estimate> = amounts.filter_map(|c| self.estimates.get(c.name)).collect();
-        amounts.is_empty() || amounts.iter().any(|e| e.low * e.high > 0.0)
+        let is_sure = |name: &str| {
+            let estimate = self.estimates.get(name);
+            estimate.is_some_and(|e| e.low * e.high > 0.0)
+        };
+        effect.is_none_or(|effect| effect.is_determined(is_sure))
     }
 
     fn with_support(self, support: Support) -> Self {

@@ -1,9 +1,9 @@
 //! What the logs show, with what is believed of their clock.
 
 use super::actuator::{self, Candidate, Cost, Term};
+use super::beside::{self, Asking};
 use super::clock::{self, CommonDelay, PoseScatter};
-use super::engine::{ActuatorFinding, Imitated, Logs, Question, WrenchFinding, is_shape};
-use super::evidence::NAMED;
+use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
@@ -11,9 +11,9 @@ use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use rayon::prelude::*;
-use softdock_physics::effects::{Kind, by_id};
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
-use softdock_physics::model::{Axis, Channel, Model};
+use softdock_physics::model::{Axis, Channel, EffectModel, Model};
 
 /// Residual over noise up to which the simulated motion is trusted: its misfit is then three quarters
 /// of the noise that a measured velocity would bring into the load. Coloured noise, whose floor is
@@ -66,7 +66,7 @@ impl StageResults {
             Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
             None => cost.clone(),
         };
-        let wrench = wrench_rounds(model, question, &mut |model, question| {
+        let mut search = |model: &Model, question: &Question<'_>| {
             let motion = Motion {
                 logs: timed.aligned(),
                 cost: &moved,
@@ -74,6 +74,11 @@ impl StageResults {
                 actuator: actuator.as_ref(),
             };
             wrench_stage(model, &motion, &mut sampling, question)
+        };
+        let wrench = wrench_rounds(&mut Asking {
+            model,
+            question,
+            search: &mut search,
         });
         let noise = noise_floors(model, &cost, wrench.as_ref());
         Self {
@@ -178,15 +183,53 @@ fn rms(values: &[f64]) -> f64 {
 /// Most rounds of the search on the reading.
 const ROUNDS: usize = 3;
 
+/// What the logs say of the reading, beside effects that were added to the model. What is new beside these must be what a
+/// search finds that has none of them, if that finds them all: fitted and held, an effect leaves what it would not leave
+/// were it fitted with the others, and the answer to the same question would be another one after `add`.
+fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let finding = rounds(asking)?;
+    let (model, new) = (asking.model, finding.ids());
+    let was_added = |effect: &EffectModel| {
+        let load = LoadEffect::find(model, &effect.id);
+        !effect.interval_95.is_empty()
+            && load.is_some_and(|load| !load.is_late() || model.sensor.wrench.drives())
+    };
+    let (added, other): (Vec<EffectModel>, Vec<EffectModel>) =
+        model.effects.iter().cloned().partition(was_added);
+    if asking.question.only.is_some() || new.is_empty() || added.is_empty() {
+        return Some(finding);
+    }
+    let fresh = Model {
+        effects: other,
+        ..model.clone()
+    };
+    let mut all = rounds(&mut Asking {
+        model: &fresh,
+        question: asking.question,
+        search: &mut *asking.search,
+    })?
+    .ids();
+    let finds = |id: &String| all.contains(id);
+    if new.iter().all(finds) || !added.iter().all(|effect| finds(&effect.id)) {
+        return Some(finding);
+    }
+    all.retain(|id| added.iter().all(|effect| effect.id != *id));
+    rounds(&mut Asking {
+        model,
+        question: &Question {
+            among: Some(&all),
+            ..*asking.question
+        },
+        search: &mut *asking.search,
+    })
+}
+
 /// Searches again beside what was found, as long as much is left: a delay or a gain acts on the
 /// whole reading, with the effects that were found first.
-fn wrench_rounds(
-    model: &Model,
-    question: &Question<'_>,
-    search: &mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
-) -> Option<WrenchFinding> {
-    let mut finding = search(model, question)?;
-    let mut known = model.clone();
+fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let question = asking.question;
+    let mut finding = asking.ask(question)?;
+    let mut known = asking.model.clone();
     let mut leaves_structure = finding.left().is_structured();
     for _ in 1..ROUNDS {
         let Some(accepted) = finding.found.accepted.as_ref() else {
@@ -201,7 +244,7 @@ fn wrench_rounds(
         known
             .effects
             .extend(accepted.effects.iter().map(named::model_of));
-        let Some(mut next) = search(&known, question) else {
+        let Some(mut next) = (asking.search)(&known, question) else {
             break;
         };
         let worth = |more: &wrench::Tested| more.gain > finding.prepared.threshold(accepted.gain);
@@ -216,16 +259,16 @@ fn wrench_rounds(
         finding = next;
         leaves_structure |= finding.left().is_structured();
     }
+    let is_whole = question.only.is_none();
+    let is_asked = is_whole && leaves_structure;
     // What logs that disagree have in common is no answer that could be bettered.
     if !finding.found.disagreeing.is_empty() {
         return Some(finding);
     }
-    while question.only.is_none() {
-        let Some(gone) = finding.unsure() else {
-            break;
-        };
+    let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
+    while let Some(gone) = finding.unsure().filter(|_| is_whole) {
         let ids = finding.ids_without(std::slice::from_ref(&gone));
-        let fewer = among(&ids, model, question, search);
+        let fewer = asking.among(&ids);
         let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
         match fewer {
             Some(fewer) => finding = fewer,
@@ -234,139 +277,16 @@ fn wrench_rounds(
     }
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
-    if question.only.is_none() && leaves_structure {
-        finding = beside_remainder(finding, &mut |ids| among(ids, model, question, search));
+    if is_asked {
+        finding = beside::beside_remainder(finding, asking);
     }
-    // A friction that builds up after each reversal looks like a delay of all that loads the sensor.
-    let is_dry = |id: &String| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
-    let beside_others = !finding.found.before_late.is_empty() || finding.ids().iter().any(is_dry);
-    let late = match beside_others {
-        true => finding.late(),
-        false => Vec::new(),
-    };
-    let asks = !late.is_empty() || finding.left().is_structured();
-    if asks && !question.tries_shapes() {
-        let curves = Question {
-            shapes: true,
-            without: &late,
-            ..*question
-        };
-        if let Some(curve) = finding.better_curve(search(model, &curves), !late.is_empty()) {
-            let mut among = |ids: &[String]| among(ids, model, question, search);
-            finding = beside_curve(finding, curve, late, &mut among);
-        }
+    finding = beside::beside_curves(finding, asking);
+    if let Some(anew) = anew {
+        let other = beside::beside_remainder(anew.finding, asking);
+        let other = beside::beside_curves(other, asking);
+        finding = beside::better(finding, other, &anew.nothing, &anew.axes);
     }
     Some(finding)
-}
-
-/// A search among some effects.
-fn among(
-    ids: &[String],
-    model: &Model,
-    question: &Question<'_>,
-    search: &mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
-) -> Option<WrenchFinding> {
-    let question = Question {
-        among: Some(ids),
-        ..*question
-    };
-    search(model, &question)
-}
-
-/// Where a curve that fits many mechanisms does as well: without the late effects in whose place it is.
-fn beside_curve(
-    first: WrenchFinding,
-    curve: wrench::Tested,
-    late: Vec<String>,
-    among: &mut dyn FnMut(&[String]) -> Option<WrenchFinding>,
-) -> WrenchFinding {
-    let mut finding = first;
-    if let Some(fewer) = (!late.is_empty())
-        .then(|| among(&finding.ids_without(&late)))
-        .flatten()
-    {
-        finding = beside_remainder(fewer, among);
-        finding.found.curve_in_place_of = late;
-    }
-    finding.found.ranked.push(curve);
-    finding
-}
-
-/// Where structure is left: only the effects that a smooth remainder would not explain as well, one
-/// less at a time, with the parameters and the intervals that they have beside it. What was left out
-/// beside others that were left out later has a second chance.
-fn beside_remainder(
-    first: WrenchFinding,
-    among: &mut dyn FnMut(&[String]) -> Option<WrenchFinding>,
-) -> WrenchFinding {
-    let mut finding = first;
-    let mut imitated = Vec::new();
-    while let Some((place, one)) = weakest(&mut finding) {
-        let gone = finding.ids().swap_remove(place);
-        let mut ids = finding.ids_without(std::slice::from_ref(&gone));
-        // Where no detail is told, what it is a detail of may still be.
-        let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
-        let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
-        ids.extend(plain.filter(|id| !finding.ids().contains(id)));
-        imitated.push(one);
-        let Some(mut fewer) = among(&ids) else {
-            break;
-        };
-        fewer.found.before_late.extend(finding.found.before_late);
-        finding = fewer;
-    }
-    for Imitated { id, .. } in imitated.clone() {
-        let mut ids = finding.ids();
-        ids.push(id.clone());
-        let Some(mut more) = among(&ids) else {
-            continue;
-        };
-        if more.ids().contains(&id) && weakest(&mut more).is_none() {
-            finding = more;
-            imitated.retain(|other| other.id != id);
-        }
-    }
-    if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
-        finding.stand_alone();
-    }
-    if !imitated.is_empty() {
-        finding.beside_remainder.get_or_insert_default().imitated = imitated;
-    }
-    finding
-}
-
-/// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
-/// nothing is left, there is none.
-fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
-    let accepted = finding.found.accepted.as_ref()?;
-    let axes = finding.structured_axes();
-    if axes.is_empty() {
-        return None;
-    }
-    let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
-    let model = &finding.prepared.logs.first()?.scene.model;
-    let effects = finding.earlier.0.iter().chain(&accepted.effects);
-    let places = each.iter().zip(effects).map(|(one, effect)| Imitated {
-        id: effect.id.to_owned(),
-        evidence: one.evidence,
-        determined: one.determines(effect, model),
-    });
-    let least = |these: Vec<(usize, Imitated)>| {
-        let these = these.into_iter();
-        these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
-    };
-    // What others imitate is undetermined only as long as they are there.
-    let (weak, strong): (Vec<_>, Vec<_>) = places
-        .enumerate()
-        .partition(|(_, one)| one.evidence < NAMED);
-    let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
-    let fails = least(weak).or_else(|| least(undetermined.collect()));
-    if fails.is_none() {
-        let (earlier, _) = &finding.earlier;
-        let remainder = wrench::remainder(&finding.prepared, earlier, accepted, &axes);
-        finding.stand(&each, remainder);
-    }
-    fails
 }
 
 fn wrench_stage(
@@ -394,18 +314,26 @@ fn wrench_stage(
         PreparedLog::new(model, log, scene, sampling)
     });
     let mut prepared = Joint::new(prepared.collect(), logs.fitted);
+    if let Some(smooth) = question.beside {
+        prepared.stand_beside(smooth);
+    }
     let excluded =
         |id: &str| !question.tries(model, id) || (is_shape(id) && !question.tries_shapes());
     let ask = wrench::Ask {
         excluded: &excluded,
         forced: question.forced,
-        each_log: question.among.is_none() && question.only.is_none(),
+        each_log: question.among.is_none() && question.only.is_none() && question.beside.is_none(),
         watch: question.watch,
     };
-    let found = wrench::search(&mut prepared, &ask);
+    let mut found = wrench::search(&mut prepared, &ask);
+    if let Some(smooth) = question.beside {
+        prepared.stand_alone(smooth);
+        found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));
+    }
     Some(WrenchFinding {
         found,
         prepared,
+        beside: question.beside.cloned(),
         earlier: (Vec::new(), Vec::new()),
         beside_remainder: None,
     })

@@ -73,17 +73,15 @@ impl Fitted {
         }
     }
 
-    /// Whether the logs say more of any coefficient than that it may be 0.
+    /// Whether the logs say more of its coefficients than that they may be 0.
     pub(crate) fn is_determined(&self, model: &Model) -> bool {
-        let effect = LoadEffect::find(model, self.id);
-        let names = effect.iter().flat_map(|effect| &effect.coefficients);
-        let mut open = names.filter_map(|c| self.parameters.get(c.name));
-        let is_sure = |(value, sigma): (f64, f64)| {
-            let [low, high] = self.interval(value, sigma);
-            low * high > 0.0
+        let is_sure = |name: &str| {
+            self.parameters.get(name).is_some_and(|(value, sigma, _)| {
+                let [low, high] = self.interval(*value, *sigma);
+                low * high > 0.0
+            })
         };
-        effect.is_some_and(|effect| effect.coefficients.is_empty())
-            || open.any(|(value, sigma, _)| is_sure((*value, *sigma)))
+        LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
     /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one.

@@ -22,7 +22,7 @@ pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
-pub(crate) use remainder::{Remainder, Standing, remainder, standings};
+pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};
 pub(crate) use stage::{Ask, Found, search};
 pub(crate) use tested::Tested;
 

@@ -4,6 +4,7 @@ use super::autoregressive::{AutoregressiveNoise, ORDER};
 use super::fitted::Fitted;
 use super::nuisance;
 use super::problem::{Problem, Segment, subtract};
+use super::remainder::Smooth;
 use super::saturated;
 use super::stiction::without_stiction;
 use super::tested::Tested;
@@ -124,6 +125,8 @@ pub(crate) struct Joint {
     level: f64,
     /// Tolerances that are not available: what they would have to take is a finding.
     frozen: Vec<usize>,
+    /// A smooth remainder is among the tolerances.
+    has_remainder: bool,
 }
 
 impl Joint {
@@ -137,6 +140,7 @@ impl Joint {
             known: 0.0,
             level: 0.0,
             frozen: Vec::new(),
+            has_remainder: false,
         };
         let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));
@@ -180,8 +184,51 @@ impl Joint {
         }
     }
 
-    /// χ² that laws explain, with those that gain so much.
+    /// From now on beside a smooth remainder, which may take what it likes as the tolerances may.
+    pub(crate) fn stand_beside(&mut self, smooth: &Smooth) {
+        for (log, functions) in self.logs.iter_mut().zip(&smooth.functions) {
+            log.tolerances.extend(functions.iter().cloned());
+            for axis in &smooth.axes {
+                log.noise_model[axis.index()].sigma *= smooth.kappa.sqrt();
+            }
+        }
+        self.problem = self.of_rows(|_, _| true);
+        self.has_remainder = true;
+    }
+
+    /// The opposite.
+    pub(crate) fn stand_alone(&mut self, smooth: &Smooth) {
+        let kept = self.all_tolerances() - smooth.functions.first().map_or(0, Vec::len);
+        for log in &mut self.logs {
+            log.tolerances.truncate(kept);
+            for axis in &smooth.axes {
+                log.noise_model[axis.index()].sigma /= smooth.kappa.sqrt();
+            }
+        }
+        self.frozen.retain(|k| *k < kept);
+        self.problem = self.of_rows(|_, _| true);
+        self.has_remainder = false;
+    }
+
+    /// A hypothesis with what it is worth in this regression as it is.
+    pub(crate) fn valued(&self, tested: Tested) -> Tested {
+        let white = self.white_part(Some(&tested));
+        let gains = self.problem.gains(&white);
+        let gain = self.problem.gain_of(&white);
+        Tested {
+            evidence: tested.evidence - tested.gain + gain,
+            gain,
+            gains,
+            ..tested
+        }
+    }
+
+    /// χ² that laws explain, with those that gain so much; beside a remainder, which holds the errors of their form,
+    /// nothing.
     pub(crate) fn explained(&self, gain: f64) -> f64 {
+        if self.has_remainder {
+            return 0.0;
+        }
         (self.known + gain - self.level).max(0.0)
     }
 
@@ -271,6 +318,30 @@ impl Joint {
             .iter()
             .map(|log| of(log).unwrap_or_default())
             .collect()
+    }
+
+    /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
+    /// the data sheet's noise.
+    pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+        let first = if self.fitted < self.logs.len() {
+            self.fitted
+        } else {
+            0
+        };
+        let of_log = |log: &PreparedLog| {
+            let mut left = log.residual.clone();
+            subtract(&mut left, &tested.contribution(&log.scene), 1.0);
+            let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
+                let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
+                counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
+            };
+            let axes = left.0.iter().zip(log.sheet_sigma);
+            let rows = log.fresh.iter().filter(|fresh| **fresh).count();
+            (axes.map(of_axis).sum::<f64>(), rows)
+        };
+        let each = self.logs[first..].iter().map(of_log);
+        let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+        (squares / rows.max(1) as f64).sqrt()
     }
 
     fn white_part(&self, tested: Option<&Tested>) -> Column {
@@ -382,7 +453,7 @@ impl Joint {
 
     /// Whether that is more than details of the form of an effect.
     pub(crate) fn has_much_left(&self, gain: f64) -> bool {
-        self.left(gain) > MUCH * self.problem.count as f64
+        self.has_remainder || self.left(gain) > MUCH * self.problem.count as f64
     }
 }
 

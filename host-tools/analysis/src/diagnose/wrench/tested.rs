@@ -49,7 +49,7 @@ impl Tested {
     }
 
     /// Ids by the alphabet: those of the same effects are equal.
-    pub(super) fn effects_in_order(&self) -> Vec<&'static str> {
+    pub(crate) fn effects_in_order(&self) -> Vec<&'static str> {
         let mut ids: Vec<&'static str> = self.effects.iter().map(|e| e.id).collect();
         ids.sort_unstable();
         ids

@@ -35,6 +35,8 @@ pub const EFFECT: Effect = Effect {
     tell_apart: "creep at a tenth of the usual speed: Stribeck friction is higher there; an excess that comes out \
                  negative is something else, as a hysteresis that still builds up",
     law: Law::Guide(Guide { force, reversal }),
+    // Without an excess it is a dry friction.
+    is_whole: |parameters, _| parameters.contains(&1),
     kind: Some(Kind::DryFriction),
     ..Effect::PLAIN
 };

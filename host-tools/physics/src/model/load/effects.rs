@@ -186,6 +186,16 @@ impl LoadEffect {
         !self.effect.is_of_a_contact() && !matches!(self.effect.law, Law::Docking(_))
     }
 
+    /// Whether coefficients that are known not to be 0 make it what it is: a Stribeck friction of which the excess may be
+    /// 0 is a dry one. `is_sure`: of the coefficient of a name.
+    pub fn is_determined(&self, is_sure: impl Fn(&str) -> bool) -> bool {
+        let names = self.coefficients.iter().enumerate();
+        let sure = names.filter(|(_, c)| is_sure(c.name)).map(|(k, _)| k);
+        let sure: Vec<usize> = sure.collect();
+        self.coefficients.is_empty()
+            || (!sure.is_empty() && (self.effect.is_whole)(&sure, &|_| true))
+    }
+
     /// Places of all its columns: one of each coefficient, or of the effect as a whole.
     pub fn places(&self) -> Vec<usize> {
         (0..self.coefficients.len().max(1)).collect()

@@ -2,10 +2,11 @@
 //!
 //! Cosines over the range of a quantity, with amplitudes that fall as k^−1.5: what is smoother is
 //! likelier. They are functions of one quantity each, on one axis of the reading, without what the simple laws of that
-//! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so.
+//! quantity are: that friction, a spring or a weight has a form of its own is no reason not to call it so. Functions of
+//! position and time are without all simple laws: on a ramp of the velocity they look like friction.
 
 use crate::diagnose::wrench::prepared_log::PreparedLog;
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use softdock_control::frames::Pose;
 use softdock_physics::model::load::{Column, Scene};
 use softdock_statistics::periodogram;
@@ -80,54 +81,35 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     let acceleration = group(ACCELERATION, &|k, m, n| {
         wave(k, scales.slope(m.acceleration[n]))
     });
-    let without =
-        |group, law: &dyn Fn(&Motion, usize) -> Vec<f64>| without(group, &motions, axis, law);
+    // Place and time follow each other, and on a ramp all of a motion: a constant, a spring, on a bearing a weight on a lever,
+    // dry and viscous friction, inertia.
+    let of_motion = Without::new(&motions, axis, &|m, n| {
+        let (q, v) = (m.position[n], m.velocity[n]);
+        let mut laws = vec![1.0, q, scales.side(v), v, m.acceleration[n]];
+        if axis >= 3 {
+            laws.extend([q.sin(), q.cos()]);
+        }
+        laws
+    });
+    let dry = Without::new(&motions, axis, &|m, n| vec![scales.side(m.velocity[n])]);
+    let friction = Without::new(&motions, axis, &|m, n| {
+        vec![1.0, scales.side(m.velocity[n]), m.velocity[n]]
+    });
+    let inertia = Without::new(&motions, axis, &|m, n| vec![1.0, m.acceleration[n]]);
+    let depth = group(DEPTH, &|k, m, n| {
+        m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
+    });
+    let damped = group(DEPTH, &|k, m, n| {
+        m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
+    });
     let functions = [
-        // A constant, a spring, and on a bearing a weight on a lever.
-        (
-            Quantity::Position,
-            without(position, &|m, n| {
-                let q = m.position[n];
-                let turns = if axis < 3 {
-                    vec![]
-                } else {
-                    vec![q.sin(), q.cos()]
-                };
-                [vec![1.0, q], turns].concat()
-            }),
-        ),
-        // Dry friction.
-        (
-            Quantity::PositionEachWay,
-            without(each_way, &|m, n| vec![scales.side(m.velocity[n])]),
-        ),
-        // Dry and viscous friction.
-        (
-            Quantity::Velocity,
-            without(velocity, &|m, n| {
-                vec![1.0, scales.side(m.velocity[n]), m.velocity[n]]
-            }),
-        ),
-        // Inertia.
-        (
-            Quantity::Acceleration,
-            without(acceleration, &|m, n| vec![1.0, m.acceleration[n]]),
-        ),
-        (
-            Quantity::Depth,
-            group(DEPTH, &|k, m, n| {
-                m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
-            }),
-        ),
-        (
-            Quantity::DampedDepth,
-            group(DEPTH, &|k, m, n| {
-                m.velocity[n] / scales.speed
-                    * m.pushes(n).abs()
-                    * wave(k - 1, scales.depth(m.depth[n]))
-            }),
-        ),
-        (Quantity::Time, of_time(&motions, axis)),
+        (Quantity::Position, of_motion.laws(position)),
+        (Quantity::PositionEachWay, dry.laws(each_way)),
+        (Quantity::Velocity, friction.laws(velocity)),
+        (Quantity::Acceleration, inertia.laws(acceleration)),
+        (Quantity::Depth, depth),
+        (Quantity::DampedDepth, damped),
+        (Quantity::Time, of_motion.laws(of_time(&motions, axis))),
     ];
     let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
     let some = |function: &Function| function.iter().any(finite);
@@ -138,41 +120,57 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     groups.filter(|group| !group.functions.is_empty()).collect()
 }
 
-/// Functions without what the laws of their quantity are: what is left after a regression on these.
-fn without(
-    functions: Vec<Function>,
-    motions: &[Motion],
+/// Takes simple laws out of functions: what is left is that after a regression on these.
+struct Without<'a> {
+    motions: &'a [Motion],
     axis: usize,
-    law: &dyn Fn(&Motion, usize) -> Vec<f64>,
-) -> Vec<Function> {
-    /// Share of a law that the others have to leave to count.
-    const OWN: f64 = 1e-9;
-    let rows = motions.iter().flat_map(|m| (0..m.len()).map(|n| law(m, n)));
-    let rows: Vec<Vec<f64>> = rows.collect();
-    let count = rows.first().map_or(0, Vec::len);
-    let mut laws = DMatrix::from_fn(rows.len(), count, |n, k| rows[n][k]);
-    for mut law in laws.column_iter_mut() {
-        let length = law.norm();
-        law /= length.max(f64::MIN_POSITIVE);
+    /// A column for each law, of unit length, and a row for each of all motions.
+    laws: DMatrix<f64>,
+    normal: Option<Cholesky<f64, Dyn>>,
+}
+
+impl<'a> Without<'a> {
+    fn new(motions: &'a [Motion], axis: usize, laws: &dyn Fn(&Motion, usize) -> Vec<f64>) -> Self {
+        /// Share of a law that the others have to leave to count.
+        const OWN: f64 = 1e-9;
+        let rows = motions
+            .iter()
+            .flat_map(|m| (0..m.len()).map(|n| laws(m, n)));
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let count = rows.first().map_or(0, Vec::len);
+        let mut laws = DMatrix::from_fn(rows.len(), count, |n, k| rows[n][k]);
+        for mut law in laws.column_iter_mut() {
+            let length = law.norm();
+            law /= length.max(f64::MIN_POSITIVE);
+        }
+        let normal = laws.tr_mul(&laws) + OWN * DMatrix::identity(count, count);
+        Self {
+            motions,
+            axis,
+            laws,
+            normal: Cholesky::new(normal),
+        }
     }
-    let normal = laws.tr_mul(&laws) + OWN * DMatrix::identity(count, count);
-    let Some(normal) = Cholesky::new(normal) else {
-        return Vec::new();
-    };
-    let less = |function: Function| -> Function {
-        let all = motions.iter().zip(&function);
-        let all = all.flat_map(|(m, column)| (0..m.len()).map(move |n| column.at(axis, n)));
-        let series = DVector::from_iterator(rows.len(), all);
-        let rest = &series - &laws * normal.solve(&laws.tr_mul(&series));
-        let mut from = 0;
-        let part = |m: &Motion| {
-            let rows = from..from + m.len();
-            from = rows.end;
-            Column::on_axis(axis, rows.map(|n| rest[n]))
+
+    fn laws(&self, functions: Vec<Function>) -> Vec<Function> {
+        let Some(normal) = &self.normal else {
+            return Vec::new();
         };
-        motions.iter().map(part).collect()
-    };
-    functions.into_iter().map(less).collect()
+        let less = |function: Function| -> Function {
+            let all = self.motions.iter().zip(&function);
+            let all = all.flat_map(|(m, column)| (0..m.len()).map(|n| column.at(self.axis, n)));
+            let series = DVector::from_iterator(self.laws.nrows(), all);
+            let rest = &series - &self.laws * normal.solve(&self.laws.tr_mul(&series));
+            let mut from = 0;
+            let part = |m: &Motion| {
+                let rows = from..from + m.len();
+                from = rows.end;
+                Column::on_axis(self.axis, rows.map(|n| rest[n]))
+            };
+            self.motions.iter().map(part).collect()
+        };
+        functions.into_iter().map(less).collect()
+    }
 }
 
 fn wave(k: usize, share: f64) -> f64 {

@@ -84,6 +84,61 @@ pub(crate) fn standings(
     effects.map(standing).collect()
 }
 
+/// A smooth remainder as a search takes it: functions, each of which may take a little.
+#[derive(Clone, Debug)]
+pub(crate) struct Smooth {
+    /// For each log its functions, each times the standard deviation of its amplitude.
+    pub functions: Vec<Vec<Column>>,
+    /// Axes on which they are.
+    pub axes: Vec<Axis>,
+    /// Values on these axes that count as one.
+    pub kappa: f64,
+}
+
+/// The smooth remainder beside a hypothesis, with which a search may begin anew.
+pub(crate) fn smooth(joint: &Joint, tested: &Tested, axes: &[Axis]) -> Smooth {
+    let regression = Regression::new(joint, &[], tested, axes);
+    let all: Vec<usize> = (0..regression.effects.len()).collect();
+    let fit = regression.fit(&all);
+    let groups = axes
+        .iter()
+        .flat_map(|axis| functions::of_axis(&joint.logs, axis.index()));
+    let mut functions = vec![Vec::new(); joint.logs.len()];
+    for (group, precision) in groups.zip(&fit.precisions) {
+        for function in group.functions {
+            for (own, mut column) in functions.iter_mut().zip(function) {
+                column.scale(precision.sqrt().recip());
+                own.push(column);
+            }
+        }
+    }
+    Smooth {
+        functions,
+        axes: axes.to_vec(),
+        kappa: regression.kappa,
+    }
+}
+
+/// 2 ln of the evidence for each of some hypotheses beside a remainder, their prices paid, as the one that leaves least says
+/// how much a value counts.
+pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> {
+    let mut regressions: Vec<Regression> = all
+        .iter()
+        .map(|tested| Regression::new(joint, &[], tested, axes))
+        .collect();
+    let kappas = regressions.iter().map(|r| r.kappa);
+    let least = kappas.fold(f64::INFINITY, f64::min);
+    let price = evidence::price(joint.problem.count);
+    let both = regressions.iter_mut().zip(all);
+    let worth = |(regression, tested): (&mut Regression, &&Tested)| {
+        regression.count_less(least / regression.kappa);
+        let each: Vec<usize> = (0..regression.effects.len()).collect();
+        let paid = price * tested.parameters as f64 + evidence::prior() * each.len() as f64;
+        regression.fit(&each).evidence - paid
+    };
+    both.map(worth).collect()
+}
+
 /// The smooth remainder itself.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Remainder {
@@ -142,6 +197,8 @@ struct Regression {
     effects: Vec<Range<usize>>,
     /// Groups of functions, counted from the first function.
     groups: Vec<Range<usize>>,
+    /// Values of white noise that count as one.
+    kappa: f64,
 }
 
 /// The best remainder beside some effects.
@@ -184,6 +241,7 @@ impl Regression {
             right,
             effects,
             groups,
+            kappa: 1.0,
         };
         let all: Vec<usize> = (0..regression.effects.len()).collect();
         let every_value = regression.fit(&all);
@@ -217,6 +275,7 @@ impl Regression {
                 .map(|(i, range)| if i < k { range.clone() } else { moved(range) })
                 .collect(),
             groups: self.groups.clone(),
+            kappa: self.kappa,
         }
     }
 
@@ -224,6 +283,7 @@ impl Regression {
     fn count_less(&mut self, kappa: f64) {
         self.gram /= kappa;
         self.right /= kappa;
+        self.kappa *= kappa;
     }
 
     /// The remainder beside some of the effects.

@@ -1,0 +1,226 @@
+//! Which effects hold their own beside what no law describes.
+//!
+//! Where structure is left, the price of white noise means little: errors of form are worth more than effects, and of several
+//! that imitate each other those win whose errors happen to fit. So the search is repeated beside the smooth remainder that
+//! its own answer leaves, until the answer stays the same. Of the answers without and with a remainder, each without what
+//! a remainder would explain as well, the better one is taken.
+
+use super::engine::{Imitated, Question, WrenchFinding};
+use super::evidence::{NAMED, RISES};
+use super::wrench::{self, Joint};
+use softdock_physics::effects::{Kind, by_id};
+use softdock_physics::model::{Axis, Model};
+use std::sync::Arc;
+
+/// Most searches beside a remainder, each beside that of the last one's answer.
+const ROUNDS: usize = 4;
+
+/// Asks for searches on the reading.
+pub(super) struct Asking<'a> {
+    /// The model as it is.
+    pub model: &'a Model,
+    /// What is asked of each.
+    pub question: &'a Question<'a>,
+    /// Searches beside what a model knows.
+    pub search: &'a mut dyn FnMut(&Model, &Question<'_>) -> Option<WrenchFinding>,
+}
+
+impl Asking<'_> {
+    /// What is found with another question.
+    pub(super) fn ask(&mut self, question: &Question<'_>) -> Option<WrenchFinding> {
+        (self.search)(self.model, question)
+    }
+
+    /// What is found among some effects.
+    pub(super) fn among(&mut self, ids: &[String]) -> Option<WrenchFinding> {
+        self.among_beside(ids, None)
+    }
+
+    /// The same beside a remainder.
+    fn among_beside(
+        &mut self,
+        ids: &[String],
+        beside: Option<&Arc<wrench::Smooth>>,
+    ) -> Option<WrenchFinding> {
+        self.ask(&Question {
+            among: Some(ids),
+            beside,
+            ..*self.question
+        })
+    }
+}
+
+/// What a search beside a smooth remainder finds.
+pub(super) struct Anew {
+    pub finding: WrenchFinding,
+    /// The logs beside which nothing was found yet.
+    pub nothing: Joint,
+    /// Axes of the remainder.
+    pub axes: Vec<Axis>,
+}
+
+/// Searches beside the remainder that a finding leaves, and that each answer leaves, until the effects stay the same.
+pub(super) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
+    let axes = first.structured_axes();
+    if axes.is_empty() {
+        return None;
+    }
+    let nothing = asking.among(&[])?.prepared;
+    let mut now = first.whole();
+    let mut finding = None;
+    for _ in 0..ROUNDS {
+        let smooth = Arc::new(wrench::smooth(&nothing, &now, &axes));
+        let found = asking.ask(&Question {
+            beside: Some(&smooth),
+            ..*asking.question
+        })?;
+        let next = found.whole();
+        let stays = next.effects_in_order() == now.effects_in_order();
+        finding = Some(found);
+        if stays {
+            break;
+        }
+        now = next;
+    }
+    Some(Anew {
+        finding: finding?,
+        nothing,
+        axes,
+    })
+}
+
+/// Of two answers the one that foretells unseen data better; the likelier one of other effects that do so alike.
+pub(super) fn better(
+    first: WrenchFinding,
+    anew: WrenchFinding,
+    nothing: &Joint,
+    axes: &[Axis],
+) -> WrenchFinding {
+    let both = [&first, &anew].map(WrenchFinding::whole);
+    let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
+    // Of two forms of the same effects the error says which is better.
+    let same = both[0].effects_in_order() == both[1].effects_in_order();
+    let alike = if same { 1.0 } else { RISES };
+    let is_better = if error.max(of_anew) > alike * error.min(of_anew) {
+        of_anew < error
+    } else {
+        let worths = wrench::worths(nothing, &both.each_ref(), axes);
+        worths[1] > worths[0]
+    };
+    if is_better { anew } else { first }
+}
+
+/// With the curves that fit many mechanisms (a hysteresis), where one leaves less than what is found. A friction that builds up
+/// after each reversal looks like a delay of all that loads the sensor: where a curve does as well as effects beside which
+/// others are late, the answer is without these.
+pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut finding = first;
+    let is_dry = |id: &str| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
+    let known = asking.model.effects.iter().map(|e| e.id.as_str());
+    let beside_others = !finding.found.before_late.is_empty()
+        || known
+            .chain(finding.ids().iter().map(String::as_str))
+            .any(is_dry);
+    let late = match beside_others {
+        true => finding.late(),
+        false => Vec::new(),
+    };
+    let asks = !late.is_empty() || finding.left().is_structured();
+    if !asks || asking.question.tries_shapes() {
+        return finding;
+    }
+    let beside = finding.beside.clone();
+    let curves = asking.ask(&Question {
+        shapes: true,
+        without: &late,
+        beside: beside.as_ref(),
+        ..*asking.question
+    });
+    let Some(curve) = finding.better_curve(curves, !late.is_empty()) else {
+        return finding;
+    };
+    if let Some(fewer) = (!late.is_empty())
+        .then(|| asking.among_beside(&finding.ids_without(&late), beside.as_ref()))
+        .flatten()
+    {
+        finding = beside_remainder(fewer, asking);
+        finding.found.curve_in_place_of = late;
+    }
+    finding.found.ranked.push(curve);
+    finding
+}
+
+/// Where structure is left: only the effects that a smooth remainder would not explain as well, one
+/// less at a time, with the parameters and the intervals that they have beside it. What was left out
+/// beside others that were left out later has a second chance.
+pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let beside = first.beside.clone();
+    let mut finding = first;
+    let mut imitated = Vec::new();
+    while let Some((place, one)) = weakest(&mut finding) {
+        let gone = finding.ids().swap_remove(place);
+        let mut ids = finding.ids_without(std::slice::from_ref(&gone));
+        // Where no detail is told, what it is a detail of may still be.
+        let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
+        let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
+        ids.extend(plain.filter(|id| !finding.ids().contains(id)));
+        imitated.push(one);
+        let Some(mut fewer) = asking.among_beside(&ids, beside.as_ref()) else {
+            break;
+        };
+        fewer.found.before_late.extend(finding.found.before_late);
+        finding = fewer;
+    }
+    for Imitated { id, .. } in imitated.clone() {
+        let mut ids = finding.ids();
+        ids.push(id.clone());
+        let Some(mut more) = asking.among_beside(&ids, beside.as_ref()) else {
+            continue;
+        };
+        if more.ids().contains(&id) && weakest(&mut more).is_none() {
+            finding = more;
+            imitated.retain(|other| other.id != id);
+        }
+    }
+    if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
+        finding.stand_alone();
+    }
+    if !imitated.is_empty() {
+        finding.beside_remainder.get_or_insert_default().imitated = imitated;
+    }
+    finding
+}
+
+/// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
+/// nothing is left, there is none.
+fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
+    let accepted = finding.found.accepted.as_ref()?;
+    let axes = finding.structured_axes();
+    if axes.is_empty() {
+        return None;
+    }
+    let each = wrench::standings(&finding.prepared, &finding.earlier.0, accepted, &axes);
+    let model = &finding.prepared.logs.first()?.scene.model;
+    let effects = finding.earlier.0.iter().chain(&accepted.effects);
+    let places = each.iter().zip(effects).map(|(one, effect)| Imitated {
+        id: effect.id.to_owned(),
+        evidence: one.evidence,
+        determined: one.determines(effect, model),
+    });
+    let least = |these: Vec<(usize, Imitated)>| {
+        let these = these.into_iter();
+        these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
+    };
+    // What others imitate is undetermined only as long as they are there.
+    let (weak, strong): (Vec<_>, Vec<_>) = places
+        .enumerate()
+        .partition(|(_, one)| one.evidence < NAMED);
+    let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
+    let fails = least(weak).or_else(|| least(undetermined.collect()));
+    if fails.is_none() {
+        let (earlier, _) = &finding.earlier;
+        let remainder = wrench::remainder(&finding.prepared, earlier, accepted, &axes);
+        finding.stand(&each, remainder);
+    }
+    fails
+}
