@@ -225,3 +225,29 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
         Vec::<String>::new()
     );
 }
+
+/// A shaft that turns alone; `of_velocity`: what its rate is multiplied by, as in another unit.
+fn shaft(rate_rad_s: f64, of_velocity: f64) -> Recording {
+    recording(1000, |n, c| {
+        let turn = 0.5 * rate_rad_s * n as f64 * TS + 0.1 * (n as f64 * TS).sin();
+        let rate = rate_rad_s + 0.1 * (n as f64 * TS).cos();
+        c.trace.pose = [0.0, 0.0, 0.0, turn.cos(), turn.sin(), 0.0, 0.0];
+        c.trace.executed_velocity = [0.0, 0.0, 0.0, rate * of_velocity, 0.0, 0.0];
+        c.inputs.sensor.wrench = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    })
+}
+
+#[test]
+fn an_angular_velocity_in_degrees_is_told_by_the_angle() {
+    let told = |rate, factor| check(&shaft(rate, factor), &context(None));
+    let nothing: [&str; 0] = [];
+    assert_eq!(told(1.0, 1.0).unwrap(), nothing);
+    let refused = told(1.0, 1.0_f64.to_degrees()).unwrap_err().to_string();
+    assert!(refused.contains("`unit = \"deg/s\"` for rx"), "{refused}");
+    let refused = told(1.0, 1.0_f64.to_radians()).unwrap_err().to_string();
+    assert!(refused.contains("`unit = \"deg\"` for rx"), "{refused}");
+    // A motor's shaft turns faster than any spacecraft.
+    assert_eq!(told(250.0, 1.0).unwrap(), nothing);
+    let told = told(1200.0, 1.0).unwrap().concat();
+    assert!(told.contains("degrees per second"), "{told}");
+}

@@ -10,6 +10,7 @@ mod import_checks;
 mod import_docking_rig_log;
 mod import_examples;
 mod import_mapping;
+mod import_time;
 mod joint;
 mod one_place;
 mod own_hypothesis;

@@ -30,13 +30,29 @@ fn to_fill_in(turns: bool) -> String {
     )
 }
 
-/// The text of a `model.toml`: the axes that move, the noise that the log shows, and the filter through
-/// which the log went.
+/// Bits to which the range of a wrench is resolved where the log does not show its noise: a plain converter, or a motor's
+/// current loop.
+const PLAIN_BITS: i32 = 10;
+/// A converter of so many bits has more noise than one of its steps; less was not measured, but is what the digits of a
+/// commanded force leave.
+const FINEST_BITS: i32 = 16;
+
+/// A model to start from.
+#[derive(Clone, Debug)]
+pub struct Starter {
+    /// The text of a `model.toml`: the axes that move, the noise that the log shows, and the filter through which the
+    /// log went.
+    pub text: String,
+    /// What had to be guessed; sentences.
+    pub guessed: Vec<String>,
+}
+
+/// Writes a model to start from.
 ///
 /// # Errors
 ///
 /// A recording without cycles or a rising time.
-pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Result<String> {
+pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Result<Starter> {
     let signals = Signals::new(recording)?;
     let cycles = recording.cycles.as_slice();
     let of_poses = match signals.velocity {
@@ -64,8 +80,27 @@ pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Re
     model.sensor.filter = filter;
     let filter = filter.map(|filter| filter.on_samples(signals.cycle_s));
     let floors = |of: &dyn Fn(&CycleRecord) -> [f64; 6], noise| floors(cycles, of, noise, filter);
+    let mut guessed = Vec::new();
+    let wrench = |c: &CycleRecord| c.inputs.sensor.wrench;
+    let [force, torque] = floors(&wrench, Noise::White);
+    let largest = largest(cycles, &wrench);
+    let [force, torque] = [
+        (force, largest[0], "force_n", "N"),
+        (torque, largest[1], "torque_n_m", "N·m"),
+    ]
+    .map(|(floor, largest, key, unit)| {
+        let seen = floor.filter(|floor| *floor >= largest * step(FINEST_BITS));
+        seen.or_else(|| {
+            let guess = two_digits(largest * step(PLAIN_BITS) / 12.0_f64.sqrt())?;
+            guessed.push(format!(
+                "[noise] {key} = {guess:e} {unit} is a guess, what {PLAIN_BITS} bits resolve: the log shows no noise, as where it \
+                 was commanded or is coarsely rounded; write the standard deviation that you know"
+            ));
+            Some(guess)
+        })
+    });
     let noise = &mut model.noise;
-    let [force, torque] = floors(&|c| c.inputs.sensor.wrench, Noise::White);
+    let default = (noise.force_n, noise.torque_n_m);
     let [speed, rate] = floors(&velocity, of_poses);
     let [position, angle] = floors(&pose, Noise::White);
     for (of_model, of_log) in [
@@ -77,14 +112,41 @@ pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Re
         (&mut noise.angle_rad, angle),
     ] {
         // What the digits of the log hide is no noise of zero.
-        *of_model = of_log.filter(|floor| *floor > 0.0).unwrap_or(*of_model);
+        *of_model = of_log.unwrap_or(*of_model);
+    }
+    // A zero is known to a part of the noise, as by default.
+    let (force, torque) = (noise.force_n / default.0, noise.torque_n_m / default.1);
+    for (axis, tolerance) in model.tolerance.bias.iter_mut().enumerate() {
+        let scale = if axis < 3 { force } else { torque };
+        *tolerance = two_digits(*tolerance * scale.min(1.0)).unwrap_or(*tolerance);
     }
     let origin = recording
         .header
         .identity
         .trim_start_matches("imported from ");
     let text = commented(&model, origin);
-    Ok(to_fill_in(model.bearing().is_some()) + &text)
+    Ok(Starter {
+        text: to_fill_in(model.bearing().is_some()) + &text,
+        guessed,
+    })
+}
+
+/// Step of a converter of so many bits, as a part of the largest value of its range.
+fn step(bits: i32) -> f64 {
+    2.0 / 2.0_f64.powi(bits)
+}
+
+/// A value above 0 to two digits.
+fn two_digits(value: f64) -> Option<f64> {
+    format!("{value:.1e}").parse().ok().filter(|v| *v > 0.0)
+}
+
+/// Largest absolute value of the three translations and of the three rotations; 0 where nothing is measured.
+fn largest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f64; 2] {
+    [0..3, 3..6].map(|axes| {
+        let values = cycles.iter().flat_map(|c| axes.clone().map(|i| of(c)[i]));
+        values.fold(0.0, |largest, v| v.abs().max(largest))
+    })
 }
 
 /// Largest noise floor of the three translations and of the three rotations, two digits.
@@ -105,6 +167,6 @@ fn floors(
     };
     [0..3, 3..6].map(|axes| {
         let largest = axes.filter_map(floor).fold(0.0, f64::max);
-        format!("{largest:.1e}").parse().ok()
+        two_digits(largest)
     })
 }

@@ -1,10 +1,12 @@
 //! What an import read: rows, time, and each channel with its range.
 
-use nalgebra::{Quaternion, UnitQuaternion};
+use nalgebra::Vector3;
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
+use softdock_control::frames::{self, Pose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
+use softdock_physics::model::load::positions;
 use softdock_report::{Cell, Column, Table, number};
 
 /// One recording.
@@ -39,28 +41,55 @@ pub struct Channel {
     pub from: &'static str,
 }
 
-/// Name of a group, its units, its axes in a cycle.
+/// Name of a group, its units, its axes in each cycle.
 type Group = (
     &'static str,
     [&'static str; 2],
-    fn(&CycleRecord) -> [f64; 6],
+    fn(&[CycleRecord]) -> Vec<[f64; 6]>,
 );
 
-/// Rotations are told as rotation vectors.
 const GROUPS: [Group; 5] = [
-    ("pose", ["m", "rad"], |c| {
-        let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
-        let turn = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
-        let [rx, ry, rz] = turn.scaled_axis().into();
-        [x, y, z, rx, ry, rz]
+    ("pose", ["m", "rad"], poses),
+    ("sent velocity", ["m/s", "rad/s"], |c| {
+        c.iter().map(|c| c.trace.sent_velocity).collect()
     }),
-    ("sent velocity", ["m/s", "rad/s"], |c| c.trace.sent_velocity),
-    (EXECUTED, ["m/s", "rad/s"], |c| c.trace.executed_velocity),
+    (EXECUTED, ["m/s", "rad/s"], |c| {
+        c.iter().map(|c| c.trace.executed_velocity).collect()
+    }),
     ("model velocity", ["m/s", "rad/s"], |c| {
-        c.trace.model_velocity
+        c.iter().map(|c| c.trace.model_velocity).collect()
     }),
-    ("wrench", ["N", "N·m"], |c| c.inputs.sensor.wrench),
+    ("wrench", ["N", "N·m"], |c| {
+        c.iter().map(|c| c.inputs.sensor.wrench).collect()
+    }),
 ];
+
+/// Positions and rotation vectors; where everything turns about one axis, angles that count whole turns.
+fn poses(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
+    let poses: Vec<Pose<f64>> = cycles
+        .iter()
+        .map(|c| {
+            let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
+            frames::pose(&[x, y, z], &[qw, qx, qy, qz])
+        })
+        .collect();
+    let vectors = poses.iter().map(|pose| {
+        let (p, r) = (pose.translation.vector, pose.rotation.scaled_axis());
+        [p.x, p.y, p.z, r.x, r.y, r.z]
+    });
+    let mut values: Vec<[f64; 6]> = vectors.collect();
+    let turned: Vec<usize> = (3..6)
+        .filter(|i| values.iter().any(|v| v[*i] != 0.0))
+        .collect();
+    if let [axis] = turned.as_slice() {
+        let angles = positions(&poses, &Vector3::ith(axis - 3, 1.0), true);
+        values
+            .iter_mut()
+            .zip(angles)
+            .for_each(|(v, a)| v[*axis] = a);
+    }
+    values
+}
 
 /// Name of the velocity that may be derived.
 pub const EXECUTED: &str = "executed velocity";
@@ -74,8 +103,9 @@ impl Summary {
         for (group, units, axes) in GROUPS {
             let from = derived.iter().find(|(name, _)| *name == group);
             let before = channels.len();
+            let rows = axes(&recording.cycles);
             for axis in Axis::ALL {
-                let values = recording.cycles.iter().map(|c| axes(c)[axis.index()]);
+                let values = rows.iter().map(|row| row[axis.index()]);
                 let (low, high) = values
                     .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
                         (low.min(v), high.max(v))

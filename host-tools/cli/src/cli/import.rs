@@ -165,10 +165,14 @@ fn rig_log(folder: &Path) -> Result<Imported> {
 }
 
 fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
-    let logs = mapping::import(path, mapping_file)?;
+    let mut logs = mapping::import(path, mapping_file)?;
     let model_toml = match logs.model {
         Some((_, text)) => text,
-        None => starter::starter(&logs.train, logs.filter)?,
+        None => {
+            let starter = starter::starter(&logs.train, logs.filter)?;
+            logs.warnings.extend(starter.guessed);
+            starter.text
+        }
     };
     let mut recordings = vec![(PathBuf::from("train.mcap"), logs.train)];
     recordings.extend(logs.test.map(|test| ("test.mcap".into(), test)));

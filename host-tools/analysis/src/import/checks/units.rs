@@ -2,8 +2,10 @@
 
 use super::{CheckError, Context};
 use softdock_app::record::CycleRecord;
+use softdock_control::frames::{self, Pose, Twist};
 use softdock_physics::model::Axis;
 use softdock_report::number;
+use std::cmp::Ordering;
 
 /// No docking rig reaches farther, m.
 const FARTHEST_M: f64 = 50.0;
@@ -11,6 +13,8 @@ const FARTHEST_M: f64 = 50.0;
 const FASTEST_M_S: f64 = 20.0;
 /// ... or turns faster, rad/s.
 const FASTEST_RAD_S: f64 = 50.0;
+/// A motor's shaft that turns alone does, to 10,000 rpm, rad/s.
+const FASTEST_SHAFT_RAD_S: f64 = 1050.0;
 /// No force/torque sensor of such a rig reads more, N and N·m.
 const LARGEST_LOAD: f64 = 1e5;
 /// A force that never exceeds this is below the resolution of any sensor of a rig, N.
@@ -75,6 +79,10 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
             rounded(position)
         ));
     }
+    let fastest_turn = match turns_alone(cycles) {
+        true => FASTEST_SHAFT_RAD_S,
+        false => FASTEST_RAD_S,
+    };
     for (what, speed, angular) in [
         (
             "executed",
@@ -93,7 +101,7 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
                 rounded(speed)
             ));
         }
-        if angular > FASTEST_RAD_S {
+        if angular > fastest_turn {
             warn(format!(
                 "an angular velocity {what} of {} rad/s: is it in degrees per second?",
                 rounded(angular)
@@ -115,6 +123,21 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
             rounded(force)
         ));
     }
+}
+
+/// Nothing moves but one axis, which turns.
+fn turns_alone(cycles: &[CycleRecord]) -> bool {
+    let velocities = |c: &CycleRecord| [c.trace.executed_velocity, c.trace.sent_velocity];
+    let moves = |i: usize| {
+        let still = |c: &CycleRecord| {
+            velocities(c)
+                .iter()
+                .all(|v| v[i].abs().partial_cmp(&0.0) != Some(Ordering::Greater))
+        };
+        !cycles.iter().all(still)
+    };
+    let moving: Vec<usize> = (0..6).filter(|i| moves(*i)).collect();
+    matches!(moving.as_slice(), [axis] if *axis >= 3)
 }
 
 fn quaternion(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
@@ -170,46 +193,70 @@ fn same_numbers(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     }
 }
 
-/// Steps of the position against the velocity: a factor between the two is a wrong unit. Axis, factor, what to do.
+/// Steps of the pose against the velocity: a factor between the two is a wrong unit. Axis, factor, what to do.
 fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(Axis, f64, String)> {
-    let mut found = Vec::new();
-    for axis in [Axis::X, Axis::Y, Axis::Z] {
-        let i = axis.index();
-        let (mut dp_dp, mut dp_v, mut v_v) = (0.0, 0.0, 0.0);
-        for pair in cycles.windows(2) {
-            let dp = pair[1].trace.pose[i] - pair[0].trace.pose[i];
-            let v = 0.5
-                * sample_time_s
-                * (pair[1].trace.executed_velocity[i] + pair[0].trace.executed_velocity[i]);
-            dp_dp += dp * dp;
-            dp_v += dp * v;
-            v_v += v * v;
+    // Products of step and step, step and velocity, velocity and velocity, for each axis.
+    let mut sums = [[0.0; 3]; 6];
+    for pair in cycles.windows(2) {
+        let (before, after) = (&pair[0].trace, &pair[1].trace);
+        let step = step(&before.pose, &after.pose);
+        for (i, [dp_dp, dp_v, v_v]) in sums.iter_mut().enumerate() {
+            let v =
+                0.5 * sample_time_s * (after.executed_velocity[i] + before.executed_velocity[i]);
+            *dp_dp += step[i] * step[i];
+            *dp_v += step[i] * v;
+            *v_v += v * v;
         }
+    }
+    let found = Axis::ALL.into_iter().zip(sums);
+    let found = found.filter_map(|(axis, [dp_dp, dp_v, v_v])| {
         // Only where the two clearly belong together is their ratio worth a word; what is no number is none of the units'.
         let together = dp_v * dp_v >= 0.8 * dp_dp * v_v;
         if !together || dp_dp == 0.0 {
-            continue;
+            return None;
         }
         let ratio = dp_v / v_v;
-        let hint = match ratio {
-            r if r < 0.0 => {
-                "one of the two has the wrong sign; say `scale = -1.0` for it".to_owned()
-            }
-            r if (500.0..2000.0).contains(&r) => {
-                format!("is the position in mm? Say `unit = \"mm\"` for {axis} in [position]")
-            }
-            r if (5e-4..2e-3).contains(&r) => {
-                format!(
-                    "is the velocity in mm/s? Say `unit = \"mm/s\"` for {axis} in [executed_velocity]"
-                )
-            }
-            r if !(0.7..1.4).contains(&r) => format!(
-                "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in \
-                 [executed_velocity] of the mapping would make them agree"
-            ),
-            _ => continue,
-        };
-        found.push((axis, ratio, hint));
+        Some((axis, ratio, other_unit(axis, ratio)?))
+    });
+    found.collect()
+}
+
+/// How far the pose moved in C and turned in M.
+fn step(before: &[f64; 7], after: &[f64; 7]) -> [f64; 6] {
+    let pose = |p: &[f64; 7]| -> Pose<f64> {
+        let [x, y, z, qw, qx, qy, qz] = *p;
+        frames::pose(&[x, y, z], &[qw, qx, qy, qz])
+    };
+    let (before, after) = (pose(before), pose(after));
+    Twist {
+        linear: after.translation.vector - before.translation.vector,
+        angular: (before.rotation.inverse() * after.rotation).scaled_axis(),
     }
-    found
+    .get()
+}
+
+/// What to do about a pose that changes so many times as fast as its velocity says; None if that may be.
+fn other_unit(axis: Axis, ratio: f64) -> Option<String> {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    let about = |factor: f64| (0.5..2.0).contains(&(ratio / factor));
+    let (section, length, speed, factor) = match axis.is_rotation() {
+        true => ("orientation", "deg", "deg/s", DEGREES),
+        false => ("position", "mm", "mm/s", 1e3),
+    };
+    Some(match ratio {
+        r if r < 0.0 => "one of the two has the wrong sign; say `scale = -1.0` for it".to_owned(),
+        _ if about(factor) => {
+            format!(
+                "is the {section} in {length}? Say `unit = \"{length}\"` for {axis} in [{section}]"
+            )
+        }
+        _ if about(1.0 / factor) => format!(
+            "is the velocity in {speed}? Say `unit = \"{speed}\"` for {axis} in [executed_velocity]"
+        ),
+        r if !(0.7..1.4).contains(&r) => format!(
+            "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in \
+             [executed_velocity] of the mapping would make them agree"
+        ),
+        _ => return None,
+    })
 }

@@ -213,11 +213,13 @@ impl Importer<'_> {
             let rows = mapping.rows.of(part);
             let mut channels = Channels::read(mapping, rows, source, &mut self.warnings)?;
             if !at_rest {
-                stamps::regular(&mut channels, &mapping.time, &name, &mut self.warnings)?;
+                let cutoff_hz = mapping.filter.map(|filter| filter.cutoff_hz);
+                let told = &mut self.warnings;
+                stamps::regular(&mut channels, &mapping.time, cutoff_hz, &name, told)?;
             }
             self.derived.extend(cycles::derived(&channels, at_rest));
             if let Some(filter) = &mapping.filter {
-                shape::filter(&mut channels, filter)?;
+                shape::filter(&mut channels, filter, &name, &mut self.warnings)?;
             }
             cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)
         };

@@ -13,13 +13,18 @@ use std::f64::consts::TAU;
 const HIGHEST_ORDER: u32 = 12;
 
 /// Filters every channel alike between its gaps, and keeps every n-th row between the ends that are
-/// left out.
+/// left out; what gaps cost goes to `told`.
 ///
 /// # Errors
 ///
 /// A cutoff that the sampling rate does not allow, before or after decimation; an order out of
 /// its range; ends that leave nothing.
-pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result<()> {
+pub(super) fn filter(
+    channels: &mut Channels,
+    filter: &Filter,
+    name: &str,
+    told: &mut Vec<String>,
+) -> anyhow::Result<()> {
     let Filter {
         cutoff_hz,
         order,
@@ -62,11 +67,20 @@ pub(super) fn filter(channels: &mut Channels, filter: &Filter) -> anyhow::Result
     roll(channels, turns);
     let trimmed = trimmed as usize;
     let mut kept = vec![false; channels.len()];
+    let stretches = pieces.len();
     for piece in pieces {
         let (count, part) = (piece.len(), &mut kept[piece]);
         for (n, kept) in part.iter_mut().enumerate() {
             *kept = n % decimate == 0 && n >= trimmed && n + trimmed < count;
         }
+    }
+    if trimmed > 0 && stretches > 1 {
+        told.push(format!(
+            "{name}: trim_s = {trim_s} is taken from both ends of each of {stretches} stretches between gaps, which leaves {} of \
+             {} rows; `gaps = \"bridge\"` in [time] fills short gaps before",
+            kept.iter().filter(|kept| **kept).count(),
+            kept.len()
+        ));
     }
     channels.keep(|n| kept[n]);
     Ok(())
@@ -190,7 +204,7 @@ mod tests {
             decimate: 1,
             trim_s: 0.1,
         };
-        filter(&mut channels, &low_pass).unwrap();
+        filter(&mut channels, &low_pass, "log.csv", &mut Vec::new()).unwrap();
         let filtered = channels.quaternion.unwrap();
         for n in 0..filtered[0].len() {
             let along: f64 = (0..4).map(|i| filtered[i][n] * expected[i][n + 100]).sum();

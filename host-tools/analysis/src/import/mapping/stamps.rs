@@ -13,8 +13,11 @@ use std::ops::Range;
 /// A step of more than so many median steps is a gap: a row is missing.
 const GAP: f64 = 1.5;
 /// ... and where steps of any length are resampled: longer than what a cubic through four rows
-/// bridges, if the fastest motion takes ten rows.
+/// bridges, half a period of the fastest motion, if that takes ten rows.
 const RESAMPLED_GAP: f64 = 5.0;
+/// Longest step that a cubic bridges, in periods of the fastest motion: what is faster than the low-pass behind it is
+/// taken out again.
+const BRIDGED_PERIODS: f64 = 0.5;
 /// Rows over which stamps are held against equal steps; a clock that drifts is regular here.
 const WINDOW: usize = 100;
 /// Farthest that a stamp is from its place among equal steps, in steps, when it is rounded or late.
@@ -26,7 +29,8 @@ const FINEST: f64 = 100.0;
 /// A sample so near to a row, in steps, is that row.
 const SAME: f64 = 1e-3;
 
-/// Makes equal steps of the rows where the mapping says how; what was done goes to `told`.
+/// Makes equal steps of the rows where the mapping says how; what was done goes to `told`. `cutoff_hz`: of the low-pass
+/// that the rows go through afterwards.
 ///
 /// # Errors
 ///
@@ -34,6 +38,7 @@ const SAME: f64 = 1e-3;
 pub(super) fn regular(
     channels: &mut Channels,
     time: &Time,
+    cutoff_hz: Option<f64>,
     name: &str,
     told: &mut Vec<String>,
 ) -> anyhow::Result<()> {
@@ -63,10 +68,11 @@ pub(super) fn regular(
                 "[time] resample_hz: samples every {step_s} s in {duration_s} s; expected a rate that \
                  gives at least two samples, and \"auto\" for the median of the rows, {median_s} s"
             );
+            let bridged_s = cutoff_hz.map_or(0.0, |cutoff_hz| BRIDGED_PERIODS / cutoff_hz);
             resample(
                 channels,
                 step_s,
-                RESAMPLED_GAP * median_s,
+                bridged_s.max(RESAMPLED_GAP * median_s),
                 time.gaps,
                 name,
                 told,
@@ -288,14 +294,18 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
                 let whole = rms(&|n| a[n] - mean);
                 let changed = rms(&|n| a[n] - b[n]);
                 let part = 100.0 * changed / whole;
-                (whole > 0.0).then(|| {
+                // Less is shown as nothing.
+                (part >= 0.005).then(|| {
                     format!(
                         "{channel} {} {unit} ({part:.2} %)",
                         number::significant(changed, 2)
                     )
                 })
             });
-    lost.collect::<Vec<_>>().join(", ")
+    match lost.collect::<Vec<_>>().as_slice() {
+        [] => "nothing".to_owned(),
+        lost => lost.join(", "),
+    }
 }
 
 /// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines.

@@ -175,13 +175,19 @@ pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>, turns: bool) -> Vec<f
         let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
         return poses.iter().map(along).collect();
     }
-    let mut turned = 0.0;
-    let angle = |pose: &Pose<f64>| {
-        let angle = axis.dot(&pose.rotation.scaled_axis());
-        turned = angle + TAU * ((turned - angle) / TAU).round();
-        turned
-    };
-    poses.iter().map(angle).collect()
+    let angle = |pose: &Pose<f64>| axis.dot(&pose.rotation.scaled_axis());
+    let mut angles: Vec<f64> = poses.iter().map(angle).collect();
+    count_turns(angles.iter_mut());
+    angles
+}
+
+/// Adds to each angle the whole turns that bring it nearest to the one before.
+pub fn count_turns<'a>(angles: impl Iterator<Item = &'a mut f64>) {
+    let mut before = 0.0;
+    for angle in angles.filter(|angle| angle.is_finite()) {
+        *angle += TAU * ((before - *angle) / TAU).round();
+        before = *angle;
+    }
 }
 
 /// A point of M on which a guide may act.

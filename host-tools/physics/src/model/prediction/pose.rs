@@ -2,11 +2,12 @@
 //!
 //! `p(n) = p(n−1) + Ts/2 (v(n) + v(n−1))` with sampled velocities, `p(n−1) + Ts v(n)` with means
 //! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are
-//! given from the first pose of the recording, axes of M.
+//! given from the first pose of the recording, axes of M; that of a bearing counts whole turns.
 
 use super::retimed::clock_value;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six, six};
+use crate::model::load::count_turns;
 use crate::model::{Channel, Model};
 use softdock_control::frames::{Pose, Twist};
 
@@ -16,12 +17,15 @@ pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> Cha
     let noise = &model.noise;
     let root2 = std::f64::consts::SQRT_2;
     let first = (0..signals.len()).find_map(|n| signals.pose(n));
-    let measured: Vec<Six> = (0..signals.len())
+    let mut measured: Vec<Six> = (0..signals.len())
         .map(|n| match (first, signals.pose(n)) {
             (Some(first), Some(pose)) => coordinates(&first, &pose),
             _ => [f64::NAN; 6],
         })
         .collect();
+    if let Some(axis) = model.bearing() {
+        count_turns(measured.iter_mut().map(|six| &mut six[axis.index()]));
+    }
     let predicted = (0..signals.len())
         .map(|n| {
             let error = increment_error(signals, n, intervals_s, &clock)?;

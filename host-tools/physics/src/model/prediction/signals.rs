@@ -307,10 +307,12 @@ fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
 ///
 /// If it is, their noise is in it as well, and it explains the steps of the position to the digits
 /// of the recording. Of a velocity that was measured apart, either meaning leaves the noise of the
-/// poses, and which leaves less is chance.
+/// poses, and which leaves less is chance. Where the velocity stays the same, the two mean the same.
 fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
     /// Squared error of a difference of poses, over that of a velocity that was measured apart.
     const OF_POSES: f64 = 0.25;
+    /// Velocities that differ by a smaller part of themselves differ by round-off.
+    const ROUND_OFF: f64 = 1e-9;
     let pose = |c: &CycleRecord| {
         let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
         frames::pose(&[x, y, z], &[qw, qx, qy, qz])
@@ -330,6 +332,9 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
             turn.z,
         );
         let (before, after) = (velocity(&pair[0]), velocity(&pair[1]));
+        if (after - before).norm() <= ROUND_OFF * after.norm() {
+            continue;
+        }
         let of_mean = (moved - after * cycle_s).norm_squared();
         let of_sampled = (moved - (before + after) * (0.5 * cycle_s)).norm_squared();
         if of_mean.is_finite() && of_sampled.is_finite() {

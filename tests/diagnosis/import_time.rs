@@ -1,0 +1,184 @@
+//! When the rows of an imported table were: irregular stamps, gaps, late rows; and what follows for a model to start from.
+
+use super::import_mapping::{imported, near, table};
+use softdock_analysis::import::starter::starter;
+use softdock_analysis::import::summary::Summary;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
+use std::f64::consts::PI;
+
+/// Stamps of a computer that samples when it has time: 2 to 6 ms apart, never the same.
+fn irregular(header: &str, rows: usize, row: impl Fn(f64) -> String) -> String {
+    let mut time_s = 0.0;
+    let mut source = 1_u32;
+    let mut text = format!("{header}\n");
+    for _ in 0..rows {
+        text.push_str(&format!("{time_s},{}\n", row(time_s)));
+        source = source.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        time_s += 0.002 + 0.004 * f64::from(source >> 8) / f64::from(1 << 24);
+    }
+    text
+}
+
+const STAMPED: &str = r#"
+    [files]
+    train = "log.csv"
+    [time]
+    column = "t"
+    [position]
+    x = "p"
+    [executed_velocity]
+    x = "v"
+"#;
+
+#[test]
+fn irregular_stamps_are_refused_or_resampled_and_the_loss_is_said() {
+    let angle = |t: f64| 2.0 * PI * t;
+    let motion = |t: f64| {
+        // What is faster than half of 100 Hz cannot be kept.
+        let hum = 0.1 * (60.0 * angle(t)).sin();
+        format!("{},{}", angle(t).sin(), 2.0 * PI * angle(t).cos() + hum)
+    };
+    let files = [("log.csv", irregular("t,p,v", 2000, motion))];
+    let error = imported("mapping_irregular", STAMPED, &files).unwrap_err();
+    for says in [
+        "log.csv: the time stamps are irregular: the rows are 0.00200 to 0.00600 s apart",
+        "[time]\n  resample_hz = 2",
+    ] {
+        assert!(error.contains(says), "`{says}`: {error}");
+    }
+    let mapping = STAMPED.replace("[time]", "[time]\nresample_hz = 100");
+    let logs = imported("mapping_resampled", &mapping, &files).unwrap();
+    for (n, cycle) in logs.train.cycles.iter().enumerate() {
+        let at_s = n as f64 * 0.01;
+        assert_eq!((cycle.trace.cycle, cycle.trace.time_s), (n as u64, at_s));
+        let left = cycle.trace.pose[0] - angle(at_s).sin();
+        // (2π 6 ms)³ of a cubic whose slopes are those of parabolas, over 16.
+        assert!(left.abs() < 4e-6, "{n}: {left}");
+    }
+    let told = &logs.warnings[0];
+    for says in [
+        "log.csv: resampled from 2000 rows to ",
+        " samples at 100.0 Hz: ",
+        "largest step between rows is 0.00600 s",
+        "faster than 50.0 Hz",
+    ] {
+        assert!(told.contains(says), "`{says}`: {told}");
+    }
+    let lost = told.split("executed velocity x ").nth(1).unwrap();
+    let lost: f64 = lost.split(' ').next().unwrap().parse().unwrap();
+    // Of an amplitude of 0.1: it and its alias, which are not alike.
+    assert!((0.07..0.11).contains(&lost), "{told}");
+}
+
+#[test]
+fn gaps_are_cut_or_bridged() {
+    // Rows 100 to 109 are missing.
+    let log = table("t,p,v", 300, |n| {
+        let n = if n < 100.0 { n } else { n + 10.0 };
+        format!("{},{},1", n * 0.01, n * 0.01)
+    });
+    let files = [("log.csv", log)];
+    let derived = STAMPED.replace("x = \"v\"", "derive = true");
+    for mapping in [
+        derived.clone(),
+        derived.replace("[time]", "[time]\ngaps = \"cut\""),
+    ] {
+        let logs = imported("mapping_cut", &mapping, &files).unwrap();
+        let cycles = &logs.train.cycles;
+        assert_eq!((cycles[99].trace.cycle, cycles[100].trace.cycle), (99, 110));
+        assert!(near(&cycles[100].trace.executed_velocity[..1], &[1.0]));
+        let told = logs.warnings.concat();
+        assert!(
+            told.contains("row 101: 0.100 s are missing") && told.contains("begins anew"),
+            "{told}"
+        );
+    }
+    let mapping = derived.replace("[time]", "[time]\ngaps = \"bridge\"");
+    let logs = imported("mapping_bridge", &mapping, &files).unwrap();
+    assert_eq!(logs.train.cycles.len(), 310);
+    for (n, cycle) in logs.train.cycles.iter().enumerate() {
+        assert!(near(&cycle.trace.pose[..1], &[n as f64 * 0.01]), "{n}");
+    }
+    let told = "bridged by straight lines: 10 of 310 rows are made up";
+    assert!(logs.warnings.concat().contains(told), "{:?}", logs.warnings);
+}
+
+/// A computer that is late with one row in fifty, by six rows: no gap for a log that goes through a low-pass of 4 Hz, whose
+/// fastest motion takes ten times as long, and one for a log that keeps all of its motion.
+#[test]
+fn a_late_row_is_no_gap_behind_a_low_pass() {
+    let log = table("t,p,v", 2000, |n| {
+        let t = 0.005 * (n + 6.0 * (n / 50.0).floor());
+        format!("{t},{},{}", t.sin(), t.cos())
+    });
+    let files = [("log.csv", log)];
+    let derived = STAMPED.replace("x = \"v\"", "derive = true");
+    let resampled = derived.replace("[time]", "[time]\nresample_hz = 200");
+    let filtered = format!("{resampled}\n[filter]\ncutoff_hz = 4.0\ntrim_s = 0.1");
+    let logs = imported("late_rows", &filtered, &files).unwrap();
+    let told = logs.warnings.concat();
+    assert!(!told.contains("gap") && !told.contains("missing"), "{told}");
+    let (rows, trimmed) = (2000 + 39 * 6, 2 * 20);
+    assert_eq!(logs.train.cycles.len(), rows - trimmed);
+    for cycle in &logs.train.cycles {
+        let error = cycle.trace.pose[0] - cycle.trace.time_s.sin();
+        assert!(error.abs() < 1e-3, "{}: {error}", cycle.trace.time_s);
+    }
+    let fast = filtered.replace("4.0", "80.0");
+    let logs = imported("late_rows", &fast, &files).unwrap();
+    let told = logs.warnings.concat();
+    assert!(told.contains("39 gap(s) cut out"), "{told}");
+    assert!(
+        told.contains(
+            "both ends of each of 40 stretches between gaps, which leaves 400 of 2000 rows"
+        ),
+        "{told}"
+    );
+}
+
+/// A mapping of a shaft of which only the speed is measured.
+const SHAFT: &str =
+    "[time]\ncolumn = \"t\"\n[executed_velocity]\nrx = \"w\"\n[wrench]\ntx = \"tau\"";
+
+/// A drive that turns a shaft at speeds that it holds; torques are commands, or rounded to few digits.
+fn shaft(torque: impl Fn(f64) -> f64) -> (Model, Vec<String>, Summary, VelocityMeaning) {
+    let mapping = format!("{SHAFT}\n[files]\ntrain = \"log.csv\"\n");
+    let log = table("t,w,tau", 1000, |n| {
+        let speed = 150.0 * (0.002 * n).sin();
+        format!(
+            "{},{},{}",
+            0.01 * n,
+            (0.05 * speed).round() * 20.0,
+            torque(speed)
+        )
+    });
+    let logs = imported("shaft", &mapping, &[("log.csv", log)]).unwrap();
+    assert_eq!(logs.warnings, Vec::<String>::new());
+    let starter = starter(&logs.train, None).unwrap();
+    let meaning = Signals::new(&logs.train).unwrap().velocity;
+    let model = Model::from_toml(&starter.text, "model.toml").unwrap();
+    let summary = Summary::of("log", &logs.train, &[]);
+    (model, starter.guessed, summary, meaning)
+}
+
+#[test]
+fn a_model_to_start_from_has_a_noise_of_the_size_of_the_signal() {
+    let command = |speed: f64| -1e-3 * speed.signum() - 2e-5 * speed;
+    let rounded = |speed: f64| (command(speed) * 2e3).round() / 2e3;
+    for torque in [&command as &dyn Fn(f64) -> f64, &rounded] {
+        let (model, guessed, summary, meaning) = shaft(torque);
+        let (noise, bias) = (model.noise.torque_n_m, model.tolerance.bias[3]);
+        assert!((1e-6..4e-6).contains(&noise), "{noise}");
+        assert!(bias < noise, "{bias}");
+        let [said] = guessed.as_slice() else {
+            panic!("{guessed:?}")
+        };
+        assert!(said.starts_with("[noise] torque_n_m = "), "{said}");
+        assert_eq!(model.noise.force_n, Model::default().noise.force_n);
+        // A velocity that repeats says nothing about what it means, and the angle counts turns.
+        assert_eq!(meaning, VelocityMeaning::Sampled);
+        let angle = &summary.channels[0];
+        assert!(angle.name == "pose rx" && angle.high > 100.0, "{angle:?}");
+    }
+}
