@@ -1,6 +1,9 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
+use softdock_analysis::fit::Logs;
+use softdock_analysis::fit::addition::{add_effect, model_after, useless};
+use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::one_axis::OneAxis;
@@ -131,6 +134,50 @@ fn a_joint_behind_a_lever_keeps_weight_inertia_friction_and_offset() {
     }
     let is_dry = |id: &&str| ["guide_coulomb", "guide_stribeck"].contains(id);
     assert!(named(&found).iter().any(is_dry), "{}", found.sentence);
+}
+
+/// A weight that is added first takes a part of the offset, and gives it back when that is added.
+#[test]
+fn what_a_model_has_is_fitted_anew_beside_what_is_added() {
+    const OFFSET: f64 = 3.0;
+    let mut model = Model::from_toml(&MODEL.replace("0.35", "0.4"), "model.toml").unwrap();
+    let of = |seconds, phase, seed| log(seconds, phase, seed, |_, _| OFFSET);
+    let logs = Logs {
+        train: vec![of(12.0, 0.0, 5)],
+        test: vec![of(8.0, 2.0, 6)],
+        names: Names {
+            train: "train.mcap".to_owned(),
+            test: None,
+        },
+        notes: Vec::new(),
+    };
+    for id in [
+        "guide_coulomb",
+        "guide_viscous",
+        "bearing_gravity",
+        "guide_offset",
+    ] {
+        let (report, _) = add_effect(&model, id, &logs, false).unwrap();
+        assert_eq!(useless(&report.diagnosis.steps, "test"), None);
+        model = model_after(&model, &report, &logs.names);
+    }
+    for (place, parameter, truth) in [
+        (0, "torque_n_m", FRICTION.0),
+        (1, "damping_n_m_s_per_rad", FRICTION.1),
+        (2, "sine_n_m", GRAVITY.0 * GRAVITY.1.cos()),
+        (2, "cosine_n_m", -GRAVITY.0 * GRAVITY.1.sin()),
+        (3, "torque_n_m", -OFFSET),
+    ] {
+        let effect = &model.effects[place];
+        let value = effect.parameters[parameter];
+        let off = (value.abs() / truth.abs() - 1.0).abs();
+        assert!(
+            off < 0.05,
+            "{} {parameter}: {value} for {truth}, {:?}",
+            effect.id,
+            model.effects
+        );
+    }
 }
 
 #[test]

@@ -152,6 +152,25 @@ pub fn fit_effect(
     }
 }
 
+/// Fits effects together, in the forms that suit these logs best: a diagnosis that knows no others. What does not pay is
+/// not in the answer.
+///
+/// # Errors
+///
+/// Those of [`diagnose`].
+pub fn fit_effects(
+    model: &Model,
+    ids: &[String],
+    train: &[&Recording],
+    test: &[&Recording],
+) -> anyhow::Result<Report> {
+    let question = Question {
+        among: Some(ids),
+        ..Question::default()
+    };
+    ask(model, train, test, &question, &|_, _| {})
+}
+
 fn ask(
     model: &Model,
     train: &[&Recording],

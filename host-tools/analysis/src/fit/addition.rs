@@ -1,7 +1,10 @@
 //! What was fitted or named goes into the model.
 
 use super::record::{self, Names};
-use crate::diagnose::{Diagnosis, Report, Step};
+use super::together::refit_beside;
+use super::{Logs, Refitted};
+use crate::diagnose::{Diagnosis, Estimate, Report, Step, fit_effect};
+use anyhow::Result;
 use serde::Serialize;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::{EffectModel, Model};
@@ -12,24 +15,73 @@ pub struct Addition<'a> {
     /// What was fitted, or named.
     #[serde(flatten)]
     pub diagnosis: &'a Diagnosis,
+    /// Parameters that the model had, fitted anew beside it.
+    #[serde(skip_serializing_if = "<[Refitted]>::is_empty")]
+    pub moved: &'a [Refitted],
     /// The file was changed.
     pub written: bool,
     /// What was or would be changed, as a unified diff.
     pub difference: &'a str,
 }
 
+/// Fits one effect, and beside it what the model had already: together they may show what one alone does not. `forced`:
+/// also if the data hardly shows it. What of the others moved is returned, too.
+///
+/// # Errors
+///
+/// Those of [`fit_effect`].
+pub fn add_effect(
+    model: &Model,
+    id: &str,
+    logs: &Logs,
+    forced: bool,
+) -> Result<(Report, Vec<Refitted>)> {
+    let fit = |forced| fit_effect(model, id, &logs.fitted(), &logs.unseen_ones(), forced);
+    let alone = match fit(forced) {
+        Ok(mut report) => {
+            let moved = refit_beside(model, &mut report, logs)?;
+            return Ok((report, moved));
+        }
+        Err(alone) => alone,
+    };
+    let Ok(mut report) = fit(true) else {
+        return Err(alone);
+    };
+    let moved = refit_beside(model, &mut report, logs)?;
+    let amounts = report.diagnosis.parameters.get(id);
+    let is_sure = |estimate: &Estimate| estimate.low * estimate.high > 0.0;
+    let is_shown = amounts.is_some_and(|all| all.values().any(is_sure));
+    match moved.is_empty() || !is_shown {
+        true => Err(alone),
+        false => Ok((report, moved)),
+    }
+}
+
 /// The model with what was named, in the digits of a model file, and the history.
 pub fn model_after(model: &Model, report: &Report, names: &Names) -> Model {
     let mut after = model.clone();
-    for id in &report.diagnosis.effects {
-        let fitted = report.after.effects.iter().find(|effect| effect.id == *id);
-        after.effects.extend(fitted.map(|effect| EffectModel {
-            fitted_on: Some(names.train.clone()),
-            ..in_digits(effect)
-        }));
+    let found = |id: &str| report.after.effects.iter().find(|effect| effect.id == id);
+    for effect in &mut after.effects {
+        match found(&effect.id) {
+            Some(refitted) if refitted.parameters != effect.parameters => {
+                *effect = fitted_on(refitted, names);
+            }
+            _ => {}
+        }
     }
+    let named = report.diagnosis.effects.iter().filter_map(|id| found(id));
+    after
+        .effects
+        .extend(named.map(|effect| fitted_on(effect, names)));
     record::append(&mut after.history, names, &report.diagnosis.steps);
     after
+}
+
+fn fitted_on(effect: &EffectModel, names: &Names) -> EffectModel {
+    EffectModel {
+        fitted_on: Some(names.train.clone()),
+        ..in_digits(effect)
+    }
 }
 
 fn in_digits(effect: &EffectModel) -> EffectModel {

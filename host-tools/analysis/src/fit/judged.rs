@@ -1,15 +1,15 @@
 //! A fit of all parameters, judged on what it has not seen: what `fit` says and what it writes.
 
+use super::logs::refs;
 use super::record::{self, error};
 use super::{Logs, Refitted, Undetermined, refit};
-use crate::diagnose::{Step, held_back};
+use crate::diagnose::Step;
 use anyhow::Result;
 use serde::Serialize;
-use softdock_io::recording::Recording;
 use softdock_physics::model::{HistoryStep, Model};
 
-/// Relative rise of the error on unseen data that is no accident of the noise.
-const RISES: f64 = 1e-3;
+/// Relative change of the error on unseen data that is no accident of the noise.
+pub(super) const RISES: f64 = 1e-3;
 
 /// A fit, the error before and after it, and the model with what it found and with its history.
 #[derive(Clone, Debug)]
@@ -61,13 +61,8 @@ impl Judged {
     ///
     /// A recording that cannot be predicted, or a model without anything to fit.
     pub fn fit(model: &Model, logs: &Logs, progress: &dyn Fn(f64, &str)) -> Result<Self> {
-        let halves: Vec<(Recording, Recording)>;
-        let (train, test): (Vec<&Recording>, Vec<&Recording>) = if logs.test.is_empty() {
-            halves = logs.train.iter().map(held_back).collect();
-            halves.iter().map(|(start, end)| (start, end)).unzip()
-        } else {
-            (logs.fitted(), logs.unseen_ones())
-        };
+        let parts = logs.parted();
+        let [train, test] = parts.each_ref().map(|logs| refs(logs));
         let found = refit(model, &train, progress)?;
         let step = |effect: &str, model: &Model| -> Result<Step> {
             Ok(Step {

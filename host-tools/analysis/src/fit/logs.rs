@@ -2,11 +2,13 @@
 
 use super::record::Names;
 use super::{excitation, same_rig};
+use crate::diagnose::held_back;
 use crate::import::checks::{Context, check};
 use anyhow::{Result, ensure};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 /// Recordings to fit on, and recordings that the fit does not see, if there are any.
@@ -92,6 +94,18 @@ impl Logs {
         self.test.iter().collect()
     }
 
+    /// Logs to fit on and logs to judge on: without unseen ones the end of each of the others is held back.
+    pub(super) fn parted(&self) -> [Vec<Cow<'_, Recording>>; 2] {
+        if !self.test.is_empty() {
+            return [&self.train, &self.test].map(|logs| logs.iter().map(Cow::Borrowed).collect());
+        }
+        let halves = self.train.iter().map(held_back);
+        let (starts, ends) = halves
+            .map(|(start, end)| (Cow::Owned(start), Cow::Owned(end)))
+            .unzip();
+        [starts, ends]
+    }
+
     /// The recording whose settings a report shows.
     pub fn judged(&self) -> &Recording {
         self.test.first().unwrap_or(&self.train[0])
@@ -101,6 +115,11 @@ impl Logs {
     pub fn unseen(&self) -> &str {
         self.names.test.as_deref().unwrap_or_default()
     }
+}
+
+/// The recordings themselves.
+pub(super) fn refs<'a>(logs: &'a [Cow<'_, Recording>]) -> Vec<&'a Recording> {
+    logs.iter().map(AsRef::as_ref).collect()
 }
 
 /// Neither does a copy of it: no two measurements have the same noise.

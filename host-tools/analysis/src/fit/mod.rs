@@ -7,7 +7,7 @@
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
 //! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`addition`] puts
-//! what was found into the model, [`record`] writes the steps of a model's history, [`excitation`] says what a recording
+//! what was found into the model, [`refit_beside`] fits what it had already anew beside that, [`record`] writes the steps of a model's history, [`excitation`] says what a recording
 //! cannot teach at all.
 
 pub mod addition;
@@ -22,9 +22,11 @@ mod nominal;
 mod parameter;
 mod residual;
 pub(crate) mod same_rig;
+mod together;
 
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};
+pub use together::refit_beside;
 
 use anyhow::ensure;
 use determined::Doubt;
@@ -52,7 +54,7 @@ pub struct Refitted {
     /// Its place in the model file.
     pub name: String,
     /// SI unit, `-` if it has none.
-    pub unit: &'static str,
+    pub unit: String,
     /// Value in the model file.
     pub before: f64,
     /// Fitted value.
@@ -104,9 +106,20 @@ pub fn refit(
     recordings: &[&Recording],
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Refit> {
+    refit_those(model, recordings, &|_| true, progress)
+}
+
+/// [`refit`] of some of the parameters; the others are exact.
+fn refit_those(
+    model: &Model,
+    recordings: &[&Recording],
+    those: &dyn Fn(&Parameter) -> bool,
+    progress: &dyn Fn(f64, &str),
+) -> anyhow::Result<Refit> {
     let signals = recordings.iter().map(|recording| Signals::new(recording));
     let signals = signals.collect::<anyhow::Result<Vec<_>>>()?;
     let mut free = parameter::all(model);
+    free.retain(those);
     ensure!(
         !free.is_empty(),
         "there is nothing to fit: the model has no effects, and all of its tolerances are 0"
@@ -179,7 +192,7 @@ fn result(
         let note = kept.map(str::to_owned).or_else(|| partner.map(with));
         parameters.push(Refitted {
             name: parameter.name.clone(),
-            unit: parameter.unit,
+            unit: parameter.unit.to_owned(),
             before: parameter.value,
             value,
             low: interval[0],

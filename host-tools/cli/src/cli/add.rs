@@ -1,14 +1,13 @@
 //! `softdock add`: a missing effect into the model file, with the error before and after.
 
 use super::diagnose::tables;
-use super::logs;
 use super::progress::Progress;
-use super::{print, print_json};
+use super::{fit, logs, print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
-use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose, fit_effect};
-use softdock_analysis::fit::Logs;
-use softdock_analysis::fit::addition::{Addition, model_after, useless};
+use softdock_analysis::diagnose::{Diagnosis, Report, Step, Verdict, diagnose};
+use softdock_analysis::fit::addition::{Addition, add_effect, model_after, useless};
+use softdock_analysis::fit::{Logs, Refitted, refit_beside};
 use softdock_io::say;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::ModelFile;
@@ -17,7 +16,8 @@ use std::path::PathBuf;
 /// Fit an effect and write it into the model file, with its intervals and the error before and
 /// after.
 ///
-/// Everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added. An
+/// Effects that the model has already are fitted anew beside it, where that foretells unseen data better, and it is said
+/// what moved; everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added. An
 /// effect that does not help on unseen data is not written, unless --force says so.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -52,18 +52,18 @@ impl Add {
             file.model().effect(id)?;
         }
         let logs = logs::open(file.model(), &self.fit, &self.test)?;
-        let report = self.fitted(file.model(), &logs)?;
-        let diagnosis = &report.diagnosis;
-        if diagnosis.effects.is_empty() {
-            return self.nothing_to_add(diagnosis);
+        let (report, moved) = self.fitted(file.model(), &logs)?;
+        if report.diagnosis.effects.is_empty() {
+            return self.nothing_to_add(&report.diagnosis);
         }
+        let diagnosis = &report.diagnosis;
         let after = model_after(file.model(), &report, &logs.names);
         let edited = file.edited(&after)?;
         let difference = edited.difference();
         let useless = useless(&diagnosis.steps, logs.unseen());
         if self.dry_run {
             useless.iter().for_each(|reason| say!("warning: {reason}"));
-            return self.show(diagnosis, &logs, &difference, false);
+            return self.show(diagnosis, &moved, &logs, &difference, false);
         }
         match useless {
             Some(reason) if !self.force => {
@@ -73,21 +73,20 @@ impl Add {
             None => {}
         }
         edited.save()?;
-        self.show(diagnosis, &logs, &difference, true)
+        self.show(diagnosis, &moved, &logs, &difference, true)
     }
 
-    fn fitted(&self, model: &Model, logs: &Logs) -> Result<Report> {
+    /// What is added, and what of the effects that the model had moves with it.
+    fn fitted(&self, model: &Model, logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
         let progress = Progress::new();
-        let (train, test) = (&logs.fitted()[..], &logs.unseen_ones()[..]);
-        match &self.effect {
-            Some(id) => {
-                progress.show(0.1, &format!("fitting {id}"));
-                fit_effect(model, id, train, test, self.force)
-            }
-            None => diagnose(model, train, test, &|share, what| {
-                progress.show(share, what);
-            }),
+        if let Some(id) = &self.effect {
+            progress.show(0.1, &format!("fitting {id}"));
+            return add_effect(model, id, logs, self.force);
         }
+        let told = |share: f64, what: &str| progress.show(share, what);
+        let mut report = diagnose(model, &logs.fitted(), &logs.unseen_ones(), &told)?;
+        let moved = refit_beside(model, &mut report, logs)?;
+        Ok((report, moved))
     }
 
     fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
@@ -100,6 +99,7 @@ impl Add {
         if self.json {
             return print_json(&Addition {
                 diagnosis,
+                moved: &[],
                 written: false,
                 difference: "",
             });
@@ -113,6 +113,7 @@ impl Add {
     fn show(
         &self,
         diagnosis: &Diagnosis,
+        moved: &[Refitted],
         logs: &Logs,
         difference: &str,
         written: bool,
@@ -120,6 +121,7 @@ impl Add {
         if self.json {
             return print_json(&Addition {
                 diagnosis,
+                moved,
                 written,
                 difference,
             });
@@ -128,8 +130,12 @@ impl Add {
             return print(difference);
         }
         let path = self.model.display();
+        let beside = match moved {
+            [] => String::new(),
+            moved => format!("\nFitted anew beside it\n{}\n", fit::table(moved)),
+        };
         print(&format!(
-            "Added to {path}: {}.\n{}\n\n{}\n\nError on {}, in units of the data sheet's noise\n{}\n",
+            "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the data sheet's noise\n{}\n",
             diagnosis.effects.join(", "),
             error_reduction(&diagnosis.steps, logs),
             tables::parameters(&diagnosis.parameters),

@@ -100,7 +100,8 @@ impl Fit {
     }
 }
 
-fn table(parameters: &[Refitted]) -> Table {
+/// Parameters before and after a fit.
+pub(super) fn table(parameters: &[Refitted]) -> Table {
     let mut table = Table::new(vec![
         Column::text("Parameter"),
         Column::text("Unit"),
@@ -113,7 +114,7 @@ fn table(parameters: &[Refitted]) -> Table {
     for p in parameters {
         table.push(vec![
             Cell::text(&p.name),
-            Cell::text(p.unit),
+            Cell::text(&p.unit),
             Cell::number(p.before, DIGITS),
             Cell::number(p.value, DIGITS),
             Cell::interval(p.low, p.high, 2),

@@ -8,10 +8,10 @@ use crate::server::Workbench;
 use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
-use softdock_analysis::diagnose::{Report, diagnose_watched, fit_effect};
-use softdock_analysis::fit::Logs;
-use softdock_analysis::fit::addition::{Addition, model_after, useless};
+use softdock_analysis::diagnose::{Report, diagnose_watched};
+use softdock_analysis::fit::addition::{Addition, add_effect, model_after, useless};
 use softdock_analysis::fit::judged::Judged;
+use softdock_analysis::fit::{Logs, Refitted, refit_beside};
 use softdock_physics::model::edit::ModelFile;
 use softdock_physics::model::{Hypothesis, Model};
 
@@ -94,7 +94,7 @@ impl Search {
         if let Question::Fit = self.question {
             return self.fit(job);
         }
-        let (report, doubt) = self.found(job)?;
+        let (report, moved, doubt) = self.found(job)?;
         let diagnosis = &report.diagnosis;
         let after = model_after(&self.model, &report, &self.logs.names);
         let adds = !diagnosis.effects.is_empty();
@@ -107,6 +107,7 @@ impl Search {
         let document = self.document(
             Addition {
                 diagnosis,
+                moved: &moved,
                 written: false,
                 difference: &difference,
             },
@@ -145,28 +146,29 @@ impl Search {
         }
     }
 
-    /// What is found, and why it should not be believed.
-    fn found(&self, job: &Job) -> Result<(Report, Option<String>)> {
-        let (fit, test) = (&self.logs.fitted()[..], &self.logs.unseen_ones()[..]);
+    /// What is found, what of the model's effects moves with it, and why it should not be believed.
+    fn found(&self, job: &Job) -> Result<(Report, Vec<Refitted>, Option<String>)> {
         let progress = |share: f64, what: &str| stage(job, share, what);
         let Question::Effect(id, _) = &self.question else {
+            let (fit, test) = (&self.logs.fitted()[..], &self.logs.unseen_ones()[..]);
             let tried = |trial: &_| job.tell("candidate", json!(trial));
             let mut report = diagnose_watched(&self.model, fit, test, &progress, &tried)?;
-            report
-                .diagnosis
-                .notes
-                .splice(0..0, self.logs.notes.iter().cloned());
-            return Ok((report, None));
+            let notes = self.logs.notes.iter().cloned();
+            report.diagnosis.notes.splice(0..0, notes);
+            let moved = refit_beside(&self.model, &mut report, &self.logs)?;
+            return Ok((report, moved, None));
         };
         progress(0.1, &format!("fitting {id}"));
-        match fit_effect(&self.model, id, fit, test, false) {
-            Ok(report) => Ok((report, None)),
+        let added = |forced| add_effect(&self.model, id, &self.logs, forced);
+        let (why, (report, moved)) = match added(false) {
+            Ok(added) => (None, added),
             // It is shown all the same: who asks for it wants to see why not.
-            Err(why) => match fit_effect(&self.model, id, fit, test, true) {
-                Ok(report) => Ok((report, Some(format!("{why:#}")))),
-                Err(_) => Err(why),
+            Err(why) => match added(true) {
+                Ok(added) => (Some(format!("{why:#}")), added),
+                Err(_) => return Err(why),
             },
-        }
+        };
+        Ok((report, moved, why))
     }
 }
 
