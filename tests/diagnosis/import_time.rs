@@ -1,10 +1,12 @@
 //! When the rows of an imported table were: irregular stamps, gaps, late rows; and what follows for a model to start from.
 
 use super::import_mapping::{imported, near, table};
+use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_analysis::import::starter::starter;
 use softdock_analysis::import::summary::Summary;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
+use softdock_statistics::RandomStream;
 use std::f64::consts::PI;
 
 /// Stamps of a computer that samples when it has time: 2 to 6 ms apart, never the same.
@@ -181,4 +183,41 @@ fn a_model_to_start_from_has_a_noise_of_the_size_of_the_signal() {
         let angle = &summary.channels[0];
         assert!(angle.name == "pose rx" && angle.high > 100.0, "{angle:?}");
     }
+}
+
+/// Two logs of a shaft whose angle nobody measured, so that its eccentric has another phase in each: no weight is looked for,
+/// about which they would disagree.
+#[test]
+fn logs_without_positions_are_not_asked_what_acts_by_position() {
+    let log = |begin: f64| {
+        let mut noise = RandomStream::new(7, begin.to_bits());
+        let noise: Vec<f64> = (0..2000).map(|_| 5e-5 * noise.normal()).collect();
+        table("t,w,tau", 2000, |n| {
+            let t = begin + 0.01 * n;
+            let (angle, speed) = (-40.0 * (0.5 * t).cos(), 20.0 * (0.5 * t).sin());
+            let friction = 1e-3 * speed.signum() + 2e-5 * speed;
+            let torque = friction + 2e-4 * angle.sin() + noise[n as usize];
+            format!("{},{speed},{}", 0.01 * n, -torque)
+        })
+    };
+    let mapping = format!("{SHAFT}\n[files]\ntrain = \"a.csv\"\ntest = \"b.csv\"\n");
+    let files = [("a.csv", log(0.0)), ("b.csv", log(2.0))];
+    let logs = imported("no_positions", &mapping, &files).unwrap();
+    let (train, test) = (logs.train, logs.test.unwrap());
+    let text = starter(&train, None).unwrap().text;
+    let model = Model::from_toml(&text.replace("\"measured\"", "\"commanded\""), "model.toml");
+    let found = diagnose(&model.unwrap(), &[&train], &[&test], &|_, _| {});
+    let found = found.unwrap().diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    let friction = |id: &String| ["guide_coulomb", "guide_viscous"].contains(&id.as_str());
+    assert!(found.effects.iter().all(friction), "{}", found.sentence);
+    let says = |note: &String| {
+        let said = [
+            "Not tested",
+            "bearing_gravity",
+            "velocities and no positions",
+        ];
+        said.iter().all(|part| note.contains(part))
+    };
+    assert!(found.notes.iter().any(says), "{:?}", found.notes);
 }

@@ -100,6 +100,13 @@ impl<T> Logs<anyhow::Result<T>> {
     }
 }
 
+impl Logs<Log> {
+    /// Whether each has an origin of its own: effects that act by position have other amounts in each, then.
+    pub(super) fn have_own_origins(&self) -> bool {
+        self.all.len() > 1 && self.all.iter().all(Log::has_own_origin)
+    }
+}
+
 /// The unmodelled error of the clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockFinding {

@@ -13,6 +13,7 @@ use super::verdict::Grounds;
 use super::wrench::PreparedLog;
 use super::{ranking, regions, sentence};
 use softdock_io::recording::Recording;
+use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor};
@@ -80,7 +81,7 @@ pub(crate) fn conclude(
     let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let remainder = remainder(stages, &left);
-    let mut notes = notes(stages, &remainder, unexplained, in_sample);
+    let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     notes.extend(
         reduction
@@ -405,6 +406,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
 }
 
 fn notes(
+    model: &Model,
     stages: &Stages,
     remainder: &Remainder,
     unexplained: bool,
@@ -412,6 +414,16 @@ fn notes(
 ) -> Vec<String> {
     let mut notes = stages.before.shown().notes.clone();
     notes.extend(lacking(stages).into_iter().map(str::to_owned));
+    if stages.logs.have_own_origins() {
+        let turns = model.bearing().is_some();
+        let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));
+        let ids: Vec<&str> = by_position.map(|effect| effect.id).collect();
+        notes.push(format!(
+            "Not tested: {}. The logs hold velocities and no positions, so that each has an origin of its own; map the \
+             position.",
+            ids.join(", ")
+        ));
+    }
     if in_sample {
         notes.push(
             "There is no unseen data: the end of the log holds too little motion to judge on, so \
@@ -472,7 +484,8 @@ fn notes(
                 _ => "",
             };
             notes.push(format!(
-                "The noise of {} {} is {ratio:.2} times that of the data sheet.{filter}",
+                "{} {} scatters from row to row by {ratio:.2} times the noise of the data sheet: noise, or a fast error of the \
+                 model.{filter}",
                 floor.channel, floor.axis
             ));
         }

@@ -11,6 +11,7 @@ use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench::{self, Joint, PreparedLog};
 use rayon::prelude::*;
+use softdock_physics::effects::by_id;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
@@ -183,9 +184,10 @@ fn rms(values: &[f64]) -> f64 {
 /// Most rounds of the search on the reading.
 const ROUNDS: usize = 3;
 
-/// What the logs say of the reading, beside effects that were added to the model. What is new beside these must be what a
-/// search finds that has none of them, if that finds them all: fitted and held, an effect leaves what it would not leave
-/// were it fitted with the others, and the answer to the same question would be another one after `add`.
+/// What the logs say of the reading, beside effects that were added to the model. What is new beside these, or differs from
+/// log to log, must be what a search finds that has none of them, if that finds them all: fitted and held, an effect leaves
+/// what it would not leave were it fitted with the others, and the answer to the same question would be another one after
+/// `add`.
 fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let finding = rounds(asking)?;
     let (model, new) = (asking.model, finding.ids());
@@ -196,21 +198,24 @@ fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     };
     let (added, other): (Vec<EffectModel>, Vec<EffectModel>) =
         model.effects.iter().cloned().partition(was_added);
-    if asking.question.only.is_some() || new.is_empty() || added.is_empty() {
+    let agrees = |finding: &WrenchFinding| finding.found.disagreeing.is_empty();
+    let says_nothing = new.is_empty() && agrees(&finding);
+    if asking.question.only.is_some() || says_nothing || added.is_empty() {
         return Some(finding);
     }
-    let fresh = Model {
-        effects: other,
-        ..model.clone()
-    };
-    let mut all = rounds(&mut Asking {
-        model: &fresh,
+    let fresh = rounds(&mut Asking {
+        model: &Model {
+            effects: other,
+            ..model.clone()
+        },
         question: asking.question,
         search: &mut *asking.search,
-    })?
-    .ids();
+    })?;
+    let mut all = fresh.ids();
     let finds = |id: &String| all.contains(id);
-    if new.iter().all(finds) || !added.iter().all(|effect| finds(&effect.id)) {
+    let finds_the_same = new.iter().all(finds) && agrees(&finding);
+    let finds_added = added.iter().all(|effect| finds(&effect.id)) && agrees(&fresh);
+    if finds_the_same || !finds_added {
         return Some(finding);
     }
     all.retain(|id| added.iter().all(|effect| effect.id != *id));
@@ -317,8 +322,14 @@ fn wrench_stage(
     if let Some(smooth) = question.beside {
         prepared.stand_beside(smooth);
     }
-    let excluded =
-        |id: &str| !question.tries(model, id) || (is_shape(id) && !question.tries_shapes());
+    let placed = question.only.is_some() || !logs.have_own_origins();
+    let turns = model.bearing().is_some();
+    let by_position = |id: &str| by_id(id).is_some_and(|effect| effect.acts_by_position(turns));
+    let acts_anywhere = |id: &str| placed || !by_position(id);
+    let excluded = |id: &str| {
+        let is_tried = question.tries(model, id) && acts_anywhere(id);
+        !is_tried || (is_shape(id) && !question.tries_shapes())
+    };
     let ask = wrench::Ask {
         excluded: &excluded,
         forced: question.forced,

@@ -304,13 +304,13 @@ impl Structure {
     /// What fires, in words.
     pub(crate) fn words(&self) -> String {
         if self.line.0 > LINE {
-            format!("a line at {:.1} Hz", self.line.1)
+            format!("a spectral line at {:.1} Hz", self.line.1)
         } else if self.burst > BURST {
             "bursts".to_owned()
         } else if self.slow > SLOW {
             format!("slow, below {SLOW_HZ:.0} Hz")
         } else {
-            "everywhere".to_owned()
+            "spread over the whole log".to_owned()
         }
     }
 }

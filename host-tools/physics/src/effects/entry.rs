@@ -1,8 +1,8 @@
 //! Catalogue entries: what is known about an effect before any data.
 
-use super::Law;
 use super::formula::ActsOn;
 use super::mechanism::ACTS_AT;
+use super::{Law, Slide};
 use std::collections::BTreeMap;
 
 /// Whether these linear parameters, by their places, mean anything beside the effects that are there.
@@ -97,6 +97,27 @@ impl Effect {
         match self.law {
             Law::Push(_) | Law::Depth(_) => true,
             Law::Formula(law) => law.acts_on == ActsOn::Contact,
+            _ => false,
+        }
+    }
+
+    /// Whether it acts by where something is, and not only by how that moves. `turns`: what moves turns about a bearing, and
+    /// the weight of a tool with it.
+    pub fn acts_by_position(&self, turns: bool) -> bool {
+        match self.law {
+            Law::Spring(_) => true,
+            Law::Tool(_) => turns,
+            Law::Guide(guide) | Law::Bearing(guide) => {
+                let amounts = vec![1.0; self.parameters.len()];
+                let at = |position: f64| {
+                    let slide = Slide {
+                        position,
+                        ..Slide::at_velocity(0.1)
+                    };
+                    (guide.force)(&amounts, &slide).to_bits()
+                };
+                at(0.0) != at(0.3)
+            }
             _ => false,
         }
     }

@@ -129,6 +129,16 @@ mod tests {
         }
     }
 
+    /// What a log without measured positions cannot show.
+    #[test]
+    fn springs_and_weights_act_by_position_and_friction_does_not() {
+        let by_position = CATALOGUE
+            .iter()
+            .filter(|effect| effect.acts_by_position(false));
+        let ids: Vec<&str> = by_position.map(|effect| effect.id).collect();
+        assert_eq!(ids, ["cable_stiffness", "bearing_gravity"]);
+    }
+
     #[test]
     fn ids_are_unique_and_found() {
         for effect in CATALOGUE {

@@ -4,9 +4,9 @@ use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{Model, NoiseModel};
 use anyhow::ensure;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use softdock_actuator::Reading;
-use softdock_control::frames::Pose;
+use softdock_control::frames::{Pose, Twist};
 use softdock_io::recording::Recording;
 
 /// Six series, one per axis.
@@ -108,6 +108,28 @@ impl Log {
     /// Whether any velocity was sent.
     pub fn is_commanded(&self) -> bool {
         self.sent.iter().flatten().any(|v| *v != 0.0)
+    }
+
+    /// Whether its poses are the integral of its velocity, from where it began: nobody measured where that was.
+    pub fn has_own_origin(&self) -> bool {
+        /// Smaller parts of a step are round-off.
+        const ROUND_OFF: f64 = 1e-6;
+        let mut steps = (1..self.cycle_count()).map(|n| {
+            let (from, to) = (&self.pose[n - 1], &self.pose[n]);
+            let moved = Twist {
+                linear: to.translation.vector - from.translation.vector,
+                angular: (from.rotation.inverse() * to.rotation).scaled_axis(),
+            };
+            let velocity = |n: usize| {
+                let rates = std::array::from_fn(|axis| self.executed[axis][n]);
+                Twist::of(&self.velocity(n, rates))
+            };
+            let mean = (velocity(n - 1) + velocity(n)) * (0.5 * self.cycle_s);
+            let norm = |twist: Twist<f64>| Vector6::from_row_slice(&twist.get()).norm();
+            (norm(moved - mean), norm(mean))
+        });
+        let begins = self.pose.first() == Some(&Pose::identity());
+        begins && self.reading == Reading::AtEnd && steps.all(|(off, step)| off <= ROUND_OFF * step)
     }
 
     /// Whether the rig stands still throughout: nothing is sent, and poses and velocities stay within their noise.

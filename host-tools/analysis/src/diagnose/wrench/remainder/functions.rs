@@ -83,7 +83,7 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     });
     // Place and time follow each other, and on a ramp all of a motion: a constant, a spring, on a bearing a weight on a lever,
     // dry and viscous friction, inertia.
-    let of_motion = Without::new(&motions, axis, &|m, n| {
+    let of_motion = SimpleLaws::new(&motions, axis, &|m, n| {
         let (q, v) = (m.position[n], m.velocity[n]);
         let mut laws = vec![1.0, q, scales.side(v), v, m.acceleration[n]];
         if axis >= 3 {
@@ -91,11 +91,11 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
         }
         laws
     });
-    let dry = Without::new(&motions, axis, &|m, n| vec![scales.side(m.velocity[n])]);
-    let friction = Without::new(&motions, axis, &|m, n| {
+    let dry = SimpleLaws::new(&motions, axis, &|m, n| vec![scales.side(m.velocity[n])]);
+    let friction = SimpleLaws::new(&motions, axis, &|m, n| {
         vec![1.0, scales.side(m.velocity[n]), m.velocity[n]]
     });
-    let inertia = Without::new(&motions, axis, &|m, n| vec![1.0, m.acceleration[n]]);
+    let inertia = SimpleLaws::new(&motions, axis, &|m, n| vec![1.0, m.acceleration[n]]);
     let depth = group(DEPTH, &|k, m, n| {
         m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
     });
@@ -103,13 +103,16 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
         m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
     });
     let functions = [
-        (Quantity::Position, of_motion.laws(position)),
-        (Quantity::PositionEachWay, dry.laws(each_way)),
-        (Quantity::Velocity, friction.laws(velocity)),
-        (Quantity::Acceleration, inertia.laws(acceleration)),
+        (Quantity::Position, of_motion.taken_from(position)),
+        (Quantity::PositionEachWay, dry.taken_from(each_way)),
+        (Quantity::Velocity, friction.taken_from(velocity)),
+        (Quantity::Acceleration, inertia.taken_from(acceleration)),
         (Quantity::Depth, depth),
         (Quantity::DampedDepth, damped),
-        (Quantity::Time, of_motion.laws(of_time(&motions, axis))),
+        (
+            Quantity::Time,
+            of_motion.taken_from(of_time(&motions, axis)),
+        ),
     ];
     let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
     let some = |function: &Function| function.iter().any(finite);
@@ -120,8 +123,8 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     groups.filter(|group| !group.functions.is_empty()).collect()
 }
 
-/// Takes simple laws out of functions: what is left is that after a regression on these.
-struct Without<'a> {
+/// Simple laws, to be taken out of functions: what is left is that after a regression on these.
+struct SimpleLaws<'a> {
     motions: &'a [Motion],
     axis: usize,
     /// A column for each law, of unit length, and a row for each of all motions.
@@ -129,7 +132,7 @@ struct Without<'a> {
     normal: Option<Cholesky<f64, Dyn>>,
 }
 
-impl<'a> Without<'a> {
+impl<'a> SimpleLaws<'a> {
     fn new(motions: &'a [Motion], axis: usize, laws: &dyn Fn(&Motion, usize) -> Vec<f64>) -> Self {
         /// Share of a law that the others have to leave to count.
         const OWN: f64 = 1e-9;
@@ -152,7 +155,7 @@ impl<'a> Without<'a> {
         }
     }
 
-    fn laws(&self, functions: Vec<Function>) -> Vec<Function> {
+    fn taken_from(&self, functions: Vec<Function>) -> Vec<Function> {
         let Some(normal) = &self.normal else {
             return Vec::new();
         };

@@ -144,7 +144,7 @@ pub(crate) fn worths(joint: &Joint, all: &[&Tested], axes: &[Axis]) -> Vec<f64> 
 pub(crate) struct Remainder {
     /// What it is of each log, in units of the reading.
     pub of_logs: Vec<Column>,
-    /// What it is a function of, on which axis, with the share of its χ²; the largest first.
+    /// What it is a function of, on which axis, with its share in the χ² of all, each alone; the largest first.
     pub follows: Vec<(Axis, Quantity, f64)>,
 }
 
@@ -381,7 +381,7 @@ impl Regression {
         )
     }
 
-    /// Amplitudes of the functions beside the effects as they are, and the share of each group.
+    /// Amplitudes of the functions beside the effects as they are, and the share of each group in the sum of all.
     fn amplitudes(&self, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
         let (functions, mut right) = self.functions();
         for k in 0..self.terms() {
@@ -391,10 +391,14 @@ impl Regression {
             return (vec![0.0; right.len()], vec![0.0; self.groups.len()]);
         };
         let amplitudes = normal.solve(&right);
-        let power = (&functions * &amplitudes).component_mul(&amplitudes);
-        let share = |group: &Range<usize>| -> f64 {
-            power.rows_range(group.clone()).sum() / power.sum().max(f64::MIN_POSITIVE)
+        // Of each group alone: groups that cancel each other in part would have more than all of it.
+        let power = |group: &Range<usize>| -> f64 {
+            let (from, count) = (group.start, group.len());
+            let own = amplitudes.rows(from, count);
+            own.dot(&(functions.view((from, from), (count, count)) * own))
         };
+        let all: f64 = self.groups.iter().map(power).sum();
+        let share = |group: &Range<usize>| power(group) / all.max(f64::MIN_POSITIVE);
         let shares = self.groups.iter().map(share).collect();
         (amplitudes.as_slice().to_vec(), shares)
     }
