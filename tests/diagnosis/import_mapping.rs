@@ -1,5 +1,6 @@
 //! Tables of other programs, imported through a mapping file.
 
+use nalgebra::{Quaternion, UnitQuaternion};
 use softdock_analysis::import::mapping::{MappedLogs, import};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
@@ -224,6 +225,45 @@ fn a_pose_that_is_not_in_the_table_is_the_way_of_the_velocity_and_no_sensor_is_n
         last.trace.pose
     );
     assert!(last.inputs.sensor.wrench.iter().all(|f| f.is_nan()));
+}
+
+/// KUKA's A, B, C: about z, then the new y, then the new x, in degrees.
+#[test]
+fn angles_of_turns_one_after_the_other_are_orientations() {
+    let mapping = r#"
+        [files]
+        train = "log.csv"
+        [time]
+        column = "t"
+        [orientation]
+        euler = "zyx"
+        rz = { column = "A", unit = "deg" }
+        ry = { column = "B", unit = "deg" }
+        rx = { column = "C", unit = "deg" }
+        [wrench]
+        fx = "f"
+    "#;
+    let log = table("t,A,B,C,f", 200, |n| {
+        format!("{},{},{},{},{n}", n * 0.01, 0.5 * n, 30.0, -0.2 * n)
+    });
+    let files = [("log.csv", log)];
+    let logs = imported("mapping_euler", mapping, &files).unwrap();
+    let [.., w, x, y, z] = logs.train.cycles[180].trace.pose;
+    let turned = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    let expected = UnitQuaternion::from_euler_angles(
+        -36.0_f64.to_radians(),
+        30.0_f64.to_radians(),
+        90.0_f64.to_radians(),
+    );
+    assert!(turned.angle_to(&expected) < 1e-9, "{turned} {expected}");
+    for (wrong, said) in [
+        ("\"zyz\"", "x, y and z in the order of the turns"),
+        ("\"zy\"", "found \"zy\""),
+    ] {
+        let mapping = mapping.replace("\"zyx\"", wrong);
+        let error = imported("mapping_euler", &mapping, &files).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
 }
 
 /// A log of positions and forces: its velocity is derived, and a model to start from comes with it.

@@ -2,7 +2,8 @@
 
 use super::column::{Column, Quantity};
 use super::file::{
-    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Span, TWIST_KEYS, WRENCH_KEYS,
+    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Span, TWIST_KEYS, Turns,
+    WRENCH_KEYS,
 };
 use super::source::Source;
 use anyhow::{Context, bail, ensure};
@@ -291,7 +292,7 @@ fn quaternion(
         [Quantity::Angle; 3],
     )?;
     match (&orientation.quaternion, rotation) {
-        (Some(columns), None) => {
+        (Some(columns), None) if orientation.euler.is_none() => {
             let mut parts = [const { Vec::new() }; 4];
             for (part, column) in parts.iter_mut().zip(columns) {
                 let column = Column::from(column.clone());
@@ -319,8 +320,14 @@ fn quaternion(
                     number::significant(largest, 4)
                 ));
             }
+            let turned = |v: Vector3<f64>| match orientation.euler {
+                None => UnitQuaternion::from_scaled_axis(v),
+                Some(Turns(axes)) => axes.iter().fold(UnitQuaternion::identity(), |q, axis| {
+                    q * UnitQuaternion::from_axis_angle(&Vector3::ith_axis(*axis), v[*axis])
+                }),
+            };
             let mut parts = [const { Vec::new() }; 4];
-            for q in vectors.map(UnitQuaternion::from_scaled_axis) {
+            for q in vectors.map(turned) {
                 for (part, value) in parts.iter_mut().zip([q.w, q.i, q.j, q.k]) {
                     part.push(value);
                 }
@@ -328,7 +335,8 @@ fn quaternion(
             Ok(parts)
         }
         _ => anyhow::bail!(
-            "[orientation] needs either `quaternion` with four columns, or `rx`, `ry`, `rz`"
+            "[orientation] needs either `quaternion` with four columns, or `rx`, `ry`, `rz`, which with `euler` are angles of \
+             turns one after the other"
         ),
     }
 }

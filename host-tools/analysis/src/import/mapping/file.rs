@@ -145,7 +145,7 @@ pub(super) struct Position {
 }
 
 /// Orientation of M in C: four columns of a quaternion, or those of a rotation vector, which about
-/// a single axis is the angle.
+/// a single axis is the angle; or three angles of turns one after the other.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Orientation {
@@ -153,6 +153,8 @@ pub(super) struct Orientation {
     pub(super) quaternion: Option<[ColumnName; 4]>,
     /// Their order.
     pub(super) order: Order,
+    /// `rx`, `ry`, `rz` are angles of turns about these axes, each as the one before has left it.
+    pub(super) euler: Option<Turns>,
     rx: Option<Column>,
     ry: Option<Column>,
     rz: Option<Column>,
@@ -167,6 +169,24 @@ pub(super) enum Order {
     Wxyz,
     /// The real part last, as ROS has it.
     Xyzw,
+}
+
+/// Axes of three turns, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Turns(pub(super) [usize; 3]);
+
+impl<'de> Deserialize<'de> for Turns {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        let axes: Option<Vec<usize>> = word.chars().map(|c| "xyz".find(c)).collect();
+        let axes = axes.and_then(|axes| <[usize; 3]>::try_from(axes).ok());
+        let each_once = |axes: &[usize; 3]| (0..3).all(|axis| axes.contains(&axis));
+        axes.filter(each_once).map(Self).ok_or_else(|| {
+            serde::de::Error::custom(format!(
+                "expected x, y and z in the order of the turns, as \"zyx\", found \"{word}\""
+            ))
+        })
+    }
 }
 
 /// Linear velocity in C and angular velocity in M.
