@@ -226,6 +226,23 @@ fn a_force_of_the_wrong_sign_or_size_is_told_with_the_line_to_change() {
     );
 }
 
+#[test]
+fn a_robot_that_moves_before_it_is_told_to_is_told() {
+    let at = |n: f64| (2.0 * n * TS).cos() + 0.3 * (7.0 * n * TS).sin();
+    let position = |n: f64| 0.5 * (2.0 * n * TS).sin() - 0.3 / 7.0 * (7.0 * n * TS).cos();
+    let log = |lag: f64| {
+        recording(2000, |n, c| {
+            c.trace.pose[0] = position(n as f64);
+            c.trace.executed_velocity[0] = at(n as f64);
+            c.trace.sent_velocity[0] = at(n as f64 + lag);
+        })
+    };
+    let nothing: [&str; 0] = [];
+    assert_eq!(check(&log(8.0), &context(None)).unwrap(), nothing);
+    let told = check(&log(-8.0), &context(None)).unwrap().concat();
+    assert!(told.contains("ahead of the sent one by 32.0 ms"), "{told}");
+}
+
 /// A shaft that turns alone; `of_velocity`: what its rate is multiplied by, as in another unit.
 fn shaft(rate_rad_s: f64, of_velocity: f64) -> Recording {
     recording(1000, |n, c| {

@@ -13,7 +13,7 @@
 //! | [`RIGHT_BESIDE_REST`] | 0.87 | of 24 effects that were named on ten public logs of machines, each of which leaves structure, 21 are those of a careful fit by hand; counted by hand |
 //! | [`UNLIKELY`] | 6 | odds of twenty for another hypothesis, 2 ln 20: an effect that it does without goes, if as little is left without it; set by hand |
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
-//! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong |
+//! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong. Of two answers whose errors differ by less the likelier one is taken |
 
 use softdock_physics::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};

@@ -4,6 +4,7 @@
 //! What makes a comparison meaningless is an error. What a person has to look at is a warning: a
 //! suspected unit is told, never corrected, because the right number is the user's to know.
 
+mod causality;
 mod force;
 mod timing;
 mod units;
@@ -132,6 +133,9 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
         });
     }
     units::check(cycles, sample_time_s, context, &mut warnings)?;
+    if !context.at_rest() {
+        causality::check(cycles, sample_time_s, context, &mut warnings);
+    }
     force::check(recording, context, &mut warnings);
     Ok(warnings)
 }
