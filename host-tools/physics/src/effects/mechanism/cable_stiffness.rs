@@ -32,6 +32,8 @@ pub const EFFECT: Effect = Effect {
     tell_apart: "slow jogs to several positions with a stop at each: the force follows position and not time; \
                  unplug or re-route the bundle and it changes",
     law: Law::Spring(force),
+    // A spring that hardens pulls from where it rests on; its cube alone is what many a remainder looks like.
+    is_whole: |parameters, _| parameters.contains(&0),
     separable: true,
     ..Effect::PLAIN
 };
@@ -44,6 +46,12 @@ fn force(p: &[f64], displacement: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cube_alone_is_no_spring() {
+        let is_whole = |parameters: &[usize]| (EFFECT.is_whole)(parameters, &|_| true);
+        assert!(is_whole(&[0]) && is_whole(&[0, 1]) && !is_whole(&[1]));
+    }
 
     #[test]
     fn it_pulls_back() {
