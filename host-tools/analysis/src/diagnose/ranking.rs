@@ -262,8 +262,13 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         effect: other.clone(),
         of: of.clone(),
         behind,
-        told_apart: behind > TOLD_APART && rival.as_good_as.is_none(),
+        told_apart: behind > by_form(winner) && rival.as_good_as.is_none(),
     })
+}
+
+/// χ² that tells a rival from what explains so much: more than noise makes, and than an error of the form of a law.
+fn by_form(winner: &Ranked) -> f64 {
+    TOLD_APART.max(evidence::LAW * fall(winner))
 }
 
 /// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.
