@@ -43,17 +43,26 @@ fn of_means(weights: [f64; REACH]) -> [f64; REACH] {
 }
 
 /// Velocity at a pose, of mean velocities: `mean(j)` over the j-th cycle behind the pose, from 1;
-/// 0 is the cycle that ends with it. One of the two beside it where the other is missing.
+/// 0 is the cycle that ends with it. At the end of a stretch the straight line through the two before.
 pub fn velocity_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(mean(j as isize + 1)? + mean(-(j as isize))?);
-    weighted(pair, |reach| of_means(first_derivative(reach)))
-        .or_else(|| mean(0).or_else(|| mean(1)))
+    let one_sided = || {
+        let (near, far) = of_one_side(&mean)?;
+        Some(far.map_or(near, |far| near + (near - far) * 0.5))
+    };
+    weighted(pair, |reach| of_means(first_derivative(reach))).or_else(one_sided)
 }
 
-/// Acceleration at a pose, times Ts, of the same mean velocities; None where only one is known.
+/// Acceleration at a pose, times Ts, of the same mean velocities; one-sided at the end of a stretch, None where only one
+/// is known.
 pub fn acceleration_of_means(mean: impl Fn(isize) -> Option<Twist<f64>>) -> Option<Twist<f64>> {
     let pair = |j: usize| Some(mean(j as isize + 1)? - mean(-(j as isize))?);
-    weighted(pair, |reach| of_means(second_derivative(reach)))
+    let one_sided = || {
+        let (near, far) = of_one_side(&mean)?;
+        let later = if mean(0).is_some() { 1.0 } else { -1.0 };
+        far.map(|far| (near - far) * later)
+    };
+    weighted(pair, |reach| of_means(second_derivative(reach))).or_else(one_sided)
 }
 
 /// Acceleration, times Ts, of velocities that were sampled: `at(k)` is k samples behind. One-sided at
@@ -66,6 +75,17 @@ pub fn acceleration_of_samples(at: impl Fn(isize) -> Option<Twist<f64>>) -> Opti
         _ => None,
     };
     weighted(pair, first_derivative).or_else(one_sided)
+}
+
+/// The mean velocity beside a pose that has one on one side only, and the one beyond it.
+fn of_one_side(
+    mean: &impl Fn(isize) -> Option<Twist<f64>>,
+) -> Option<(Twist<f64>, Option<Twist<f64>>)> {
+    match (mean(0), mean(1)) {
+        (Some(near), None) => Some((near, mean(-1))),
+        (None, Some(near)) => Some((near, mean(2))),
+        _ => None,
+    }
 }
 
 /// Sum of the pairs about a sample, in the highest order for which all of them are there.
@@ -164,6 +184,11 @@ mod tests {
     fn beside_a_gap_there_is_less_to_go_by() {
         for known in 1..=5 {
             let mean = |j: isize| (j > -known && j <= known).then(|| along_x(j as f64 - 0.5));
+            assert!(velocity_of_means(mean).unwrap().linear.x.abs() < 1e-12);
+            assert!((acceleration_of_means(mean).unwrap().linear.x - 1.0).abs() < 1e-12);
+        }
+        for side in [|j: isize| j <= 0, |j: isize| j >= 1] {
+            let mean = |j: isize| side(j).then(|| along_x(j as f64 - 0.5));
             assert!(velocity_of_means(mean).unwrap().linear.x.abs() < 1e-12);
             assert!((acceleration_of_means(mean).unwrap().linear.x - 1.0).abs() < 1e-12);
         }

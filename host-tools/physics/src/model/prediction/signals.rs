@@ -208,11 +208,13 @@ impl<'a> Signals<'a> {
         change.unwrap_or(Twist::zero()) * (1.0 / self.cycle_s)
     }
 
-    /// Recorded velocity `offset` cycles later; None beyond a gap.
+    /// Recorded velocity `offset` cycles later; None beyond a gap. The difference of two poses is none where the earlier one
+    /// is beyond the gap.
     fn within_stretch(&self, n: usize, offset: isize) -> Option<Twist<f64>> {
         let at = n.checked_add_signed(offset)?;
         let next = |k: usize| self.steps.get(k) == Some(&Step::Next);
-        let whole = (n.min(at) + 1..=n.max(at)).all(next);
+        let derived = self.velocity == VelocityMeaning::CycleMean && !self.commanded;
+        let whole = (n.min(at) + 1..=n.max(at)).all(next) && (!derived || next(at));
         whole.then(|| self.executed(at)).flatten()
     }
 
