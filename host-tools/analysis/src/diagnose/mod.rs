@@ -136,9 +136,22 @@ pub fn fit_effect(
     if report.diagnosis.effects.iter().any(|e| e == id) {
         return Ok(report);
     }
+    let about = |note: &&String| note.starts_with(id);
+    if let Some(note) = report.diagnosis.notes.iter().find(about) {
+        bail!("`{id}` is not added: {note}");
+    }
     let tried = report.diagnosis.ranked.first();
     match tried.map(|r| (&r.refused, r)) {
         Some((Some(reason), _)) => bail!("`{id}` is not added: {reason}"),
+        Some((None, ranked)) if ranked.gain_train + ranked.gain_test > evidence::threshold(0.0) => {
+            bail!(
+                "`{id}` is not added: with common parameters χ² falls by {:.0} on the log of the fit and by {:.0} on unseen data, \
+             but fitted to the one it does not foretell the other, as beside something else that is missing; `softdock add` \
+             without an effect looks for all that is (--force adds it anyway)",
+                ranked.gain_train,
+                ranked.gain_test
+            )
+        }
         Some((None, ranked)) => bail!(
             "`{id}` is not added: χ² falls by {:.0} on the log of the fit and by {:.0} on unseen \
              data, which is not significant; take a log that excites it (softdock effects show {id})",

@@ -32,13 +32,12 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
         Some(searched) => searched,
         None => refitted(&report.after, &train)?,
     };
-    let errors = (error(&after, &train)?, error(&after, &test)?);
-    let foretells = |before: Option<f64>| errors.1 < before.unwrap_or(0.0) * (1.0 - RISES);
+    let (before, now) = (error(&report.after, &test)?, error(&after, &test)?);
     let steps = &mut report.diagnosis.steps;
-    let Some(last) = steps.last_mut().filter(|last| foretells(last.test_error)) else {
+    let Some(last) = steps.last_mut().filter(|_| now < before * (1.0 - RISES)) else {
         return Ok(Vec::new());
     };
-    (last.train_error, last.test_error) = (errors.0, Some(errors.1));
+    (last.train_error, last.test_error) = (error(&after, &train)?, Some(now));
     let predictions = test.iter().map(|log| predict(&after, log));
     report.diagnosis.residual_rms_sigma = BeforeAfter {
         after: levels_of(&predictions.collect::<Result<Vec<_>>>()?),
