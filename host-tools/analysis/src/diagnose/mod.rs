@@ -145,9 +145,9 @@ pub fn fit_effect(
         Some((Some(reason), _)) => bail!("`{id}` is not added: {reason}"),
         Some((None, ranked)) if ranked.gain_train + ranked.gain_test > evidence::threshold(0.0) => {
             bail!(
-                "`{id}` is not added: with common parameters χ² falls by {:.0} on the log of the fit and by {:.0} on unseen data, \
-             but fitted to the one it does not foretell the other, as beside something else that is missing; `softdock add` \
-             without an effect looks for all that is (--force adds it anyway)",
+                "`{id}` is not added: with common parameters χ² falls by {:.0} on the log of the fit and by {:.0} on unseen \
+                 data, but that is less than its price, or fitted to the one it does not foretell the other; if something else \
+                 is missing as well, `softdock add` without an effect looks for all of it, and --force adds this one alone",
                 ranked.gain_train,
                 ranked.gain_test
             )

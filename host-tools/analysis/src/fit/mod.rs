@@ -7,8 +7,8 @@
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
 //! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`addition`] puts
-//! what was found into the model, [`refit_beside`] fits what it had already anew beside that, [`record`] writes the steps of a model's history, [`excitation`] says what a recording
-//! cannot teach at all.
+//! what was found into the model, [`refit_beside`] fits what it had already anew beside that, [`record`] writes the steps of
+//! a model's history, [`excitation`] says what a recording cannot teach at all.
 
 pub mod addition;
 pub mod excitation;
