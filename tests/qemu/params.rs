@@ -54,10 +54,11 @@ impl Served {
     }
 
     /// Whether a word leads to a mode. A robot in real time on a busy computer may be silent for as long as makes the
-    /// board refuse, rightly.
+    /// board refuse, rightly, and stop it, so that its motion has to fade out again.
     fn goes(&self, word: &str, mode: &str) -> bool {
         let run = params(self.folder(), &self.port, &["mode", word, "--json"]);
-        if run.stderr.contains("the robot sends no telegrams") {
+        let late = ["the robot sends no telegrams", "has not faded out"];
+        if late.iter().any(|why| run.stderr.contains(why)) {
             return false;
         }
         assert_eq!(run.code, Some(0), "{word}: {}", run.stderr);
