@@ -3,6 +3,7 @@
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::addition::{add_effect, model_after, useless};
+use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -54,6 +55,19 @@ gravity_m_s2 = [0.0, 0.0, 0.0]
 torque_n_m = 0.05
 angle_rad = 1e-7
 "#;
+
+/// One log to fit on, and an unseen one.
+fn logs(train: Recording, test: Recording) -> Logs {
+    Logs {
+        train: vec![train],
+        test: vec![test],
+        names: Names {
+            train: "train.mcap".to_owned(),
+            test: None,
+        },
+        notes: Vec::new(),
+    }
+}
 
 fn diagnosed(model: &Model, train: &Recording, test: &Recording) -> Diagnosis {
     let found = diagnose(model, &[train], &[test], &|_, _| {});
@@ -136,21 +150,32 @@ fn a_joint_behind_a_lever_keeps_weight_inertia_friction_and_offset() {
     assert!(named(&found).iter().any(is_dry), "{}", found.sentence);
 }
 
+/// Friction that grows with the root of the speed, of which the catalogue has no law: least squares has nothing to better in
+/// what is named, by as much as one percent of the error on unseen data.
+#[test]
+fn what_is_named_foretells_as_well_as_a_fit_of_it() {
+    let root = |_: f64, v: f64| 4.0 * v.signum() * v.abs().sqrt();
+    let model = Model::from_toml(&MODEL.replace("0.35", "0.0"), "model.toml").unwrap();
+    let logs = logs(log(12.0, 0.0, 15, root), log(8.0, 2.0, 16, root));
+    let found = diagnose(&model, &logs.fitted(), &logs.unseen_ones(), &|_, _| {}).unwrap();
+    assert_eq!(found.diagnosis.verdict, Verdict::Named);
+    let added = model_after(&model, &found, &logs.names);
+    let fit = Judged::fit(&added, &logs, &|_, _| {}).unwrap();
+    let [now, fitted] = fit.steps.map(|step| step.test_error.unwrap());
+    assert!(
+        now < 1.011 * fitted,
+        "{now} {fitted}: {:?}",
+        found.diagnosis.notes
+    );
+}
+
 /// A weight that is added first takes a part of the offset, and gives it back when that is added.
 #[test]
 fn what_a_model_has_is_fitted_anew_beside_what_is_added() {
     const OFFSET: f64 = 3.0;
     let mut model = Model::from_toml(&MODEL.replace("0.35", "0.4"), "model.toml").unwrap();
     let of = |seconds, phase, seed| log(seconds, phase, seed, |_, _| OFFSET);
-    let logs = Logs {
-        train: vec![of(12.0, 0.0, 5)],
-        test: vec![of(8.0, 2.0, 6)],
-        names: Names {
-            train: "train.mcap".to_owned(),
-            test: None,
-        },
-        notes: Vec::new(),
-    };
+    let logs = logs(of(12.0, 0.0, 5), of(8.0, 2.0, 6));
     for id in [
         "guide_coulomb",
         "guide_viscous",

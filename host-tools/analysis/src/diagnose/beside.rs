@@ -8,7 +8,7 @@
 use super::engine::{Imitated, Question, WrenchFinding};
 use super::evidence::{NAMED, RISES};
 use super::wrench::{self, Joint};
-use softdock_physics::effects::{Kind, by_id};
+use softdock_physics::effects::by_id;
 use softdock_physics::model::{Axis, Model};
 use std::sync::Arc;
 
@@ -115,12 +115,8 @@ pub(super) fn better(
 /// others are late, the answer is without these.
 pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let mut finding = first;
-    let is_dry = |id: &str| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
-    let known = asking.model.effects.iter().map(|e| e.id.as_str());
-    let beside_others = !finding.found.before_late.is_empty()
-        || known
-            .chain(finding.ids().iter().map(String::as_str))
-            .any(is_dry);
+    let beside_others =
+        !finding.found.before_late.is_empty() || finding.has_dry_friction(asking.model);
     let late = match beside_others {
         true => finding.late(),
         false => Vec::new(),

@@ -14,6 +14,7 @@ use super::structure::{self, Left};
 use super::wrench::{self, Fitted, Joint, Standing};
 use crate::compare::Phase;
 use softdock_io::recording::Recording;
+use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
@@ -279,6 +280,13 @@ impl WrenchFinding {
             effect.is_some_and(LoadEffect::is_late)
         };
         self.ids().into_iter().filter(is_late).collect()
+    }
+
+    /// Whether a dry friction is among the effects, or those of the model.
+    pub(super) fn has_dry_friction(&self, model: &Model) -> bool {
+        let is_dry = |id: &str| by_id(id).is_some_and(|e| e.kind == Some(Kind::DryFriction));
+        let mut known = model.effects.iter();
+        known.any(|effect| is_dry(&effect.id)) || self.ids().iter().any(|id| is_dry(id))
     }
 
     /// Ids for another search without some of the effects. With what moves the reading in time goes what was left out

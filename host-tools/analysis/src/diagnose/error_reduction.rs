@@ -3,6 +3,7 @@
 use super::engine::{Logs, Stages, predict_all};
 use super::evidence::RISES;
 use super::finding::Step;
+use super::for_prediction;
 use super::named::{self, Named};
 use super::outcome::levels_of;
 use softdock_io::recording::Recording;
@@ -26,6 +27,8 @@ pub(super) struct ErrorReduction {
     pub steps: Vec<Step>,
     /// Effects that are not named, as the error is larger with them, and the error on unseen data without and with them.
     pub refused: Vec<(String, f64, f64)>,
+    /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
+    pub refitted: Option<[f64; 2]>,
     /// Effects that are not named, as the intervals of all their amounts hold 0.
     pub undetermined: Vec<String>,
 }
@@ -39,22 +42,29 @@ impl ErrorReduction {
         stages: &Stages,
         asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
-        let all = named::all(model, stages);
         let mut known = Known {
             model,
             recordings,
-            all: &all,
+            all: named::all(model, stages),
+            refitted: None,
             predictions: HashMap::new(),
         };
-        let determined = |k: &usize| asked || all[*k].is_determined(model);
+        let determined = |k: &usize| asked || known.all[*k].is_determined(model);
         let (mut everything, vague): (Vec<usize>, Vec<usize>) =
-            (0..all.len()).partition(determined);
-        let vague = vague.into_iter().map(|k| all[k].effect.id.clone());
+            (0..known.all.len()).partition(determined);
+        let vague = vague.into_iter().map(|k| known.all[k].effect.id.clone());
         let undetermined: Vec<String> = vague.collect();
+        // Where no structure is left, the two likelihoods agree.
+        if stages.wrench.iter().any(|w| w.beside_remainder.is_some()) {
+            known.refit(&everything)?;
+        }
         let refused = match asked {
             true => Vec::new(),
             false => known.refuse(&mut everything)?,
         };
+        if !refused.is_empty() {
+            known.refit(&everything)?;
+        }
         let start = known.levels(&[])?;
         let end = known.levels(&everything)?;
         let mut named: Vec<(usize, f64)> = Vec::new();
@@ -68,25 +78,31 @@ impl ErrorReduction {
             named.push((k, share));
         }
         named.sort_by(|a, b| b.1.total_cmp(&a.1));
-        in_signal_order(&mut named, &all);
+        in_signal_order(&mut named, &known.all);
         let order: Vec<usize> = named.iter().map(|n| n.0).collect();
         let mut steps = Vec::new();
         for count in 0..=order.len() {
             let so_far = known.levels(&order[..count])?;
-            let effect = count.checked_sub(1).map(|k| &all[order[k]].effect.id[..]);
+            let effect = count
+                .checked_sub(1)
+                .map(|k| &known.all[order[k]].effect.id[..]);
             steps.push(Step {
                 effect: effect.unwrap_or("nominal").to_owned(),
                 train_error: so_far.train,
                 test_error: Some(so_far.test),
             });
         }
-        let predictions = known.taken(&order)?;
-        let named = named.into_iter().map(|(k, share)| (all[k].clone(), share));
+        let named = named
+            .iter()
+            .map(|(k, share)| (known.all[*k].clone(), *share));
         let named = named.collect();
+        let refitted = known.refitted;
+        let predictions = known.taken(&order)?;
         let reduction = Self {
             named,
             steps,
             refused,
+            refitted,
             undetermined,
         };
         Ok((reduction, predictions))
@@ -103,7 +119,8 @@ struct Error {
 struct Known<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
-    all: &'a [Named],
+    all: Vec<Named>,
+    refitted: Option<[f64; 2]>,
     predictions: HashMap<Vec<usize>, Logs<Prediction>>,
 }
 
@@ -121,6 +138,21 @@ impl Known<'_> {
         };
         self.predictions.insert(key, both);
         Ok(totals)
+    }
+
+    /// Gives these effects the parameters that foretell best.
+    fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
+        let named: Vec<Named> = effects.iter().map(|k| self.all[*k].clone()).collect();
+        let better = for_prediction::refit(self.model, self.recordings, &named)?;
+        if let Some((better, errors)) = better {
+            effects
+                .iter()
+                .zip(better)
+                .for_each(|(&k, better)| self.all[k] = better);
+            self.refitted = Some(errors);
+            self.predictions.clear();
+        }
+        Ok(())
     }
 
     /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,

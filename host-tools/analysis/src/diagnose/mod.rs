@@ -28,6 +28,7 @@ mod equivalent;
 mod error_reduction;
 mod evidence;
 mod finding;
+mod for_prediction;
 mod named;
 mod outcome;
 mod ranking;

@@ -77,6 +77,20 @@ impl Named {
         self
     }
 
+    /// With the values of another fit, and intervals that hold what both say.
+    pub(super) fn refitted(mut self, fitted: &EffectModel) -> Self {
+        let estimates = std::mem::take(&mut self.estimates);
+        for (name, before) in estimates {
+            let Some(value) = fitted.parameters.get(&name).copied() else {
+                continue;
+            };
+            let [low, high] = fitted.interval_95.get(&name).copied().unwrap_or([value; 2]);
+            let hull = [low.min(before.low), high.max(before.high)];
+            self = self.within(&name, value, hull, &before.unit);
+        }
+        self
+    }
+
     /// Adds a parameter that is a choice: it has no interval. The usual choice is left out.
     pub(super) fn choosing(mut self, name: &str, value: f64) -> Self {
         if value != 0.0 {

@@ -95,6 +95,13 @@ pub(crate) fn conclude(
              another form is there."
         )
     }));
+    notes.extend(reduction.refitted.iter().map(|[before, after]| {
+        format!(
+            "The parameters are those of least squares, with which the error on unseen data is {after:.2}; with those of the \
+             likelihood that decides on names, which weighs errors as the noise has them, it is {before:.2}: the form of a \
+             law is wrong. The intervals hold both."
+        )
+    }));
     if !unnamed {
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
     }

@@ -109,6 +109,19 @@ pub fn refit(
     refit_those(model, recordings, &|_| true, progress)
 }
 
+/// [`refit`] of the model's effects from the place `first` on, beside the nominal parameters; the others are exact.
+pub(crate) fn refit_effects(
+    model: &Model,
+    first: usize,
+    recordings: &[&Recording],
+) -> anyhow::Result<Refit> {
+    let those = |parameter: &Parameter| match parameter.id {
+        ParameterId::Effect(place, _) => place >= first,
+        _ => true,
+    };
+    refit_those(model, recordings, &those, &|_, _| {})
+}
+
 /// [`refit`] of some of the parameters; the others are exact.
 fn refit_those(
     model: &Model,
