@@ -4,6 +4,8 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use softdock_analysis::import::mapping::{MappedLogs, import};
 use softdock_app::record::CycleRecord;
 use softdock_control::modes::Mode;
+use softdock_io::recording::Recording;
+use softdock_physics::model::{Axis, Model};
 use softdock_tests::process::{scratch, softdock};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::fs;
@@ -70,8 +72,8 @@ fn units_scales_and_offsets_become_si() {
     });
     let logs = imported("mapping_units", mapping, &[("log.csv", log)]).unwrap();
     assert_eq!(logs.warnings, Vec::<String>::new());
-    assert!(logs.test.is_none() && logs.model.is_none());
-    let cycles = &logs.train.cycles;
+    assert!(logs.test.is_empty() && logs.model.is_none());
+    let cycles = &logs.train[0].cycles;
     assert_eq!(
         (cycles[9].trace.mode, cycles[10].trace.mode),
         (Mode::Hold, Mode::Running)
@@ -129,7 +131,7 @@ fn a_wrench_of_the_base_is_turned_with_the_pose_of_its_row_and_files_stand_side_
         ("model.toml", AT_REST.to_owned()),
     ];
     let logs = imported("mapping_base", mapping, &files).unwrap();
-    let (train, test) = (logs.train.cycles, logs.test.unwrap().cycles);
+    let [train, test] = [&logs.train[0].cycles, &logs.test[0].cycles];
     assert_eq!((train.len(), test.len()), (24, 12));
     let wrench = |cycle: &CycleRecord| cycle.inputs.sensor.wrench;
     assert!(
@@ -172,7 +174,7 @@ fn a_derived_velocity_is_the_difference_of_filtered_positions() {
         )
     });
     let logs = imported("mapping_derive", mapping, &[("log.csv", log)]).unwrap();
-    let (train, test) = (logs.train.cycles, logs.test.unwrap().cycles);
+    let [train, test] = [&logs.train[0].cycles, &logs.test[0].cycles];
     assert_eq!((train.len(), test.len()), (750, 250));
     for n in 50..700 {
         let (cycle, before) = (&train[n], &train[n - 1]);
@@ -209,7 +211,7 @@ fn a_pose_that_is_not_in_the_table_is_the_way_of_the_velocity_and_no_sensor_is_n
     "#;
     let log = table("v,w", 400, |n| format!("{n},90"));
     let logs = imported("mapping_integrate", mapping, &[("log.csv", log)]).unwrap();
-    let cycles = &logs.train.cycles;
+    let cycles = &logs.train[0].cycles;
     assert_eq!(cycles.len(), 291);
     let last = cycles.last().unwrap();
     // From 0.01 to 0.3 m/s within 2.9 s; 90 deg/s for 2.9 s.
@@ -248,7 +250,7 @@ fn angles_of_turns_one_after_the_other_are_orientations() {
     });
     let files = [("log.csv", log)];
     let logs = imported("mapping_euler", mapping, &files).unwrap();
-    let [.., w, x, y, z] = logs.train.cycles[180].trace.pose;
+    let [.., w, x, y, z] = logs.train[0].cycles[180].trace.pose;
     let turned = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
     let expected = UnitQuaternion::from_euler_angles(
         -36.0_f64.to_radians(),
@@ -312,7 +314,7 @@ fn rows_that_are_not_selected_may_hold_anything() {
     for rows in ["last = 150", "to_s = 1.495"] {
         let mapping = format!("{GOOD}\n[rows]\n{rows}");
         let logs = imported("mapping_selected", &mapping, &[("log.csv", log.clone())]).unwrap();
-        assert_eq!(logs.train.cycles.len(), 150, "{rows}");
+        assert_eq!(logs.train[0].cycles.len(), 150, "{rows}");
     }
     let error = imported("mapping_selected", GOOD, &[("log.csv", log)]).unwrap_err();
     assert!(error.contains("line 152: expected 3 cells"), "{error}");
@@ -344,8 +346,8 @@ fn one_table_has_dates_two_pressures_and_both_logs() {
     };
     let rows = "[rows.train]\nto_s = 50.0\n[rows.test]\nfrom_s = 55\nto_s = 70\n";
     let logs = imported("mapping_dates", &mapping(rows), &log()).unwrap();
-    let test = logs.test.unwrap();
-    let lengths = (logs.train.cycles.len(), test.cycles.len());
+    let test = &logs.test[0];
+    let lengths = (logs.train[0].cycles.len(), test.cycles.len());
     assert_eq!(lengths, (5001, 1501));
     let CycleRecord { trace, inputs, .. } = &test.cycles[1000];
     assert!((trace.time_s - 65.0).abs() < 1e-9, "{}", trace.time_s);
@@ -393,12 +395,12 @@ fn incomplete_rows_are_refused_or_left_out() {
     );
     let mapping = format!("{GOOD}\n[rows]\nincomplete = \"leave_out\"");
     let logs = imported("mapping_incomplete", &mapping, &files).unwrap();
-    assert_eq!(logs.train.cycles.len(), 198);
+    assert_eq!(logs.train[0].cycles.len(), 198);
     let told = logs.warnings.concat();
     assert!(told.contains("2 of 200 rows are left out"), "{told}");
     let bridged = mapping.replace("[time]", "[time]\ngaps = \"bridge\"");
     let logs = imported("mapping_incomplete", &bridged, &files).unwrap();
-    assert_eq!(logs.train.cycles.len(), 200);
+    assert_eq!(logs.train[0].cycles.len(), 200);
     let nothing = table("time,pos_x,fx", 200, |n| format!("{},{n},NA", n * 0.01));
     let error = imported("mapping_incomplete", &mapping, &[("log.csv", nothing)]).unwrap_err();
     assert!(error.contains("in each of 200 rows"), "{error}");
@@ -569,7 +571,7 @@ fn the_commented_mapping_works_with_a_table_of_its_columns() {
     });
     let logs = imported("mapping_commented", mapping, &[("log.csv", log)]).unwrap();
     assert_eq!(logs.warnings, Vec::<String>::new());
-    let lengths = (logs.train.cycles.len(), logs.test.unwrap().cycles.len());
+    let lengths = (logs.train[0].cycles.len(), logs.test[0].cycles.len());
     assert_eq!(lengths, (280, 120));
 }
 
@@ -632,4 +634,90 @@ fn the_command_takes_one_file_in_place_of_the_mappings_and_tells_what_looks_wron
         recording.stderr
     );
     assert!(recording.code == Some(1) && !folder.join("copy").exists());
+}
+
+/// Three runs of a carriage, two to fit on, each of two tables side by side; one moves along y, too. One model is written for all.
+#[test]
+fn several_logs_of_a_machine_need_one_mapping() {
+    let mapping = r#"
+        [files]
+        train = [["slow.csv", "slow-force.csv"], ["fast.csv", "fast-force.csv"]]
+        test = [["unseen.csv", "unseen-force.csv"]]
+        [time]
+        column = "t"
+        [position]
+        x = "x"
+        y = "y"
+        [executed_velocity]
+        derive = true
+        [wrench]
+        fx = "f"
+    "#;
+    let folder = scratch("mapping_several_logs");
+    let write = |name: &str, text: String| fs::write(folder.join(name), text).unwrap();
+    write("mapping.toml", mapping.to_owned());
+    for (name, rate, aside, noise) in [
+        ("slow", 1.0, 0.0, 1e-2),
+        ("fast", 5.0, 0.01, 3e-2),
+        ("unseen", 3.0, 0.0, 1e-1),
+    ] {
+        let along = |n: f64| 0.1 * (rate * 0.01 * n).sin();
+        let row = |n: f64| format!("{:.3},{:.6},{:.6}", 0.01 * n, along(n), aside * along(n));
+        write(&format!("{name}.csv"), table("t,x,y", 300, row));
+        // Uniform: 0 to 1 from the golden ratio.
+        let scatter = |n: f64| noise * (12.0_f64.sqrt() * ((0.618_034 * n).fract() - 0.5));
+        let row = |n: f64| format!("{:.4}", 2.0 * along(n) + scatter(n * n));
+        write(&format!("{name}-force.csv"), table("f", 300, row));
+    }
+    let import = |path: &str| {
+        softdock(
+            &folder,
+            &[
+                "import",
+                path,
+                "--mapping",
+                "mapping.toml",
+                "-o",
+                "out",
+                "--force",
+            ],
+        )
+    };
+    let run = import(".");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    for (name, origin) in [
+        ("train1.mcap", "slow.csv + slow-force.csv"),
+        ("train2.mcap", "fast.csv + fast-force.csv"),
+        ("test.mcap", "unseen.csv + unseen-force.csv"),
+    ] {
+        let recording = Recording::open(&folder.join("out").join(name)).unwrap();
+        assert!(
+            recording.header.identity.contains(origin),
+            "{name}: {}",
+            recording.header.identity
+        );
+    }
+    let model = fs::read_to_string(folder.join("out/model.toml")).unwrap();
+    let model = Model::from_toml(&model, "model.toml").unwrap();
+    assert_eq!(model.rig.active_axes, [Axis::X, Axis::Y]);
+    // Not that of the unseen log, nor the larger one of the two.
+    assert!(
+        (0.008..0.013).contains(&model.noise.force_n),
+        "{:?}",
+        model.noise
+    );
+
+    let one = import("slow.csv");
+    assert!(
+        one.code == Some(1) && one.stderr.contains("names 2 training logs"),
+        "{}",
+        one.stderr
+    );
+    write("fast-force.csv", "f\n1.0\n".to_owned());
+    let torn = import(".");
+    assert!(
+        torn.code == Some(1) && torn.stderr.contains("a list of lists"),
+        "{}",
+        torn.stderr
+    );
 }

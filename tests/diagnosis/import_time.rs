@@ -51,7 +51,7 @@ fn irregular_stamps_are_refused_or_resampled_and_the_loss_is_said() {
     }
     let mapping = STAMPED.replace("[time]", "[time]\nresample_hz = 100");
     let logs = imported("mapping_resampled", &mapping, &files).unwrap();
-    for (n, cycle) in logs.train.cycles.iter().enumerate() {
+    for (n, cycle) in logs.train[0].cycles.iter().enumerate() {
         let at_s = n as f64 * 0.01;
         assert_eq!((cycle.trace.cycle, cycle.trace.time_s), (n as u64, at_s));
         let left = cycle.trace.pose[0] - angle(at_s).sin();
@@ -87,7 +87,7 @@ fn gaps_are_cut_or_bridged() {
         derived.replace("[time]", "[time]\ngaps = \"cut\""),
     ] {
         let logs = imported("mapping_cut", &mapping, &files).unwrap();
-        let cycles = &logs.train.cycles;
+        let cycles = &logs.train[0].cycles;
         assert_eq!((cycles[99].trace.cycle, cycles[100].trace.cycle), (99, 110));
         assert!(near(&cycles[100].trace.executed_velocity[..1], &[1.0]));
         let told = logs.warnings.concat();
@@ -98,8 +98,8 @@ fn gaps_are_cut_or_bridged() {
     }
     let mapping = derived.replace("[time]", "[time]\ngaps = \"bridge\"");
     let logs = imported("mapping_bridge", &mapping, &files).unwrap();
-    assert_eq!(logs.train.cycles.len(), 310);
-    for (n, cycle) in logs.train.cycles.iter().enumerate() {
+    assert_eq!(logs.train[0].cycles.len(), 310);
+    for (n, cycle) in logs.train[0].cycles.iter().enumerate() {
         assert!(near(&cycle.trace.pose[..1], &[n as f64 * 0.01]), "{n}");
     }
     let told = "bridged by straight lines: 10 of 310 rows are made up";
@@ -122,8 +122,8 @@ fn a_late_row_is_no_gap_behind_a_low_pass() {
     let told = logs.warnings.concat();
     assert!(!told.contains("gap") && !told.contains("missing"), "{told}");
     let (rows, trimmed) = (2000 + 39 * 6, 2 * 20);
-    assert_eq!(logs.train.cycles.len(), rows - trimmed);
-    for cycle in &logs.train.cycles {
+    assert_eq!(logs.train[0].cycles.len(), rows - trimmed);
+    for cycle in &logs.train[0].cycles {
         let error = cycle.trace.pose[0] - cycle.trace.time_s.sin();
         assert!(error.abs() < 1e-3, "{}: {error}", cycle.trace.time_s);
     }
@@ -158,9 +158,9 @@ fn shaft(torque: impl Fn(f64) -> f64) -> (Model, Vec<String>, Summary, VelocityM
     let logs = imported("shaft", &mapping, &[("log.csv", log)]).unwrap();
     assert_eq!(logs.warnings, Vec::<String>::new());
     let starter = starter(&logs.train, None).unwrap();
-    let meaning = Signals::new(&logs.train).unwrap().velocity;
+    let meaning = Signals::new(&logs.train[0]).unwrap().velocity;
     let model = Model::from_toml(&starter.text, "model.toml").unwrap();
-    let summary = Summary::of("log", &logs.train, &[]);
+    let summary = Summary::of("log", &logs.train[0], &[]);
     (model, starter.guessed, summary, meaning)
 }
 
@@ -203,10 +203,10 @@ fn logs_without_positions_are_not_asked_what_acts_by_position() {
     let mapping = format!("{SHAFT}\n[files]\ntrain = \"a.csv\"\ntest = \"b.csv\"\n");
     let files = [("a.csv", log(0.0)), ("b.csv", log(2.0))];
     let logs = imported("no_positions", &mapping, &files).unwrap();
-    let (train, test) = (logs.train, logs.test.unwrap());
-    let text = starter(&train, None).unwrap().text;
+    let (train, test) = (&logs.train, &logs.test);
+    let text = starter(train, None).unwrap().text;
     let model = Model::from_toml(&text.replace("\"measured\"", "\"commanded\""), "model.toml");
-    let found = diagnose(&model.unwrap(), &[&train], &[&test], &|_, _| {});
+    let found = diagnose(&model.unwrap(), &[&train[0]], &[&test[0]], &|_, _| {});
     let found = found.unwrap().diagnosis;
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
     let friction = |id: &String| ["guide_coulomb", "guide_viscous"].contains(&id.as_str());

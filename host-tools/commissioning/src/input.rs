@@ -30,10 +30,17 @@ pub struct Read {
 /// Those of the import.
 pub fn read(path: &Path, mapping_file: Option<&Path>) -> Result<Read> {
     if let Some(mapping_file) = mapping_file {
-        let logs = mapping::import_at_least(path, mapping_file, Some(FEWEST_ROWS))?;
+        let mut logs = mapping::import_at_least(path, mapping_file, Some(FEWEST_ROWS))?;
+        ensure!(
+            logs.train.len() == 1 && logs.test.len() < 2,
+            "{}: expected one log, and at most one of test data; it names {} and {}",
+            mapping_file.display(),
+            logs.train.len(),
+            logs.test.len()
+        );
         return Ok(Read {
-            recording: logs.train,
-            unseen: logs.test,
+            recording: logs.train.remove(0),
+            unseen: logs.test.pop(),
             model: logs.model.map(|(model, _)| model),
             notes: logs.warnings,
         });

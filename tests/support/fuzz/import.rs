@@ -22,7 +22,9 @@ pub(super) fn table(input: &[u8]) {
     std::fs::write(path("log.csv"), &input[place + separator.len()..]).unwrap();
     if let Ok(logs) = import_at_least(folder.path(), &path("mapping.toml"), Some(2)) {
         let model = logs.model.map_or_else(Model::default, |(model, _)| model);
-        compared(&model, &logs.train);
+        for log in logs.train.iter().chain(&logs.test) {
+            compared(&model, log);
+        }
     }
 }
 

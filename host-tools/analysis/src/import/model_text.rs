@@ -152,8 +152,9 @@ position_m = {:?}  # of S in M
 orientation_wxyz = {:?}
 bias = {:?}  # reading without load: forces, torques
 gravity_m_s2 = {:?}  # in C
-# \"measured\": a sensor's reading. \"commanded\": a motor's force, with reversed sign. \"unscaled\": the same,
-# from amperes, volts or bar by a guess: its gain is looked for.
+# \"measured\": a sensor's reading, which may come late; also a measured motor current, with a negative scale.
+# \"commanded\": a motor's force, with reversed sign, which may act late. \"unscaled\": the same, from amperes,
+# volts or bar by a guess: its gain is looked for.
 wrench = {wrench:?}
 # true: each row is a measurement of its own at rest, as the poses of a calibration are.
 at_rest = {}

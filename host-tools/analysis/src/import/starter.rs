@@ -1,6 +1,7 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
+use anyhow::Context;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
@@ -20,8 +21,9 @@ fn to_fill_in(turns: bool) -> String {
 # A model to start from. Axes and noise are those of the log; the rest is for you to fill in:
 #   [tool] {moved}; then
 #          dynamic_compensation = true
-#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for a motor's force,
-#            \"unscaled\" where its scale to newtons is a guess
+#   [sensor] gravity_m_s2   [0, 0, 0] on a horizontal axis; wrench = \"commanded\" for what a motor was told (force,
+#            voltage, duty), \"unscaled\" where its scale to newtons is a guess; a motor current that was
+#            measured may be late itself: leave \"measured\", with a negative scale in the mapping
 #   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
 #   [tolerance]          how well all of these are known
 # examples/model.toml has every key.
@@ -47,50 +49,26 @@ pub struct Starter {
     pub guessed: Vec<String>,
 }
 
-/// Writes a model to start from.
+/// Writes a model to start from, for logs of one machine.
 ///
 /// # Errors
 ///
-/// A recording without cycles or a rising time.
-pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Result<Starter> {
-    let signals = Signals::new(recording)?;
-    let cycles = recording.cycles.as_slice();
-    let of_poses = match signals.velocity {
-        VelocityMeaning::CycleMean => Noise::Differenced,
-        VelocityMeaning::Sampled => Noise::White,
-    };
+/// A recording without cycles or a rising time, or no recording.
+pub fn starter(recordings: &[Recording], filter: Option<FilterModel>) -> anyhow::Result<Starter> {
+    let first = recordings.first().context("expected at least one log")?;
+    let seen = recordings
+        .iter()
+        .map(|recording| Seen::of(recording, filter));
+    let seen = seen.collect::<anyhow::Result<Vec<_>>>()?;
     let mut model = Model::default();
-    let velocity = |c: &CycleRecord| c.trace.executed_velocity;
-    let pose = |c: &CycleRecord| {
-        let [x, y, z, _, qx, qy, qz] = c.trace.pose;
-        // For a small angle the rotation vector is twice the vector part.
-        [x, y, z, 2.0 * qx, 2.0 * qy, 2.0 * qz]
-    };
-    let sent = |c: &CycleRecord| c.trace.sent_velocity;
-    let moves = |axis: &Axis| {
-        let changes = |of: &dyn Fn(&CycleRecord) -> [f64; 6]| {
-            let i = axis.index();
-            cycles
-                .windows(2)
-                .any(|pair| (of(&pair[1])[i] - of(&pair[0])[i]).abs() > 0.0)
-        };
-        changes(&velocity) || changes(&sent)
-    };
+    let moves = |axis: &Axis| seen.iter().any(|log| log.moving[axis.index()]);
     model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
     model.sensor.filter = filter;
-    let filter = filter.map(|filter| filter.on_samples(signals.cycle_s));
-    let floors = |of: &dyn Fn(&CycleRecord) -> [f64; 6], noise| floors(cycles, of, noise, filter);
     let mut guessed = Vec::new();
-    let wrench = |c: &CycleRecord| c.inputs.sensor.wrench;
-    let [force, torque] = floors(&wrench, Noise::White);
-    let largest = largest(cycles, &wrench);
-    let [force, torque] = [
-        (force, largest[0], "force_n", "N"),
-        (torque, largest[1], "torque_n_m", "N·m"),
-    ]
-    .map(|(floor, largest, key, unit)| {
-        let seen = floor.filter(|floor| *floor >= largest * step(FINEST_BITS));
-        seen.or_else(|| {
+    let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
+        let largest = seen.iter().map(|log| log.largest[kind]).fold(0.0, f64::max);
+        let floor = median(seen.iter().map(|log| log.wrench[kind]));
+        floor.filter(|floor| *floor >= largest * step(FINEST_BITS)).or_else(|| {
             let guess = two_digits(largest * step(PLAIN_BITS) / 12.0_f64.sqrt())?;
             guessed.push(format!(
                 "[noise] {key} = {guess:e} {unit} is a guess, what {PLAIN_BITS} bits resolve: the log shows no noise, as where it \
@@ -101,8 +79,8 @@ pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Re
     });
     let noise = &mut model.noise;
     let default = (noise.force_n, noise.torque_n_m);
-    let [speed, rate] = floors(&velocity, of_poses);
-    let [position, angle] = floors(&pose, Noise::White);
+    let [speed, rate] = [0, 1].map(|kind| median(seen.iter().map(|log| log.velocity[kind])));
+    let [position, angle] = [0, 1].map(|kind| median(seen.iter().map(|log| log.pose[kind])));
     for (of_model, of_log) in [
         (&mut noise.force_n, force),
         (&mut noise.torque_n_m, torque),
@@ -120,15 +98,61 @@ pub fn starter(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Re
         let scale = if axis < 3 { force } else { torque };
         *tolerance = two_digits(*tolerance * scale.min(1.0)).unwrap_or(*tolerance);
     }
-    let origin = recording
-        .header
-        .identity
-        .trim_start_matches("imported from ");
+    let origin = first.header.identity.trim_start_matches("imported from ");
     let text = commented(&model, origin);
     Ok(Starter {
         text: to_fill_in(model.bearing().is_some()) + &text,
         guessed,
     })
+}
+
+/// What one log shows; noise floors and largest values of translations and of rotations.
+struct Seen {
+    moving: [bool; 6],
+    wrench: [Option<f64>; 2],
+    velocity: [Option<f64>; 2],
+    pose: [Option<f64>; 2],
+    largest: [f64; 2],
+}
+
+impl Seen {
+    fn of(recording: &Recording, filter: Option<FilterModel>) -> anyhow::Result<Self> {
+        let signals = Signals::new(recording)?;
+        let cycles = recording.cycles.as_slice();
+        let of_poses = match signals.velocity {
+            VelocityMeaning::CycleMean => Noise::Differenced,
+            VelocityMeaning::Sampled => Noise::White,
+        };
+        let velocity = |c: &CycleRecord| c.trace.executed_velocity;
+        let sent = |c: &CycleRecord| c.trace.sent_velocity;
+        let wrench = |c: &CycleRecord| c.inputs.sensor.wrench;
+        let pose = |c: &CycleRecord| {
+            let [x, y, z, _, qx, qy, qz] = c.trace.pose;
+            // For a small angle the rotation vector is twice the vector part.
+            [x, y, z, 2.0 * qx, 2.0 * qy, 2.0 * qz]
+        };
+        let changes = |of: &dyn Fn(&CycleRecord) -> [f64; 6], axis: usize| {
+            let mut pairs = cycles.windows(2);
+            pairs.any(|pair| (of(&pair[1])[axis] - of(&pair[0])[axis]).abs() > 0.0)
+        };
+        let filter = filter.map(|filter| filter.on_samples(signals.cycle_s));
+        let floors =
+            |of: &dyn Fn(&CycleRecord) -> [f64; 6], noise| floors(cycles, of, noise, filter);
+        Ok(Self {
+            moving: std::array::from_fn(|axis| changes(&velocity, axis) || changes(&sent, axis)),
+            wrench: floors(&wrench, Noise::White),
+            velocity: floors(&velocity, of_poses),
+            pose: floors(&pose, Noise::White),
+            largest: largest(cycles, &wrench),
+        })
+    }
+}
+
+/// The middle one of those that there are, of two the smaller: motion that is taken for noise makes it larger.
+fn median(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let mut values: Vec<f64> = values.flatten().collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len().saturating_sub(1) / 2).copied()
 }
 
 /// Step of a converter of so many bits, as a part of the largest value of its range.

@@ -19,8 +19,8 @@ Example: softdock import rig-logs -o imported
 (a docking-rig-log/1 folder; writes model.toml, train.mcap and test.mcap)
 
 softdock import log.csv --mapping mapping.toml -o imported
-(any table; the mapping says which column is what; writes train.mcap, and model.toml to start
-from if the mapping names no model)
+(any table; the mapping says which column is what; writes train.mcap, or train1.mcap, train2.mcap
+.. where it names several logs, and model.toml to start from if it names no model)
 
 softdock import run.csv -o imported
 (a table that `softdock export` wrote, with its JSON beside it; writes run.mcap)")]
@@ -174,12 +174,24 @@ fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
             starter.text
         }
     };
-    let mut recordings = vec![(PathBuf::from("train.mcap"), logs.train)];
-    recordings.extend(logs.test.map(|test| ("test.mcap".into(), test)));
+    let mut recordings = named("train", logs.train);
+    recordings.extend(named("test", logs.test));
     Ok(Imported {
         recordings,
         model_toml: Some(model_toml),
         derived: logs.derived,
         warnings: logs.warnings,
     })
+}
+
+/// File names of recordings: numbered from 1, if there are several.
+fn named(kind: &str, logs: Vec<Recording>) -> Vec<(PathBuf, Recording)> {
+    let number = |n: usize| match logs.len() {
+        1 => String::new(),
+        _ => n.to_string(),
+    };
+    let names: Vec<PathBuf> = (1..=logs.len())
+        .map(|n| format!("{kind}{}.mcap", number(n)).into())
+        .collect();
+    names.into_iter().zip(logs).collect()
 }

@@ -44,28 +44,35 @@ pub(super) struct Mapping {
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Files {
     /// To fit on.
-    pub(super) train: Pasted,
+    pub(super) train: Tables,
     /// To test on.
-    pub(super) test: Pasted,
+    pub(super) test: Tables,
 }
 
-/// One file, or several whose columns stand side by side, row by row; the columns of the second
-/// are numbered on behind those of the first.
+/// The tables of each log. Those of one log stand side by side, row by row; the columns of the second are numbered on behind
+/// those of the first. Written as the name of one table, the names of those of one log, or a list of such lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Pasted(pub(super) Vec<String>);
+pub(super) struct Tables(pub(super) Vec<Vec<String>>);
 
-impl<'de> Deserialize<'de> for Pasted {
+impl<'de> Deserialize<'de> for Tables {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        #[serde(untagged, expecting = "expected a file name or a list of file names")]
+        #[serde(
+            untagged,
+            expecting = "expected a file name, a list of file names side by side, or a list of such lists, one for each log"
+        )]
         enum Names {
             One(String),
-            Several(Vec<String>),
+            Beside(Vec<String>),
+            Logs(Vec<Vec<String>>),
         }
-        Ok(Self(match Names::deserialize(deserializer)? {
-            Names::One(name) => vec![name],
-            Names::Several(names) => names,
-        }))
+        let mut logs = match Names::deserialize(deserializer)? {
+            Names::One(name) => vec![vec![name]],
+            Names::Beside(names) => vec![names],
+            Names::Logs(logs) => logs,
+        };
+        logs.retain(|tables| !tables.is_empty());
+        Ok(Self(logs))
     }
 }
 

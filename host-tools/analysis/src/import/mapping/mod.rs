@@ -48,10 +48,10 @@ use std::path::Path;
 pub struct MappedLogs {
     /// The model that the mapping names, and its text as the user wrote it.
     pub model: Option<(Model, String)>,
-    /// Log to fit on.
-    pub train: Recording,
-    /// Log that the fit must not see, if the mapping names one.
-    pub test: Option<Recording>,
+    /// Logs to fit on, at least one.
+    pub train: Vec<Recording>,
+    /// Logs that the fit must not see, if the mapping names any.
+    pub test: Vec<Recording>,
     /// The filter that every channel went through.
     pub filter: Option<FilterModel>,
     /// Channels that were not measured, and from what they were made.
@@ -101,34 +101,9 @@ pub fn import_at_least(
         derived: Vec::new(),
         warnings: Vec::new(),
     };
-    let (train_name, cycles) = importer.cycles(&train, Part::Train)?;
-    let own_rows = mapping.rows.test.is_some();
-    let (train, test) = match (&mapping.split, test.is_empty()) {
-        (None, true) if own_rows => {
-            let (name, test) = importer.cycles(&train, Part::Test)?;
-            ensure_apart(&cycles, &test)?;
-            (cycles, Some((name, test)))
-        }
-        (None, true) => (cycles, None),
-        (None, false) => {
-            let (name, test) = importer.cycles(&test, Part::Test)?;
-            (cycles, Some((name, test)))
-        }
-        (Some(_), true) if own_rows => {
-            bail!("the mapping has both [split] and [rows.test]; one is enough")
-        }
-        (Some(split), true) => {
-            let (train, test) = importer.split(cycles, *split)?;
-            (train, Some((train_name.clone(), test)))
-        }
-        (Some(_), false) => bail!("the mapping has both [split] and a test file; one is enough"),
-    };
-    let train = importer.recording(train_name, train)?;
-    let test = match test {
-        Some((name, cycles)) => Some(importer.recording(name, cycles)?),
-        None => None,
-    };
+    let (train, test) = importer.logs(&train, &test)?;
     let (mut derived, mut warnings) = (importer.derived, importer.warnings);
+    derived.sort_unstable();
     derived.dedup();
     let filter = mapping.filter.map(|filter| filter.as_modelled());
     if let (Some((model, _)), Some(own)) = (&model, filter)
@@ -166,27 +141,37 @@ fn ensure_apart(train: &[CycleRecord], test: &[CycleRecord]) -> anyhow::Result<(
     Ok(())
 }
 
-/// Folder, training files, test files.
-type LogFiles<'a> = (&'a Path, Vec<String>, Vec<String>);
+/// Folder, tables of the training logs, tables of the test logs.
+type LogFiles<'a> = (&'a Path, Vec<Vec<String>>, Vec<Vec<String>>);
 
 fn files<'a>(path: &'a Path, mapping: &Mapping) -> anyhow::Result<LogFiles<'a>> {
-    let (train, test) = (&mapping.files.train.0, &mapping.files.test.0);
+    let (mut train, test) = (mapping.files.train.0.clone(), &mapping.files.test.0);
     if path.is_dir() {
         ensure!(
             !train.is_empty(),
             "{} is a folder: say in the mapping which file is meant, [files] train = \"..\"",
             path.display()
         );
-        return Ok((path, train.clone(), test.clone()));
+        return Ok((path, train, test.clone()));
     }
     let name = path
         .file_name()
         .and_then(|name| name.to_str())
         .with_context(|| format!("{}: expected a file or a folder", path.display()))?;
+    ensure!(
+        train.len() < 2,
+        "the mapping names {} training logs; give the folder in which they are, not {}",
+        train.len(),
+        path.display()
+    );
     // The file takes the place of the first; what is pasted beside it stays.
-    let beside = train.iter().skip(1).cloned();
-    let files = std::iter::once(name.to_owned()).chain(beside).collect();
-    Ok((path.parent().unwrap_or(Path::new("")), files, Vec::new()))
+    let mut tables = train.pop().unwrap_or_else(|| vec![String::new()]);
+    tables[0] = name.to_owned();
+    Ok((
+        path.parent().unwrap_or(Path::new("")),
+        vec![tables],
+        Vec::new(),
+    ))
 }
 
 struct Importer<'a> {
@@ -199,6 +184,51 @@ struct Importer<'a> {
 }
 
 impl Importer<'_> {
+    /// Training logs and test logs. Without tables of their own test data are rows of the training logs' tables, if the mapping
+    /// says so.
+    fn logs(
+        &mut self,
+        train: &[Vec<String>],
+        test: &[Vec<String>],
+    ) -> anyhow::Result<(Vec<Recording>, Vec<Recording>)> {
+        let split = self.mapping.split;
+        let own_rows = self.mapping.rows.test.is_some();
+        match (split, test) {
+            (Some(_), []) if own_rows => {
+                bail!("the mapping has both [split] and [rows.test]; one is enough")
+            }
+            (Some(_), [_, ..]) => {
+                bail!("the mapping has both [split] and a test file; one is enough")
+            }
+            _ => {}
+        }
+        let (mut trained, mut unseen) = (Vec::new(), Vec::new());
+        for tables in train {
+            let (name, cycles) = self.cycles(tables, Part::Train)?;
+            let (cycles, apart) = match split {
+                Some(split) => {
+                    let (cycles, apart) = self.split(cycles, split)?;
+                    (cycles, Some(apart))
+                }
+                None if own_rows && test.is_empty() => {
+                    let (_, apart) = self.cycles(tables, Part::Test)?;
+                    ensure_apart(&cycles, &apart)?;
+                    (cycles, Some(apart))
+                }
+                None => (cycles, None),
+            };
+            trained.push(self.recording(name.clone(), cycles)?);
+            if let Some(apart) = apart {
+                unseen.push(self.recording(name, apart)?);
+            }
+        }
+        for tables in test {
+            let (name, cycles) = self.cycles(tables, Part::Test)?;
+            unseen.push(self.recording(name, cycles)?);
+        }
+        Ok((trained, unseen))
+    }
+
     /// Name and cycles of tables that stand side by side.
     fn cycles(
         &mut self,

@@ -41,7 +41,8 @@ impl Source {
             for other in rest {
                 ensure!(
                     other.len() == first.len(),
-                    "{} has {} rows and {} has {}; expected files whose rows belong together",
+                    "{} has {} rows and {} has {}; expected files whose rows belong together; several logs are a list of \
+                     lists, [[\"one.csv\"], [\"other.csv\"]]",
                     first.file,
                     first.len(),
                     other.file,
