@@ -6,6 +6,8 @@ use softdock_report::number;
 
 /// Share of the error that is left from which the sentence tells it.
 const TOLD: f64 = 0.01;
+/// Percentage of it that is told as all of it.
+const ALL: f64 = 99.5;
 
 /// Says what is missing, how far the error falls, and what is not certain.
 pub(crate) fn of(diagnosis: &Diagnosis, left: &[Left], stands_still: bool) -> String {
@@ -119,13 +121,17 @@ fn unexplained(diagnosis: &Diagnosis, left: &[Left]) -> String {
     text
 }
 
-/// How much is left, and what it follows; nothing where it is little.
+/// How much is left, and what it follows; nothing where it is little. Where nothing explains more than an offset does, all of it
+/// is left, and the share says nothing.
 fn left_over(diagnosis: &Diagnosis) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share <= TOLD {
         return String::new();
     }
     let percent = 100.0 * remainder.share;
+    if percent >= ALL {
+        return format!(" What shows: {}.", remainder.follows);
+    }
     format!(
         " {percent:.0} % is left with structure ({}).",
         remainder.follows
