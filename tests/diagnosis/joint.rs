@@ -1,8 +1,8 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
+use softdock_analysis::add::{add_effect, model_after, useless};
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_analysis::fit::Logs;
-use softdock_analysis::fit::addition::{add_effect, model_after, useless};
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;

@@ -5,9 +5,10 @@ mod log;
 use log::{CONTACT_S, FIRST_TOUCH_S, FORCE_SIGMA, PERIOD_S, VELOCITY_SIGMA, force, predict};
 use softdock::pages::diagnosis::Identity;
 use softdock_analysis::diagnose::{
-    BeforeAfter, ChannelLevels, Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked,
-    Region, Remainder, RunnerUp, Step, StrongestEvidence, Verdict,
+    Diagnosis, Estimate, Experiment, NoiseFloor, Parameters, Ranked, Region, Remainder, RunnerUp,
+    StrongestEvidence, Verdict,
 };
+use softdock_analysis::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 use std::collections::BTreeMap;

@@ -3,9 +3,15 @@
 //! | module | |
 //! |---|---|
 //! | `import` | logs of other rigs |
-//! | `compare`, `diagnose`, `fit` | how large the error is, what is missing, how large that is |
+//! | `compare`, `levels` | where the error is, and how large |
+//! | `fit` | parameters of a model |
+//! | `diagnose` | what is missing |
+//! | `add` | what was found, into the model |
 
+pub mod add;
 pub mod compare;
 pub mod diagnose;
 pub mod fit;
+mod held_back;
 pub mod import;
+pub mod levels;

@@ -6,6 +6,7 @@
 
 mod correlation;
 mod dependence;
+mod digits;
 mod groups;
 mod low_pass;
 mod noise_floor;
@@ -16,6 +17,7 @@ mod spectrum;
 
 pub use correlation::{Whiteness, autocorrelation, correlated_cycles, whiteness};
 pub use dependence::{Dependence, dependence};
+pub use digits::digit_of;
 pub use groups::{Fit, Groups};
 pub use low_pass::LowPass;
 pub use noise_floor::{LowPassed, Noise, median, noise_floor};

@@ -2,10 +2,9 @@
 
 use super::engine::{Logs, Stages, predict_all};
 use super::evidence::RISES;
-use super::finding::Step;
 use super::for_prediction;
 use super::named::{self, Named};
-use super::outcome::levels_of;
+use crate::levels::{ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
@@ -133,8 +132,8 @@ impl Known<'_> {
             None => self.predicted(&key)?,
         };
         let totals = Error {
-            train: levels_of(both.train()).total(),
-            test: levels_of(both.test()).total(),
+            train: ChannelLevels::of(both.train()).total(),
+            test: ChannelLevels::of(both.test()).total(),
         };
         self.predictions.insert(key, both);
         Ok(totals)

@@ -1,6 +1,6 @@
 //! What a diagnosis says.
 
-use crate::compare::ROUND_OFF_SIGMA;
+use crate::levels::{BeforeAfter, Step};
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::{Axis, Channel};
 use std::collections::BTreeMap;
@@ -58,61 +58,6 @@ pub struct Remainder {
 
 /// Parameters of effects: by effect id, then by name.
 pub type Parameters = BTreeMap<String, BTreeMap<String, Estimate>>;
-
-/// Error per channel in units of the data sheet's noise, as docking-rig-log/1 sums it up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ChannelLevels {
-    /// Channel A.
-    pub executed_velocity: f64,
-    /// Channel B.
-    pub wrench: f64,
-    /// Channel C.
-    pub model_velocity: f64,
-    /// Channel K.
-    pub pose: f64,
-}
-
-impl ChannelLevels {
-    fn all(&self) -> [f64; 4] {
-        [
-            self.executed_velocity,
-            self.wrench,
-            self.model_velocity,
-            self.pose,
-        ]
-    }
-
-    /// Root of the sum of squares.
-    pub fn total(&self) -> f64 {
-        self.all().iter().map(|z| z * z).sum::<f64>().sqrt()
-    }
-
-    /// What [`Self::total`] is where only noise is left: each channel with an error at all has 1.
-    pub fn total_of_noise(&self) -> f64 {
-        let noisy = self.all().iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
-        (noisy as f64).sqrt()
-    }
-}
-
-/// Error before and after the named effects, on unseen data where there is some.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct BeforeAfter {
-    /// With the model as it was given.
-    pub before: ChannelLevels,
-    /// With the named effects.
-    pub after: ChannelLevels,
-}
-
-/// One step of the error's fall: the model before the first, then one effect each.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Step {
-    /// Effect that is added, `nominal` for the first.
-    pub effect: String,
-    /// Error on the log of the fit.
-    pub train_error: f64,
-    /// Error on unseen data.
-    pub test_error: Option<f64>,
-}
 
 /// A hypothesis at the moment when it is tried.
 #[derive(Clone, Debug, PartialEq, Serialize)]

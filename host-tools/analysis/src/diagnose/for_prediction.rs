@@ -8,8 +8,8 @@ use super::engine::{Logs, predict_all};
 use super::error_reduction::with_effects;
 use super::evidence::RISES;
 use super::named::Named;
-use super::outcome::levels_of;
 use crate::fit::refit_effects;
+use crate::levels::ChannelLevels;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 
@@ -34,7 +34,7 @@ pub(super) fn refit(
         ..model.clone()
     };
     let error = |model: &Model| -> anyhow::Result<f64> {
-        Ok(levels_of(predict_all(model, recordings)?.test()).total())
+        Ok(ChannelLevels::of(predict_all(model, recordings)?.test()).total())
     };
     let errors = [error(&now)?, error(&others)?];
     let is_better = errors[1] * RISES < errors[0]; // not so for NaN

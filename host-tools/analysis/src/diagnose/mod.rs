@@ -46,11 +46,10 @@ mod wrench;
 
 pub use evidence::NAMED;
 pub use finding::*;
-pub(crate) use outcome::levels_of;
-pub use stretches::held_back;
 
 use crate::compare::compare;
 use crate::fit::same_rig;
+use crate::held_back::held_back;
 use anyhow::{bail, ensure};
 pub use engine::Logs;
 use engine::{Question, Watch, WrenchFinding};

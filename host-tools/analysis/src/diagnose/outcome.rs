@@ -5,16 +5,16 @@ use super::engine::{ActuatorFinding, Logs, Question, Stages};
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence::{self, NAMED};
-use super::finding::{BeforeAfter, ChannelLevels, Diagnosis, Nominal, Remainder, Verdict};
+use super::finding::{Diagnosis, Nominal, Remainder, Verdict};
 use super::named::INTERVAL_95;
-use super::sampling::digit_of;
 use super::structure::{self, Left, Structure};
 use super::verdict::Grounds;
 use super::wrench::PreparedLog;
 use super::{ranking, regions, sentence};
+use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::CATALOGUE;
-use softdock_physics::model::prediction::{ChannelPrediction, Prediction};
+use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
 use softdock_statistics::{Noise, noise_floor};
 use std::collections::BTreeMap;
@@ -134,8 +134,8 @@ pub(crate) fn conclude(
         remainder,
         disagreeing,
         residual_rms_sigma: BeforeAfter {
-            before: levels_of(stages.before.test()),
-            after: levels_of(predictions.test()),
+            before: ChannelLevels::of(stages.before.test()),
+            after: ChannelLevels::of(predictions.test()),
         },
         steps: reduction.steps,
         runner_up,
@@ -245,72 +245,6 @@ fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
     }
 }
 
-/// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
-/// What the digits of a log make of the model's velocity, which has no other noise, is no error.
-fn levels(prediction: &Prediction) -> ChannelLevels {
-    let level = |channel: Channel| -> f64 {
-        let series = prediction.channel(channel);
-        let judged = prediction.judged(channel).iter();
-        let axes: Vec<&Axis> = judged
-            .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
-            .collect();
-        let count = axes.len() * prediction.time_s.len();
-        let mut sum = 0.0;
-        for axis in axes {
-            let sigma = series.sigma[axis.index()];
-            let digits = match channel {
-                Channel::ModelVelocity => variance_of_digits(series, *axis),
-                _ => 0.0,
-            };
-            for n in 0..prediction.time_s.len() {
-                let residual = series.residual(n, *axis).unwrap_or(0.0);
-                let by_digits = if residual == 0.0 { 0.0 } else { digits };
-                sum += (residual * residual - by_digits) / (sigma * sigma);
-            }
-        }
-        (sum.max(0.0) / count.max(1) as f64).sqrt()
-    };
-    ChannelLevels {
-        executed_velocity: level(Channel::ExecutedVelocity),
-        wrench: level(Channel::Wrench),
-        model_velocity: level(Channel::ModelVelocity),
-        pose: level(Channel::Pose),
-    }
-}
-
-/// Error per channel of several logs together.
-pub(crate) fn levels_of(predictions: &[Prediction]) -> ChannelLevels {
-    let all: Vec<(f64, ChannelLevels)> = predictions
-        .iter()
-        .map(|p| (p.time_s.len() as f64, levels(p)))
-        .collect();
-    let cycles: f64 = all.iter().map(|(n, _)| n).sum();
-    let mean = |of: &dyn Fn(&ChannelLevels) -> f64| {
-        let squares: f64 = all.iter().map(|(n, level)| n * of(level).powi(2)).sum();
-        (squares / cycles.max(1.0)).sqrt()
-    };
-    ChannelLevels {
-        executed_velocity: mean(&|l| l.executed_velocity),
-        wrench: mean(&|l| l.wrench),
-        model_velocity: mean(&|l| l.model_velocity),
-        pose: mean(&|l| l.pose),
-    }
-}
-
-/// Variance of the difference of two values that are rounded to the digits of a log.
-fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
-    let values: Vec<f64> = series
-        .measured
-        .iter()
-        .map(|row| row[axis.index()])
-        .collect();
-    if values.iter().all(|v| *v == 0.0) {
-        return 0.0;
-    }
-    let digit = digit_of(&values);
-    digit * digit / 6.0
-}
-
 /// What is left of each channel.
 fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
     let mut all = Vec::new();
@@ -399,7 +333,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
         })
         .collect();
     let square = |p: &[Prediction]| {
-        let z = levels_of(p);
+        let z = ChannelLevels::of(p);
         if channel == Channel::Pose {
             z.pose.powi(2)
         } else {

@@ -127,7 +127,7 @@ fn lattice(values: &[f64]) -> Option<f64> {
     if sorted.len() * 10 > values.len() * 8 {
         return Some(0.0);
     }
-    let digit = digit_of(&sorted);
+    let digit = softdock_statistics::digit_of(&sorted);
     let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
     let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let step = refined(&gaps, smallest);
@@ -158,18 +158,6 @@ fn refined(gaps: &[f64], smallest: f64) -> f64 {
         }
     }
     step
-}
-
-/// Largest power of ten of which all values are multiples.
-pub(super) fn digit_of(values: &[f64]) -> f64 {
-    let is_multiple = |value: f64, digit: f64| {
-        let cells = (value / digit).round();
-        (value / digit - cells).abs() < 1e-4 && (cells != 0.0 || value == 0.0)
-    };
-    (-3..=9)
-        .map(|digits| 10.0_f64.powi(-digits))
-        .find(|digit| values.iter().all(|v| is_multiple(*v, *digit)))
-        .unwrap_or(1e-10)
 }
 
 #[cfg(test)]
@@ -203,13 +191,6 @@ mod tests {
         let inflated = 0.09 * (1.0 + correlation) / (1.0 - correlation);
         assert!((variance_of_share(&in_runs, 0.1) - inflated).abs() < 1e-12);
         assert!((variance_of_share(&apart, 0.1) - 0.09).abs() < 1e-12);
-    }
-
-    #[test]
-    fn small_values_have_small_digits() {
-        assert_eq!(digit_of(&[0.0, 0.02, 0.0301]), 1e-4);
-        assert_eq!(digit_of(&[2.0e-5, 3.1e-5]), 1e-6);
-        assert_eq!(digit_of(&[1.0 / 3.0]), 1e-10);
     }
 
     #[test]

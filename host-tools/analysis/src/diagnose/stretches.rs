@@ -1,24 +1,16 @@
 //! Which part of its logs a diagnosis looks at.
 
 use super::engine::Logs;
+use crate::held_back::part;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use std::ops::Range;
 
-/// Share of a log that is held back where no unseen log is given.
-const HELD_BACK: f64 = 0.4;
 /// Rows of all logs together of which no more are looked at. Time and memory grow with them: two logs of
 /// 50,000 rows take about 45 s of processor time. Four times as many rows make intervals half as wide.
 const MOST_ROWS: usize = 100_000;
 /// Stretches of a long log of which the one that moves most is looked at.
 const STRETCHES: usize = 8;
-
-/// The beginning of a recording to fit on, and its end to judge on.
-pub fn held_back(recording: &Recording) -> (Recording, Recording) {
-    let count = recording.cycles.len();
-    let at = count - (count as f64 * HELD_BACK) as usize;
-    (part(recording, 0..at), part(recording, at..count))
-}
 
 /// Whether what is held back excites what the beginning does.
 pub(super) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
@@ -59,15 +51,6 @@ fn liveliest(log: &Recording, share: f64) -> Range<usize> {
     let of = |range: &Range<usize>| motion(&log.cycles[range.clone()], commanded);
     each.max_by(|a, b| of(a).total_cmp(&of(b)))
         .unwrap_or(0..count)
-}
-
-fn part(recording: &Recording, range: Range<usize>) -> Recording {
-    Recording {
-        header: recording.header.clone(),
-        cycles: recording.cycles[range].to_vec(),
-        cut: recording.cut.clone(),
-        ..Recording::default()
-    }
 }
 
 fn is_commanded(log: &Recording) -> bool {

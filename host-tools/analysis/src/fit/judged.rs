@@ -1,15 +1,15 @@
 //! A fit of all parameters, judged on what it has not seen: what `fit` says and what it writes.
 
 use super::logs::refs;
-use super::record::{self, error};
+use super::record;
 use super::{Logs, Refitted, Undetermined, refit};
-use crate::diagnose::Step;
+use crate::levels::{Step, error};
 use anyhow::Result;
 use serde::Serialize;
 use softdock_physics::model::{HistoryStep, Model};
 
 /// Relative change of the error on unseen data that is no accident of the noise.
-pub(super) const RISES: f64 = 1e-3;
+pub(crate) const RISES: f64 = 1e-3;
 
 /// A fit, the error before and after it, and the model with what it found and with its history.
 #[derive(Clone, Debug)]

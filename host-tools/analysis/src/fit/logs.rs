@@ -2,7 +2,7 @@
 
 use super::record::Names;
 use super::{excitation, same_rig};
-use crate::diagnose::held_back;
+use crate::held_back::held_back;
 use crate::import::checks::{Context, check};
 use anyhow::{Result, ensure};
 use softdock_app::record::CycleRecord;
@@ -95,7 +95,7 @@ impl Logs {
     }
 
     /// Logs to fit on and logs to judge on: without unseen ones the end of each of the others is held back.
-    pub(super) fn parted(&self) -> [Vec<Cow<'_, Recording>>; 2] {
+    pub(crate) fn parted(&self) -> [Vec<Cow<'_, Recording>>; 2] {
         if !self.test.is_empty() {
             return [&self.train, &self.test].map(|logs| logs.iter().map(Cow::Borrowed).collect());
         }
@@ -118,7 +118,7 @@ impl Logs {
 }
 
 /// The recordings themselves.
-pub(super) fn refs<'a>(logs: &'a [Cow<'_, Recording>]) -> Vec<&'a Recording> {
+pub(crate) fn refs<'a>(logs: &'a [Cow<'_, Recording>]) -> Vec<&'a Recording> {
     logs.iter().map(AsRef::as_ref).collect()
 }
 

@@ -6,27 +6,23 @@
 //! Gaussian priors. What the recording does not determine stays as it is and is said to be
 //! undetermined; a number with an interval of the size of the universe is no result.
 //!
-//! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`addition`] puts
-//! what was found into the model, [`refit_beside`] fits what it had already anew beside that, [`record`] writes the steps of
-//! a model's history, [`excitation`] says what a recording cannot teach at all.
+//! [`Logs`] are the recordings of a fit, checked; [`judged`] holds a fit against what it has not seen; [`record`] writes the
+//! steps of a model's history, [`excitation`] says what a recording cannot teach at all.
 
-pub mod addition;
 pub mod excitation;
 pub mod judged;
 pub mod record;
 
 mod determined;
 mod least_squares;
-mod logs;
+pub(crate) mod logs;
 mod nominal;
 mod parameter;
 mod residual;
 pub(crate) mod same_rig;
-mod together;
 
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};
-pub use together::refit_beside;
 
 use anyhow::ensure;
 use determined::Doubt;
@@ -123,7 +119,7 @@ pub(crate) fn refit_effects(
 }
 
 /// [`refit`] of some of the parameters; the others are exact.
-fn refit_those(
+pub(crate) fn refit_those(
     model: &Model,
     recordings: &[&Recording],
     those: &dyn Fn(&Parameter) -> bool,

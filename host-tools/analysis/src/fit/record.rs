@@ -1,11 +1,9 @@
 //! The history in a model file: how the error fell, step by step.
 
-use crate::diagnose::{Step, levels_of};
+use crate::levels::Step;
 use serde::Serialize;
-use softdock_io::recording::Recording;
+use softdock_physics::model::HistoryStep;
 use softdock_physics::model::edit::rounded;
-use softdock_physics::model::prediction::predict;
-use softdock_physics::model::{HistoryStep, Model};
 
 /// Relative change of the error since the last step that shows an edit by hand.
 const EDITED: f64 = 0.01;
@@ -65,17 +63,6 @@ impl Names {
             test: Some(test),
         }
     }
-}
-
-/// Error of a model on recordings: the root of the sum of squares over the channels, each in
-/// units of the data sheet's noise.
-///
-/// # Errors
-///
-/// A recording that cannot be predicted.
-pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
-    let predictions = recordings.iter().map(|recording| predict(model, recording));
-    Ok(levels_of(&predictions.collect::<anyhow::Result<Vec<_>>>()?).total())
 }
 
 /// Appends steps to a history; the first of them is the model before anything was done.

@@ -8,10 +8,10 @@ use crate::server::Workbench;
 use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
+use softdock_analysis::add::{Addition, add_effect, model_after, refit_beside, useless};
 use softdock_analysis::diagnose::{Report, diagnose_watched};
-use softdock_analysis::fit::addition::{Addition, add_effect, model_after, useless};
 use softdock_analysis::fit::judged::Judged;
-use softdock_analysis::fit::{Logs, Refitted, refit_beside};
+use softdock_analysis::fit::{Logs, Refitted};
 use softdock_physics::model::edit::ModelFile;
 use softdock_physics::model::{Hypothesis, Model};
 

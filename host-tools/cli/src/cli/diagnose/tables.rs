@@ -1,6 +1,7 @@
 //! A diagnosis for the terminal: the sentence first, then the numbers behind it.
 
-use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Diagnosis, NAMED, Parameters};
+use softdock_analysis::diagnose::{Diagnosis, NAMED, Parameters};
+use softdock_analysis::levels::{BeforeAfter, ChannelLevels};
 use softdock_physics::model::Channel;
 use softdock_report::{Cell, Column, Format, Mark, Table, number};
 

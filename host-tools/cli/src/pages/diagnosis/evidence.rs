@@ -2,7 +2,8 @@
 
 use super::{Source, words};
 use softdock_analysis::compare::ROUND_OFF_SIGMA;
-use softdock_analysis::diagnose::{BeforeAfter, ChannelLevels, Ranked, Verdict};
+use softdock_analysis::diagnose::{Ranked, Verdict};
+use softdock_analysis::levels::{BeforeAfter, ChannelLevels};
 use softdock_physics::model::Channel;
 use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table, number};
 

@@ -1,9 +1,13 @@
-//! What was fitted or named goes into the model.
+//! What was fitted or named goes into the model, and what the model had already is fitted anew beside it.
 
-use super::record::{self, Names};
-use super::together::refit_beside;
-use super::{Logs, Refitted};
-use crate::diagnose::{Diagnosis, Estimate, Report, Step, fit_effect};
+mod together;
+
+pub use together::refit_beside;
+
+use crate::diagnose::{Diagnosis, Estimate, Report, fit_effect};
+use crate::fit::record::{self, Names};
+use crate::fit::{Logs, Refitted};
+use crate::levels::Step;
 use anyhow::Result;
 use serde::Serialize;
 use softdock_physics::model::edit::rounded;

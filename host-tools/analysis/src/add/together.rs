@@ -1,11 +1,11 @@
 //! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
 //! part of it.
 
-use super::judged::RISES;
-use super::logs::refs;
-use super::record::error;
-use super::{Logs, Parameter, ParameterId, Refitted, refit_those};
-use crate::diagnose::{BeforeAfter, Estimate, Parameters, Report, fit_effects, levels_of};
+use crate::diagnose::{Estimate, Parameters, Report, fit_effects};
+use crate::fit::judged::RISES;
+use crate::fit::logs::refs;
+use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
+use crate::levels::{BeforeAfter, ChannelLevels, error};
 use anyhow::Result;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::predict;
@@ -40,7 +40,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     (last.train_error, last.test_error) = (error(&after, &train)?, Some(now));
     let predictions = test.iter().map(|log| predict(&after, log));
     report.diagnosis.residual_rms_sigma = BeforeAfter {
-        after: levels_of(&predictions.collect::<Result<Vec<_>>>()?),
+        after: ChannelLevels::of(&predictions.collect::<Result<Vec<_>>>()?),
         ..report.diagnosis.residual_rms_sigma
     };
     for (id, all) in &mut report.diagnosis.parameters {

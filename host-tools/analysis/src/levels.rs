@@ -1,0 +1,141 @@
+//! How large the error of a model is on recordings, and how it falls.
+
+use crate::compare::ROUND_OFF_SIGMA;
+use serde::Serialize;
+use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::{ChannelPrediction, Prediction, predict};
+use softdock_physics::model::{Axis, Channel, Model};
+use softdock_statistics::digit_of;
+
+/// Error per channel in units of the data sheet's noise, as docking-rig-log/1 sums it up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct ChannelLevels {
+    /// Channel A.
+    pub executed_velocity: f64,
+    /// Channel B.
+    pub wrench: f64,
+    /// Channel C.
+    pub model_velocity: f64,
+    /// Channel K.
+    pub pose: f64,
+}
+
+impl ChannelLevels {
+    /// Error per channel of several logs together.
+    pub fn of(predictions: &[Prediction]) -> Self {
+        let all: Vec<(f64, Self)> = predictions
+            .iter()
+            .map(|p| (p.time_s.len() as f64, Self::of_one(p)))
+            .collect();
+        let cycles: f64 = all.iter().map(|(n, _)| n).sum();
+        let mean = |of: &dyn Fn(&Self) -> f64| {
+            let squares: f64 = all.iter().map(|(n, level)| n * of(level).powi(2)).sum();
+            (squares / cycles.max(1.0)).sqrt()
+        };
+        Self {
+            executed_velocity: mean(&|l| l.executed_velocity),
+            wrench: mean(&|l| l.wrench),
+            model_velocity: mean(&|l| l.model_velocity),
+            pose: mean(&|l| l.pose),
+        }
+    }
+
+    /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
+    /// What the digits of a log make of the model's velocity, which has no other noise, is no error.
+    fn of_one(prediction: &Prediction) -> Self {
+        let level = |channel: Channel| -> f64 {
+            let series = prediction.channel(channel);
+            let judged = prediction.judged(channel).iter();
+            let axes: Vec<&Axis> = judged
+                .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
+                .collect();
+            let count = axes.len() * prediction.time_s.len();
+            let mut sum = 0.0;
+            for axis in axes {
+                let sigma = series.sigma[axis.index()];
+                let digits = match channel {
+                    Channel::ModelVelocity => variance_of_digits(series, *axis),
+                    _ => 0.0,
+                };
+                for n in 0..prediction.time_s.len() {
+                    let residual = series.residual(n, *axis).unwrap_or(0.0);
+                    let by_digits = if residual == 0.0 { 0.0 } else { digits };
+                    sum += (residual * residual - by_digits) / (sigma * sigma);
+                }
+            }
+            (sum.max(0.0) / count.max(1) as f64).sqrt()
+        };
+        Self {
+            executed_velocity: level(Channel::ExecutedVelocity),
+            wrench: level(Channel::Wrench),
+            model_velocity: level(Channel::ModelVelocity),
+            pose: level(Channel::Pose),
+        }
+    }
+
+    fn all(&self) -> [f64; 4] {
+        [
+            self.executed_velocity,
+            self.wrench,
+            self.model_velocity,
+            self.pose,
+        ]
+    }
+
+    /// Root of the sum of squares.
+    pub fn total(&self) -> f64 {
+        self.all().iter().map(|z| z * z).sum::<f64>().sqrt()
+    }
+
+    /// What [`Self::total`] is where only noise is left: each channel with an error at all has 1.
+    pub fn total_of_noise(&self) -> f64 {
+        let noisy = self.all().iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
+        (noisy as f64).sqrt()
+    }
+}
+
+/// Error before and after the named effects, on unseen data where there is some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BeforeAfter {
+    /// With the model as it was given.
+    pub before: ChannelLevels,
+    /// With the named effects.
+    pub after: ChannelLevels,
+}
+
+/// One step of the error's fall: the model before the first, then one effect each.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// Effect that is added, `nominal` for the first.
+    pub effect: String,
+    /// Error on the log of the fit.
+    pub train_error: f64,
+    /// Error on unseen data.
+    pub test_error: Option<f64>,
+}
+
+/// Error of a model on recordings: the root of the sum of squares over the channels, each in
+/// units of the data sheet's noise.
+///
+/// # Errors
+///
+/// A recording that cannot be predicted.
+pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
+    let predictions = recordings.iter().map(|recording| predict(model, recording));
+    let predictions = predictions.collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(ChannelLevels::of(&predictions).total())
+}
+
+/// Variance of the difference of two values that are rounded to the digits of a log.
+fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
+    let values: Vec<f64> = series
+        .measured
+        .iter()
+        .map(|row| row[axis.index()])
+        .collect();
+    if values.iter().all(|v| *v == 0.0) {
+        return 0.0;
+    }
+    let digit = digit_of(&values);
+    digit * digit / 6.0
+}
