@@ -205,6 +205,43 @@ fn what_a_model_has_is_fitted_anew_beside_what_is_added() {
     }
 }
 
+/// A viscous friction that was fitted alone has taken the dry one and more, so that what is left of that has a sign that physics
+/// forbids: both are fitted together.
+#[test]
+fn an_effect_that_another_has_taken_is_added_all_the_same() {
+    let effects = format!(
+        "[[effect]]\nid = \"bearing_gravity\"\nparameters = {{ sine_n_m = {}, cosine_n_m = {} }}\n\
+         [[effect]]\nid = \"guide_viscous\"\nparameters = {{ damping_n_m_s_per_rad = 2.4 }}\n\
+         interval_95 = {{ damping_n_m_s_per_rad = [2.3, 2.5] }}\n",
+        GRAVITY.0 * GRAVITY.1.cos(),
+        -GRAVITY.0 * GRAVITY.1.sin()
+    );
+    let model = MODEL.replace("0.35", "0.4") + &effects;
+    let model = Model::from_toml(&model, "model.toml").unwrap();
+    let logs = logs(log(12.0, 0.0, 17, none), log(8.0, 2.0, 18, none));
+    let (report, moved) = add_effect(&model, "guide_coulomb", &logs, false).unwrap();
+    assert_eq!(report.diagnosis.effects, ["guide_coulomb"]);
+    let dry = &report.diagnosis.parameters["guide_coulomb"]["torque_n_m"];
+    assert!((dry.value / FRICTION.0 - 1.0).abs() < 0.05, "{dry:?}");
+    let viscous = moved
+        .iter()
+        .find(|one| one.name == "guide_viscous.damping_n_m_s_per_rad");
+    let viscous = viscous.unwrap_or_else(|| panic!("{moved:?}"));
+    assert_eq!(viscous.before, 2.4);
+    assert!(
+        (viscous.value / FRICTION.1 - 1.0).abs() < 0.05,
+        "{viscous:?}"
+    );
+    assert_eq!(useless(&report.diagnosis.steps, "test"), None);
+
+    // A spring that is not there is refused with what the search says of it, though a new fit of the others helps.
+    let refused = add_effect(&model, "cable_stiffness", &logs, false).unwrap_err();
+    assert!(
+        refused.to_string().contains("`cable_stiffness`"),
+        "{refused:#}"
+    );
+}
+
 #[test]
 fn gravity_inertia_and_friction_of_a_joint_are_named() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();

@@ -4,7 +4,7 @@ mod together;
 
 pub use together::refit_beside;
 
-use crate::diagnose::{Diagnosis, Estimate, Report, fit_effect};
+use crate::diagnose::{Diagnosis, Report, fit_effect};
 use crate::fit::record::{self, Names};
 use crate::fit::{Logs, Refitted};
 use crate::levels::Step;
@@ -48,17 +48,13 @@ pub fn add_effect(
         }
         Err(alone) => alone,
     };
-    let Ok(mut report) = fit(true) else {
-        return Err(alone);
-    };
-    let moved = refit_beside(model, &mut report, logs)?;
-    let amounts = report.diagnosis.parameters.get(id);
-    let is_sure = |estimate: &Estimate| estimate.low * estimate.high > 0.0;
-    let is_shown = amounts.is_some_and(|all| all.values().any(is_sure));
-    match moved.is_empty() || !is_shown {
-        true => Err(alone),
-        false => Ok((report, moved)),
+    if let Ok(mut report) = fit(true) {
+        let moved = refit_beside(model, &mut report, logs)?;
+        if !moved.is_empty() && together::is_sure(&report, id) {
+            return Ok((report, moved));
+        }
     }
+    together::found_beside(model, id, logs)?.ok_or(alone)
 }
 
 /// The model with what was named, in the digits of a model file, and the history.

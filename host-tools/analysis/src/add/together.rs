@@ -1,15 +1,15 @@
 //! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
 //! part of it.
 
-use crate::diagnose::{Estimate, Parameters, Report, fit_effects};
+use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effects};
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
-use crate::levels::{BeforeAfter, ChannelLevels, error};
+use crate::levels::{BeforeAfter, ChannelLevels, Step, error};
 use anyhow::Result;
 use softdock_io::recording::Recording;
-use softdock_physics::model::prediction::predict;
-use softdock_physics::model::{EffectModel, Model};
+use softdock_physics::model::prediction::{Prediction, predict};
+use softdock_physics::model::{EffectModel, HistoryStep, Model, known_parameters};
 use std::collections::BTreeMap;
 
 /// A model whose effects were fitted together, and their parameters.
@@ -28,9 +28,9 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
-    let (after, parameters) = match searched(model, named, logs)? {
-        Some(searched) => searched,
-        None => refitted(&report.after, &train)?,
+    let (after, parameters) = match search(model, named, logs)? {
+        (found, true) => (found.after, found.diagnosis.parameters),
+        _ => refitted(&report.after, &train)?,
     };
     let (before, now) = (error(&report.after, &test)?, error(&after, &test)?);
     let steps = &mut report.diagnosis.steps;
@@ -50,13 +50,100 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     Ok(moved(model, &parameters))
 }
 
+/// An effect that is refused while the others are held, fitted together with them, if that foretells unseen data better by so
+/// much as names it, also than with the others fitted anew without it: a viscous friction that was fitted alone has taken all of
+/// a dry one, and more. A search chooses the forms; if it finds less than all of them, least squares gives the parameters of
+/// the plain ones.
+pub(super) fn found_beside(
+    model: &Model,
+    id: &str,
+    logs: &Logs,
+) -> Result<Option<(Report, Vec<Refitted>)>> {
+    if !model.effects.iter().any(was_fitted) {
+        return Ok(None);
+    }
+    let parts = logs.parted();
+    let [train, test] = parts.each_ref().map(|logs| refs(logs));
+    let (mut report, finds_all) = search(model, &[id.to_owned()], logs)?;
+    if !finds_all {
+        let (after, parameters) = refitted(&with_plain(model, id)?, &train)?;
+        report.after = after;
+        report.diagnosis.parameters = parameters;
+        report.diagnosis.sentence =
+            format!("`{id}` is fitted by least squares, together with what the model has.");
+    }
+    let step = |effect: &str, model: &Model| -> Result<Step> {
+        Ok(Step {
+            effect: effect.to_owned(),
+            train_error: error(model, &train)?,
+            test_error: Some(error(model, &test)?),
+        })
+    };
+    let steps = [step(HistoryStep::NOMINAL, model)?, step(id, &report.after)?];
+    let [before, now] = steps
+        .each_ref()
+        .map(|step| step.test_error.unwrap_or(f64::NAN));
+    let without = error(&refitted(model, &train)?.0, &test)?;
+    let falls = now * evidence::RISES < before.min(without); // not so for NaN
+    if !falls || !is_sure(&report, id) {
+        return Ok(None);
+    }
+    let [before, now] = [model, &report.after].map(|model| predictions(model, &test));
+    let (before, now) = (before?, now?);
+    let moved = moved(model, &report.diagnosis.parameters);
+    let diagnosis = &mut report.diagnosis;
+    diagnosis.effects = vec![id.to_owned()];
+    diagnosis.parameters.retain(|effect, _| effect == id);
+    diagnosis.steps = steps.into();
+    diagnosis.residual_rms_sigma = BeforeAfter {
+        before: ChannelLevels::of(&before),
+        after: ChannelLevels::of(&now),
+    };
+    if let Some((before, now)) = before.into_iter().zip(now).next() {
+        (report.before_prediction, report.after_prediction) = (before, now);
+    }
+    Ok(Some((report, moved)))
+}
+
+fn predictions(model: &Model, logs: &[&Recording]) -> Result<Vec<Prediction>> {
+    logs.iter().map(|log| predict(model, log)).collect()
+}
+
+/// Whether the interval of any of its amounts leaves out 0.
+pub(super) fn is_sure(report: &Report, id: &str) -> bool {
+    let amounts = report.diagnosis.parameters.get(id);
+    amounts.is_some_and(|all| all.values().any(|one| one.low * one.high > 0.0))
+}
+
+/// The model with an effect in its plain form that does nothing yet.
+fn with_plain(model: &Model, id: &str) -> Result<Model> {
+    let entry = model.effect(id)?;
+    let parameters = known_parameters(model, entry).into_iter().map(|allowed| {
+        let known = entry
+            .place(allowed.name)
+            .map(|place| &entry.parameters[place]);
+        (
+            allowed.name.to_owned(),
+            known.map_or(0.0, |parameter| parameter.default()),
+        )
+    });
+    let plain = EffectModel {
+        id: id.to_owned(),
+        parameters: parameters.collect(),
+        ..EffectModel::default()
+    };
+    let mut with = model.clone();
+    with.effects.push(plain);
+    Ok(with)
+}
+
 /// Whether an effect was fitted, and not written by hand.
 fn was_fitted(effect: &EffectModel) -> bool {
     !effect.interval_95.is_empty()
 }
 
-/// A search among all of them, which chooses their forms anew; None if it does not find them all.
-fn searched(model: &Model, named: &[String], logs: &Logs) -> Result<Option<Fitted>> {
+/// A search among all of them, which chooses their forms anew, and whether it finds them all.
+fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)> {
     let (fitted, others) = model.effects.iter().cloned().partition(was_fitted);
     let (fitted, others): (Vec<EffectModel>, Vec<EffectModel>) = (fitted, others);
     let bare = Model {
@@ -67,10 +154,8 @@ fn searched(model: &Model, named: &[String], logs: &Logs) -> Result<Option<Fitte
     let ids: Vec<String> = ids.cloned().collect();
     let found = fit_effects(&bare, &ids, &logs.fitted(), &logs.unseen_ones())?;
     let is_found = |id: &String| found.diagnosis.effects.contains(id);
-    if !ids.iter().all(is_found) {
-        return Ok(None);
-    }
-    Ok(Some((found.after, found.diagnosis.parameters)))
+    let finds_all = ids.iter().all(is_found);
+    Ok((found, finds_all))
 }
 
 /// All of them in the form that they have, moved until they fit.

@@ -34,7 +34,7 @@ pub(crate) const UNLIKELY: f64 = 6.0;
 const STRAINED: f64 = 6e-5;
 
 /// By how much the error on unseen data rises, as a factor, with an effect that is not named for it.
-pub(super) const RISES: f64 = 1.01;
+pub(crate) const RISES: f64 = 1.01;
 
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
 pub(crate) fn prior() -> f64 {

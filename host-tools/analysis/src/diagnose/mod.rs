@@ -26,7 +26,7 @@ mod clock;
 mod engine;
 mod equivalent;
 mod error_reduction;
-mod evidence;
+pub(crate) mod evidence;
 mod finding;
 mod for_prediction;
 mod named;
