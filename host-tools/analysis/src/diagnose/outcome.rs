@@ -417,7 +417,7 @@ fn notes(
     }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
-        if ratio > 1.25 {
+        if ratio > sentence::MORE_THAN_NOISE {
             let filter = match floor.channel {
                 Channel::Wrench if differentiates(stages) => {
                     " If that is the acceleration of differentiated positions, what follows from it is not told from \

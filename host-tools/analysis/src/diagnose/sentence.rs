@@ -4,6 +4,8 @@ use super::finding::{Diagnosis, Verdict};
 use super::structure::{Left, Structure};
 use softdock_report::number;
 
+/// Scatter or level of what remains, over the data sheet's noise, from which it is not called noise without more words.
+pub(super) const MORE_THAN_NOISE: f64 = 1.25;
 /// Share of the error that is left from which the sentence tells it.
 const TOLD: f64 = 0.01;
 /// Percentage of it that is told as all of it.
@@ -50,6 +52,13 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
              {level:.2} in units of the data sheet's noise.",
             number::significant(100.0 * remainder.share, 2),
             remainder.follows
+        );
+    }
+    let noise = diagnosis.residual_rms_sigma.after.total_of_noise();
+    if level > MORE_THAN_NOISE * noise {
+        return format!(
+            "Nothing is missing that these logs show: what remains ({level:.2} in units of the data sheet's noise) is more than its \
+             noise, and is not told from noise of another size or colour; `softdock compare` says where it stands."
         );
     }
     format!(

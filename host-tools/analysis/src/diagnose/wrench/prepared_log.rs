@@ -11,10 +11,11 @@ use super::tested::Tested;
 use crate::diagnose::evidence::{self, strained};
 use crate::diagnose::sampling::Sampling;
 use nalgebra::DVector;
-use softdock_physics::model::load::effects::{LoadEffect, Sign};
+use softdock_physics::model::load::effects::{LoadEffect, Sign, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Model};
+use softdock_statistics::dot;
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
 const MUCH: f64 = 0.05;
@@ -342,6 +343,29 @@ impl Joint {
         let each = self.logs[first..].iter().map(of_log);
         let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
         (squares / rows.max(1) as f64).sqrt()
+    }
+
+    /// Says so of an effect whose error of form would be as large as all that was measured and all that the model lacks: others
+    /// would have to cancel it more exactly than their laws hold.
+    pub(super) fn oversized(&self, effect: &Fitted) -> Option<String> {
+        let power = |log: &PreparedLog, of: &Column| -> f64 {
+            let axes = of.0.iter().zip(log.sheet_sigma);
+            axes.map(|(series, sigma)| dot(series, series) / (sigma * sigma))
+                .sum()
+        };
+        let (mut own, mut there) = (0.0, 0.0);
+        for log in &self.logs {
+            let valued = effect
+                .valued(&log.scene)
+                .filter(|(effect, _)| !effect.is_late())?;
+            own += power(log, &contribution(&log.scene, &[valued]));
+            let mut reading = log.residual.clone();
+            reading.add(&log.scene.reading.0);
+            there += f64::max(power(log, &reading), power(log, &log.residual));
+        }
+        let times = (own / there).sqrt();
+        (evidence::LAW * own > there)
+            .then(|| format!("{} of {times:.0} times the reading", effect.id))
     }
 
     fn white_part(&self, tested: Option<&Tested>) -> Column {

@@ -33,7 +33,8 @@ pub(crate) struct Tested {
     pub evidence: f64,
     /// Number of parameters.
     pub parameters: usize,
-    /// Parameters with a sign that physics forbids, or out of any plausible range.
+    /// Parameters with a sign that physics forbids, or out of any plausible range; effects that are larger than what was
+    /// measured by so much that they would have to cancel each other more exactly than laws hold.
     pub wrong: Vec<String>,
     /// Fall of the squared distance to the intervals of rounded readings.
     pub beyond_rounding: f64,
@@ -243,6 +244,7 @@ pub(super) fn fitted_to(
             parameters,
         });
     }
+    wrong.extend(effects.iter().filter_map(|effect| joint.oversized(effect)));
     let improvement = solution.gain - hypothesis.solution.gain;
     let known = joint
         .logs

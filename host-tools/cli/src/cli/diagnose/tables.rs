@@ -187,10 +187,12 @@ fn regions(diagnosis: &Diagnosis) -> Table {
 /// The closest rival, and how to tell it from the winner.
 fn rival(diagnosis: &Diagnosis) -> Option<String> {
     let rival = diagnosis.runner_up.as_ref()?;
-    let told = if rival.told_apart {
-        "this log tells the two apart"
-    } else {
-        "this log does not tell the two apart"
+    let told = match rival.told_apart {
+        true => "this log tells the two apart",
+        false if rival.behind > NAMED => {
+            "no more than an error of the form of what explains it: this log does not tell the two apart"
+        }
+        false => "this log does not tell the two apart",
     };
     let compared = if rival.behind > 0.0 {
         format!("{} less", number::significant(rival.behind, DIGITS))
