@@ -691,11 +691,10 @@ fn several_logs_of_a_machine_need_one_mapping() {
         ("test.mcap", "unseen.csv + unseen-force.csv"),
     ] {
         let recording = Recording::open(&folder.join("out").join(name)).unwrap();
-        assert!(
-            recording.header.identity.contains(origin),
-            "{name}: {}",
-            recording.header.identity
-        );
+        assert_eq!(recording.header.identity, format!("imported from {origin}"));
+        let mut lines = run.stdout.lines();
+        let said = |line: &str| line.contains(name) && line.ends_with(origin);
+        assert!(lines.any(said), "{}", run.stdout);
     }
     let model = fs::read_to_string(folder.join("out/model.toml")).unwrap();
     let model = Model::from_toml(&model, "model.toml").unwrap();

@@ -14,6 +14,8 @@ use softdock_report::{Cell, Column, Table, number};
 pub struct Summary {
     /// Its file.
     pub name: String,
+    /// The recording's identity: of an import from which tables it is.
+    pub identity: String,
     /// Number of rows.
     pub rows: usize,
     /// Time from the first to the last, s.
@@ -127,6 +129,7 @@ impl Summary {
         }
         Self {
             name: name.to_owned(),
+            identity: recording.header.identity.clone(),
             rows: times.len(),
             seconds: times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0),
             cycle_s: softdock_statistics::median(&mut steps).unwrap_or(0.0),
@@ -160,8 +163,12 @@ impl Summary {
                 missing.join(", ")
             ),
         };
+        let identity = match self.identity.as_str() {
+            "" => String::new(),
+            identity => format!(", {identity}"),
+        };
         format!(
-            "{}: {} rows, {} s, a cycle of {} s\n{table}\n{missing}",
+            "{}: {} rows, {} s, a cycle of {} s{identity}\n{table}\n{missing}",
             self.name,
             self.rows,
             number::significant(self.seconds, 4),
