@@ -30,7 +30,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
     let (after, parameters) = match search(model, named, logs)? {
         (found, true) => (found.after, found.diagnosis.parameters),
-        _ => refitted(&report.after, &train)?,
+        _ => refitted(&report.after, model.effects.len(), &train)?,
     };
     let (before, now) = (error(&report.after, &test)?, error(&after, &test)?);
     let steps = &mut report.diagnosis.steps;
@@ -66,7 +66,7 @@ pub(super) fn found_beside(
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
     let (mut report, finds_all) = search(model, &[id.to_owned()], logs)?;
     if !finds_all {
-        let (after, parameters) = refitted(&with_plain(model, id)?, &train)?;
+        let (after, parameters) = refitted(&with_plain(model, id)?, model.effects.len(), &train)?;
         report.after = after;
         report.diagnosis.parameters = parameters;
         report.diagnosis.sentence =
@@ -83,7 +83,7 @@ pub(super) fn found_beside(
     let [before, now] = steps
         .each_ref()
         .map(|step| step.test_error.unwrap_or(f64::NAN));
-    let without = error(&refitted(model, &train)?.0, &test)?;
+    let without = error(&refitted(model, model.effects.len(), &train)?.0, &test)?;
     let falls = now * evidence::RISES < before.min(without); // not so for NaN
     if !falls || !is_sure(&report, id) {
         return Ok(None);
@@ -158,9 +158,13 @@ fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)
     Ok((found, finds_all))
 }
 
-/// All of them in the form that they have, moved until they fit.
-fn refitted(after: &Model, train: &[&Recording]) -> Result<Fitted> {
-    let of_effect = |parameter: &Parameter| matches!(parameter.id, ParameterId::Effect(..));
+/// What was fitted, and what stands from the place `new` on, in the form that they have, moved until they fit; what was
+/// written by hand stays.
+fn refitted(after: &Model, new: usize, train: &[&Recording]) -> Result<Fitted> {
+    let of_effect = |parameter: &Parameter| match parameter.id {
+        ParameterId::Effect(place, _) => place >= new || was_fitted(&after.effects[place]),
+        _ => false,
+    };
     let found = refit_those(after, train, &of_effect, &|_, _| {})?;
     let mut parameters = Parameters::new();
     for one in found.parameters {
