@@ -43,6 +43,7 @@ mod structure;
 mod timed_logs;
 mod verdict;
 mod wrench;
+mod wrench_stage;
 
 pub use evidence::NAMED;
 pub use finding::*;

@@ -3,23 +3,17 @@
 use super::actuator::{self, Candidate, Cost, Term};
 use super::beside::{self, Asking};
 use super::clock::{self, CommonDelay, PoseScatter};
-use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
+use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding};
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
 use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
-use super::wrench::{self, Joint, PreparedLog};
-use rayon::prelude::*;
-use softdock_physics::effects::by_id;
+use super::wrench;
+use super::wrench_stage::{Motion, wrench_stage};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
-
-/// Residual over noise up to which the simulated motion is trusted: its misfit is then three quarters
-/// of the noise that a measured velocity would bring into the load. Coloured noise, whose floor is
-/// taken for smaller than it is, reaches 1.2.
-const TRUSTED: f64 = 1.25;
 
 /// What was found in logs with one belief about their clock.
 pub(super) struct StageResults {
@@ -93,14 +87,6 @@ impl StageResults {
             timed,
         }
     }
-}
-
-/// How the tool moves, for the search on the reading.
-struct Motion<'a> {
-    logs: &'a Logs<Log>,
-    cost: &'a Cost<'a>,
-    intervals: &'a Logs<Vec<f64>>,
-    actuator: Option<&'a ActuatorFinding>,
 }
 
 fn actuator_stage(
@@ -318,62 +304,6 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         finding = beside::better(finding, other, &anew.nothing, &anew.axes);
     }
     Some(finding)
-}
-
-fn wrench_stage(
-    model: &Model,
-    motion: &Motion<'_>,
-    sampling: &mut Logs<Sampling>,
-    question: &Question<'_>,
-) -> Option<WrenchFinding> {
-    let Motion {
-        logs,
-        cost,
-        intervals,
-        actuator,
-    } = motion;
-    let measured = |log: &Log| log.wrench.iter().flatten().any(|v| *v != 0.0);
-    if !logs.all.iter().all(measured) {
-        return None;
-    }
-    let terms: &[Term] = actuator.map_or(&[], |a| a.search.terms());
-    let trusted = actuator.is_some_and(|a| actuator::level(a.search.reached(), cost) < TRUSTED);
-    let each = logs.all.par_iter().zip(&intervals.all);
-    let each = each.zip(&mut sampling.all);
-    let prepared = each.map(|((log, intervals), sampling)| {
-        let scene = wrench::scene(model, log, cost, terms, trusted, intervals);
-        PreparedLog::new(model, log, scene, sampling)
-    });
-    let mut prepared = Joint::new(prepared.collect(), logs.fitted);
-    if let Some(smooth) = question.beside {
-        prepared.stand_beside(smooth);
-    }
-    let placed = question.only.is_some() || !logs.have_own_origins();
-    let turns = model.bearing().is_some();
-    let by_position = |id: &str| by_id(id).is_some_and(|effect| effect.acts_by_position(turns));
-    let acts_anywhere = |id: &str| placed || !by_position(id);
-    let excluded = |id: &str| {
-        let is_tried = question.tries(model, id) && acts_anywhere(id);
-        !is_tried || (is_shape(id) && !question.tries_shapes())
-    };
-    let ask = wrench::Ask {
-        excluded: &excluded,
-        forced: question.forced,
-        each_log: question.among.is_none() && question.only.is_none() && question.beside.is_none(),
-        watch: question.watch,
-    };
-    let mut found = wrench::search(&mut prepared, &ask);
-    if let Some(smooth) = question.beside {
-        prepared.stand_alone(smooth);
-        found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));
-    }
-    Some(WrenchFinding {
-        found,
-        prepared,
-        beside: question.beside.cloned(),
-        earlier: (Vec::new(), Vec::new()),
-        beside_remainder: None,
-    })
 }
 
 fn noise_floors(model: &Model, cost: &Cost<'_>, wrench: Option<&WrenchFinding>) -> Vec<NoiseFloor> {

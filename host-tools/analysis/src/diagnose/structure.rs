@@ -24,7 +24,7 @@ const LINE: f64 = 22.0;
 /// Duration of a piece whose spectrum is taken, s.
 const LINE_S: f64 = 1.0;
 /// Level over the data sheet's noise (noise of 1.6 times its size: at most 1.7).
-const LEVEL: f64 = 1.8;
+pub(super) const LEVEL: f64 = 1.8;
 
 /// Share of the error that may be left without being called structure.
 const REMAINDER: f64 = 0.01;
