@@ -10,6 +10,9 @@ const LEAST: usize = 8;
 /// Orders of the differences: a motion that is fast against the sampling still shows in low ones.
 const ORDERS: [i32; 4] = [3, 5, 7, 9];
 
+/// Frequencies of a sum that stands for an integral.
+const BINS: usize = 1000;
+
 /// Kind of noise that lies on a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
@@ -34,14 +37,24 @@ impl LowPassed {
         let ratio = (PI * frequency).tan() / (PI * self.cutoff).tan();
         (1.0 + ratio.powi(2 * self.order as i32)).powi(-2)
     }
+
+    /// Correlation of two samples of the noise behind it that are so far apart.
+    pub fn correlation(&self, lag: usize) -> f64 {
+        let frequencies = (0..BINS).map(|k| (k as f64 + 0.5) / (2 * BINS) as f64);
+        let (mut together, mut power) = (0.0, 0.0);
+        for frequency in frequencies {
+            let passed = self.power(frequency);
+            together += passed * (2.0 * PI * frequency * lag as f64).cos();
+            power += passed;
+        }
+        together / power
+    }
 }
 
 impl Noise {
     /// Variance of a difference of noise with variance 1. Without a filter that of the third is the sum
     /// of squares of the binomials 1 3 3 1, and of 1 4 6 4 1 halved.
     fn of_difference(self, order: i32, filter: Option<LowPassed>) -> f64 {
-        /// Frequencies of the sum that stands for an integral.
-        const BINS: usize = 1000;
         let (mut of_difference, mut of_noise) = (0.0, 0.0);
         for k in 0..BINS {
             let frequency = (k as f64 + 0.5) / (2 * BINS) as f64;
@@ -155,6 +168,14 @@ pub(crate) mod tests {
         assert!((floor / variance.sqrt() - 1.0).abs() < 0.05, "{floor}");
         let plain = noise_floor(&quiet, Noise::White, None).unwrap();
         assert!(plain < 0.3 * floor, "{plain}");
+        for lag in [1, 3, 8] {
+            let together = quiet.iter().zip(&quiet[lag..]).map(|(a, b)| a * b);
+            let correlation = together.sum::<f64>() / 4000.0 / variance;
+            assert!(
+                (filter.correlation(lag) - correlation).abs() < 0.07,
+                "{lag}: {correlation}"
+            );
+        }
     }
 
     #[test]

@@ -102,7 +102,7 @@ fn inertial_share(source: &Source<'_>) -> Six {
     if !load.inertial {
         return [0.0; 6];
     }
-    let (_, acceleration_sigma) = source.signals.motion_sigma(&model.noise);
+    let (_, acceleration_sigma) = source.signals.motion_sigma(model);
     let variance = load.inertial_variance(&acceleration_sigma);
     Axis::ALL.map(|axis| {
         let sensor = if axis.is_rotation() {

@@ -6,6 +6,7 @@
 //! in place of 0.71 in a velocity, 3.6 in place of 2.4 over Ts² in an acceleration of poses.
 
 use softdock_control::frames::Twist;
+use softdock_statistics::LowPassed;
 use std::cmp::Ordering;
 
 /// Samples on either side of the one in question, at most.
@@ -99,14 +100,11 @@ fn weighted(
     parts.reduce(|sum, part| sum + part)
 }
 
-/// Standard deviation, over Ts, of a first derivative of samples with noise of 1.
-pub fn noise_of_first() -> f64 {
-    products(&taps_of_first(), 0).sqrt()
-}
-
-/// The same of a second derivative, over Ts².
-pub fn noise_of_second() -> f64 {
-    products(&taps_of_second(), 0).sqrt()
+/// Standard deviation of a sum of neighbouring samples with these weights and noise of 1, white or what a low-pass has left.
+pub fn noise_of(taps: &[f64], filter: Option<LowPassed>) -> f64 {
+    let apart = |lag: usize| filter.map_or(0.0, |f| 2.0 * products(taps, lag) * f.correlation(lag));
+    let together: f64 = (1..taps.len()).map(apart).sum();
+    (products(taps, 0) + together).max(0.0).sqrt()
 }
 
 /// Correlation of the noise of accelerations that are so many samples apart, from 1: of poses, or of
@@ -124,11 +122,13 @@ fn products(taps: &[f64], lag: usize) -> f64 {
     taps.iter().zip(&taps[lag..]).map(|(a, b)| a * b).sum()
 }
 
-fn taps_of_first() -> [f64; 2 * REACH + 1] {
+/// Weights of the first derivative of nine samples, times Ts.
+pub fn taps_of_first() -> [f64; 2 * REACH + 1] {
     taps(first_derivative(REACH), -1.0, 0.0)
 }
 
-fn taps_of_second() -> [f64; 2 * REACH + 1] {
+/// Weights of the second one, times Ts².
+pub fn taps_of_second() -> [f64; 2 * REACH + 1] {
     let weights = second_derivative(REACH);
     taps(weights, 1.0, -2.0 * weights.iter().sum::<f64>())
 }
@@ -160,8 +160,22 @@ mod tests {
         let eighth = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
         assert!(near(second_derivative(4), eighth));
         assert!(
-            (noise_of_first() - 1.1674).abs() < 1e-4 && (noise_of_second() - 3.648).abs() < 1e-3
+            (noise_of(&taps_of_first(), None) - 1.1674).abs() < 1e-4
+                && (noise_of(&taps_of_second(), None) - 3.648).abs() < 1e-3
         );
+    }
+
+    /// Of noise up to a frequency f far below the sampling rate, a derivative keeps (2π f)² / √5, a velocity 2π f / √3.
+    #[test]
+    fn behind_a_low_pass_little_noise_is_differentiated() {
+        let sharp = LowPassed {
+            order: 40,
+            cutoff: 0.05,
+        };
+        let rate = std::f64::consts::TAU * sharp.cutoff;
+        let of = |taps: &[f64]| noise_of(taps, Some(sharp));
+        assert!((of(&taps_of_first()) / (rate / 3.0_f64.sqrt()) - 1.0).abs() < 0.02);
+        assert!((of(&taps_of_second()) / (rate * rate / 5.0_f64.sqrt()) - 1.0).abs() < 0.04);
     }
 
     /// A swing at a ninth of the sampling rate, out of its poses and out of its velocities.

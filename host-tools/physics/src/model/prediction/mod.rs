@@ -117,7 +117,7 @@ fn drowned(model: &Model, signals: &Signals<'_>) -> Option<String> {
     if signals.is_commanded() || model.sensor.filter.is_some() || model.sensor.at_rest {
         return None;
     }
-    let (_, acceleration) = signals.motion_sigma(&model.noise);
+    let (_, acceleration) = signals.motion_sigma(model);
     let inertial = inertial_sigma(model, signals.cycle_s, &acceleration);
     let sensor = six(model.noise.force_n, model.noise.torque_n_m);
     let drowned = |axis: &&Axis| inertial[axis.index()] > sensor[axis.index()];

@@ -1,9 +1,12 @@
 //! A recording as signals: cycle time, continuity, and what its velocities mean.
 
-use super::differences;
+use super::differences::{
+    acceleration_of_means, acceleration_of_samples, noise_of, taps_of_first, taps_of_second,
+    velocity_of_means,
+};
 use super::robot_axes::{RobotAxes, Turned};
-use crate::model::NoiseModel;
 use crate::model::prediction::{Six, six};
+use crate::model::{Model, NoiseModel};
 use anyhow::{bail, ensure};
 use nalgebra::Vector6;
 use softdock_app::record::CycleRecord;
@@ -182,7 +185,7 @@ impl<'a> Signals<'a> {
         match self.velocity {
             VelocityMeaning::Sampled => self.executed(n),
             VelocityMeaning::CycleMean if !self.commanded => {
-                differences::velocity_of_means(|j| self.within_stretch(n, j))
+                velocity_of_means(|j| self.within_stretch(n, j))
             }
             VelocityMeaning::CycleMean => match (self.executed(n), self.executed(n + 1)) {
                 (Some(before), Some(after)) => Some((before + after) * 0.5),
@@ -200,8 +203,8 @@ impl<'a> Signals<'a> {
     pub fn acceleration_at_pose(&self, n: usize) -> Twist<f64> {
         let executed = |j| self.within_stretch(n, j);
         let change = match (self.velocity, self.commanded) {
-            (VelocityMeaning::CycleMean, false) => differences::acceleration_of_means(executed),
-            (VelocityMeaning::Sampled, false) => differences::acceleration_of_samples(executed),
+            (VelocityMeaning::CycleMean, false) => acceleration_of_means(executed),
+            (VelocityMeaning::Sampled, false) => acceleration_of_samples(executed),
             (VelocityMeaning::CycleMean, true) => change(executed(0), executed(1)),
             (VelocityMeaning::Sampled, true) => change(executed(-1), executed(0)),
         };
@@ -241,24 +244,30 @@ impl<'a> Signals<'a> {
         }
     }
 
-    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps.
+    /// Noise of [`Self::velocity_at_pose`] and [`Self::acceleration_at_pose`], far from gaps: white, or what the filter
+    /// of the log has left.
     ///
     /// Where a velocity is sent: sampled σ and √2 σ / Ts; of poses (p(n+1) − p(n−1)) / 2 Ts and their
     /// second difference with √6 σ / Ts².
-    pub fn motion_sigma(&self, noise: &NoiseModel) -> (Six, Six) {
+    pub fn motion_sigma(&self, model: &Model) -> (Six, Six) {
         /// Noise of a mean velocity over its pose's, times Ts.
         const OF_POSE: f64 = std::f64::consts::SQRT_2;
-        let recorded = self.velocity_sigma(noise);
-        let (first, second) = (
-            differences::noise_of_first(),
-            differences::noise_of_second(),
-        );
+        let filter = model.sensor.filter;
+        let filter = filter.map(|filter| filter.on_samples(self.cycle_s));
+        let of = |taps: &[f64]| noise_of(taps, filter);
         let (velocity, acceleration) = match (self.velocity, self.commanded) {
-            (VelocityMeaning::Sampled, false) => (1.0, first),
-            (VelocityMeaning::CycleMean, false) => (first / OF_POSE, second / OF_POSE),
-            (VelocityMeaning::Sampled, true) => (1.0, std::f64::consts::SQRT_2),
-            (VelocityMeaning::CycleMean, true) => (0.5, 3.0_f64.sqrt()),
+            (VelocityMeaning::Sampled, false) => (1.0, of(&taps_of_first())),
+            (VelocityMeaning::Sampled, true) => (1.0, of(&[-1.0, 1.0])),
+            (VelocityMeaning::CycleMean, false) => (
+                of(&taps_of_first()) / OF_POSE,
+                of(&taps_of_second()) / OF_POSE,
+            ),
+            (VelocityMeaning::CycleMean, true) => (
+                of(&[-0.5, 0.0, 0.5]) / OF_POSE,
+                of(&[1.0, -2.0, 1.0]) / OF_POSE,
+            ),
         };
+        let recorded = self.velocity_sigma(&model.noise);
         (
             recorded.map(|s| s * velocity),
             recorded.map(|s| s * acceleration / self.cycle_s),

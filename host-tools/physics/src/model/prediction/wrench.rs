@@ -98,7 +98,7 @@ struct MotionNoise {
 impl NoisyLoad {
     fn new(model: &Model, signals: &Signals<'_>) -> Self {
         let load = LoadModel::new(model);
-        let (velocity, acceleration) = signals.motion_sigma(&model.noise);
+        let (velocity, acceleration) = signals.motion_sigma(model);
         let sensor = six(model.noise.force_n, model.noise.torque_n_m);
         let mut free_variance = sensor.map(|s| s * s);
         let inertial = load.inertial_variance(&acceleration);
