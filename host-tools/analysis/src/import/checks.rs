@@ -7,6 +7,8 @@
 mod causality;
 mod force;
 mod timing;
+
+pub(super) use timing::ensure_rising;
 mod units;
 
 use softdock_app::record::CycleRecord;

@@ -2,6 +2,7 @@
 
 use super::model_text::commented;
 use anyhow::Context;
+use nalgebra::{DMatrix, DVector};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
@@ -135,16 +136,79 @@ impl Seen {
             let mut pairs = cycles.windows(2);
             pairs.any(|pair| (of(&pair[1])[axis] - of(&pair[0])[axis]).abs() > 0.0)
         };
+        let moving: [bool; 6] =
+            std::array::from_fn(|axis| changes(&velocity, axis) || changes(&sent, axis));
+        let motion = motion(cycles, &moving, &pose, &velocity);
+        let series = |of: &dyn Fn(&CycleRecord) -> [f64; 6], axis: usize| -> Vec<f64> {
+            cycles.iter().map(|cycle| of(cycle)[axis]).collect()
+        };
         let filter = filter.map(|filter| filter.on_samples(signals.cycle_s));
-        let floors =
-            |of: &dyn Fn(&CycleRecord) -> [f64; 6], noise| floors(cycles, of, noise, filter);
+        let floors = |of: &dyn Fn(usize) -> Vec<f64>, noise| floors(of, noise, filter);
+        let measured = floors(&|axis| series(&wrench, axis), Noise::White);
+        let apart = floors(
+            &|axis| not_following(series(&wrench, axis), &motion),
+            Noise::White,
+        );
+        // Noise of an acceleration that was differentiated comes with what follows it.
+        let less = |kind: usize| {
+            measured[kind]
+                .into_iter()
+                .chain(apart[kind])
+                .reduce(f64::min)
+        };
         Ok(Self {
-            moving: std::array::from_fn(|axis| changes(&velocity, axis) || changes(&sent, axis)),
-            wrench: floors(&wrench, Noise::White),
-            velocity: floors(&velocity, of_poses),
-            pose: floors(&pose, Noise::White),
+            moving,
+            wrench: [less(0), less(1)],
+            velocity: floors(&|axis| series(&velocity, axis), of_poses),
+            pose: floors(&|axis| series(&pose, axis), Noise::White),
             largest: largest(cycles, &wrench),
         })
+    }
+}
+
+/// Position, velocity and acceleration of the axes that move, a column for each, and a constant.
+fn motion(
+    cycles: &[CycleRecord],
+    moving: &[bool; 6],
+    pose: &dyn Fn(&CycleRecord) -> [f64; 6],
+    velocity: &dyn Fn(&CycleRecord) -> [f64; 6],
+) -> DMatrix<f64> {
+    let last = cycles.len().saturating_sub(1);
+    let axes = (0..6).filter(|axis| moving[*axis]);
+    let of_axis = |axis: usize| {
+        let change = move |n: usize| {
+            velocity(&cycles[(n + 1).min(last)])[axis]
+                - velocity(&cycles[n.saturating_sub(1)])[axis]
+        };
+        let column = |of: &dyn Fn(usize) -> f64| DVector::from_fn(cycles.len(), |n, _| of(n));
+        [
+            column(&|n| pose(&cycles[n])[axis]),
+            column(&|n| velocity(&cycles[n])[axis]),
+            column(&change),
+        ]
+    };
+    let constant = DVector::from_element(cycles.len(), 1.0);
+    let columns: Vec<_> = axes.flat_map(of_axis).chain([constant]).collect();
+    DMatrix::from_columns(&columns)
+}
+
+/// What of a wrench does not follow the motion, by least squares: in a swept sine the motion fills the band in which noise is
+/// looked for. The wrench itself, where the motion is not finite or its columns are the same.
+fn not_following(wrench: Vec<f64>, motion: &DMatrix<f64>) -> Vec<f64> {
+    let mut motion = motion.clone();
+    for mut column in motion.column_iter_mut() {
+        let size = column.norm();
+        if size > 0.0 {
+            column /= size;
+        }
+    }
+    let measured = DVector::from_vec(wrench);
+    match motion.tr_mul(&motion).cholesky() {
+        Some(gram) => {
+            let amounts = gram.solve(&motion.tr_mul(&measured));
+            (measured - motion * amounts).as_slice().to_vec()
+        }
+        None => measured.as_slice().to_vec(),
     }
 }
 
@@ -173,17 +237,16 @@ fn largest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f6
     })
 }
 
-/// Largest noise floor of the three translations and of the three rotations, two digits.
+/// Largest noise floor of the three translations and of the three rotations, two digits; `of` an axis the series.
 fn floors(
-    cycles: &[CycleRecord],
-    of: &dyn Fn(&CycleRecord) -> [f64; 6],
+    of: &dyn Fn(usize) -> Vec<f64>,
     noise: Noise,
     filter: Option<LowPassed>,
 ) -> [Option<f64>; 2] {
     /// Smaller parts of the largest value are round-off.
     const ROUND_OFF: f64 = 1e-12;
-    let floor = |i: usize| {
-        let values: Vec<f64> = cycles.iter().map(|c| of(c)[i]).collect();
+    let floor = |axis: usize| {
+        let values = of(axis);
         let largest = values
             .iter()
             .fold(0.0_f64, |largest, v| largest.max(v.abs()));

@@ -22,14 +22,7 @@ pub(super) fn check(
     let name = context.name;
     let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if let Some(n) = steps.iter().position(|step| step.is_nan() || *step <= 0.0) {
-        return Err(CheckError::TimeNotRising {
-            name: name.to_owned(),
-            row: n + 2,
-            time_s: times[n + 1],
-            before_s: times[n],
-        });
-    }
+    ensure_rising(name, &times)?;
     let median = median(&steps);
     let gaps: Vec<usize> = (0..steps.len())
         .filter(|n| steps[*n] > GAP * median)
@@ -73,12 +66,26 @@ pub(super) fn check(
                 "{name}, row {}: {} s are missing after {} s ({} such gap(s)); {so}",
                 first + 2,
                 number::significant(steps[*first] - median, 3),
-                times[*first],
+                number::significant(times[*first], 6),
                 gaps.len()
             ));
         }
     }
     Ok(median)
+}
+
+/// Refuses times that do not rise in every row.
+pub(in crate::import) fn ensure_rising(name: &str, times: &[f64]) -> Result<(), CheckError> {
+    let rises = |pair: &[f64]| pair[0] < pair[1]; // not so for NaN
+    match times.windows(2).position(|pair| !rises(pair)) {
+        Some(n) => Err(CheckError::TimeNotRising {
+            name: name.to_owned(),
+            row: n + 2,
+            time_s: times[n + 1],
+            before_s: times[n],
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Half of the log is sampled at another rate than the other half.

@@ -5,7 +5,8 @@
 
 use super::channels::Channels;
 use super::file::{Gaps, Resample, Time};
-use super::shape::{roll, sample_time_s, unroll};
+use super::shape::{continue_signs, roll, sample_time_s, unroll};
+use crate::import::checks::ensure_rising;
 use anyhow::{bail, ensure};
 use softdock_report::number;
 use std::ops::Range;
@@ -43,13 +44,8 @@ pub(super) fn regular(
     told: &mut Vec<String>,
 ) -> anyhow::Result<()> {
     let times = channels.time_s.as_slice();
-    if times
-        .windows(2)
-        .any(|pair| pair[1].partial_cmp(&pair[0]) != Some(std::cmp::Ordering::Greater))
-    {
-        // The recording's check names the row.
-        return Ok(());
-    }
+    // Before any row is filtered, made up or left out for its time.
+    ensure_rising(name, times)?;
     let median_s = sample_time_s(times)?;
     match time.resample_hz {
         Some(rate) => {
@@ -199,8 +195,9 @@ fn gaps(
                 std::slice::from_ref(&(0..rows)),
             );
             told.push(format!(
-                "{name}: {count} gap(s), the first after {at_s} s, bridged by straight lines: {} of {} \
+                "{name}: {count} gap(s), the first after {} s, bridged by straight lines: {} of {} \
                  rows are made up",
+                number::significant(at_s, 6),
                 channels.len() - rows,
                 channels.len()
             ));
@@ -271,7 +268,7 @@ fn interpolated(rows: &[f64], samples: &[f64], step_s: f64) -> f64 {
 
 /// What each channel lost: its rows against the samples, interpolated back.
 fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
-    let mut back = after.clone();
+    let (mut before, mut back) = (before.clone(), after.clone());
     let longest_s = longest_s.max(GAP * sample_time_s(&after.time_s).unwrap_or(longest_s));
     let whole = 0..after.len();
     interpolate(
@@ -280,6 +277,13 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
         longest_s,
         std::slice::from_ref(&whole),
     );
+    // A quaternion and its negative are one orientation.
+    for quaternion in [&mut before, &mut back]
+        .into_iter()
+        .flat_map(|c| &mut c.quaternion)
+    {
+        continue_signs(quaternion);
+    }
     let rms = |values: &dyn Fn(usize) -> f64| {
         let squares: f64 = (0..before.len()).map(|n| values(n).powi(2)).sum();
         (squares / before.len().max(1) as f64).sqrt()
