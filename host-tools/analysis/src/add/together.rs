@@ -15,8 +15,9 @@ use std::collections::BTreeMap;
 /// A model whose effects were fitted together, and their parameters.
 type Fitted = (Model, Parameters);
 
-/// Fits the effects that the model had anew, together with what was fitted or named beside them. The report says what that
-/// gives, if it foretells unseen data better; what moved is returned. The nominal parameters stay.
+/// Fits the effects that the model had anew, together with what was fitted or named beside them: by least squares in the forms
+/// that they have, and by a search that chooses the forms. The report says what foretells unseen data best, if that is not what it
+/// says already; what moved is returned. The nominal parameters stay.
 ///
 /// # Errors
 ///
@@ -28,11 +29,17 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
-    let (after, parameters) = match search(model, named, logs)? {
-        (found, true) => (found.after, found.diagnosis.parameters),
-        _ => refitted(&report.after, model.effects.len(), &train)?,
+    let mut ways = vec![refitted(&report.after, model.effects.len(), &train)?];
+    if let (found, true) = search(model, named, logs)? {
+        ways.push((found.after, found.diagnosis.parameters));
+    }
+    let errors = ways.iter().map(|way| error(&way.0, &test));
+    let errors = errors.collect::<Result<Vec<f64>>>()?;
+    let least = ways.into_iter().zip(errors);
+    let Some(((after, parameters), now)) = least.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Ok(Vec::new());
     };
-    let (before, now) = (error(&report.after, &test)?, error(&after, &test)?);
+    let before = error(&report.after, &test)?;
     let steps = &mut report.diagnosis.steps;
     let Some(last) = steps.last_mut().filter(|_| now < before * (1.0 - RISES)) else {
         return Ok(Vec::new());
