@@ -13,6 +13,24 @@ pub(crate) fn held_back(recording: &Recording) -> (Recording, Recording) {
     (part(recording, 0..at), part(recording, at..count))
 }
 
+/// Whether both are parts of one recording: those that an import makes of one table, or what is held back of one log.
+pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bool {
+    /// What may lie between them, as a share of the first one: rows that a filter bends are left out.
+    const BETWEEN: f64 = 0.1;
+    let ([fitted], [unseen]) = (fitted, unseen) else {
+        return false;
+    };
+    let times = |log: &Recording| {
+        let (first, last) = (log.cycles.first()?, log.cycles.last()?);
+        Some((first.trace.time_s, last.trace.time_s))
+    };
+    let (Some((start, end)), Some((next, _))) = (times(fitted), times(unseen)) else {
+        return false;
+    };
+    let same = fitted.header.identity == unseen.header.identity;
+    same && next > end && next - end < BETWEEN * (end - start)
+}
+
 /// Some of its rows.
 pub(crate) fn part(recording: &Recording, range: Range<usize>) -> Recording {
     Recording {

@@ -147,24 +147,31 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
 }
 
 /// Where structure is left: only the effects that a smooth remainder would not explain as well, one
-/// less at a time, with the parameters and the intervals that they have beside it. What was left out
-/// beside others that were left out later has a second chance.
+/// less at a time, with the parameters and the intervals that they have beside it; and those without which unseen data is foretold
+/// much worse, which a remainder does not do. What was left out beside others that were left out later has a second chance.
 pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
     let beside = first.beside.clone();
     let mut finding = first;
     let mut imitated = Vec::new();
-    while let Some((place, one)) = weakest(&mut finding) {
+    let mut foretelling: Vec<String> = Vec::new();
+    while let Some((place, one)) = weakest(&mut finding, &foretelling) {
         let gone = finding.ids().swap_remove(place);
         let mut ids = finding.ids_without(std::slice::from_ref(&gone));
         // Where no detail is told, what it is a detail of may still be.
         let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
         let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
         ids.extend(plain.filter(|id| !finding.ids().contains(id)));
-        imitated.push(one);
         let Some(mut fewer) = asking.among_beside(&ids, beside.as_ref()) else {
+            imitated.push(one);
             break;
         };
+        if finding.determines(&gone) && finding.foretells_better(&fewer) {
+            foretelling.push(gone);
+            continue;
+        }
+        imitated.push(one);
         fewer.found.before_late.extend(finding.found.before_late);
+        fewer.remember(finding.found.ranked);
         finding = fewer;
     }
     for Imitated { id, .. } in imitated.clone() {
@@ -173,7 +180,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         let Some(mut more) = asking.among_beside(&ids, beside.as_ref()) else {
             continue;
         };
-        if more.ids().contains(&id) && weakest(&mut more).is_none() {
+        if more.ids().contains(&id) && weakest(&mut more, &foretelling).is_none() {
             finding = more;
             imitated.retain(|other| other.id != id);
         }
@@ -188,8 +195,8 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
 }
 
 /// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
-/// nothing is left, there is none.
-fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
+/// nothing is left, there is none. Those that foretell stand anyway.
+fn weakest(finding: &mut WrenchFinding, foretelling: &[String]) -> Option<(usize, Imitated)> {
     let accepted = finding.found.accepted.as_ref()?;
     let axes = finding.structured_axes();
     if axes.is_empty() {
@@ -208,15 +215,15 @@ fn weakest(finding: &mut WrenchFinding) -> Option<(usize, Imitated)> {
         these.min_by(|a, b| a.1.evidence.total_cmp(&b.1.evidence))
     };
     // What others imitate is undetermined only as long as they are there.
-    let (weak, strong): (Vec<_>, Vec<_>) = places
-        .enumerate()
-        .partition(|(_, one)| one.evidence < NAMED);
+    let asked = places.enumerate();
+    let asked = asked.filter(|(_, one)| !foretelling.contains(&one.id));
+    let (weak, strong): (Vec<_>, Vec<_>) = asked.partition(|(_, one)| one.evidence < NAMED);
     let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
     let fails = least(weak).or_else(|| least(undetermined.collect()));
     if fails.is_none() {
         let (earlier, _) = &finding.earlier;
         let remainder = wrench::remainder(&finding.prepared, earlier, accepted, &axes);
-        finding.stand(&each, remainder);
+        finding.stand(&each, remainder, foretelling);
     }
     fails
 }

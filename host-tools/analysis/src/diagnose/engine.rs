@@ -6,7 +6,7 @@
 use super::actuator::Search;
 use super::body::{self, BodyRegression, BodySearch};
 use super::clock::Jitter;
-use super::evidence::{Support, UNLIKELY};
+use super::evidence::{FORETELLS, Support, UNLIKELY};
 use super::finding::{NoiseFloor, Trial};
 use super::rivals::{self, ClockRival};
 use super::sampling::Sampling;
@@ -261,6 +261,48 @@ impl WrenchFinding {
         self.score() > other.score() - other.form()
     }
 
+    /// What a search tried that had more effects to choose from: of two that tie, this one may know one only.
+    pub(super) fn remember(&mut self, tried: Vec<wrench::Tested>) {
+        if let Some(accepted) = &self.found.accepted {
+            let ids = accepted.ids();
+            let support = ids.iter().zip(&mut self.found.support);
+            for (id, support) in support {
+                let others = |t: &&wrench::Tested| {
+                    let kept = t.ids().iter().filter(|other| ids.contains(other)).count();
+                    let lacks_it = t.effects.iter().all(|effect| effect.id != id);
+                    let one_exchanged = t.effects.len() == ids.len() && kept + 1 == ids.len();
+                    lacks_it && one_exchanged && t.wrong.is_empty()
+                };
+                let rivals = tried.iter().filter(others).map(|t| t.evidence);
+                let best = rivals.fold(f64::NEG_INFINITY, f64::max);
+                *support = support.with_rival(accepted.evidence - best);
+            }
+        }
+        self.found.ranked.extend(tried);
+    }
+
+    /// Whether the logs determine one of the accepted effects without a remainder; a detail of another effect is a matter of
+    /// form, which a remainder is there for.
+    pub(super) fn determines(&self, id: &str) -> bool {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let mut accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let effect = accepted.find(|effect| effect.id == id);
+        let determined = effect.zip(model);
+        let is_detail = by_id(id).is_some_and(|effect| effect.is_detail());
+        !is_detail && determined.is_some_and(|(effect, model)| effect.is_determined(model))
+    }
+
+    /// Whether the logs that no fit has seen are foretold much better than by another finding, which lacks an effect. What
+    /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it.
+    pub(super) fn foretells_better(&self, other: &Self) -> bool {
+        let error = |finding: &Self| {
+            let accepted = finding.found.accepted.clone().unwrap_or_default();
+            finding.prepared.error_on_unseen(&accepted)
+        };
+        let touches = |log: &wrench::PreparedLog| log.scene.touches_anything();
+        !self.prepared.logs.iter().any(touches) && error(self) * FORETELLS < error(other)
+    }
+
     /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
     /// ended beside it.
     pub(super) fn unsure(&self) -> Option<String> {
@@ -307,13 +349,19 @@ impl WrenchFinding {
         let axes = self.structured_axes();
         if !axes.is_empty() {
             let nothing = wrench::Tested::default();
-            self.stand(&[], wrench::remainder(&self.prepared, &[], &nothing, &axes));
+            let remainder = wrench::remainder(&self.prepared, &[], &nothing, &axes);
+            self.stand(&[], remainder, &[]);
         }
     }
 
     /// Takes evidence and intervals from how the effects, earlier ones first, stand beside a remainder. What rivals have for them
-    /// by the price of white noise says nothing then.
-    pub(super) fn stand(&mut self, each: &[Standing], remainder: wrench::Remainder) {
+    /// by the price of white noise says nothing then. What stands because it foretells keeps its own.
+    pub(super) fn stand(
+        &mut self,
+        each: &[Standing],
+        remainder: wrench::Remainder,
+        foretelling: &[String],
+    ) {
         self.beside_remainder = Some(BesideRemainder {
             imitated: Vec::new(),
             remainder,
@@ -321,7 +369,11 @@ impl WrenchFinding {
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         let effects = self.earlier.0.iter_mut().chain(accepted);
         let support = self.earlier.1.iter_mut().chain(&mut self.found.support);
-        for ((effect, support), standing) in effects.zip(support).zip(each) {
+        let each = effects.zip(support).zip(each);
+        for ((effect, support), standing) in each {
+            if foretelling.iter().any(|id| id == effect.id) {
+                continue;
+            }
             *support = match self.beside {
                 Some(_) => support.at_most(standing.evidence),
                 None => Support::alone(standing.evidence),
@@ -346,6 +398,8 @@ pub(crate) struct Question<'a> {
     pub shapes: bool,
     /// All are tried beside this remainder.
     pub beside: Option<&'a Arc<wrench::Smooth>>,
+    /// All logs are parts of one, of which it makes no sense to say that they are of different machines.
+    pub of_one_log: bool,
     /// Is told each hypothesis that was tried.
     pub watch: Watch<'a>,
 }

@@ -45,9 +45,14 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
     if acts_at(coulomb) != acts_at(offset) {
         return None;
     }
+    // About a bearing both are torques.
+    let (amount, suffix) = match coulomb.estimates.contains_key("force_n") {
+        true => ("force_n", "n"),
+        false => ("torque_n_m", "n_m"),
+    };
     let (dry, constant) = (
-        coulomb.estimates.get("force_n")?,
-        offset.estimates.get("force_n")?,
+        coulomb.estimates.get(amount)?,
+        offset.estimates.get(amount)?,
     );
     // −F sgn v + F0: F − F0 against a motion forwards, F + F0 against one backwards.
     let forward = sum(dry, constant, -1.0);
@@ -57,12 +62,14 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
     }
     let sentence = format!(
         "guide_coulomb and guide_offset together are the same as a friction that differs by \
-         direction (guide_asymmetry): {:.3} N forwards and {:.3} N backwards. No log can tell one \
+         direction (guide_asymmetry): {:.3} {unit} forwards and {:.3} {unit} backwards. No log can tell one \
          from the other; who knows the guide can.",
-        forward.value, backward.value
+        forward.value,
+        backward.value,
+        unit = dry.unit,
     );
-    let parameters = [("forward_n", forward), ("backward_n", backward)];
-    let parameters = parameters.map(|(name, estimate)| (name.to_owned(), estimate));
+    let parameters = [("forward", forward), ("backward", backward)];
+    let parameters = parameters.map(|(name, estimate)| (format!("{name}_{suffix}"), estimate));
     Some(Equivalent {
         of: [coulomb, offset].map(|n| n.effect.id.clone()).to_vec(),
         parameters: Parameters::from([("guide_asymmetry".to_owned(), parameters.into())]),

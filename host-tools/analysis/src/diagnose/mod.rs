@@ -50,7 +50,7 @@ pub use finding::*;
 
 use crate::compare::compare;
 use crate::fit::same_rig;
-use crate::held_back::held_back;
+use crate::held_back::{are_of_one_log, held_back};
 use anyhow::{bail, ensure};
 pub use engine::Logs;
 use engine::{Question, Watch, WrenchFinding};
@@ -205,6 +205,10 @@ fn ask(
         }
     } else {
         Logs::new(train.to_vec(), test.to_vec())
+    };
+    let question = &Question {
+        of_one_log: are_of_one_log(whole.train(), &whole.all[whole.fitted..]),
+        ..*question
     };
     let parts = stretches::of_long(&whole);
     let recordings = parts.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);

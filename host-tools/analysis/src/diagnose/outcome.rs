@@ -7,7 +7,7 @@ use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence::{self, NAMED};
 use super::finding::{Diagnosis, Nominal, Remainder, Verdict};
 use super::named::INTERVAL_95;
-use super::structure::{self, Left, Structure};
+use super::structure::{self, Left, SLOW_HZ, Structure};
 use super::verdict::Grounds;
 use super::wrench::PreparedLog;
 use super::{ranking, regions, sentence};
@@ -53,7 +53,10 @@ pub(crate) fn conclude(
         .iter()
         .map(|n| n.0.effect.id.clone())
         .collect();
-    let disagreeing = disagreeing(stages);
+    let disagreeing = match question.of_one_log {
+        true => Vec::new(),
+        false => disagreeing(stages),
+    };
     // Readings at rest show a zero that is off and a drift, and nothing else.
     let stands_still = !model.sensor.at_rest
         && stages.logs.all.iter().all(|log| log.rests(&model.noise))
@@ -426,8 +429,8 @@ fn notes(
                 _ => "",
             };
             notes.push(format!(
-                "{} {} scatters from row to row by {ratio:.2} times the noise of the data sheet: noise, or a fast error of the \
-                 model.{filter}",
+                "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file: noise, or a fast error of \
+                 the model.{filter}",
                 floor.channel, floor.axis
             ));
         }

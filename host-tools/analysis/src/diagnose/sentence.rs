@@ -4,7 +4,7 @@ use super::finding::{Diagnosis, Verdict};
 use super::structure::{Left, Structure};
 use softdock_report::number;
 
-/// Scatter or level of what remains, over the data sheet's noise, from which it is not called noise without more words.
+/// Scatter or level of what remains, over the model file's noise, from which it is not called noise without more words.
 pub(super) const MORE_THAN_NOISE: f64 = 1.25;
 /// Share of the error that is left from which the sentence tells it.
 const TOLD: f64 = 0.01;
@@ -49,7 +49,7 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
     if remainder.share > 0.0 {
         return format!(
             "Nothing is missing that the catalogue knows: of what the model explains {} % is left with structure ({}), \
-             {level:.2} in units of the data sheet's noise.",
+             {level:.2} in units of the model file's noise.",
             number::significant(100.0 * remainder.share, 2),
             remainder.follows
         );
@@ -57,12 +57,12 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
     let noise = diagnosis.residual_rms_sigma.after.total_of_noise();
     if level > MORE_THAN_NOISE * noise {
         return format!(
-            "Nothing is missing that these logs show: what remains ({level:.2} in units of the data sheet's noise) is more than its \
+            "Nothing is missing that these logs show: what remains ({level:.2} in units of the model file's noise) is more than its \
              noise, and is not told from noise of another size or colour; `softdock compare` says where it stands."
         );
     }
     format!(
-        "Nothing is missing: what remains ({level:.2} in units of the data sheet's noise) is noise."
+        "Nothing is missing: what remains ({level:.2} in units of the model file's noise) is noise."
     )
 }
 
@@ -80,7 +80,7 @@ fn named(diagnosis: &Diagnosis) -> String {
     let goes = if after < before { "falls" } else { "goes" };
     let mut text = format!(
         "Missing: {}. With it the error on {data} {goes} from {before:.2} to {after:.2} in units of \
-         the data sheet's noise.",
+         the model file's noise.",
         names.join(", and ")
     );
     text.push_str(&left_over(diagnosis));

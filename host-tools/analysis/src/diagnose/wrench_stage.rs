@@ -92,10 +92,11 @@ pub(super) fn wrench_stage(
         let is_tried = question.tries(model, id) && acts_anywhere(id);
         !is_tried || (is_shape(id) && !question.tries_shapes())
     };
+    let is_whole = question.among.is_none() && question.only.is_none();
     let ask = wrench::Ask {
         excluded: &excluded,
         forced: question.forced,
-        each_log: question.among.is_none() && question.only.is_none() && question.beside.is_none(),
+        each_log: is_whole && question.beside.is_none() && !question.of_one_log,
         watch: question.watch,
     };
     let mut found = wrench::search(&mut prepared, &ask);

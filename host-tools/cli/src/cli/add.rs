@@ -136,7 +136,7 @@ impl Add {
             moved => format!("\nFitted anew beside it\n{}\n", fit::table(moved)),
         };
         print(&format!(
-            "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the data sheet's noise\n{}\n",
+            "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the model file's noise\n{}\n",
             diagnosis.effects.join(", "),
             error_reduction(&diagnosis.steps, logs),
             tables::parameters(&diagnosis.parameters),

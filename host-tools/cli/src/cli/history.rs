@@ -17,7 +17,7 @@ const DIGITS: usize = 3;
 
 /// Show how the error fell with each effect that was added to a model.
 ///
-/// The error is that of all channels together, in units of the data sheet's noise.
+/// The error is that of all channels together, in units of the model file's noise.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock history model.toml --report history.html")]
 pub(super) struct History {
@@ -73,7 +73,7 @@ fn headline(steps: &[HistoryStep]) -> String {
     let last = runs(steps).last().unwrap_or_default();
     match (last.first(), last.last()) {
         (Some(first), Some(end)) if last.len() > 1 => format!(
-            "The error {} {} from {:.2} to {:.2} in units of the data sheet's noise.",
+            "The error {} {} from {:.2} to {:.2} in units of the model file's noise.",
             match &end.test {
                 Some(test) => format!("on {test}, which no fit has seen,"),
                 None => format!("on {}", end.train),

@@ -324,14 +324,19 @@ impl Joint {
     /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
     /// the data sheet's noise.
     pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+        self.error_on_unseen_of(|_| tested)
+    }
+
+    /// The same of a hypothesis for each log.
+    pub(super) fn error_on_unseen_of<'a>(&self, tested: impl Fn(usize) -> &'a Tested) -> f64 {
         let first = if self.fitted < self.logs.len() {
             self.fitted
         } else {
             0
         };
-        let of_log = |log: &PreparedLog| {
+        let of_log = |(k, log): (usize, &PreparedLog)| {
             let mut left = log.residual.clone();
-            subtract(&mut left, &tested.contribution(&log.scene), 1.0);
+            subtract(&mut left, &tested(k).contribution(&log.scene), 1.0);
             let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
                 let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
                 counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
@@ -340,7 +345,7 @@ impl Joint {
             let rows = log.fresh.iter().filter(|fresh| **fresh).count();
             (axes.map(of_axis).sum::<f64>(), rows)
         };
-        let each = self.logs[first..].iter().map(of_log);
+        let each = self.logs.iter().enumerate().skip(first).map(of_log);
         let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
         (squares / rows.max(1) as f64).sqrt()
     }

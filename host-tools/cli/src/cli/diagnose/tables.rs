@@ -19,7 +19,7 @@ pub(super) fn text(diagnosis: &Diagnosis) -> String {
         }
     };
     titled(
-        "Error before and after, in units of the data sheet's noise",
+        "Error before and after, in units of the model file's noise",
         levels(&diagnosis.residual_rms_sigma),
     );
     titled("Effects", effects(diagnosis));

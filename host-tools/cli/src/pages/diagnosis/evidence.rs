@@ -30,7 +30,7 @@ impl Source<'_> {
             self.after.is_some(),
         ));
         page.paragraph(&format!(
-            "RMS of measured minus predicted over all axes of a channel on {}, in units of the data sheet's \
+            "RMS of measured minus predicted over all axes of a channel on {}, in units of the model file's \
              noise (σₙ, its standard deviation).",
             self.identity.judged()
         ));

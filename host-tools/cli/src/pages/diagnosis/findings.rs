@@ -72,7 +72,7 @@ impl Source<'_> {
         }
         page.section("Noise floor");
         page.paragraph(
-            "Standard deviation of the noise that the log itself shows, against the data sheet in the model.",
+            "Standard deviation of the noise that the log itself shows, against `noise` of the model file.",
         );
         let mut table = Table::new(vec![
             Column::text("Channel"),

@@ -15,16 +15,12 @@ use softdock_control::frames::{Wrench, matrix};
 pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
     let sensor = &scene.model.sensor;
     let live = |meaning| sensor.wrench == meaning && !sensor.at_rest;
-    let touches = || {
-        let mut depths = scene.touches.iter().flat_map(|touch| &touch.penetration);
-        depths.any(|depth| *depth > 0.0)
-    };
     match effect.law {
-        _ if effect.is_of_a_contact() => touches(),
+        _ if effect.is_of_a_contact() => scene.touches_anything(),
         Law::Guide(_) | Law::Bearing(_) | Law::Spring(_) => {
             !sensor.at_rest && (0..scene.len()).any(|n| scene.along(n, 0.0) != 0.0)
         }
-        Law::Friction(_) => touches(),
+        Law::Friction(_) => scene.touches_anything(),
         Law::Docking(_) => scene.docked.iter().any(|wrench| *wrench != Wrench::zero()),
         Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
         Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,

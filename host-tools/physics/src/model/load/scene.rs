@@ -200,6 +200,12 @@ struct Guided {
 }
 
 impl Scene {
+    /// Whether anything touches a wall at any time.
+    pub fn touches_anything(&self) -> bool {
+        let mut depths = self.touches.iter().flat_map(|touch| &touch.penetration);
+        depths.any(|depth| *depth > 0.0)
+    }
+
     /// From the motion of a log.
     pub fn new(
         model: &Model,
