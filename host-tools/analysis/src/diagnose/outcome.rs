@@ -100,9 +100,9 @@ pub(crate) fn conclude(
     }));
     notes.extend(reduction.refitted.iter().map(|[before, after]| {
         format!(
-            "The parameters are those of least squares: with them the error on unseen data is {after:.2}, {:.1} % less than with \
-             those of the likelihood that decides on names, which weighs errors as the noise has them; the form of a law is not \
-             quite that of the machine. The intervals hold both.",
+            "The parameters are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
+             that decides on names, which weighs errors as the noise has them; the form of a law is not quite that of the machine. \
+             The intervals hold both.",
             100.0 * (1.0 - after / before)
         )
     }));

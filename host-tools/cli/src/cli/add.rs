@@ -93,7 +93,8 @@ impl Add {
     fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
         if diagnosis.verdict != Verdict::NothingMissing {
             bail!(
-                "nothing was added. {} (--report of `softdock diagnose` shows it)",
+                "nothing was added. {} (--report of `softdock diagnose` shows it, and `softdock add` with the id of an effect adds \
+                 that one)",
                 diagnosis.sentence
             );
         }

@@ -9,7 +9,9 @@ use super::variants::Library;
 use crate::diagnose::finding::Trial;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
-use softdock_physics::model::load::effects::{LoadEffect, Shape, Valued, added, contribution};
+use softdock_physics::model::load::effects::{
+    Coefficient, LoadEffect, Shape, Valued, added, contribution,
+};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::optimise::brent;
 use softdock_report::number;
@@ -224,12 +226,7 @@ pub(super) fn fitted_to(
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
                 {
-                    let unit = match coefficient.unit {
-                        "-" => String::new(),
-                        unit => format!(" {unit}"),
-                    };
-                    let value = number::significant(value, 3);
-                    wrong.push(format!("{} = {value}{unit}", coefficient.name));
+                    wrong.push(forbidden(effect, coefficient, value));
                 }
             }
             at += 1;
@@ -261,6 +258,30 @@ pub(super) fn fitted_to(
         wrong,
         beyond_rounding: f64::INFINITY,
     }
+}
+
+/// An amount that physics forbids; of one that the logs leave open, the end of its range.
+fn forbidden(effect: &LoadEffect, coefficient: &Coefficient, value: f64) -> String {
+    /// Ranges beyond which a value is no estimate.
+    const OPEN: f64 = 1e3;
+    let unit = match coefficient.unit {
+        "-" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let known = effect
+        .parameters
+        .iter()
+        .find(|p| p.name == coefficient.name);
+    let farthest = known.map_or(f64::INFINITY, |p| p.low.abs().max(p.high.abs()));
+    let (compared, value) = match value.abs() > OPEN * farthest {
+        true => (
+            if value < 0.0 { "<" } else { ">" },
+            farthest.copysign(value),
+        ),
+        false => ("=", value),
+    };
+    let value = number::significant(value, 3);
+    format!("{} {compared} {value}{unit}", coefficient.name)
 }
 
 /// Times that coefficients are found anew with the columns around the last ones.

@@ -210,9 +210,12 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
                 true => "which tells the two apart",
                 false => "which does not tell the two apart, either",
             };
+            let compared = match then > 0.0 {
+                true => format!("{} less", number::significant(then, DIGITS)),
+                false => "no less".to_owned(),
+            };
             text.push_str(&format!(
-                "\nRehearsed on the simulated rig, χ² falls by {} less with the rival there, {told}.",
-                number::significant(then, DIGITS)
+                "\nRehearsed on the simulated rig, χ² falls by {compared} with the rival there, {told}."
             ));
         }
         if !experiment.command.is_empty() {
