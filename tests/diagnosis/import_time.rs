@@ -139,6 +139,54 @@ fn a_late_row_is_no_gap_behind_a_low_pass() {
     );
 }
 
+/// Whatever is done with the ends of stretches: a stamp that repeats is no gap.
+#[test]
+fn stamps_that_repeat_are_refused_before_rows_are_trimmed() {
+    let log = table("t,p,v", 400, |n| {
+        let t = 0.01 * (n - (n / 60.0).floor());
+        format!("{t},{},{}", t.sin(), t.cos())
+    });
+    let mapping = format!("{STAMPED}\n[filter]\ncutoff_hz = 10.0\ntrim_s = 0.1");
+    for mapping in [
+        mapping.clone(),
+        mapping.replace("[time]", "[time]\nresample_hz = 100"),
+    ] {
+        let error = imported("stamps_repeat", &mapping, &[("log.csv", log.clone())]).unwrap_err();
+        assert!(
+            error.contains("log.csv, row 61: the time is 0.59"),
+            "{error}"
+        );
+    }
+}
+
+/// A swept sine fills the band of the filter; what of the force follows it is no noise.
+#[test]
+fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
+    let mut random = RandomStream::new(9, 0);
+    let noise: Vec<f64> = (0..8000).map(|_| 0.01 * random.normal()).collect();
+    let log = table("t,p,f", 8000, |n| {
+        let t = 0.002 * n;
+        // From 0 to 20 Hz.
+        let (sin, rate) = ((PI * 1.25 * t * t).sin(), 2.0 * PI * 1.25 * t);
+        let position = sin / (1.0 + rate * rate);
+        format!("{t},{position},{}", -0.5 * sin + noise[n as usize])
+    });
+    let mapping = r#"
+        files = { train = "log.csv" }
+        time = { column = "t" }
+        position = { x = "p" }
+        executed_velocity = { derive = true }
+        wrench = { fx = "f" }
+        filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
+    "#;
+    let logs = imported("sweep", mapping, &[("log.csv", log)]).unwrap();
+    let filter = logs.filter;
+    let text = starter(&logs.train, filter).unwrap().text;
+    let noise = Model::from_toml(&text, "model.toml").unwrap().noise.force_n;
+    // Of white noise the filter leaves a quarter.
+    assert!((0.001..0.01).contains(&noise), "{noise}");
+}
+
 /// A mapping of a shaft of which only the speed is measured.
 const SHAFT: &str =
     "[time]\ncolumn = \"t\"\n[executed_velocity]\nrx = \"w\"\n[wrench]\ntx = \"tau\"";

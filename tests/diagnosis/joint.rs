@@ -322,6 +322,32 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     assert_eq!(found.ranked[0].effects.len(), 5, "{:?}", found.ranked[0]);
 }
 
+/// One sweep up and one down. On each alone a function of the angle can be the weight, and a constant the friction; but only the laws
+/// foretell one from the other.
+#[test]
+fn a_law_that_foretells_another_sweep_is_named_beside_what_no_law_describes() {
+    const NOISE: f64 = 0.25;
+    let sweep = OneAxis {
+        swings: [(1.4, 0.26), (0.0, 0.0), (0.0, 0.0)],
+        noise: (1e-7, NOISE),
+        ..JOINT
+    };
+    let text = MODEL.replace("torque_n_m = 0.05", &format!("torque_n_m = {NOISE}"));
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let ripple = |angle, rate| 0.3 * gear(angle, rate);
+    let down = std::f64::consts::PI / 0.26;
+    let train = recorded(sweep, 6.0, 0.0, 1, ripple);
+    let test = recorded(sweep, 6.0, down, 2, ripple);
+    let found = diagnosed(&model, &train, &test);
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    let weight = &found.parameters["bearing_gravity"]["sine_n_m"];
+    let truth = GRAVITY.0 * GRAVITY.1.cos();
+    assert!((weight.low..weight.high).contains(&truth), "{weight:?}");
+    // Functions of the angle without the weight leave 7 of 26.
+    let reached = found.residual_rms_sigma.after.wrench;
+    assert!(reached < 3.0, "{reached}: {}", found.sentence);
+}
+
 /// A ripple of the gear as a user would write it: a torque of an angle.
 #[test]
 fn a_formula_on_a_bearing_is_a_torque() {

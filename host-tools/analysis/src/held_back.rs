@@ -40,3 +40,37 @@ pub(crate) fn part(recording: &Recording, range: Range<usize>) -> Recording {
         ..Recording::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_app::record::CycleRecord;
+
+    #[test]
+    fn parts_of_one_log_follow_each_other() {
+        let cycle = |n: u32| {
+            let mut cycle = CycleRecord::default();
+            cycle.trace.time_s = 0.01 * f64::from(n);
+            cycle
+        };
+        let log = Recording {
+            cycles: (0..1000).map(cycle).collect(),
+            ..Recording::default()
+        };
+        let (beginning, end) = held_back(&log);
+        assert!(are_of_one_log(&[&beginning], &[&end]));
+        let trimmed = part(&end, 30..400);
+        assert!(are_of_one_log(&[&beginning], &[&trimmed]));
+        let mut of_another = end.clone();
+        of_another.header.identity = "imported from another.csv".to_owned();
+        for (fitted, unseen) in [
+            (&[&log][..], &[&log][..]),
+            (&[&beginning], &[&of_another]),
+            (&[&beginning], &[&part(&end, 200..400)]),
+            (&[&beginning, &log], &[&end]),
+            (&[&beginning], &[]),
+        ] {
+            assert!(!are_of_one_log(fitted, unseen));
+        }
+    }
+}

@@ -165,7 +165,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
             imitated.push(one);
             break;
         };
-        if finding.determines(&gone) && finding.foretells_better(&fewer) {
+        if finding.is_a_law(&gone) && finding.foretells_better(&fewer) {
             foretelling.push(gone);
             continue;
         }

@@ -182,6 +182,8 @@ pub(crate) struct BesideRemainder {
     pub imitated: Vec<Imitated>,
     /// The remainder beside what is accepted.
     pub remainder: wrench::Remainder,
+    /// Ids of effects that a smooth remainder would explain, but that foretell the unseen logs.
+    pub foretelling: Vec<String>,
 }
 
 /// An effect that a smooth remainder would explain as well.
@@ -281,15 +283,17 @@ impl WrenchFinding {
         self.found.ranked.extend(tried);
     }
 
-    /// Whether the logs determine one of the accepted effects without a remainder; a detail of another effect is a matter of
-    /// form, which a remainder is there for.
-    pub(super) fn determines(&self, id: &str) -> bool {
+    /// Whether an accepted effect is what it is called: no detail of another effect, which is a matter of form, nor what is another,
+    /// simpler one as long as the logs do not determine it.
+    pub(super) fn is_a_law(&self, id: &str) -> bool {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let mut accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
-        let effect = accepted.find(|effect| effect.id == id);
-        let determined = effect.zip(model);
-        let is_detail = by_id(id).is_some_and(|effect| effect.is_detail());
-        !is_detail && determined.is_some_and(|(effect, model)| effect.is_determined(model))
+        let fitted = accepted.find(|effect| effect.id == id).zip(model);
+        fitted.is_some_and(|(fitted, model)| {
+            let effect = LoadEffect::find(model, id);
+            let effect = effect.filter(|effect| !effect.effect.is_detail());
+            effect.is_some_and(|effect| !effect.may_be_simpler() || fitted.is_determined(model))
+        })
     }
 
     /// Whether the logs that no fit has seen are foretold much better than by another finding, which lacks an effect. What
@@ -365,6 +369,7 @@ impl WrenchFinding {
         self.beside_remainder = Some(BesideRemainder {
             imitated: Vec::new(),
             remainder,
+            foretelling: foretelling.to_vec(),
         });
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         let effects = self.earlier.0.iter_mut().chain(accepted);

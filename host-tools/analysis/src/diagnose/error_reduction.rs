@@ -48,7 +48,16 @@ impl ErrorReduction {
             refitted: None,
             predictions: HashMap::new(),
         };
-        let determined = |k: &usize| asked || known.all[*k].is_determined(model);
+        let beside = stages
+            .wrench
+            .iter()
+            .filter_map(|w| w.beside_remainder.as_ref());
+        let foretelling: Vec<&String> = beside.flat_map(|beside| &beside.foretelling).collect();
+        // Those that foretell are determined by all logs together, if not by those of the fit.
+        let determined = |k: &usize| {
+            let named = &known.all[*k];
+            asked || foretelling.contains(&&named.effect.id) || named.is_determined(model)
+        };
         let (mut everything, vague): (Vec<usize>, Vec<usize>) =
             (0..known.all.len()).partition(determined);
         let vague = vague.into_iter().map(|k| known.all[k].effect.id.clone());

@@ -196,6 +196,12 @@ impl LoadEffect {
             || (!sure.is_empty() && (self.effect.is_whole)(&sure, &|_| true))
     }
 
+    /// Whether it is another, simpler effect without some of its coefficients, as that is.
+    pub fn may_be_simpler(&self) -> bool {
+        let alone = |k: usize| (self.effect.is_whole)(&[k], &|_| true);
+        !(0..self.coefficients.len()).all(alone)
+    }
+
     /// Places of all its columns: one of each coefficient, or of the effect as a whole.
     pub fn places(&self) -> Vec<usize> {
         (0..self.coefficients.len().max(1)).collect()
