@@ -6,7 +6,8 @@ use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
+use softdock_physics::model::prediction::predict;
+use softdock_physics::model::{Channel, Model};
 use softdock_tests::one_axis::OneAxis;
 
 /// Moment of inertia, kg·m², of which the model knows 0.35.
@@ -320,6 +321,20 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
         assert!(said.high - said.low < 0.35 * truth, "{parameter}: {said:?}");
     }
     assert_eq!(found.ranked[0].effects.len(), 5, "{:?}", found.ranked[0]);
+}
+
+/// Of the last command nobody knows what came of it.
+#[test]
+fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
+    let late = "\n[[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.007 }\n";
+    let model = Model::from_toml(&format!("{MODEL}{late}"), "model.toml").unwrap();
+    let log = log(2.0, 0.0, 5, none);
+    let prediction = predict(&model, &log).unwrap();
+    let predicted = &prediction.channel(Channel::Wrench).predicted;
+    // 7 ms are 3.5 rows.
+    let known = predicted.len() - 4;
+    assert!(predicted[known - 1].is_some());
+    assert!(predicted[known..].iter().all(Option::is_none));
 }
 
 /// One sweep up and one down. On each alone a function of the angle can be the weight, and a constant the friction; but only the laws

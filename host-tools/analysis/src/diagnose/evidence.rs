@@ -15,6 +15,7 @@
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
 //! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong. Of two answers whose errors differ by less the likelier one is taken |
 //! | [`FORETELLS`] | 1.1 | an error on unseen data that is a tenth larger without an effect is what no smooth remainder says: that is fitted to each log. As much as two careful fits of one machine differ by; set by hand on six public logs of joints |
+//! | [`DIFFERS`] | 0.04 | logs disagree about an effect if what amounts of their own explain is this share of what its common amount does: the square of a fifth, one shows half as much again as the other. Frictions of one machine differ by less from run to run; set by hand |
 
 use softdock_physics::effects::CATALOGUE;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -40,6 +41,9 @@ pub(crate) const RISES: f64 = 1.01;
 /// By how much the error on unseen data is larger, as a factor, without an effect that is named although a smooth remainder
 /// would explain it, too.
 pub(crate) const FORETELLS: f64 = 1.1;
+
+/// Share of what an effect explains in common that amounts of each log's own have to add before the logs disagree about it.
+pub(crate) const DIFFERS: f64 = 0.04;
 
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
 pub(crate) fn prior() -> f64 {

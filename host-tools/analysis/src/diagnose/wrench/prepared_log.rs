@@ -324,19 +324,14 @@ impl Joint {
     /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
     /// the data sheet's noise.
     pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
-        self.error_on_unseen_of(|_| tested)
-    }
-
-    /// The same of a hypothesis for each log.
-    pub(super) fn error_on_unseen_of<'a>(&self, tested: impl Fn(usize) -> &'a Tested) -> f64 {
         let first = if self.fitted < self.logs.len() {
             self.fitted
         } else {
             0
         };
-        let of_log = |(k, log): (usize, &PreparedLog)| {
+        let of_log = |log: &PreparedLog| {
             let mut left = log.residual.clone();
-            subtract(&mut left, &tested(k).contribution(&log.scene), 1.0);
+            subtract(&mut left, &tested.contribution(&log.scene), 1.0);
             let of_axis = |(series, sheet): (&Vec<f64>, f64)| {
                 let counted = series.iter().zip(&log.fresh).filter(|(_, fresh)| **fresh);
                 counted.map(|(r, _)| (r / sheet).powi(2)).sum::<f64>()
@@ -345,7 +340,7 @@ impl Joint {
             let rows = log.fresh.iter().filter(|fresh| **fresh).count();
             (axes.map(of_axis).sum::<f64>(), rows)
         };
-        let each = self.logs.iter().enumerate().skip(first).map(of_log);
+        let each = self.logs[first..].iter().map(of_log);
         let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
         (squares / rows.max(1) as f64).sqrt()
     }
@@ -457,22 +452,32 @@ impl Joint {
         self.logs.len() as f64 * each.fold(f64::INFINITY, f64::min)
     }
 
-    /// For each effect the largest gain in χ² of an amount of its own for one of the logs.
-    pub(super) fn contrasts(&self, tested: &Tested) -> Vec<f64> {
+    /// For each effect the largest gain in χ² of an amount of its own for one of the logs, and the gain of its common amount beside
+    /// the others.
+    pub(super) fn contrasts(&self, tested: &Tested) -> Vec<[f64; 2]> {
         let effects = tested.effects.iter();
         let parts: Vec<Column> = effects.map(|one| self.white_part_of(tested, one)).collect();
-        let gain = |own: Option<Column>| -> f64 {
-            let columns: Vec<&Column> = parts.iter().chain(own.as_ref()).collect();
+        let gain = |columns: &[&Column]| -> f64 {
             let free = vec![Sign::Free; columns.len()];
-            let solution = self.problem.solve_whitened(&columns, &free);
+            let solution = self.problem.solve_whitened(columns, &free);
             solution.map_or(f64::NEG_INFINITY, |s| s.gain)
         };
-        let common = gain(None);
-        let of = |part: &Column| {
-            let own = |log: usize| gain(Some(self.problem.masked(part, log))) - common;
-            (0..self.logs.len()).map(own).fold(0.0, f64::max)
+        let all: Vec<&Column> = parts.iter().collect();
+        let common = gain(&all);
+        let of = |place: usize| {
+            let own = |log: usize| {
+                let own = self.problem.masked(&parts[place], log);
+                gain(&[&all[..], &[&own]].concat()) - common
+            };
+            let own = (0..self.logs.len()).map(own).fold(0.0, f64::max);
+            let others = [&all[..place], &all[place + 1..]].concat();
+            let without = match others.is_empty() {
+                true => 0.0,
+                false => gain(&others),
+            };
+            [own, common - without]
         };
-        parts.iter().map(of).collect()
+        (0..parts.len()).map(of).collect()
     }
 
     /// χ² that is left beyond the number of values when it has fallen by this gain.

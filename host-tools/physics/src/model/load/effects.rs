@@ -386,6 +386,19 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
     part
 }
 
+/// Samples at the end of a log of whose reading the motion is not in it: a drive was told by so much before it moves.
+pub fn beyond_the_end(model: &Model, step_s: f64) -> usize {
+    let ahead = model.effects.iter().filter_map(|added| {
+        let effect = LoadEffect::find(model, &added.id)?;
+        let Law::Actuator(Some(law)) = effect.effect.law else {
+            return None;
+        };
+        Some(law(&effect.given(&added.parameters)).delay_s)
+    });
+    let ahead_s: f64 = ahead.filter(|_| model.sensor.wrench.drives()).sum();
+    (ahead_s.max(0.0) / step_s).ceil() as usize
+}
+
 /// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a
 /// whole acts last, wherever it stands in the file.
 pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {

@@ -1,8 +1,8 @@
 //! Whether the logs are of one machine: effects whose amounts differ, and those that one log alone shows.
 
 use super::Work;
-use crate::diagnose::evidence::FORETELLS;
-use crate::diagnose::wrench::problem::Problem;
+use crate::diagnose::evidence::DIFFERS;
+use crate::diagnose::wrench::prepared_log::PreparedLog;
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
 use crate::diagnose::{evidence, structure};
@@ -29,7 +29,9 @@ impl Work<'_> {
             .contrasts(accepted)
             .into_iter()
             .zip(&accepted.effects);
-        let differing = each.filter(|(own, _)| evidence::disagree(*own, explained, 1, count));
+        let differing = each.filter(|([own, common], _)| {
+            evidence::disagree(*own, explained, 1, count) && *own > DIFFERS * common
+        });
         let differing: Vec<&str> = differing.map(|(_, effect)| effect.id).collect();
         let all = || evaluate(self.library, self.parts(accepted), self.price);
         if !differing.is_empty() && all().is_some_and(|h| self.explains_each_log(&h)) {
@@ -45,28 +47,23 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Whether effects that are fitted to each log alone leave no structure that all logs show, and much less of the unseen
-    /// logs than those that are fitted to the others: errors of form, which differ with the motion, are no other machine.
+    /// Whether effects that are fitted to each log alone leave no structure that all logs show.
     fn explains_each_log(&self, hypothesis: &Hypothesis) -> bool {
-        let fitted_to = |problem: &Problem| {
-            let care = Care::Estimating;
-            fitted_to(problem, self.library, hypothesis, self.joint, care)
+        let of = |(log, prepared): (usize, &PreparedLog)| {
+            let problem = self.joint.of_rows(|k, _| k == log);
+            let own = fitted_to(
+                &problem,
+                self.library,
+                hypothesis,
+                self.joint,
+                Care::Estimating,
+            );
+            (own.contribution(&prepared.scene), own.gain)
         };
-        let logs = self.joint.logs.par_iter().enumerate();
-        let of_log = |(log, _)| fitted_to(&self.joint.of_rows(|k, _| k == log));
-        let each: Vec<Tested> = logs.map(of_log).collect();
-        let of_unseen = self.joint.error_on_unseen_of(|log| &each[log]);
-        let foretold = self.joint.error_on_unseen(&fitted_to(self.of_fit));
-        let all_fitted = self.joint.fitted == self.joint.logs.len();
-        if !all_fitted && foretold < FORETELLS * of_unseen {
-            return false;
-        }
-        let both = each.iter().zip(&self.joint.logs);
-        let own: Vec<Column> = both
-            .map(|(own, log)| own.contribution(&log.scene))
-            .collect();
-        let gain = each.iter().map(|own| own.gain).sum();
-        !structure::left_apart(self.joint, &own, gain).any()
+        let each = self.joint.logs.par_iter().enumerate().map(of);
+        let (own, gains): (Vec<Column>, Vec<f64>) = each.unzip();
+        let left = structure::left_apart(self.joint, &own, gains.iter().sum());
+        !left.any()
     }
 
     /// The effect that one log alone shows, if it explains more by itself than what all logs are said to

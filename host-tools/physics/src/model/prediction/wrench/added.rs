@@ -5,13 +5,13 @@ use super::super::signals::Signals;
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
 use crate::model::load::Scene;
-use crate::model::load::effects::{LoadEffect, add_known};
+use crate::model::load::effects::{LoadEffect, add_known, beyond_the_end};
 use crate::model::{Axis, Model};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
 
-/// Adds what the model's effects contribute to the reading of each cycle.
+/// Adds what the model's effects contribute to the reading of each cycle, as far as the log holds the motion that it takes.
 pub(super) fn add_effects(
     model: &Model,
     signals: &Signals<'_>,
@@ -29,6 +29,10 @@ pub(super) fn add_effects(
     let mut scene = scene(model, signals, intervals_s, executed);
     let nominal = scene.reading.clone();
     add_known(&mut scene, &model.effects);
+    let known = at
+        .len()
+        .saturating_sub(beyond_the_end(model, signals.cycle_s));
+    at[known..].fill(None);
     for (n, prediction) in at.iter_mut().enumerate() {
         if let Some((wrench, _)) = prediction {
             for (axis, value) in wrench.iter_mut().enumerate() {
