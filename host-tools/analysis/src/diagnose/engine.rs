@@ -263,7 +263,7 @@ impl WrenchFinding {
         self.score() > other.score() - other.form()
     }
 
-    /// What a search tried that had more effects to choose from: of two that tie, this one may know one only.
+    /// What an earlier search tried that had more effects to choose from: ties with those are not seen in this one.
     pub(super) fn remember(&mut self, tried: Vec<wrench::Tested>) {
         if let Some(accepted) = &self.found.accepted {
             let ids = accepted.ids();
@@ -297,14 +297,17 @@ impl WrenchFinding {
     }
 
     /// Whether the logs that no fit has seen are foretold much better than by another finding, which lacks an effect. What
-    /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it.
+    /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it; nor where
+    /// all logs are those of the fit.
     pub(super) fn foretells_better(&self, other: &Self) -> bool {
         let error = |finding: &Self| {
             let accepted = finding.found.accepted.clone().unwrap_or_default();
             finding.prepared.error_on_unseen(&accepted)
         };
+        let Joint { logs, fitted, .. } = &self.prepared;
         let touches = |log: &wrench::PreparedLog| log.scene.touches_anything();
-        !self.prepared.logs.iter().any(touches) && error(self) * FORETELLS < error(other)
+        let can_tell = *fitted < logs.len() && !logs.iter().any(touches);
+        can_tell && error(self) * FORETELLS < error(other)
     }
 
     /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
