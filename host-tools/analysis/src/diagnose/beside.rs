@@ -5,10 +5,11 @@
 //! its own answer leaves, until the answer stays the same. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
-use super::engine::{Imitated, Question, WrenchFinding};
+use super::engine::{Imitated, Question, WrenchFinding, is_shape};
 use super::evidence::{NAMED, RISES};
 use super::wrench::{self, Joint};
 use softdock_physics::effects::by_id;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{Axis, Model};
 use std::sync::Arc;
 
@@ -192,6 +193,42 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
     }
     finding
+}
+
+/// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where
+/// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit.
+pub(super) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let error = |finding: &WrenchFinding| {
+        let accepted = finding.found.accepted.clone().unwrap_or_default();
+        finding.prepared.error_on_unseen(&accepted)
+    };
+    let mut finding = first;
+    for id in finding.ids() {
+        let Some(simple) = simplest(asking.model, &id) else {
+            continue;
+        };
+        let mut ids = finding.ids_without(&[id]);
+        ids.push(simple.to_owned());
+        let beside = finding.beside.clone();
+        let Some(other) = asking.among_beside(&ids, beside.as_ref()) else {
+            continue;
+        };
+        let other = beside_remainder(other, asking);
+        let has_it = other.ids().iter().any(|id| id == simple);
+        if has_it && error(&other) <= error(&finding) {
+            finding = other;
+        }
+    }
+    finding
+}
+
+/// The effect of one amount that is of the same kind as one which may be simpler.
+fn simplest(model: &Model, id: &str) -> Option<&'static str> {
+    let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
+    let kind = effect.effect.kind?;
+    let mut alike = LoadEffect::all(model).filter(|other| other.effect.kind == Some(kind));
+    let simple = alike.find(|other| other.coefficients.len() == 1 && !is_shape(other.id))?;
+    Some(simple.id)
 }
 
 /// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or

@@ -303,6 +303,9 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         let other = beside::beside_curves(other, asking);
         finding = beside::better(finding, other, &anew.nothing, &anew.axes);
     }
+    if is_asked {
+        finding = beside::simpler(finding, asking);
+    }
     Some(finding)
 }
 
