@@ -6,7 +6,7 @@ use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence::{self, NAMED};
 use super::finding::{Diagnosis, Nominal, Remainder, Verdict};
-use super::named::INTERVAL_95;
+use super::named::{INTERVAL_95, Named};
 use super::structure::{self, Left, SLOW_HZ, Structure};
 use super::verdict::Grounds;
 use super::wrench::PreparedLog;
@@ -109,6 +109,13 @@ pub(crate) fn conclude(
     if !unnamed {
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
     }
+    // Of two that the logs do not tell apart none is certain.
+    let against = |named: &Named| match &runner_up {
+        Some(rival) if rival.of == named.effect.id && rival.behind < NAMED => {
+            named.support.against.min(rival.behind)
+        }
+        _ => named.support.against,
+    };
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
         verdict,
@@ -129,7 +136,7 @@ pub(crate) fn conclude(
             .map(|(n, _)| {
                 (
                     n.effect.id.clone(),
-                    evidence::probability(n.support.against, remainder.share > 0.0),
+                    evidence::probability(against(n), remainder.share > 0.0),
                 )
             })
             .collect(),
