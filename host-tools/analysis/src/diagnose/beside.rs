@@ -198,10 +198,6 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
 /// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where
 /// that foretells unseen data as well: beside structure those forms win whose further amounts happen to fit.
 pub(super) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
-    let error = |finding: &WrenchFinding| {
-        let accepted = finding.found.accepted.clone().unwrap_or_default();
-        finding.prepared.error_on_unseen(&accepted)
-    };
     let mut finding = first;
     for id in finding.ids() {
         let Some(simple) = simplest(asking.model, &id) else {
@@ -215,7 +211,7 @@ pub(super) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFi
         };
         let other = beside_remainder(other, asking);
         let has_it = other.ids().iter().any(|id| id == simple);
-        if has_it && error(&other) <= error(&finding) {
+        if has_it && other.error_on_unseen() <= finding.error_on_unseen() {
             finding = other;
         }
     }

@@ -296,18 +296,20 @@ impl WrenchFinding {
         })
     }
 
+    /// Root mean square of what its effects leave of the logs that no fit has seen, in units of the noise.
+    pub(super) fn error_on_unseen(&self) -> f64 {
+        let accepted = self.found.accepted.clone().unwrap_or_default();
+        self.prepared.error_on_unseen(&accepted)
+    }
+
     /// Whether the logs that no fit has seen are foretold much better than by another finding, which lacks an effect. What
     /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it; nor where
     /// all logs are those of the fit.
     pub(super) fn foretells_better(&self, other: &Self) -> bool {
-        let error = |finding: &Self| {
-            let accepted = finding.found.accepted.clone().unwrap_or_default();
-            finding.prepared.error_on_unseen(&accepted)
-        };
         let Joint { logs, fitted, .. } = &self.prepared;
         let touches = |log: &wrench::PreparedLog| log.scene.touches_anything();
         let can_tell = *fitted < logs.len() && !logs.iter().any(touches);
-        can_tell && error(self) * FORETELLS < error(other)
+        can_tell && self.error_on_unseen() * FORETELLS < other.error_on_unseen()
     }
 
     /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had

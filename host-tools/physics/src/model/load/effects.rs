@@ -196,7 +196,7 @@ impl LoadEffect {
             || (!sure.is_empty() && (self.effect.is_whole)(&sure, &|_| true))
     }
 
-    /// Whether it is another, simpler effect without some of its coefficients, as that is.
+    /// Whether it is another, simpler effect without some of its coefficients.
     pub fn may_be_simpler(&self) -> bool {
         let alone = |k: usize| (self.effect.is_whole)(&[k], &|_| true);
         !(0..self.coefficients.len()).all(alone)
@@ -386,7 +386,7 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
     part
 }
 
-/// Samples at the end of a log of whose reading the motion is not in it: a drive was told by so much before it moves.
+/// Samples at the end of a log that hold commands whose motion lies behind it: a drive is told a delay before it moves.
 pub fn beyond_the_end(model: &Model, step_s: f64) -> usize {
     let ahead = model.effects.iter().filter_map(|added| {
         let effect = LoadEffect::find(model, &added.id)?;

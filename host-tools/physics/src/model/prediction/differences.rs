@@ -165,7 +165,7 @@ mod tests {
         );
     }
 
-    /// Of noise up to a frequency f far below the sampling rate, a derivative keeps (2π f)² / √5, a velocity 2π f / √3.
+    /// Of noise up to a frequency f far below the sampling rate, a first derivative keeps 2π f / √3, a second one (2π f)² / √5.
     #[test]
     fn behind_a_low_pass_little_noise_is_differentiated() {
         let sharp = LowPassed {
