@@ -77,14 +77,15 @@ impl Robot {
     /// If none comes within [`PATIENCE`], or it is not one.
     pub fn receive(&self) -> Answer {
         let mut buffer = [0; 2048];
-        let (length, from) = loop {
+        let (length, _) = loop {
             match self.socket.recv_from(&mut buffer) {
                 // A machine that was paused.
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                // The board of a test that has ended, whose robot had this port.
+                Ok((_, from)) if from != self.board => {}
                 other => break other.expect("the board answers"),
             }
         };
-        assert_eq!(from, self.board);
         Answer::parse(&buffer[..length])
     }
 
