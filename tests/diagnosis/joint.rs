@@ -323,18 +323,46 @@ fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     assert_eq!(found.ranked[0].effects.len(), 5, "{:?}", found.ranked[0]);
 }
 
-/// Of the last command nobody knows what came of it.
+/// Two devices whose clocks are apart: the torque was read before the angle, which no law of the joint and no latency of a sensor
+/// does.
+#[test]
+fn an_angle_that_comes_late_is_found_where_the_torque_was_measured() {
+    const LATE_S: f64 = 0.007;
+    let rig = OneAxis {
+        late_s: LATE_S,
+        ..JOINT
+    };
+    let text = MODEL.replace("commanded", "measured");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let train = recorded(rig, 12.0, 0.0, 11, none);
+    let test = recorded(rig, 8.0, 2.0, 12, none);
+    let found = diagnosed(&model, &train, &test);
+    let offset = found.parameters.get("clock_offset");
+    let offset = offset.unwrap_or_else(|| panic!("{:?}: {}", found.effects, found.sentence));
+    let said = &offset["offset_s"];
+    assert!((said.low..said.high).contains(&LATE_S), "{said:?}");
+    let both = &found.residual_rms_sigma;
+    let (before, after) = (both.before.wrench, both.after.wrench);
+    assert!(after < 0.03 * before, "{}", found.sentence);
+}
+
+/// Of the last command nobody knows what came of it, nor of the last one before a gap.
 #[test]
 fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
     let late = "\n[[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.007 }\n";
     let model = Model::from_toml(&format!("{MODEL}{late}"), "model.toml").unwrap();
-    let log = log(2.0, 0.0, 5, none);
+    let mut log = log(2.0, 0.0, 5, none);
+    let gap = 500;
+    log.cycles.drain(gap..gap + 100);
     let prediction = predict(&model, &log).unwrap();
     let predicted = &prediction.channel(Channel::Wrench).predicted;
-    // 7 ms are 3.5 rows.
-    let known = predicted.len() - 4;
-    assert!(predicted[known - 1].is_some());
-    assert!(predicted[known..].iter().all(Option::is_none));
+    for end in [gap, predicted.len()] {
+        // 7 ms are 3.5 rows; the last row of a stretch has an acceleration of its own.
+        let known = end - 4;
+        assert!(predicted[known - 1].is_some());
+        assert!(predicted[known..end].iter().all(Option::is_none));
+    }
+    assert!(predicted[gap + 2].is_some());
 }
 
 /// One sweep up and one down. On each alone a function of the angle can be the weight, and a constant the friction; but only the laws

@@ -55,7 +55,7 @@ fn no_other_file_names_an_effect_on_the_reading() {
             // Their engines still know them by their ids.
             let engine = matches!(
                 effect.law,
-                Law::Actuator(_) | Law::Spacecraft | Law::Clock | Law::Sample(_)
+                Law::Actuator(_) | Law::Spacecraft | Law::Clock | Law::Apart(_) | Law::Sample(_)
             );
             let named = format!("\"{}\"", effect.id);
             let there = code.iter().any(|line| line.contains(&named));

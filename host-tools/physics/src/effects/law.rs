@@ -42,6 +42,9 @@ pub enum Law {
     Zero(fn(Values<'_>, f64) -> Wrench<f64>),
     /// By how much the reading comes late.
     Late(fn(Values<'_>) -> Lateness),
+    /// By how much all that moves is read late, or early if negative, in the log of any machine; of a rig, which sends velocities as
+    /// well, its poses.
+    Apart(fn(Values<'_>) -> f64),
     /// What the sensor can read of a wrench.
     Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
     /// What is sent of a wrench, of the sample before, and of a random number in (0, 1].

@@ -44,6 +44,7 @@ pub(crate) fn scene(
         (log.pose.clone(), measured(log))
     };
     let mut scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
+    scene.of_a_rig = log.of_a_rig;
     // What the model knows beyond its nominal load is no news.
     add_known(&mut scene, &model.effects);
     scene

@@ -1,13 +1,13 @@
 //! Offset between the clocks of robot and sensor.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use crate::effects::{Effect, Group, Kind, Law, Naming, Parameter};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "clock_offset",
     title: "Offset of the clocks",
-    summary: "the time stamps of wrench and pose are shifted against each other",
+    summary: "the time stamps of wrench and motion are shifted against each other",
     group: Group::Body,
     naming: Naming::Cause,
     equation: "t_pose = t_wrench + offset_s for the same instant",
@@ -15,13 +15,16 @@ pub const EFFECT: Effect = Effect {
     signature: "wrench and pose fit after a shift in time, in the log only: the loop itself is not late",
     typical: "0.5 to 20 ms between logs of two computers",
     parameters: &[Parameter::new("offset_s", "s", -0.1, 0.1)
+        // A reading that is late is a latency.
+        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
         .hidden(0.006, 0.012)
         .either_sign()
         .pictured(-0.02)],
     confused_with: &["ft_latency", "actuation_delay", "clock_rate"],
     tell_apart: "close the loop on an elastic bounce: a latency makes the rebound faster than the approach, an \
                  offset of the log does not; an offset may be negative, a latency cannot",
-    law: Law::Clock,
+    law: Law::Apart(|p| p[0]),
+    kind: Some(Kind::LateReading),
     ..Effect::PLAIN
 };
 

@@ -8,10 +8,9 @@ use crate::model::stage::Stage;
 use softdock_io::input::nearest;
 
 /// Effects on clock, spacecraft and sampling, which [`crate::model::prediction`] knows by their ids.
-const OTHERS: [&str; 8] = [
+const OTHERS: [&str; 7] = [
     "clock_jitter",
     "clock_rate",
-    "clock_offset",
     "sc_mass_error",
     "sc_inertia_error",
     "manipulator_resistance",

@@ -155,6 +155,7 @@ impl LoadEffect {
                 | Law::Drive(_)
                 | Law::Zero(_)
                 | Law::Late(_)
+                | Law::Apart(_)
                 | Law::Range(_)
                 | Law::Actuator(_)
         )
@@ -167,7 +168,10 @@ impl LoadEffect {
 
     /// Whether it moves all that loads the sensor in time.
     pub fn is_late(&self) -> bool {
-        matches!(self.effect.law, Law::Late(_) | Law::Actuator(Some(_)))
+        matches!(
+            self.effect.law,
+            Law::Late(_) | Law::Apart(_) | Law::Actuator(Some(_))
+        )
     }
 
     /// Whether it is the zero of a sensor.
@@ -386,16 +390,20 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
     part
 }
 
-/// Samples at the end of a log that hold commands whose motion lies behind it: a drive is told a delay before it moves.
+/// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock
+/// may be late.
 pub fn beyond_the_end(model: &Model, step_s: f64) -> usize {
+    let drives = model.sensor.wrench.drives();
     let ahead = model.effects.iter().filter_map(|added| {
         let effect = LoadEffect::find(model, &added.id)?;
-        let Law::Actuator(Some(law)) = effect.effect.law else {
-            return None;
-        };
-        Some(law(&effect.given(&added.parameters)).delay_s)
+        let p = effect.given(&added.parameters);
+        match effect.effect.law {
+            Law::Actuator(Some(law)) if drives => Some(law(&p).delay_s),
+            Law::Apart(law) if !drives => Some(law(&p)),
+            _ => None,
+        }
     });
-    let ahead_s: f64 = ahead.filter(|_| model.sensor.wrench.drives()).sum();
+    let ahead_s: f64 = ahead.sum();
     (ahead_s.max(0.0) / step_s).ceil() as usize
 }
 

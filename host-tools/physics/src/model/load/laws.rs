@@ -5,7 +5,7 @@ use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
-    Direction, Effect, Facing, Group, Guide, Late, Law, Penetration, Slide, Values, sign,
+    Direction, Effect, Facing, Group, Guide, Late, Lateness, Law, Penetration, Slide, Values, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::Vector3;
@@ -25,6 +25,7 @@ pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
         Law::Zero(_) => effect.parameters.iter().all(|p| p.tried().is_none()) || !sensor.at_rest,
         Law::Load(_) => sensor.wrench == WrenchMeaning::Measured,
         Law::Late(_) | Law::Range(_) => live(WrenchMeaning::Measured),
+        Law::Apart(_) => live(WrenchMeaning::Measured) && !scene.of_a_rig,
         Law::Actuator(_) => sensor.wrench.drives() && !sensor.at_rest,
         Law::Drive(_) => live(WrenchMeaning::Unscaled),
         Law::Formula(_) => !sensor.at_rest,
@@ -129,17 +130,18 @@ pub(super) fn part(
             Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
         }
         Law::Range(law) => changed(scene, reading, |_, reading| law(p, reading)),
-        Law::Late(law) => {
-            let mut late = Late::new(law(p), scene.cycle_s, reading.row(0));
-            changed(scene, reading, |_, reading| {
-                Wrench::of(&late.advance(reading.get()))
-            })
-        }
-        Law::Actuator(Some(law)) => {
-            let late = law(p);
-            let anticipated = |series: &Vec<f64>| late.anticipated(series, scene.cycle_s);
-            let anticipated = Column(reading.0.each_ref().map(anticipated));
-            changed(scene, reading, |n, _| Wrench::of(&anticipated.row(n)))
+        Law::Late(law) => late(scene, reading, law(p)),
+        Law::Actuator(Some(law)) => early(scene, reading, law(p)),
+        Law::Apart(law) => {
+            let delay_s = law(p);
+            let by = Lateness {
+                delay_s: delay_s.abs(),
+                lag_s: 0.0,
+            };
+            match delay_s < 0.0 {
+                true => late(scene, reading, by),
+                false => early(scene, reading, by),
+            }
         }
         Law::Formula(law) => formula(scene, law, p)?,
         Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,
@@ -247,6 +249,21 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
         rate: t.rate[n],
         onset: t.onset(depth),
     })
+}
+
+/// Change of a reading that comes late.
+fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
+    let mut late = Late::new(by, scene.cycle_s, reading.row(0));
+    changed(scene, reading, |_, reading| {
+        Wrench::of(&late.advance(reading.get()))
+    })
+}
+
+/// Change of a reading that is there before what it is the reading of.
+fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
+    let anticipated = |series: &Vec<f64>| by.anticipated(series, scene.cycle_s);
+    let anticipated = Column(reading.0.each_ref().map(anticipated));
+    changed(scene, reading, |n, _| Wrench::of(&anticipated.row(n)))
 }
 
 /// Change of a reading in each cycle.

@@ -156,6 +156,8 @@ pub struct Scene {
     pub s_from_m: Matrix3<f64>,
     /// The guide's free direction, in C; of a bearing, what it turns about.
     pub axis: Vector3<f64>,
+    /// The log is of a rig, not of any machine.
+    pub of_a_rig: bool,
     /// Position along the guide, m; of a bearing the angle, rad.
     pub position: Vec<f64>,
     /// Acceleration along the guide, m/s² or rad/s².
@@ -256,6 +258,7 @@ impl Scene {
             load: nominal.clone(),
             nominal,
             bias: model.sensor.bias,
+            of_a_rig: true,
             m_from_s: load.m_from_s,
             sensor: load.m_from_s.translation.vector,
             s_from_m: load

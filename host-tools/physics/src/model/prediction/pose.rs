@@ -13,7 +13,7 @@ use softdock_control::frames::{Pose, Twist};
 
 /// Predicts the channel; `intervals_s` are the true durations of the cycles, empty if nominal.
 pub fn predict(model: &Model, signals: &Signals<'_>, intervals_s: &[f64]) -> ChannelPrediction {
-    let clock = ClockErrors::of(model);
+    let clock = ClockErrors::of(model, signals);
     let noise = &model.noise;
     let root2 = std::f64::consts::SQRT_2;
     let first = (0..signals.len()).find_map(|n| signals.pose(n));
@@ -52,10 +52,12 @@ struct ClockErrors {
 }
 
 impl ClockErrors {
-    fn of(model: &Model) -> Self {
+    fn of(model: &Model, signals: &Signals<'_>) -> Self {
+        let offset_s = clock_value(model, "clock_offset", "offset_s");
         Self {
             rate: clock_value(model, "clock_rate", "rate_error"),
-            offset_s: clock_value(model, "clock_offset", "offset_s"),
+            // Of any machine pose and velocity are late together.
+            offset_s: if signals.is_of_a_rig() { offset_s } else { 0.0 },
         }
     }
 }

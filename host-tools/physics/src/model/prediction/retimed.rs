@@ -18,9 +18,10 @@ pub fn clock_value(model: &Model, id: &str, name: &str) -> f64 {
 }
 
 /// By how much the recorded poses are late as a whole, s: with a velocity of its own, a log shows
-/// that in the pose, not in the velocity.
+/// that in the pose, not in the velocity; and of any machine it is as well the reading that is early.
 pub fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.velocity {
+        _ if !signals.is_of_a_rig() => 0.0,
         VelocityMeaning::CycleMean => clock_value(model, "clock_offset", "offset_s"),
         VelocityMeaning::Sampled => 0.0,
     }
@@ -130,6 +131,7 @@ mod tests {
             cycle.trace.time_s = f64::from(n) * TS;
             cycle.trace.pose = [at(f64::from(n)), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
             cycle.trace.executed_velocity[0] = (at(f64::from(n)) - at(f64::from(n) - 1.0)) / TS;
+            cycle.trace.sent_velocity[0] = 1e-3;
             recording.cycles.push(cycle);
         }
         recording

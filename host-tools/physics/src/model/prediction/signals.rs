@@ -131,6 +131,17 @@ impl<'a> Signals<'a> {
         self.commanded
     }
 
+    /// Whether a rig's controller was there, which sends velocities and has a model of its own: else it is a log of any machine.
+    pub fn is_of_a_rig(&self) -> bool {
+        let models = |c: &CycleRecord| {
+            c.trace
+                .model_velocity
+                .iter()
+                .any(|v| *v != 0.0 && v.is_finite())
+        };
+        self.settings.is_some() || self.commanded || self.cycles.iter().any(models)
+    }
+
     /// Never: a recording without cycles is refused.
     pub fn is_empty(&self) -> bool {
         self.cycles.is_empty()

@@ -1,7 +1,7 @@
 //! Effects of the model file on the wrench.
 
 use super::super::executed::velocities;
-use super::super::signals::Signals;
+use super::super::signals::{Signals, Step};
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
 use crate::model::load::Scene;
@@ -29,10 +29,10 @@ pub(super) fn add_effects(
     let mut scene = scene(model, signals, intervals_s, executed);
     let nominal = scene.reading.clone();
     add_known(&mut scene, &model.effects);
-    let known = at
-        .len()
-        .saturating_sub(beyond_the_end(model, signals.cycle_s));
-    at[known..].fill(None);
+    let beyond = beyond_the_end(model, signals.cycle_s);
+    for end in (1..=at.len()).filter(|n| signals.steps.get(*n) != Some(&Step::Next)) {
+        at[end.saturating_sub(beyond)..end].fill(None);
+    }
     for (n, prediction) in at.iter_mut().enumerate() {
         if let Some((wrench, _)) = prediction {
             for (axis, value) in wrench.iter_mut().enumerate() {
@@ -76,7 +76,9 @@ fn scene(
         })
         .unzip();
     let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
-    Scene::new(model, signals.cycle_s, time_s, pose, motion)
+    let mut scene = Scene::new(model, signals.cycle_s, time_s, pose, motion);
+    scene.of_a_rig = signals.is_of_a_rig();
+    scene
 }
 
 /// Whether a prediction misses the measurement by little more than noise.
