@@ -2,7 +2,7 @@
 //!
 //! Where structure is left, the price of white noise means little: errors of form are worth more than effects, and of several
 //! that imitate each other those win whose errors happen to fit. So the search is repeated beside the smooth remainder that
-//! its own answer leaves, until the answer stays the same. Of the answers without and with a remainder, each without what
+//! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
 use super::engine::{Imitated, Question, WrenchFinding, is_shape};
@@ -60,7 +60,7 @@ pub(super) struct Anew {
     pub axes: Vec<Axis>,
 }
 
-/// Searches beside the remainder that a finding leaves, and that each answer leaves, until the effects stay the same.
+/// Searches beside the remainder that a finding leaves, and that each answer leaves, until effects come again.
 pub(super) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Anew> {
     let axes = first.structured_axes();
     if axes.is_empty() {
@@ -68,6 +68,7 @@ pub(super) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
     }
     let nothing = asking.among(&[])?.prepared;
     let mut now = first.whole();
+    let mut seen = vec![now.effects_in_order()];
     let mut finding = None;
     for _ in 0..ROUNDS {
         let smooth = Arc::new(wrench::smooth(&nothing, &now, &axes));
@@ -76,11 +77,12 @@ pub(super) fn anew(first: &WrenchFinding, asking: &mut Asking<'_>) -> Option<Ane
             ..*asking.question
         })?;
         let next = found.whole();
-        let stays = next.effects_in_order() == now.effects_in_order();
         finding = Some(found);
-        if stays {
+        // What was there before would come round again.
+        if seen.contains(&next.effects_in_order()) {
             break;
         }
+        seen.push(next.effects_in_order());
         now = next;
     }
     Some(Anew {

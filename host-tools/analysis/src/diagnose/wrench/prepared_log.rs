@@ -36,6 +36,8 @@ pub(crate) struct PreparedLog {
     pub sheet_sigma: [f64; 6],
     /// Half of a step of the readings, where they are visibly rounded.
     pub half_step: [f64; 6],
+    /// Its poses are the integral of its velocities: where a rig stands nobody has measured.
+    pub has_own_origin: bool,
 }
 
 impl PreparedLog {
@@ -78,6 +80,7 @@ impl PreparedLog {
             tolerances,
             sheet_sigma: sheet,
             half_step: std::array::from_fn(|axis| 0.5 * sampling.lsb[axis / 3]),
+            has_own_origin: log.has_own_origin(),
         }
     }
 

@@ -102,6 +102,7 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     let damped = group(DEPTH, &|k, m, n| {
         m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
     });
+    let placed = !logs.iter().any(|log| log.has_own_origin);
     let functions = [
         (Quantity::Position, of_motion.taken_from(position)),
         (Quantity::PositionEachWay, dry.taken_from(each_way)),
@@ -116,7 +117,11 @@ pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
     ];
     let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
     let some = |function: &Function| function.iter().any(finite);
-    let groups = functions.into_iter().map(|(quantity, functions)| Group {
+    let of_position = [Quantity::Position, Quantity::PositionEachWay];
+    let asked = functions
+        .into_iter()
+        .filter(|(quantity, _)| placed || !of_position.contains(quantity));
+    let groups = asked.map(|(quantity, functions)| Group {
         quantity,
         functions: functions.into_iter().filter(some).collect(),
     });
