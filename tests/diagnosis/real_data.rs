@@ -94,7 +94,7 @@ fn the_friction_of_a_real_axis_is_named() {
     let rest = found.notes.iter().find(rest).unwrap();
     let stands = rest.split_once("stands in ").map(|(_, phases)| phases);
     assert!(
-        stands.is_some_and(|phases| phases.contains("turning point")),
+        stands.is_some_and(|phases| phases.contains("zero crossing")),
         "{rest}"
     );
 }

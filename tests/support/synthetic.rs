@@ -170,6 +170,7 @@ pub fn named() -> SyntheticDiagnosis {
         of: DELAY.to_owned(),
         behind: 4123.0,
         told_apart: true,
+        ties: Vec::new(),
     });
     diagnosis.experiment = Some(Experiment {
         sentence: "Repeat the test with 2 mm/s instead of 10 mm/s: a pause stays as long, a dead band grows longer."

@@ -41,6 +41,10 @@ pub struct Contacts {
 /// Finds the contacts of the closed loop (of the whole recording if the loop was never closed).
 pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
     let mut force = measured_contact_force(model, signals);
+    if model.sensor.wrench.drives() {
+        // What moves an axis is no contact.
+        force.fill(None);
+    }
     let running = |n: usize| signals.cycles[n].trace.mode == Mode::Running;
     if (0..signals.len()).any(running) {
         for (n, f) in force.iter_mut().enumerate() {

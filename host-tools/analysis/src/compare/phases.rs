@@ -54,7 +54,11 @@ impl Phase {
 
     /// Name in sentences, tables and plots.
     pub fn words(self) -> String {
-        self.name().replace('_', " ")
+        match self {
+            // As of any machine.
+            Self::FreeFlight => "free motion".to_owned(),
+            _ => self.name().replace('_', " "),
+        }
     }
 }
 
@@ -171,10 +175,16 @@ impl Speeds {
         for axis in &model.rig.active_axes {
             let i = axis.index();
             noise[i] = noise_of_steps(executed(i)).max(sigma[i]);
-            // What is sent has no noise, and an axis that is never sent anywhere does not move.
-            fastest[i] = sent(i)
-                .filter(|v| v.is_finite())
-                .fold(0.0, |m, v| m.max(v.abs()));
+            let fastest_of = |velocities: &mut dyn Iterator<Item = f64>| {
+                let finite = velocities.filter(|v| v.is_finite());
+                finite.fold(0.0, |m: f64, v| m.max(v.abs()))
+            };
+            // What is sent has no noise, and an axis that is never sent anywhere does not move; of other machines
+            // nothing is sent.
+            fastest[i] = match signals.is_commanded() {
+                true => fastest_of(&mut sent(i)),
+                false => fastest_of(&mut executed(i)),
+            };
         }
         let of_kind = [0..3, 3..6].map(|kind| fastest[kind].iter().copied().fold(0.0, f64::max));
         let still = Axis::ALL.map(|axis| {

@@ -105,6 +105,33 @@ pub struct RunnerUp {
     pub behind: f64,
     /// The log tells the two apart.
     pub told_apart: bool,
+    /// Further effects from which the log does not tell the named one: of a motion in one direction a dry friction is an offset.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ties: Vec<Tie>,
+}
+
+impl RunnerUp {
+    /// Evidence against all that may be in the place of the named one, each as likely as its own says.
+    pub(super) fn against(&self) -> f64 {
+        let behind = self.ties.iter().map(|tie| tie.behind).chain([self.behind]);
+        -2.0 * behind.map(|behind| (-0.5 * behind).exp()).sum::<f64>().ln()
+    }
+
+    /// All effects from which the log does not tell the named one.
+    pub fn not_told_from(&self) -> impl Iterator<Item = &str> {
+        let own = (!self.told_apart).then_some(self.effect.as_str());
+        own.into_iter()
+            .chain(self.ties.iter().map(|tie| tie.effect.as_str()))
+    }
+}
+
+/// An effect that does nearly as much in the place of a named one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tie {
+    /// Its id.
+    pub effect: String,
+    /// By how much less χ² falls with it.
+    pub behind: f64,
 }
 
 /// An experiment that would tell winner and runner-up apart.

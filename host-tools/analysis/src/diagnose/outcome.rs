@@ -74,7 +74,12 @@ pub(crate) fn conclude(
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
     let runner_up = ranking::runner_up(&found, &ranked);
-    let mut looks_like = ranking::shapes(stages);
+    // A curve beside which nothing is left says nothing.
+    let curves = match left.iter().any(Left::is_structured) {
+        true => ranking::shapes(stages),
+        false => Vec::new(),
+    };
+    let mut looks_like = curves.clone();
     let regions = if unnamed {
         looks_like.extend(found.iter().cloned());
         regions::left_over(&left, stages)
@@ -85,6 +90,9 @@ pub(crate) fn conclude(
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let remainder = remainder(stages, &left);
     let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
+    notes.extend(curves.iter().map(|id| {
+        format!("{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it.")
+    }));
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     notes.extend(
         reduction
@@ -112,7 +120,7 @@ pub(crate) fn conclude(
     // Of two that the logs do not tell apart none is certain.
     let against = |named: &Named| match &runner_up {
         Some(rival) if rival.of == named.effect.id && rival.behind < NAMED => {
-            named.support.against.min(rival.behind)
+            named.support.against.min(rival.against())
         }
         _ => named.support.against,
     };
@@ -182,6 +190,10 @@ fn disagreeing(stages: &Stages) -> Vec<String> {
     ids
 }
 
+/// Said of logs of a rig.
+const NO_SPACECRAFT: &str =
+    "The model of the spacecraft is not tested: the logs hold no velocities of it.";
+
 /// Number of things that a log may lack.
 const TESTED: usize = 3;
 
@@ -199,7 +211,7 @@ fn lacking(stages: &Stages) -> Vec<&'static str> {
         channel.predicted.iter().any(Option::is_some)
     };
     if !stages.before.all.iter().all(model_velocity) {
-        all.push("The model of the spacecraft is not tested: the logs hold no velocities of it.");
+        all.push(NO_SPACECRAFT);
     }
     all
 }
@@ -365,7 +377,10 @@ fn notes(
     in_sample: bool,
 ) -> Vec<String> {
     let mut notes = stages.before.shown().notes.clone();
-    notes.extend(lacking(stages).into_iter().map(str::to_owned));
+    let of_a_rig = stages.logs.all.iter().any(|log| log.of_a_rig);
+    let lacking = lacking(stages).into_iter();
+    let lacking = lacking.filter(|lack| of_a_rig || *lack != NO_SPACECRAFT);
+    notes.extend(lacking.map(str::to_owned));
     if stages.logs.have_own_origins() {
         let turns = model.bearing().is_some();
         let by_position = CATALOGUE.iter().filter(|e| e.acts_by_position(turns));
@@ -418,11 +433,6 @@ fn notes(
     for id in in_place.flat_map(|w| &w.found.curve_in_place_of) {
         notes.push(format!(
             "{id} would explain more, and is not told from a curve that fits many mechanisms in its place."
-        ));
-    }
-    for id in ranking::shapes(stages) {
-        notes.push(format!(
-            "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it."
         ));
     }
     for floor in &stages.noise {

@@ -4,7 +4,7 @@ use super::actuator::Candidate;
 use super::clock::Jitter;
 use super::engine::{Stages, WrenchFinding, is_shape};
 use super::evidence;
-use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence};
+use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence, Tie};
 use super::named::NEARLY_AS_GOOD;
 use super::rivals::ClockRival;
 use super::wrench::Tested;
@@ -251,18 +251,32 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         ))
     });
     let (of, winner, rival, other) = tie.or_else(|| {
-        let in_the_place_of = |id| in_the_place_of(id, named, ranked);
         let behind = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
-        let each = named.iter().filter_map(in_the_place_of);
+        let each = named
+            .iter()
+            .flat_map(|id| in_the_place_of(id, named, ranked));
         each.min_by(|a, b| behind(a).total_cmp(&behind(b)))
     })?;
     // What fits a little better, and was not taken for other reasons, ties.
-    let behind = (fall(winner) - fall(rival)).max(0.0);
+    let behind = |rival: &Ranked| (fall(winner) - fall(rival)).max(0.0);
+    let is_told = |rival: &Ranked| behind(rival) > by_form(winner) && rival.as_good_as.is_none();
+    let others = in_the_place_of(of, named, ranked).into_iter();
+    let others = others.filter(|(_, w, r, _)| std::ptr::eq(*w, winner) && !is_told(r));
+    let mut ties: Vec<Tie> = Vec::new();
+    for (_, _, rival, effect) in others {
+        if effect != other && ties.iter().all(|tie| tie.effect != *effect) {
+            ties.push(Tie {
+                effect: effect.clone(),
+                behind: behind(rival),
+            });
+        }
+    }
     Some(RunnerUp {
         effect: other.clone(),
         of: of.clone(),
-        behind,
-        told_apart: behind > by_form(winner) && rival.as_good_as.is_none(),
+        behind: behind(rival),
+        told_apart: is_told(rival),
+        ties,
     })
 }
 
@@ -274,13 +288,9 @@ fn by_form(winner: &Ranked) -> f64 {
 /// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.
 type InPlace<'a> = (&'a String, &'a Ranked, &'a Ranked, &'a String);
 
-/// The best hypothesis with an effect and nothing that is not named for which one with another effect in its place was
-/// tried, and the best such one.
-fn in_the_place_of<'a>(
-    id: &'a String,
-    named: &[String],
-    ranked: &'a [Ranked],
-) -> Option<InPlace<'a>> {
+/// The best hypothesis of most effects with one and nothing that is not named for which any with another effect in its place
+/// was tried, with each of these.
+fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -> Vec<InPlace<'a>> {
     let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
     let with_it = ranked.iter().filter(is_named);
     let with_it = with_it.filter(|r| r.effects.contains(id) && explains(id, r, ranked));
@@ -290,10 +300,10 @@ fn in_the_place_of<'a>(
     let with_it = with_it
         .into_iter()
         .filter(|r| Some(r.effects.len()) == most);
-    let rival_of = |winner: &'a Ranked| {
-        let alike = |r: &&Ranked| r.channel == winner.channel && r.beside == winner.beside;
+    let rivals_of = |winner: &'a Ranked| {
+        let alike = move |r: &&Ranked| r.channel == winner.channel && r.beside == winner.beside;
         let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
-        let in_place = others.filter_map(|r| {
+        others.filter_map(move |r| {
             let other = r.effects.iter().find(|e| !named.contains(e))?;
             if is_shape(other) || takes_another_place(other, id, named) {
                 return None;
@@ -305,11 +315,12 @@ fn in_the_place_of<'a>(
             let kept = |e: &String| e == id || r.effects.contains(e);
             let exchanged = r.effects.len() == winner.effects.len();
             (exchanged && winner.effects.iter().all(kept)).then_some((id, winner, r, other))
-        });
-        in_place.max_by(|a, b| fall(a.2).total_cmp(&fall(b.2)))
+        })
     };
-    let pairs = with_it.filter_map(rival_of);
-    pairs.max_by(|a, b| fall(a.1).total_cmp(&fall(b.1)))
+    let mut pairs: Vec<InPlace<'a>> = with_it.flat_map(rivals_of).collect();
+    let best = pairs.iter().map(|place| fall(place.1)).fold(0.0, f64::max);
+    pairs.retain(|place| fall(place.1) >= best);
+    pairs
 }
 
 /// Whether an effect contains a named one other than `id`, or is of its kind: it is that one's rival.

@@ -84,12 +84,15 @@ fn named(diagnosis: &Diagnosis) -> String {
         names.join(", and ")
     );
     text.push_str(&left_over(diagnosis));
-    if let Some(rival) = diagnosis.runner_up.as_ref().filter(|r| !r.told_apart) {
-        text.push_str(&format!(
-            " This log does not tell {} from {}.",
-            title(&rival.of),
-            title(&rival.effect)
-        ));
+    if let Some(rival) = &diagnosis.runner_up {
+        let others: Vec<String> = rival.not_told_from().map(title).collect();
+        if !others.is_empty() {
+            let others = others.join(", nor from ");
+            text.push_str(&format!(
+                " This log does not tell {} from {others}.",
+                title(&rival.of)
+            ));
+        }
     }
     text
 }

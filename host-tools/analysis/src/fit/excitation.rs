@@ -63,8 +63,9 @@ fn still(model: &Model, recording: &Recording) -> anyhow::Result<Vec<String>> {
         let mut pairs = recording.cycles.windows(2);
         pairs.any(|pair| of(&pair[0]).iter().zip(of(&pair[1])).any(|(a, b)| a != b))
     };
-    // Where a force is the input, nobody sends a velocity.
-    if !model.sensor.wrench.drives() && !changes(|c| &c.trace.sent_velocity) {
+    // Where a force is the input, or a log is of any machine, nobody sends a velocity.
+    let sends = !model.sensor.wrench.drives() && Signals::new(recording)?.is_of_a_rig();
+    if sends && !changes(|c| &c.trace.sent_velocity) {
         notes.push(
             "no velocity was sent, so no effect of the actuator can show; record a run in \
              which the robot is told to move."

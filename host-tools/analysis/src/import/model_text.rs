@@ -19,11 +19,11 @@ pub fn commented(model: &Model, origin: &str) -> String {
     // A comment ends with its line, and TOML allows no control characters in it.
     let origin: String = origin.chars().filter(|c| !c.is_control()).collect();
     let mut text = format!(
-        "# Nominal model of a docking rig, from {origin}.
+        "# Nominal model, from {origin}.
 # SI units; the unit stands in each key's name. `#` begins a comment.
 #
-# Frames: C is the robot's base; M sits on the flange, at the centre of mass of the spacecraft that the
-# robot plays; S is the force/torque sensor. Linear velocities are in C, angular ones in M.
+# Frames: C is the robot's base; M sits on the flange, on a docking rig at the centre of mass of the
+# spacecraft that the robot plays; S is the force/torque sensor. Linear velocities are in C, angular ones in M.
 
 [rig]
 # Axes that move: translations x y z, rotations rx ry rz.
@@ -228,7 +228,7 @@ fn noise(text: &mut String, model: &Model) {
         format_args!(
             "
 [noise]
-# One standard deviation, by data sheet.
+# One standard deviation, by data sheet or from a quiet log.
 force_n = {:?}
 torque_n_m = {:?}
 velocity_m_s = {:?}  # counts where the velocity is measured; else the pose's noise does

@@ -48,7 +48,11 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
     ]);
     let of = |l: &ChannelLevels| [l.executed_velocity, l.wrench, l.model_velocity, l.pose];
     let pairs = of(&both.before).into_iter().zip(of(&both.after));
-    for (channel, (before, after)) in Channel::ALL.into_iter().zip(pairs) {
+    // A channel without any error was not measured, or is computed from another one.
+    let told = Channel::ALL.into_iter().zip(pairs);
+    for (channel, (before, after)) in
+        told.filter(|(_, (before, after))| *before > 0.0 || *after > 0.0)
+    {
         table.push(vec![
             Cell::text(channel.name()),
             Cell::number(before, DIGITS),

@@ -34,11 +34,9 @@ pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) ->
     let predicted = match TwoSpacecraft::new(model, signals) {
         Some(spacecraft) => spacecraft.predict(signals, &measured),
         None => {
-            notes.push(
-                "The model velocity is not predicted: neither the model ([bodies.k] mass_kg and \
-                 inertia_kg_m2) nor the recording says how heavy the spacecraft is."
-                    .to_owned(),
-            );
+            let note = "The model velocity is not predicted: neither the model ([bodies.k] mass_kg and inertia_kg_m2) nor \
+                        the recording says how heavy the spacecraft is.";
+            notes.extend(signals.is_of_a_rig().then(|| note.to_owned()));
             vec![None; measured.len()]
         }
     };
