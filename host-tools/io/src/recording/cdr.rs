@@ -7,20 +7,39 @@ use super::field::{EachNumber, Field, Number, Visitor};
 /// Encapsulation header: representation CDR_LE, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// Writes messages, one after the other, into the same buffer.
+/// Writes messages into one buffer, each in place of the one before or behind it.
 #[derive(Debug, Default)]
 pub(super) struct Encoder {
-    /// As long as the longest message so far.
+    /// As long as the longest content so far.
     buffer: Vec<u8>,
-    /// End of the present message.
+    /// Where the numbers of the present message begin.
+    body: usize,
+    /// End of the content.
     end: usize,
 }
 
 impl Encoder {
-    /// Begins a new message.
+    /// Begins a new message in place of all before.
     pub(super) fn begin(&mut self) {
+        self.clear();
+        self.begin_next();
+    }
+
+    /// Begins a new message behind what is there.
+    pub(super) fn begin_next(&mut self) {
+        self.raw(&HEADER);
+        self.body = self.end;
+    }
+
+    /// Takes out all content.
+    pub(super) fn clear(&mut self) {
         self.end = 0;
-        self.room::<u8>(HEADER.len()).copy_from_slice(&HEADER);
+    }
+
+    /// Bytes that are not part of a message, behind what is there.
+    pub(super) fn raw(&mut self, bytes: &[u8]) {
+        self.body = self.end;
+        self.room::<u8>(bytes.len()).copy_from_slice(bytes);
     }
 
     /// A string: its length with the zero byte that ends it, its bytes.
@@ -35,9 +54,14 @@ impl Encoder {
         self.number(count as u32);
     }
 
-    /// The message so far.
+    /// The content so far: one message after [`Self::begin`].
     pub(super) fn bytes(&self) -> &[u8] {
         &self.buffer[..self.end]
+    }
+
+    /// The same, to be changed.
+    pub(super) fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut self.buffer[..self.end]
     }
 
     /// Room for `count` numbers, aligned to one of them.
@@ -45,8 +69,8 @@ impl Encoder {
     fn room<T: Number>(&mut self, count: usize) -> &mut [u8] {
         // Known to the compiler: the remainder costs no division.
         let size = size_of::<T::Bytes>();
-        let body = self.end.saturating_sub(HEADER.len());
-        let padding = body.next_multiple_of(size) - body;
+        let length = self.end - self.body;
+        let padding = length.next_multiple_of(size) - length;
         let start = self.end + padding;
         let end = start + size * count;
         if end > self.buffer.len() {

@@ -4,7 +4,7 @@
 //! - `topics` names every recorded number, `field` and `words` say how it is described,
 //! - `cdr` and `schema` turn that into messages and their description,
 //! - `writer` and `reader` put them into a file and get them back, also from half a file,
-//! - `chunk_compressor` compresses what the writer writes,
+//! - `mcap_file` is the file that the writer writes,
 //! - `table` keeps logs of other programs as the few columns that they have,
 //! - `csv_files` and `text` do the same as CSV with a JSON file beside it,
 //! - `columns` gives the recorded quantities as series, to draw them,
@@ -14,11 +14,11 @@
 //! - `difference` compares two records of a cycle.
 
 mod cdr;
-mod chunk_compressor;
 mod columns;
 mod csv_files;
 mod difference;
 mod field;
+mod mcap_file;
 mod numbers;
 mod reader;
 mod ros2;

@@ -3,15 +3,13 @@
 //! A chunk is built in memory and reaches the operating system whole, a quarter of a second of
 //! cycles at a time: whatever ends the program, the file holds every chunk before.
 
-use super::cdr::Encoder;
-use super::chunk_compressor::ChunkCompressor;
+use super::mcap_file::{McapFile, Stamp};
 use super::schema::ros2msg;
 use super::topics::{Row, Topic};
 use super::{FORMAT, Header, METADATA, PROFILE, Recording, TruthRecord, WallClock, ros2, table};
 use crate::output::{cannot_write, write_whole_with};
 use anyhow::ensure;
-use mcap::WriteOptions;
-use mcap::records::{MessageHeader, Metadata};
+use mcap::records::{Channel, Metadata};
 use softdock_app::record::CycleRecord;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -20,7 +18,9 @@ use std::path::{Path, PathBuf};
 
 /// Cycles in a chunk: a quarter of a second of 4 ms cycles, about 120 kB before compression.
 pub(super) const CHUNK_CYCLES: u32 = 64;
-/// Of zstd: the fastest, which leaves a quarter; the ninth leaves 10 % less of that and takes eight times as long.
+/// Of zstd: the fastest, which leaves a quarter. Of a robot in motion that are mostly digits of numbers that are new in each cycle:
+/// the ninth level leaves 5 % less in seven times the time, the 19th 12 % less in 300 times. Messages grouped by topic are 2 %
+/// smaller in motion, 8 % larger at rest; grouped, at the 19th level, in chunks of 1024 cycles they are a quarter smaller.
 const LEVEL: i32 = 1;
 
 /// Nanoseconds in a second: the unit of time in MCAP.
@@ -44,12 +44,11 @@ pub(super) const LIBRARY: &str = concat!("softdock ", env!("CARGO_PKG_VERSION"))
 ///
 /// A writer that is dropped ends its file as well as it can, but nobody learns of an error.
 pub struct RecordingWriter<W: Write = BufWriter<File>> {
-    mcap: mcap::Writer<ChunkCompressor<W>>,
+    mcap: McapFile<W>,
     /// Topics with the numbers of their channels; empty before the first cycle.
     channels: Vec<(Topic, u16)>,
     truth: bool,
     cycles_in_chunk: u32,
-    encoder: Encoder,
     /// What time it was; where that is not known, it counts from the board's first cycle.
     clock: WallClock,
     /// The file, for errors.
@@ -86,16 +85,9 @@ impl<W: Write> RecordingWriter<W> {
 
     /// Begins the copy of a recording that may have been cut off.
     fn with_cut(sink: W, header: &Header, cut: Option<&str>) -> anyhow::Result<Self> {
-        let options = WriteOptions::new()
-            .profile(PROFILE)
-            .library(LIBRARY)
-            // This writer ends its chunks itself: between two cycles.
-            .chunk_size(None)
-            // 16 bytes for each message, uncompressed: half of the file. An index of chunks alone is an error to MCAP's
-            // reader in TypeScript, so that there is none of either.
-            .emit_message_indexes(false)
-            .emit_chunk_indexes(false);
-        let mut mcap = ChunkCompressor::writer(options, sink, LEVEL)?;
+        // Indexes of messages are 16 bytes for each, uncompressed: half of the file. One of chunks alone is an error to MCAP's
+        // reader in TypeScript, so that there is none of either.
+        let mut mcap = McapFile::new(sink, PROFILE, LIBRARY, LEVEL)?;
         mcap.write_metadata(&metadata(header, cut))?;
         mcap.flush()?;
         Ok(Self {
@@ -103,7 +95,6 @@ impl<W: Write> RecordingWriter<W> {
             channels: Vec::new(),
             truth: false,
             cycles_in_chunk: 0,
-            encoder: Encoder::default(),
             clock: WallClock::default(),
             path: None,
         })
@@ -130,18 +121,15 @@ impl<W: Write> RecordingWriter<W> {
         };
         // Viewers show it; what is replayed is the time in the message.
         let time_ns = self.clock.unix_ns(cycle.trace.time_s).unwrap_or_default();
-        for (topic, channel_id) in &self.channels {
-            self.encoder.begin();
-            let Ok(()) = topic.visit(&mut self.encoder, &mut row);
-            let header = MessageHeader {
-                channel_id: *channel_id,
-                // Readers that count messages get the cycle, which wraps after 198 days.
-                sequence: cycle.trace.cycle as u32,
-                log_time: time_ns,
-                publish_time: time_ns,
-            };
-            let message = self.encoder.bytes();
-            self.mcap.write_to_known_channel(&header, message)?;
+        let stamp = Stamp {
+            // Readers that count messages get the cycle, which wraps after 198 days.
+            sequence: cycle.trace.cycle as u32,
+            time_ns,
+        };
+        for (topic, channel) in &self.channels {
+            self.mcap.message(*channel, stamp, |message| {
+                let Ok(()) = topic.visit(message, &mut row);
+            });
         }
         self.cycles_in_chunk += 1;
         if self.cycles_in_chunk == CHUNK_CYCLES {
@@ -166,32 +154,27 @@ impl<W: Write> RecordingWriter<W> {
         let metadata = entries;
         // This ends the present chunk.
         self.cycles_in_chunk = 0;
-        Ok(self.mcap.write_metadata(&Metadata { name, metadata })?)
+        self.mcap.write_metadata(&Metadata { name, metadata })
     }
 
     /// Ends the recording and gives the sink back.
-    pub fn finish(mut self) -> anyhow::Result<W> {
-        let finished = self.mcap.finish().map_err(anyhow::Error::from);
-        let mut sink = self.mcap.into_inner().into_inner();
-        let flushed = finished.and_then(|_| Ok(sink.flush()?));
-        named(self.path.as_deref(), flushed)?;
-        Ok(sink)
+    pub fn finish(self) -> anyhow::Result<W> {
+        named(self.path.as_deref(), self.mcap.finish())
     }
 
     /// Writes schemas and channels into the first chunk.
     fn begin(&mut self, truth: bool) -> anyhow::Result<()> {
         self.truth = truth;
         for topic in Topic::all(truth) {
-            let text = ros2msg(*topic);
-            let schema =
-                self.mcap
-                    .add_schema(topic.schema_name(), SCHEMA_ENCODING, text.as_bytes())?;
-            let id = self.mcap.add_channel(
-                schema,
-                topic.name(),
-                MESSAGE_ENCODING,
-                &ros2::channel_metadata(),
-            )?;
+            let schema = (topic.schema_name(), SCHEMA_ENCODING, &*ros2msg(*topic));
+            let channel = Channel {
+                id: 0,
+                schema_id: 0,
+                topic: topic.name().to_owned(),
+                message_encoding: MESSAGE_ENCODING.to_owned(),
+                metadata: ros2::channel_metadata(),
+            };
+            let id = self.mcap.add_channel(schema, channel)?;
             self.channels.push((*topic, id));
         }
         Ok(())
