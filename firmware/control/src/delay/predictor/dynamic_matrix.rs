@@ -327,17 +327,16 @@ impl ControlProblem<'_> {
         };
         let mut robot = self.robot;
         let changes = self.changes(ahead);
-        let mut commands = [0.0; PREDICTION_HORIZON + 2];
+        let mut commands = [0.0; PREDICTION_HORIZON + 1];
         for (i, axis) in robot.0.iter_mut().enumerate() {
             self.executed(i, &changes, &mut commands);
+            let mut path = [axis.position; PREDICTION_HORIZON + 1];
+            let [_, ahead @ ..] = &mut path;
+            axis.follow(self.model, &commands, ahead);
             let (mut moved, gradient) = (0.0, gradient[i]);
-            let [mut older, ref newer @ ..] = commands;
-            let along = first_row.iter().zip(&mut free.position);
-            for ((first, position), newer) in along.zip(newer) {
-                moved += first * axis.position;
-                *position += gradient * axis.position;
-                axis.step(self.model, older, *newer);
-                older = *newer;
+            for ((first, position), at) in first_row.iter().zip(&mut free.position).zip(path) {
+                moved += first * at;
+                *position += gradient * at;
             }
             free.first_move[i] -= moved;
         }
@@ -367,12 +366,7 @@ impl ControlProblem<'_> {
 
     /// The commands that an axis executes: each cycle of the horizon begins with one of them and ends
     /// with the next. First those that are sent, then the reference.
-    fn executed(
-        &self,
-        axis: usize,
-        changes: &Trajectory,
-        commands: &mut [f64; PREDICTION_HORIZON + 2],
-    ) {
+    fn executed(&self, axis: usize, changes: &Trajectory, commands: &mut Trajectory) {
         let (velocity, push) = (self.reference.velocity[axis], self.reference.push[axis]);
         let before = self.model.linear.whole as isize + 1 - self.latency as isize;
         let (sent, later) = (before.max(0) as usize, (-before).max(0) as usize);

@@ -200,6 +200,12 @@ impl LinearDynamics {
                 displacement: newer * duration,
             };
         }
+        self.respond(state, older, newer)
+    }
+
+    /// The same of a lag or a servo.
+    #[inline]
+    fn respond(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
         let start = self.output(state);
         let old = *state;
         let commands = |r: usize| self.from_older[r] * older + self.from_newer[r] * newer;
@@ -399,9 +405,14 @@ impl AxisState {
     /// Executes a cycle with the command of its first part and that of the rest.
     #[inline]
     pub(super) fn step(&mut self, model: &RobotModel, older: f64, newer: f64) {
-        self.pause.ended = false;
         let first = model.linear.first_segment(older);
         let segment = model.linear.step(&mut self.state, older, newer);
+        self.execute(model, first, segment);
+    }
+
+    #[inline]
+    fn execute(&mut self, model: &RobotModel, first: Option<Segment>, segment: Segment) {
+        self.pause.ended = false;
         let before = first
             .as_ref()
             .is_none_or(|first| self.pause.goes_on(first.end));
@@ -412,6 +423,63 @@ impl AxisState {
             self.reverse(first.as_ref(), &segment, model.pause)
         };
         self.position += displacement * model.cycle_s;
+    }
+
+    /// Executes the cycles that begin with one of the commands and end with the next; `path` gets the position after each.
+    pub(super) fn follow(&mut self, model: &RobotModel, commands: &[f64], path: &mut [f64]) {
+        if !model.linear.is_dead_time {
+            let [mut older, ref later @ ..] = *commands else {
+                return;
+            };
+            for (at, newer) in path.iter_mut().zip(later) {
+                let segment = model.linear.respond(&mut self.state, older, *newer);
+                self.execute(model, None, segment);
+                *at = self.position;
+                older = *newer;
+            }
+            return;
+        }
+        let mut done = 0;
+        while let (Some(commands @ [older, newer, ..]), Some(left)) =
+            (commands.get(done..), path.get_mut(done..))
+        {
+            let steady = self.go_on(model, commands, left);
+            if let (0, Some(at)) = (steady, left.first_mut()) {
+                self.step(model, *older, *newer);
+                *at = self.position;
+            }
+            done += steady.max(1);
+        }
+    }
+
+    /// The same of a pure dead time, up to the first cycle in which it turns, stands or starts; how many cycles that are.
+    fn go_on(&mut self, model: &RobotModel, commands: &[f64], path: &mut [f64]) -> usize {
+        let fraction = model.linear.fraction;
+        let [first, later @ ..] = commands else {
+            return 0;
+        };
+        let goes_on = |command: &f64| self.pause.goes_on(*command);
+        if fraction > 0.0 && !goes_on(first) {
+            return 0;
+        }
+        let possible = later.iter().take(path.len());
+        let count = possible.take_while(|newer| goes_on(newer)).count();
+        let (mut position, mut older) = (self.position, *first);
+        for (at, newer) in path.iter_mut().zip(later).take(count) {
+            let before = if fraction > 0.0 {
+                older * fraction
+            } else {
+                0.0
+            };
+            position += (before + newer * (1.0 - fraction)) * model.cycle_s;
+            *at = position;
+            older = *newer;
+        }
+        if count > 0 {
+            self.pause.ended = false;
+            (self.position, self.velocity) = (position, older);
+        }
+        count
     }
 
     /// A cycle with a reversal, a pause or a start; the displacement.
@@ -547,6 +615,30 @@ mod tests {
             lag_s,
             servo_hz,
             ..ActuatorSettings::default()
+        }
+    }
+
+    /// In every bit, whatever the robot and wherever it turns, rests and starts.
+    #[test]
+    fn following_commands_is_executing_each() {
+        let commands: [f64; 90] = core::array::from_fn(|n| {
+            let t = n as f64 * CYCLE_S;
+            let command = 0.005 * (9.0 * t).sin() + 0.002 * (61.0 * t).cos();
+            if n % 40 < 9 { 0.0 } else { command }
+        });
+        for (delay, lag_s) in [(2.0, 0.0), (2.3, 0.0), (0.0, 0.0), (1.5, 0.016)] {
+            for pause in [0.0, 0.4, 4.0] {
+                let model = RobotModel::new(&robot(delay, pause, lag_s, 0.0), CYCLE_S, 0.0);
+                let mut each = AxisState::default();
+                let expected: [f64; 89] = core::array::from_fn(|n| {
+                    each.step(&model, commands[n], commands[n + 1]);
+                    each.position
+                });
+                let (mut at_once, mut path) = (AxisState::default(), [0.0; 89]);
+                at_once.follow(&model, &commands, &mut path);
+                assert_eq!(path.map(f64::to_bits), expected.map(f64::to_bits));
+                assert_eq!(format!("{at_once:?}"), format!("{each:?}"));
+            }
         }
     }
 
