@@ -8,8 +8,8 @@ use softdock_lockstep::{
 };
 use softdock_rig::board::qemu::Chip;
 use softdock_rig::firmware::{BoardImage, build, emulated_profile};
-use std::fs::OpenOptions;
-use std::io::{Read, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -60,8 +60,29 @@ impl Emulated {
     /// # Panics
     /// If QEMU has ended, or says nothing.
     pub fn take(&mut self, step: Step) -> Done {
-        let steps = self.steps.as_ref();
-        let taken = steps.is_some_and(|steps| steps.send(step).is_ok());
+        self.give(step);
+        self.next()
+    }
+
+    /// What comes of all `steps` in a session of their own. No step waits for the answer to the one before.
+    ///
+    /// # Panics
+    /// As [`start`](Self::start) and [`take`](Self::take).
+    pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
+        let mut board = Self::start(test, chip, settings);
+        let count = steps.len();
+        steps.into_iter().for_each(|step| board.give(step));
+        (0..count).map(|_| board.next()).collect()
+    }
+
+    fn give(&self, step: Step) {
+        if let Some(steps) = &self.steps {
+            // What is not taken is not answered either.
+            let _ = steps.send(step);
+        }
+    }
+
+    fn next(&mut self) -> Done {
         let give_up = Instant::now() + PATIENCE;
         loop {
             if let Ok(done) = self.done.recv_timeout(POLL_INTERVAL) {
@@ -71,19 +92,10 @@ impl Emulated {
             let ended = self.qemu.try_wait().expect("QEMU can be looked after");
             assert!(
                 ended.is_none() && Instant::now() < give_up,
-                "QEMU answered {} steps and took the next: {taken} ({ended:?})",
+                "QEMU answered {} steps ({ended:?})",
                 self.count
             );
         }
-    }
-
-    /// What comes of all `steps` in a session of their own.
-    ///
-    /// # Panics
-    /// As [`start`](Self::start) and [`take`](Self::take).
-    pub fn run(test: &str, chip: Chip, settings: &BoardSettings, steps: Vec<Step>) -> Vec<Done> {
-        let mut board = Self::start(test, chip, settings);
-        steps.into_iter().map(|step| board.take(step)).collect()
     }
 }
 
@@ -170,28 +182,34 @@ fn block(settings: &BoardSettings) -> Vec<u8> {
     bytes
 }
 
-/// Sends steps, each when the one before is answered, on a thread of its own: a pipe without a
-/// board behind it blocks for ever.
+/// Sends steps and hears what comes of them, each on a thread of its own: a pipe without a board behind it blocks for
+/// ever, and a board that finds the next step in its pipe does not wait for the host.
 fn converse(folder: &Path, settings: Vec<u8>) -> (Sender<Step>, Receiver<Done>) {
     let (give, steps) = channel::<Step>();
     let (send, receive) = channel();
     let (to, from) = (folder.join("to_board"), folder.join("from_board"));
     thread::spawn(move || -> std::io::Result<()> {
         let mut to = OpenOptions::new().write(true).open(to)?;
-        let mut from = OpenOptions::new().read(true).open(from)?;
         to.write_all(&u16::try_from(settings.len()).unwrap_or(0).to_le_bytes())?;
         to.write_all(&settings)?;
         let mut buffer = [0; MESSAGE_BYTES];
         for step in steps {
             to.write_all(frame(&step, &mut buffer).expect("a step fits"))?;
-            let mut length = [0; 2];
+        }
+        to.write_all(&[0, 0])
+    });
+    thread::spawn(move || -> std::io::Result<()> {
+        let mut from = BufReader::new(File::open(from)?);
+        let mut buffer = [0; MESSAGE_BYTES];
+        let mut length = [0; 2];
+        loop {
             from.read_exact(&mut length)?;
             let body = &mut buffer[..u16::from_le_bytes(length).into()];
             from.read_exact(body)?;
-            // Nobody listens any more when the test has failed.
-            let _ = send.send(unframe(body).expect("an answer"));
+            if send.send(unframe(body).expect("an answer")).is_err() {
+                return Ok(());
+            }
         }
-        to.write_all(&[0, 0])
     });
     (give, receive)
 }
