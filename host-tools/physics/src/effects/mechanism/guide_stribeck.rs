@@ -1,6 +1,7 @@
 //! Friction of a guide that is highest at low speed.
 
 use super::{ACTS_AT, SMOOTHING};
+use crate::effects::law::decay;
 use crate::effects::{Effect, Group, Guide, Kind, Law, Naming, Parameter, Reversal, Slide};
 
 /// Catalogue entry.
@@ -48,7 +49,7 @@ fn force(p: &[f64], slide: &Slide) -> f64 {
         2.0 => ratio * ratio,
         exponent => ratio.powf(exponent),
     };
-    -(p[0] + p[1] * (-power).exp()) * slide.direction
+    -(p[0] + p[1] * decay(power)) * slide.direction
 }
 
 fn reversal(p: &[f64]) -> Option<Reversal> {

@@ -149,13 +149,16 @@ impl<'a> Signals<'a> {
 
     /// Measured pose of M in C, if this cycle has one.
     pub fn pose(&self, n: usize) -> Option<Pose<f64>> {
+        let [x, y, z, qw, qx, qy, qz] = self.recorded_pose(n)?;
+        Some(frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+    }
+
+    /// The numbers of the pose, without the roots that make its quaternion a unit one.
+    fn recorded_pose(&self, n: usize) -> Option<[f64; 7]> {
         let cycle = self.cycles.get(n)?;
-        if self.telegrams && cycle.inputs.robot.pose.is_none() {
-            return None;
-        }
-        let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
-        let finite = cycle.trace.pose.iter().all(|v| v.is_finite());
-        finite.then(|| frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+        let told = !self.telegrams || cycle.inputs.robot.pose.is_some();
+        let pose = cycle.trace.pose;
+        (told && pose.iter().all(|v| v.is_finite())).then_some(pose)
     }
 
     /// Recorded velocity, if it is one: not the first of a run, not across a gap.
@@ -165,7 +168,7 @@ impl<'a> Signals<'a> {
             VelocityMeaning::Sampled => true,
             VelocityMeaning::CycleMean => {
                 let next = n > 0 && self.steps[n] == Step::Next;
-                next && self.pose(n).is_some() && self.pose(n - 1).is_some()
+                next && self.recorded_pose(n).is_some() && self.recorded_pose(n - 1).is_some()
             }
         };
         (whole && v.iter().all(|v| v.is_finite())).then(|| Twist::of(&v))
