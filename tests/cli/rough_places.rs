@@ -338,7 +338,8 @@ fn a_recording_of_another_rig_is_said_to_be_one() {
     let heavy = SCENARIO.replace("mass_kg = 500.0\n", "mass_kg = 900.0\n");
     fs::write(folder.join("heavy.toml"), heavy).unwrap();
     for (scenario, recording) in [("scenario.toml", "train.mcap"), ("heavy.toml", "test.mcap")] {
-        let run = softdock(&folder, &["run", scenario, "-o", recording]);
+        let arguments = ["run", scenario, "-o", recording, "--duration-s", "1.5"];
+        let run = softdock(&folder, &arguments);
         assert_eq!(run.code, Some(0), "{}", run.stderr);
     }
     let run = softdock(

@@ -112,22 +112,23 @@ fn a_hidden_friction_is_found_added_and_gone() {
     assert!(page.contains("<svg") && page.contains("guide_coulomb"));
 }
 
-/// And the experiment that it proposes is rehearsed on the simulated rig.
+/// By how much the experiment that is proposed would tell effects apart, on the simulated rig.
+fn separation_then(found: &Value) -> Option<f64> {
+    found["experiment"].get("separation_then")?.as_f64()
+}
+
+/// What tells a delay from a lag, quick changes of the velocity, is part of the rehearsal.
 #[test]
+#[ignore = "long: five diagnoses of a hidden delay"]
 fn a_hidden_delay_is_found_added_and_gone() {
     let folder = generated("cli_delay", &["actuation_delay"]);
     fs::copy(folder.join("model.toml"), folder.join("nominal.toml")).unwrap();
     let plain = the_error_falls(&folder, "actuation_delay");
-    assert!(
-        plain["experiment"].get("separation_then").is_none(),
-        "{plain}"
-    );
+    assert_eq!(separation_then(&plain), None, "{plain}");
     let arguments = [&["diagnose", "nominal.toml"][..], &LOGS, &["--rehearse"]];
     let rehearsed = json(&folder, &arguments.concat());
     assert_eq!(rehearsed["runner_up"], plain["runner_up"]);
-    let then = rehearsed["experiment"]["separation_then"].as_f64().unwrap();
-    // What tells a delay from a lag, quick changes of the velocity, is part of the rehearsal.
-    assert!(then > 100.0, "{then}");
+    assert!(separation_then(&rehearsed) > Some(100.0), "{rehearsed}");
 }
 
 #[test]
@@ -147,7 +148,8 @@ fn recorded_data_goes_the_same_way() {
 fn a_diagnosis_is_told_in_text_json_and_a_page() {
     let folder = generated("cli_diagnosis", &["guide_viscous"]);
     let diagnose = [&["diagnose", "model.toml"][..], &LOGS].concat();
-    let document = json(&folder, &diagnose);
+    let document = json(&folder, &[&diagnose[..], &["--rehearse"]].concat());
+    assert!(separation_then(&document) > Some(100.0), "{document}");
     for pointer in [
         "/verdict",
         "/effects/0",

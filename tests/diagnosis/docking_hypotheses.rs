@@ -130,6 +130,7 @@ fn an_approach_names(id: &str, parameter: &str, hidden: f64, share: f64) {
 }
 
 #[test]
+#[ignore = "long: a play of latches that hold from the start"]
 fn a_play_of_the_latches_is_named() {
     a_play_is_named(0.001);
 }

@@ -33,6 +33,7 @@ fn log(seconds: f64, phase: f64, seed: u64) -> Recording {
     let swings = [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)];
     let noise = (1e-8, 0.5);
     let rig = OneAxis {
+        cycle_s: 0.004,
         turns: false,
         swings,
         noise,

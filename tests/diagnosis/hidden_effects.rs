@@ -29,12 +29,13 @@ fn wrong(bench: &Bench) -> Vec<String> {
     .collect()
 }
 
-/// One with an effect and one with none; the long campaign takes more of them. Written and read again, the first is
-/// judged as it was.
+/// One with a viscous friction and one with nothing; the long campaign takes more of them. Written and read again, the
+/// first is judged as it was.
 #[test]
 fn a_sample_of_the_generated_logs_is_judged_right() {
-    let levels = [Level::Single, Level::Null];
-    let specs: Vec<_> = levels.into_iter().flat_map(|l| cases(l, 1)).collect();
+    let specs = suite(SEED)[2..4].to_vec();
+    let levels = [&specs[0], &specs[1]].map(CaseSpec::level);
+    assert_eq!(levels, [Level::Single, Level::Null]);
     let bench = score(&specs);
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
 
@@ -66,22 +67,31 @@ fn the_gain_of_an_axis_is_its_own() {
     }
 }
 
-/// A lag, a gain and a friction that one of the two logs lacks, and a ripple of the force that no amount of an effect
-/// explains in either.
-#[test]
-fn logs_disagree_about_what_one_of_them_lacks_and_about_nothing_else() {
-    let of_one_log = ["h279", "h286", "h255"].map(|name| (500, name));
-    let outside = (403, "h014");
-    let named = |(seed, name): (u64, &str)| {
-        let mut all = suite(seed).into_iter();
-        all.find(|spec| spec.name() == name).unwrap()
+/// Cases of a level, by seed and name.
+fn judged_right(level: Level, cases: &[(u64, &str)]) {
+    let named = |(seed, name): &(u64, &str)| {
+        let mut all = suite(*seed).into_iter();
+        all.find(|spec| spec.name() == *name).unwrap()
     };
-    let specs: Vec<_> = of_one_log.into_iter().chain([outside]).map(named).collect();
-    let kinds = specs.iter().map(CaseSpec::level);
-    let expected = [[Level::OneLog; 3].as_slice(), &[Level::Outside]].concat();
-    assert!(kinds.eq(expected), "other cases than were meant");
+    let specs: Vec<_> = cases.iter().map(named).collect();
+    let meant = specs.iter().all(|spec| spec.level() == level);
+    assert!(meant, "other cases than were meant");
     let bench = score(&specs);
     assert!(wrong(&bench).is_empty(), "{:#?}", wrong(&bench));
+}
+
+/// A gain.
+#[test]
+fn logs_disagree_about_what_one_of_them_lacks() {
+    judged_right(Level::OneLog, &[(500, "h286")]);
+}
+
+/// A lag and a friction, and a ripple of the force that no amount of an effect explains in either.
+#[test]
+#[ignore = "long: three diagnoses of logs that disagree, or do not"]
+fn logs_disagree_about_nothing_else() {
+    judged_right(Level::OneLog, &[(500, "h279"), (500, "h255")]);
+    judged_right(Level::Outside, &[(403, "h014")]);
 }
 
 #[test]

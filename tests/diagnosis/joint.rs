@@ -23,6 +23,7 @@ fn log(seconds: f64, phase: f64, seed: u64, more: impl FnMut(f64, f64) -> f64) -
 }
 
 const JOINT: OneAxis = OneAxis {
+    cycle_s: 0.004,
     turns: true,
     swings: [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)],
     noise: (1e-7, 0.05),
@@ -126,11 +127,18 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
 /// difference. Under the price of white noise effects of other forms win, whose errors fit the lever; the effects and their
 /// sizes are those that were put in, and what is left is no constant.
 #[test]
+#[ignore = "long: a joint at 500 Hz"]
 fn a_joint_behind_a_lever_keeps_weight_inertia_friction_and_offset() {
     const OFFSET: f64 = 0.9;
     let lever = |q: f64, v: f64| 0.35 * FRICTION.0 * (2.0 * q).cos() * v.signum() + OFFSET;
     let model = Model::from_toml(&MODEL.replace("0.35", "0.0"), "model.toml").unwrap();
-    let (train, test) = (log(12.0, 0.0, 13, lever), log(8.0, 2.0, 14, lever));
+    // What the lever leaves is told from an offset by that many rows.
+    let fast = OneAxis {
+        cycle_s: 0.002,
+        ..JOINT
+    };
+    let train = recorded(fast, 12.0, 0.0, 13, lever);
+    let test = recorded(fast, 8.0, 2.0, 14, lever);
     let found = diagnosed(&model, &train, &test);
     assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
     for (effect, parameter, truth) in [
@@ -282,19 +290,19 @@ fn gravity_inertia_and_friction_of_a_joint_are_named() {
 }
 
 /// A motor of which nothing is known, its torque commanded 7 ms before it acts, its encoder so coarse that the noise of the
-/// acceleration is larger than that of the torque: at half a cycle, 1 or 3 ms, a straight line between two
+/// acceleration is larger than that of the torque: at half a cycle, 2 or 6 ms, a straight line between two
 /// samples would halve it.
 #[test]
 fn a_late_command_is_found_where_nothing_is_known_of_the_joint() {
     const LATE_S: f64 = 0.007;
     let rig = OneAxis {
-        noise: (5e-7, 0.05),
+        noise: (2e-6, 0.05),
         late_s: LATE_S,
         ..JOINT
     };
     let text = MODEL
         .replace("0.35", "0.0")
-        .replace("angle_rad = 1e-7", "angle_rad = 5e-7");
+        .replace("angle_rad = 1e-7", "angle_rad = 2e-6");
     let model = Model::from_toml(&text, "model.toml").unwrap();
     let train = recorded(rig, 12.0, 0.0, 11, none);
     let test = recorded(rig, 8.0, 2.0, 12, none);
@@ -349,15 +357,15 @@ fn an_angle_that_comes_late_is_found_where_the_torque_was_measured() {
 /// Of the last command nobody knows what came of it, nor of the last one before a gap.
 #[test]
 fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
-    let late = "\n[[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.007 }\n";
+    let late = "\n[[effect]]\nid = \"actuation_delay\"\nparameters = { extra_delay_s = 0.014 }\n";
     let model = Model::from_toml(&format!("{MODEL}{late}"), "model.toml").unwrap();
     let mut log = log(2.0, 0.0, 5, none);
-    let gap = 500;
-    log.cycles.drain(gap..gap + 100);
+    let gap = 250;
+    log.cycles.drain(gap..gap + 50);
     let prediction = predict(&model, &log).unwrap();
     let predicted = &prediction.channel(Channel::Wrench).predicted;
     for end in [gap, predicted.len()] {
-        // 7 ms are 3.5 rows; the last row of a stretch has an acceleration of its own.
+        // 14 ms are 3.5 rows.
         let known = end - 4;
         assert!(predicted[known - 1].is_some());
         assert!(predicted[known..end].iter().all(Option::is_none));
@@ -468,6 +476,7 @@ fn the_friction_of_a_joint_builds_up_over_an_angle() {
 
 /// A hose: what is left looks like a curve that fits many mechanisms; which is said, and how to add it.
 #[test]
+#[ignore = "long: a hose on a joint"]
 fn what_looks_like_a_hysteresis_is_said_to() {
     let model = Model::from_toml(MODEL, "model.toml").unwrap();
     let train = log(12.0, 0.0, 7, builds_up(0.04));

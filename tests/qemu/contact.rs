@@ -21,7 +21,7 @@ fn boards(test: &'static str) -> impl FnMut(&BoardSettings) -> Box<dyn Board> {
 
 #[test]
 fn some_faults_in_a_contact_move_nothing_that_they_should_not() {
-    run_cases(0, 9, KINDS, &mut boards("qemu_contact"));
+    run_cases(0, 20, KINDS, &mut boards("qemu_contact"));
 }
 
 #[test]

@@ -4,12 +4,11 @@ use softdock_app::record::CycleRecord;
 use softdock_io::recording::{Header, Recording};
 use softdock_statistics::RandomStream;
 
-/// Cycle time, s.
-const TS: f64 = 0.002;
-
 /// An axis that swings.
 #[derive(Clone, Copy, Debug)]
 pub struct OneAxis {
+    /// Cycle time, s.
+    pub cycle_s: f64,
     /// It turns about x instead of sliding along it.
     pub turns: bool,
     /// Swings that do not repeat: m or rad, and rad/s.
@@ -47,15 +46,17 @@ impl OneAxis {
         let mut random = RandomStream::new(seed, 0);
         let mut last = None;
         let record = |n: usize| {
-            let t = n as f64 * TS;
+            let t = n as f64 * self.cycle_s;
             let (motion, later) = (self.motion(t, phase), self.motion(t + self.late_s, phase));
             let position = motion[0] + self.noise.0 * random.normal();
             let mut cycle = CycleRecord::default();
             cycle.trace.cycle = n as u64;
             cycle.trace.time_s = t;
             cycle.trace.pose = self.pose(position);
-            let before = last.replace(position).unwrap_or(position - motion[1] * TS);
-            cycle.trace.executed_velocity[axis] = (position - before) / TS;
+            let before = last
+                .replace(position)
+                .unwrap_or(position - motion[1] * self.cycle_s);
+            cycle.trace.executed_velocity[axis] = (position - before) / self.cycle_s;
             cycle.inputs.sensor.wrench = [0.0; 6];
             cycle.inputs.sensor.wrench[axis] = -force(later) + self.noise.1 * random.normal();
             cycle
@@ -66,7 +67,7 @@ impl OneAxis {
                 settings_toml: String::new(),
                 scenario_toml: None,
             },
-            cycles: (0..(seconds / TS) as usize).map(record).collect(),
+            cycles: (0..(seconds / self.cycle_s) as usize).map(record).collect(),
             ..Recording::default()
         }
     }

@@ -29,33 +29,33 @@ pub struct Target {
     pub name: &'static str,
     /// Takes an input.
     pub run: fn(&[u8]),
-    /// Inputs in a quick run, a second or two.
+    /// Inputs in a quick run, a fraction of a second.
     pub few: u64,
 }
 
 /// All of them.
 pub const TARGETS: [Target; 21] = [
-    target("rsi", codecs::rsi, 2_000),
-    target("slcan", codecs::slcan, 2_000),
-    target("can-sensor", codecs::can_sensor, 2_000),
-    target("ethercat-sensor", codecs::ethercat_sensor, 2_000),
-    target("image", codecs::image, 2_000),
-    target("telemetry", codecs::telemetry, 2_000),
-    target("robot-session", session::robot_session, 2_000),
-    target("service-session", service::service_session, 2_000),
-    target("board-answers", answers::board_answers, 1_000),
-    target("ethercat-frames", ethercat::frames, 2_000),
-    target("ethercat-session", ethercat::session, 40),
-    target("recorder", recorder::recorder, 200),
-    target("recording", files::recording, 5_000),
-    target("model", files::model, 5_000),
-    target("settings", files::settings, 5_000),
-    target("scenario", files::scenario, 2_000),
-    target("campaign", files::campaign, 300),
-    target("campaign-folder", folder::campaign_folder, 100),
-    target("import", import::table, 1_000),
-    target("docking-rig-log", import::rig_log, 1_000),
-    target("log", log::log, 200),
+    target("rsi", codecs::rsi, 500),
+    target("slcan", codecs::slcan, 500),
+    target("can-sensor", codecs::can_sensor, 500),
+    target("ethercat-sensor", codecs::ethercat_sensor, 500),
+    target("image", codecs::image, 500),
+    target("telemetry", codecs::telemetry, 500),
+    target("robot-session", session::robot_session, 500),
+    target("service-session", service::service_session, 500),
+    target("board-answers", answers::board_answers, 300),
+    target("ethercat-frames", ethercat::frames, 500),
+    target("ethercat-session", ethercat::session, 12),
+    target("recorder", recorder::recorder, 60),
+    target("recording", files::recording, 1_000),
+    target("model", files::model, 1_000),
+    target("settings", files::settings, 1_000),
+    target("scenario", files::scenario, 500),
+    target("campaign", files::campaign, 80),
+    target("campaign-folder", folder::campaign_folder, 30),
+    target("import", import::table, 300),
+    target("docking-rig-log", import::rig_log, 300),
+    target("log", log::log, 60),
 ];
 
 const fn target(name: &'static str, run: fn(&[u8]), few: u64) -> Target {
