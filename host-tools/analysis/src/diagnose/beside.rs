@@ -177,17 +177,23 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         fewer.remember(finding.found.ranked);
         finding = fewer;
     }
-    for Imitated { id, .. } in imitated.clone() {
+    let mut unrefuted = Vec::new();
+    for Imitated { id, evidence, .. } in imitated.clone() {
         let mut ids = finding.ids();
         ids.push(id.clone());
-        let Some(mut more) = asking.among_beside(&ids, beside.as_ref()) else {
+        let more = asking.among_beside(&ids, beside.as_ref());
+        let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
             continue;
         };
-        if more.ids().contains(&id) && weakest(&mut more, &foretelling).is_none() {
+        if weakest(&mut more, &foretelling).is_none() {
             finding = more;
             imitated.retain(|other| other.id != id);
+        } else if evidence > 0.0 {
+            unrefuted.push(more.whole());
         }
     }
+    // What is there may be less or more beside what lacks the evidence to be named.
+    unrefuted.iter().for_each(|other| finding.hold(other));
     if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
         finding.stand_alone();
     }

@@ -312,6 +312,15 @@ impl WrenchFinding {
         can_tell && self.error_on_unseen() * FORETELLS < other.error_on_unseen()
     }
 
+    /// The intervals of what is accepted hold the values of another answer, too.
+    pub(super) fn hold(&mut self, other: &wrench::Tested) {
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        for effect in accepted.chain(&mut self.earlier.0) {
+            let same = other.effects.iter().find(|other| other.id == effect.id);
+            same.into_iter().for_each(|same| effect.hold(same));
+        }
+    }
+
     /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
     /// ended beside it.
     pub(super) fn unsure(&self) -> Option<String> {

@@ -354,8 +354,7 @@ fn reading(fitted: &Fitted) -> Named {
     let mut one = Named::new(fitted.id, Vec::new());
     for (name, (value, sigma, unit)) in &fitted.parameters {
         one = if *sigma > 0.0 {
-            let [low, high] = fitted.interval(*value, *sigma);
-            one.within(name, *value, [low, high], unit)
+            one.within(name, *value, fitted.interval(name), unit)
         } else {
             one.choosing(name, *value)
         };

@@ -15,6 +15,8 @@ pub(crate) struct Fitted {
     pub parameters: BTreeMap<&'static str, (f64, f64, &'static str)>,
     /// Its amount beside a smooth remainder, of that without.
     pub beside_remainder: f64,
+    /// Values of its parameters in other answers that the logs do not refute.
+    pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
 }
 
 impl Fitted {
@@ -76,18 +78,55 @@ impl Fitted {
     /// Whether the logs say more of its coefficients than that they may be 0.
     pub(crate) fn is_determined(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
-            self.parameters.get(name).is_some_and(|(value, sigma, _)| {
-                let [low, high] = self.interval(*value, *sigma);
-                low * high > 0.0
-            })
+            let [low, high] = self.interval(name);
+            low * high > 0.0
         };
         LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
-    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one.
-    pub(crate) fn interval(&self, value: f64, sigma: f64) -> [f64; 2] {
+    /// From now on the intervals hold the values of another answer, too.
+    pub(crate) fn hold(&mut self, other: &Self) {
+        for (name, (value, _, _)) in &other.parameters {
+            self.elsewhere.entry(name).or_default().push(*value);
+        }
+    }
+
+    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, and beside what else may be
+    /// there. 0 for one that it has not.
+    pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
+        let Some((value, sigma, _)) = self.parameters.get(name) else {
+            return [0.0; 2];
+        };
         let beside = self.beside_remainder * value;
         let reach = INTERVAL_95 * sigma;
-        [value.min(beside) - reach, value.max(beside) + reach]
+        let own = [value.min(beside) - reach, value.max(beside) + reach];
+        let others = self.elsewhere.get(name).into_iter().flatten();
+        others.fold(own, |[low, high], other| {
+            [low.min(*other), high.max(*other)]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 ± 0.1 N alone, 0.9 of it beside a remainder, 0.5 N beside another effect.
+    #[test]
+    fn an_interval_holds_what_other_answers_say() {
+        let of = |value: f64| Fitted {
+            id: "guide_coulomb",
+            parameters: BTreeMap::from([("force_n", (value, 0.1, "N"))]),
+            beside_remainder: 0.9,
+            elsewhere: BTreeMap::new(),
+        };
+        let mut fitted = of(2.0);
+        let reach = 0.1 * INTERVAL_95;
+        assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);
+        fitted.hold(&of(1.9));
+        assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);
+        fitted.hold(&of(0.5));
+        assert_eq!(fitted.interval("force_n"), [0.5, 2.0 + reach]);
+        assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
     }
 }

@@ -237,6 +237,7 @@ pub(super) fn fitted_to(
         }
         effects.push(Fitted {
             beside_remainder: 1.0,
+            elsewhere: BTreeMap::new(),
             id: effect.id,
             parameters,
         });
