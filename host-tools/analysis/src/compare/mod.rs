@@ -17,7 +17,7 @@ mod notes;
 pub mod phases;
 mod regime;
 mod residual_tests;
-mod sentence;
+pub(crate) mod sentence;
 mod series;
 mod series_table;
 mod tables;

@@ -249,3 +249,31 @@ pub struct Diagnosis {
     /// Time that it took, s.
     pub seconds: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::evidence::probability;
+
+    /// Of a motion in one direction: four that do the same share what the catalogue has at all.
+    #[test]
+    fn what_is_not_told_from_three_others_is_a_quarter() {
+        let tie = |effect: &str, behind: f64| Tie {
+            effect: effect.to_owned(),
+            behind,
+        };
+        let mut rival = RunnerUp {
+            effect: "guide_offset".to_owned(),
+            of: "guide_coulomb".to_owned(),
+            behind: 0.0,
+            told_apart: false,
+            ties: vec![tie("ft_bias", 0.0), tie("guide_viscous", 0.0)],
+        };
+        let share = probability(rival.against(), false) / probability(f64::INFINITY, false);
+        assert!((share - 0.25).abs() < 1e-9, "{share}");
+        let others: Vec<&str> = rival.not_told_from().collect();
+        assert_eq!(others, ["guide_offset", "ft_bias", "guide_viscous"]);
+        rival.told_apart = true;
+        assert_eq!(rival.not_told_from().count(), 2);
+    }
+}

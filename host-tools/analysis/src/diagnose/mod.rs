@@ -161,8 +161,19 @@ pub fn fit_effect(
         ),
         None => bail!(
             "`{id}` cannot be determined from this log: it has nothing for the effect to act on, or \
-             shows nothing of it; see softdock effects show {id}"
+             shows nothing of it with the sign that it must have; see softdock effects show {id}{}",
+            confused_with(id)
         ),
+    }
+}
+
+/// What else it may be.
+fn confused_with(id: &str) -> String {
+    let others =
+        softdock_physics::effects::by_id(id).map_or(&[][..], |effect| effect.confused_with);
+    match others.is_empty() {
+        true => String::new(),
+        false => format!(", or try what looks like it: {}", others.join(", ")),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::finding::{Diagnosis, Verdict};
 use super::structure::{Left, Structure};
+use crate::compare::sentence::listed;
 use softdock_report::number;
 
 /// Scatter or level of what remains, over the model file's noise, from which it is not called noise without more words.
@@ -78,10 +79,11 @@ fn named(diagnosis: &Diagnosis) -> String {
         "the end of the log, which the fit has not seen,"
     };
     let goes = if after < before { "falls" } else { "goes" };
+    let with = if names.len() > 1 { "them" } else { "it" };
     let mut text = format!(
-        "Missing: {}. With it the error on {data} {goes} from {before:.2} to {after:.2} in units of \
+        "Missing: {}. With {with} the error on {data} {goes} from {before:.2} to {after:.2} in units of \
          the model file's noise.",
-        names.join(", and ")
+        listed(&names)
     );
     text.push_str(&left_over(diagnosis));
     if let Some(rival) = &diagnosis.runner_up {
@@ -102,7 +104,7 @@ fn logs_disagree(diagnosis: &Diagnosis) -> String {
     format!(
         "The logs disagree: one shows much more than the other of what looks like {}. They are not \
          logs of one machine in one state.",
-        names.join(", and ")
+        listed(&names)
     )
 }
 
