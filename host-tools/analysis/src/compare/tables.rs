@@ -120,7 +120,7 @@ impl Comparison {
     pub fn test_table(&self) -> Table {
         let mut table = Table::new(vec![
             Column::text("Error of"),
-            Column::number("Measured noise", "data sheets"),
+            Column::number("Measured noise", "σₙ"),
             Column::number("Whiteness (25)", ""),
             Column::text("White"),
             Column::text("Depends on"),
