@@ -392,19 +392,15 @@ fn through(filter: FilterModel, cycle_s: f64, mut part: Column) -> Column {
 
 /// Samples at the end of a stretch without gaps whose motion lies behind it: a drive is told a delay before it moves, and a clock
 /// may be late.
-pub fn beyond_the_end(model: &Model, step_s: f64) -> usize {
-    let drives = model.sensor.wrench.drives();
-    let ahead = model.effects.iter().filter_map(|added| {
-        let effect = LoadEffect::find(model, &added.id)?;
-        let p = effect.given(&added.parameters);
-        match effect.effect.law {
-            Law::Actuator(Some(law)) if drives => Some(law(&p).delay_s),
-            Law::Apart(law) if !drives => Some(law(&p)),
-            _ => None,
-        }
+pub fn beyond_the_end(scene: &Scene) -> usize {
+    let known = known(&scene.model, &scene.model.effects, true).into_iter();
+    let acting = known.filter(|(effect, _)| effect.acts(scene));
+    let ahead = acting.filter_map(|(effect, p)| match effect.effect.law {
+        Law::Actuator(Some(law)) => Some(law(&p).delay_s),
+        Law::Apart(law) => Some(law(&p)),
+        _ => None,
     });
-    let ahead_s: f64 = ahead.sum();
-    (ahead_s.max(0.0) / step_s).ceil() as usize
+    (ahead.sum::<f64>().max(0.0) / scene.cycle_s).ceil() as usize
 }
 
 /// Adds what effects of a model file do to the reading of a scene. What acts on the reading as a

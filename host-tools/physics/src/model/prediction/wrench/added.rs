@@ -29,7 +29,7 @@ pub(super) fn add_effects(
     let mut scene = scene(model, signals, intervals_s, executed);
     let nominal = scene.reading.clone();
     add_known(&mut scene, &model.effects);
-    let beyond = beyond_the_end(model, signals.cycle_s);
+    let beyond = beyond_the_end(&scene);
     for end in (1..=at.len()).filter(|n| signals.steps.get(*n) != Some(&Step::Next)) {
         at[end.saturating_sub(beyond)..end].fill(None);
     }
