@@ -12,6 +12,7 @@ mod low_pass;
 mod noise_floor;
 mod products;
 mod random;
+mod sample_time;
 mod significance;
 mod spectrum;
 
@@ -23,5 +24,6 @@ pub use low_pass::LowPass;
 pub use noise_floor::{LowPassed, Noise, median, noise_floor};
 pub use products::dot;
 pub use random::RandomStream;
+pub use sample_time::sample_time;
 pub use significance::{chi_square_p, f_p, normal_p};
 pub use spectrum::{periodogram, shape_of};

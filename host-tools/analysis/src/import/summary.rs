@@ -8,6 +8,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
 use softdock_physics::model::load::positions;
 use softdock_report::{Cell, Column, Table, number};
+use softdock_statistics::sample_time;
 
 /// One recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -100,7 +101,6 @@ impl Summary {
     /// Of a recording; `derived` are groups that were not measured, and from what they were made.
     pub fn of(name: &str, recording: &Recording, derived: &[(&'static str, &'static str)]) -> Self {
         let times: Vec<f64> = recording.cycles.iter().map(|c| c.trace.time_s).collect();
-        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let (mut channels, mut missing) = (Vec::new(), Vec::new());
         for (group, units, axes) in GROUPS {
             let from = derived.iter().find(|(name, _)| *name == group);
@@ -132,7 +132,7 @@ impl Summary {
             identity: recording.header.identity.clone(),
             rows: times.len(),
             seconds: times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0),
-            cycle_s: softdock_statistics::median(&mut steps).unwrap_or(0.0),
+            cycle_s: sample_time(times.iter().copied()).unwrap_or(0.0),
             channels,
             missing,
         }

@@ -6,7 +6,7 @@ use super::stamps::pieces;
 use anyhow::{bail, ensure};
 use nalgebra::Vector3;
 use softdock_report::number;
-use softdock_statistics::LowPass;
+use softdock_statistics::{LowPass, sample_time};
 use std::f64::consts::TAU;
 
 /// Highest order whose sections are still well conditioned.
@@ -86,16 +86,14 @@ pub(super) fn filter(
     Ok(())
 }
 
-/// Median time from row to row, s.
+/// Time from row to row, s: see [`sample_time`].
 ///
 /// # Errors
 ///
 /// Fewer than two rows, or a time that does not rise.
 pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    match steps.get(steps.len() / 2) {
-        Some(step) if *step > 0.0 => Ok(*step),
+    match sample_time(times.iter().copied()) {
+        Some(step) if step > 0.0 => Ok(step),
         Some(step) => bail!("the time does not rise from row to row (median step {step} s)"),
         None => bail!("expected at least two rows, received {}", times.len()),
     }

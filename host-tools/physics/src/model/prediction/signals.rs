@@ -14,6 +14,7 @@ use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
 use softdock_io::recording::Recording;
+use softdock_statistics::sample_time;
 
 /// What the recorded velocity of cycle n is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +89,7 @@ impl<'a> Signals<'a> {
         };
         let cycle_s = match &settings {
             Some(settings) => settings.robot.cycle_s,
-            None => median_cycle(cycles),
+            None => sample_time(cycles.iter().map(|c| c.trace.time_s)).unwrap_or(0.0),
         };
         ensure!(
             cycle_s > 0.0 && cycle_s.is_finite(),
@@ -292,17 +293,6 @@ impl<'a> Signals<'a> {
 /// From one velocity to the next.
 fn change(from: Option<Twist<f64>>, to: Option<Twist<f64>>) -> Option<Twist<f64>> {
     Some(to? - from?)
-}
-
-/// Median time between two records with consecutive numbers.
-fn median_cycle(cycles: &[CycleRecord]) -> f64 {
-    let mut steps: Vec<f64> = cycles
-        .windows(2)
-        .map(|pair| pair[1].trace.time_s - pair[0].trace.time_s)
-        .filter(|step| step.is_finite())
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn steps(cycles: &[CycleRecord], telegrams: bool) -> Vec<Step> {
