@@ -41,8 +41,9 @@ pub struct Contacts {
 /// Finds the contacts of the closed loop (of the whole recording if the loop was never closed).
 pub(super) fn find(model: &Model, signals: &Signals<'_>) -> Contacts {
     let mut force = measured_contact_force(model, signals);
-    if model.sensor.wrench.drives() {
-        // What moves an axis is no contact.
+    let knows_any = !model.contact.walls.is_empty() || !model.contact.docking.is_empty();
+    if model.sensor.wrench.drives() || !(signals.is_of_a_rig() || knows_any) {
+        // What moves an axis is no contact, nor is a force on a machine whose model has nothing to touch.
         force.fill(None);
     }
     let running = |n: usize| signals.cycles[n].trace.mode == Mode::Running;

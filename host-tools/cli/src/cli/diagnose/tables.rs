@@ -41,6 +41,8 @@ pub(super) fn text(diagnosis: &Diagnosis) -> String {
 
 /// Error per channel.
 pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
+    /// What has less error, of the noise, was not measured, or is computed from another channel.
+    const ROUND_OFF: f64 = 1e-6;
     let mut table = Table::new(vec![
         Column::text("Channel"),
         Column::number("Before", "σₙ"),
@@ -48,10 +50,9 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
     ]);
     let of = |l: &ChannelLevels| [l.executed_velocity, l.wrench, l.model_velocity, l.pose];
     let pairs = of(&both.before).into_iter().zip(of(&both.after));
-    // A channel without any error was not measured, or is computed from another one.
     let told = Channel::ALL.into_iter().zip(pairs);
     for (channel, (before, after)) in
-        told.filter(|(_, (before, after))| *before > 0.0 || *after > 0.0)
+        told.filter(|(_, (before, after))| before.max(*after) > ROUND_OFF)
     {
         table.push(vec![
             Cell::text(channel.name()),
