@@ -11,6 +11,7 @@ mod import_docking_rig_log;
 mod import_examples;
 mod import_mapping;
 mod import_time;
+mod import_turns;
 mod joint;
 mod one_place;
 mod own_hypothesis;

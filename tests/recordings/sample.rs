@@ -185,6 +185,7 @@ impl Source {
                 identity: "softdock 0.1.0 (0123abc, dirty)".into(),
                 settings_toml: "[control.robot]\ncycle_s = 0.004 # \"quoted\", µ\n".into(),
                 scenario_toml: truth.then(|| "speed_m_s = 0.015\n".into()),
+                whole_turns: -3,
             },
             cycles: (0..cycles as u64).map(|i| self.cycle(i)).collect(),
             truth: (0..if truth { cycles } else { 0 })

@@ -65,7 +65,7 @@ impl OneAxis {
             header: Header {
                 identity: "imported from a test".to_owned(),
                 settings_toml: String::new(),
-                scenario_toml: None,
+                ..Header::default()
             },
             cycles: (0..(seconds / self.cycle_s) as usize).map(record).collect(),
             ..Recording::default()

@@ -121,6 +121,7 @@ impl Recorder {
             identity: identity::text(),
             settings_toml: toml_edit::ser::to_string_pretty(&scenario.actual_board()?)?,
             scenario_toml: Some(scenario.to_toml()?),
+            ..Header::default()
         };
         Ok(Self {
             recording: Recording {

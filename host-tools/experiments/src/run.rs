@@ -51,6 +51,7 @@ pub fn header(scenario: &Scenario) -> Result<Header> {
         identity: identity::text(),
         settings_toml: toml_edit::ser::to_string_pretty(&scenario.actual_board()?)?,
         scenario_toml: Some(scenario.to_toml()?),
+        ..Header::default()
     })
 }
 

@@ -12,7 +12,7 @@ use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
 use softdock_physics::effects::{Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::{LoadModel, positions};
+use softdock_physics::model::load::{LoadModel, angles, positions};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Model};
@@ -158,7 +158,10 @@ impl Body {
 
     /// Position along the axis, or the angle about it with its whole turns.
     fn positions(&self, log: &Log) -> Vec<f64> {
-        positions(&log.pose, &self.direction, self.axis.is_rotation())
+        match self.axis.is_rotation() {
+            true => angles(&log.pose, &self.direction, log.whole_turns),
+            false => positions(&log.pose, &self.direction),
+        }
     }
 
     /// What a reading means along or about the axis.
@@ -389,7 +392,7 @@ mod tests {
             header: Header {
                 identity: "imported from a test".to_owned(),
                 settings_toml: String::new(),
-                scenario_toml: None,
+                ..Header::default()
             },
             cycles: (0..count).map(record).collect(),
             ..Recording::default()

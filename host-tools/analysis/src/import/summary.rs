@@ -6,7 +6,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
-use softdock_physics::model::load::positions;
+use softdock_physics::model::load::angles;
 use softdock_report::{Cell, Column, Table, number};
 use softdock_statistics::sample_time;
 
@@ -48,50 +48,54 @@ pub struct Channel {
 type Group = (
     &'static str,
     [&'static str; 2],
-    fn(&[CycleRecord]) -> Vec<[f64; 6]>,
+    fn(&Recording) -> Vec<[f64; 6]>,
 );
 
 const GROUPS: [Group; 5] = [
     ("pose", ["m", "rad"], poses),
-    ("sent velocity", ["m/s", "rad/s"], |c| {
-        c.iter().map(|c| c.trace.sent_velocity).collect()
+    ("sent velocity", ["m/s", "rad/s"], |r| {
+        r.cycles.iter().map(|c| c.trace.sent_velocity).collect()
     }),
-    (EXECUTED, ["m/s", "rad/s"], |c| {
-        c.iter().map(|c| c.trace.executed_velocity).collect()
+    (EXECUTED, ["m/s", "rad/s"], |r| {
+        r.cycles.iter().map(|c| c.trace.executed_velocity).collect()
     }),
-    ("model velocity", ["m/s", "rad/s"], |c| {
-        c.iter().map(|c| c.trace.model_velocity).collect()
+    ("model velocity", ["m/s", "rad/s"], |r| {
+        r.cycles.iter().map(|c| c.trace.model_velocity).collect()
     }),
-    ("wrench", ["N", "N·m"], |c| {
-        c.iter().map(|c| c.inputs.sensor.wrench).collect()
+    ("wrench", ["N", "N·m"], |r| {
+        r.cycles.iter().map(|c| c.inputs.sensor.wrench).collect()
     }),
 ];
 
 /// Positions and rotation vectors; where everything turns about one axis, angles that count whole turns.
-fn poses(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
-    let poses: Vec<Pose<f64>> = cycles
-        .iter()
-        .map(|c| {
-            let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
-            frames::pose(&[x, y, z], &[qw, qx, qy, qz])
-        })
-        .collect();
-    let vectors = poses.iter().map(|pose| {
+fn poses(recording: &Recording) -> Vec<[f64; 6]> {
+    let vector = |c: &CycleRecord| {
+        let pose = pose(c);
         let (p, r) = (pose.translation.vector, pose.rotation.scaled_axis());
         [p.x, p.y, p.z, r.x, r.y, r.z]
-    });
-    let mut values: Vec<[f64; 6]> = vectors.collect();
-    let turned: Vec<usize> = (3..6)
-        .filter(|i| values.iter().any(|v| v[*i] != 0.0))
-        .collect();
-    if let [axis] = turned.as_slice() {
-        let angles = positions(&poses, &Vector3::ith(axis - 3, 1.0), true);
-        values
-            .iter_mut()
-            .zip(angles)
-            .for_each(|(v, a)| v[*axis] = a);
+    };
+    let mut values: Vec<[f64; 6]> = recording.cycles.iter().map(vector).collect();
+    if let Some((axis, angles)) = turned(&recording.cycles, recording.header.whole_turns) {
+        let both = values.iter_mut().zip(angles);
+        both.for_each(|(value, angle)| value[axis + 3] = angle);
     }
     values
+}
+
+/// The axis of C about which everything turns, if it is one, and the angle of each cycle, rad: the first with so many whole turns.
+pub(super) fn turned(cycles: &[CycleRecord], whole_turns: i32) -> Option<(usize, Vec<f64>)> {
+    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
+    let turns = |axis: &usize| poses.iter().any(|p| p.rotation.scaled_axis()[*axis] != 0.0);
+    let mut turning = (0..3).filter(turns);
+    let (axis, None) = (turning.next()?, turning.next()) else {
+        return None;
+    };
+    Some((axis, angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)))
+}
+
+fn pose(cycle: &CycleRecord) -> Pose<f64> {
+    let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
+    frames::pose(&[x, y, z], &[qw, qx, qy, qz])
 }
 
 /// Name of the velocity that may be derived.
@@ -105,7 +109,7 @@ impl Summary {
         for (group, units, axes) in GROUPS {
             let from = derived.iter().find(|(name, _)| *name == group);
             let before = channels.len();
-            let rows = axes(&recording.cycles);
+            let rows = axes(recording);
             for axis in Axis::ALL {
                 let values = rows.iter().map(|row| row[axis.index()]);
                 let (low, high) = values

@@ -126,7 +126,7 @@ fn recording(output: Option<Arc<Mutex<Pieces>>>, settings: &BoardSettings) -> Re
     let header = Header {
         identity: identity::text(),
         settings_toml: toml_edit::ser::to_string_pretty(settings)?,
-        scenario_toml: None,
+        ..Header::default()
     };
     // One board at a time has it.
     let locked = || output.lock().unwrap_or_else(PoisonError::into_inner);

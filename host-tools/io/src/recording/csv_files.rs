@@ -28,6 +28,9 @@ struct Sidecar {
     identity: String,
     settings_toml: String,
     scenario_toml: Option<String>,
+    /// See [`Header::whole_turns`].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    whole_turns: i32,
     /// Why the recording ended early.
     cut: Option<String>,
     /// When it was.
@@ -36,6 +39,11 @@ struct Sidecar {
     /// Number of rows.
     cycles: usize,
     columns: Vec<Description>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks by reference")]
+fn is_zero(turns: &i32) -> bool {
+    *turns == 0
 }
 
 /// Writes `path` (CSV) and the JSON file of the same name beside it: each whole; the table
@@ -49,6 +57,7 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
         identity,
         settings_toml,
         scenario_toml,
+        whole_turns,
     } = recording.header.clone();
     let sidecar = Sidecar {
         format: FORMAT.to_owned(),
@@ -56,6 +65,7 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
         identity,
         settings_toml,
         scenario_toml,
+        whole_turns,
         cut: recording.cut.clone(),
         wall_clock: recording.wall_clock,
         cycles: recording.cycles.len(),
@@ -151,6 +161,7 @@ pub fn import_csv(path: &Path) -> anyhow::Result<Recording> {
         identity: sidecar.identity,
         settings_toml: sidecar.settings_toml,
         scenario_toml: sidecar.scenario_toml,
+        whole_turns: sidecar.whole_turns,
     };
     recording.cut = sidecar.cut;
     recording.wall_clock = sidecar.wall_clock;

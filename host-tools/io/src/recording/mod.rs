@@ -60,6 +60,9 @@ pub struct Header {
     pub settings_toml: String,
     /// The scenario of a simulated run as TOML.
     pub scenario_toml: Option<String>,
+    /// Whole turns of the first pose about the axis of a machine that turns, which a pose does not hold; of a log that was
+    /// imported.
+    pub whole_turns: i32,
 }
 
 impl Header {

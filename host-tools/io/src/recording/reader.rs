@@ -181,6 +181,12 @@ impl Loader {
             identity: entry("identity")?,
             settings_toml: entry("settings")?,
             scenario_toml: entry("scenario").ok(),
+            whole_turns: match entry("whole_turns") {
+                Ok(turns) => turns
+                    .parse()
+                    .context("`whole_turns` in the header of the recording")?,
+                Err(_) => 0,
+            },
         });
         self.recording.cut = metadata.remove("cut");
         Ok(())

@@ -273,6 +273,6 @@ fn header(image: &[u8], identity: &str) -> Result<Header> {
     Ok(Header {
         identity: identity.to_owned(),
         settings_toml: toml_edit::ser::to_string_pretty(&settings)?,
-        scenario_toml: None,
+        ..Header::default()
     })
 }

@@ -138,7 +138,7 @@ impl Rig {
             header: Header {
                 identity: "softdock test".to_owned(),
                 settings_toml: board_settings_toml(&settings),
-                scenario_toml: None,
+                ..Header::default()
             },
             cycles: records,
             ..Recording::default()

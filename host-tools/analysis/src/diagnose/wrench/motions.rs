@@ -43,8 +43,8 @@ pub(crate) fn scene(
     } else {
         (log.pose.clone(), measured(log))
     };
-    let mut scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
-    scene.of_a_rig = log.of_a_rig;
+    let scene = Scene::new(model, log.cycle_s, log.time_s.clone(), pose, motion);
+    let mut scene = scene.of_log(log.of_a_rig, log.whole_turns);
     // What the model knows beyond its nominal load is no news.
     add_known(&mut scene, &model.effects);
     scene

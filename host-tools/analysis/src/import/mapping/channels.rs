@@ -9,6 +9,7 @@ use super::source::Source;
 use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_report::number;
+use std::f64::consts::PI;
 
 /// A rotation vector longer than one turn and a bit is in degrees, rad.
 const MORE_THAN_A_TURN_RAD: f64 = 7.0;
@@ -25,6 +26,8 @@ pub(super) struct Channels {
     pub(super) position: Option<[Vec<f64>; 3]>,
     /// Orientation of M in C, w x y z.
     pub(super) quaternion: Option<[Vec<f64>; 4]>,
+    /// What a column says of whole turns; None where no single column holds the angle.
+    pub(super) angle: Option<FirstAngle>,
     /// Velocity that was sent, m/s and rad/s.
     pub(super) sent: Option<[Vec<f64>; 6]>,
     /// Velocity that was executed.
@@ -33,6 +36,29 @@ pub(super) struct Channels {
     pub(super) model_velocity: Option<[Vec<f64>; 6]>,
     /// Raw wrench, N and N·m.
     pub(super) wrench: Option<[Vec<f64>; 6]>,
+}
+
+/// An angle whose column counts turns, or starts again after each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstAngle {
+    /// In the first row, rad.
+    pub(super) rad: f64,
+    /// It jumps back by a turn somewhere: then it is the same in all logs but for whole turns.
+    pub(super) jumps: bool,
+}
+
+impl FirstAngle {
+    /// Of rotation vectors that turn about one axis of C.
+    fn of(vectors: &[Vec<f64>; 3]) -> Option<Self> {
+        let mut turning = vectors.iter().filter(|part| part.iter().any(|v| *v != 0.0));
+        let (angles, None) = (turning.next()?, turning.next()) else {
+            return None;
+        };
+        Some(Self {
+            rad: angles.iter().copied().find(|angle| angle.is_finite())?,
+            jumps: angles.windows(2).any(|pair| (pair[1] - pair[0]).abs() > PI),
+        })
+    }
 }
 
 /// What the axes of a velocity measure.
@@ -69,14 +95,19 @@ impl Channels {
             POSITION_KEYS,
             [Quantity::Length; 3],
         )?;
+        let (quaternion, angle) = match &mapping.orientation {
+            Some(orientation) => {
+                let (quaternion, angle) = quaternion(orientation, s, warnings)?;
+                (Some(quaternion), angle)
+            }
+            None => (None, None),
+        };
         let mut channels = Self {
             time_s,
             running: running(&mapping.mode, s, model_velocity.is_some())?,
             position,
-            quaternion: match &mapping.orientation {
-                Some(orientation) => Some(quaternion(orientation, s, warnings)?),
-                None => None,
-            },
+            quaternion,
+            angle,
             sent: twist(s, "sent_velocity", mapping.sent_velocity.columns())?,
             executed: twist(s, "executed_velocity", mapping.executed_velocity.columns())?,
             model_velocity,
@@ -283,7 +314,7 @@ fn quaternion(
     orientation: &Orientation,
     source: &mut Source,
     warnings: &mut Vec<String>,
-) -> anyhow::Result<[Vec<f64>; 4]> {
+) -> anyhow::Result<([Vec<f64>; 4], Option<FirstAngle>)> {
     let rotation = group(
         source,
         "orientation",
@@ -302,13 +333,14 @@ fn quaternion(
             if orientation.order == Order::Xyzw {
                 parts.rotate_right(1);
             }
-            Ok(parts)
+            Ok((parts, None))
         }
-        (None, Some([x, y, z])) => {
+        (None, Some(rotation)) => {
+            let [x, y, z] = &rotation;
             let vectors = x
                 .iter()
-                .zip(&y)
-                .zip(&z)
+                .zip(y)
+                .zip(z)
                 .map(|((x, y), z)| Vector3::new(*x, *y, *z));
             let largest = vectors.clone().map(|v| v.norm()).fold(0.0, f64::max);
             let unsaid = |column: &&Column| !column.says_unit();
@@ -332,7 +364,7 @@ fn quaternion(
                     part.push(value);
                 }
             }
-            Ok(parts)
+            Ok((parts, FirstAngle::of(&rotation)))
         }
         _ => anyhow::bail!(
             "[orientation] needs either `quaternion` with four columns, or `rx`, `ry`, `rz`, which with `euler` are angles of \

@@ -31,8 +31,9 @@ mod source;
 mod stamps;
 
 use super::checks::{self, Context as CheckContext};
+use super::summary;
 use anyhow::{Context, bail, ensure};
-use channels::Channels;
+use channels::{Channels, FirstAngle};
 use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
@@ -41,6 +42,7 @@ use softdock_io::input;
 use softdock_io::recording::{Header, Recording};
 use softdock_physics::model::{FilterModel, Model};
 use source::Source;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// What a mapping makes of tables.
@@ -100,6 +102,7 @@ pub fn import_at_least(
         fewest_rows,
         derived: Vec::new(),
         warnings: Vec::new(),
+        turning: None,
     };
     let (train, test) = importer.logs(&train, &test)?;
     let (mut derived, mut warnings) = (importer.derived, importer.warnings);
@@ -181,6 +184,17 @@ struct Importer<'a> {
     fewest_rows: Option<usize>,
     derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
+    /// Middle of the first table's angles, rad, and whether their column starts again after each turn.
+    turning: Option<(f64, bool)>,
+}
+
+/// Cycles that follow each other, not yet checked.
+struct Stretch {
+    /// Of the tables.
+    name: String,
+    cycles: Vec<CycleRecord>,
+    /// See [`Header::whole_turns`].
+    whole_turns: i32,
 }
 
 impl Importer<'_> {
@@ -204,42 +218,38 @@ impl Importer<'_> {
         }
         let (mut trained, mut unseen) = (Vec::new(), Vec::new());
         for tables in train {
-            let (name, cycles) = self.cycles(tables, Part::Train)?;
-            let (cycles, apart) = match split {
+            let stretch = self.stretch(tables, Part::Train)?;
+            let (stretch, apart) = match split {
                 Some(split) => {
-                    let (cycles, apart) = self.split(cycles, split)?;
-                    (cycles, Some(apart))
+                    let (train, apart) = self.split(stretch, split)?;
+                    (train, Some(apart))
                 }
                 None if own_rows && test.is_empty() => {
-                    let (_, apart) = self.cycles(tables, Part::Test)?;
-                    ensure_apart(&cycles, &apart)?;
-                    (cycles, Some(apart))
+                    let apart = self.stretch(tables, Part::Test)?;
+                    ensure_apart(&stretch.cycles, &apart.cycles)?;
+                    (stretch, Some(apart))
                 }
-                None => (cycles, None),
+                None => (stretch, None),
             };
-            trained.push(self.recording(name.clone(), cycles)?);
+            trained.push(self.recording(stretch)?);
             if let Some(apart) = apart {
-                unseen.push(self.recording(name, apart)?);
+                unseen.push(self.recording(apart)?);
             }
         }
         for tables in test {
-            let (name, cycles) = self.cycles(tables, Part::Test)?;
-            unseen.push(self.recording(name, cycles)?);
+            let stretch = self.stretch(tables, Part::Test)?;
+            unseen.push(self.recording(stretch)?);
         }
         Ok((trained, unseen))
     }
 
-    /// Name and cycles of tables that stand side by side.
-    fn cycles(
-        &mut self,
-        files: &[String],
-        part: Part,
-    ) -> anyhow::Result<(String, Vec<CycleRecord>)> {
+    /// Of tables that stand side by side.
+    fn stretch(&mut self, files: &[String], part: Part) -> anyhow::Result<Stretch> {
         let mapping = self.mapping;
         let source = Source::read(self.folder, files, mapping)?;
         let name = source.name();
         let at_rest = self.at_rest();
-        let shaped = || -> anyhow::Result<Vec<CycleRecord>> {
+        let shaped = || -> anyhow::Result<_> {
             let rows = mapping.rows.of(part);
             let mut channels = Channels::read(mapping, rows, source, &mut self.warnings)?;
             if !at_rest {
@@ -251,10 +261,43 @@ impl Importer<'_> {
             if let Some(filter) = &mapping.filter {
                 shape::filter(&mut channels, filter, &name, &mut self.warnings)?;
             }
-            cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)
+            let cycles = cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)?;
+            Ok((cycles, channels))
         };
-        let cycles = shaped()?;
-        Ok((name, cycles))
+        let (cycles, channels) = shaped()?;
+        let whole_turns = match channels.quaternion {
+            Some(_) => self.whole_turns(&cycles, channels.angle),
+            None => 0,
+        };
+        Ok(Stretch {
+            name,
+            cycles,
+            whole_turns,
+        })
+    }
+
+    /// Whole turns of the first of some cycles: as the column says, or, if none does or it starts again after each turn, such that
+    /// the middle of these cycles is nearest to that of the first table.
+    fn whole_turns(&mut self, cycles: &[CycleRecord], column: Option<FirstAngle>) -> i32 {
+        let Some((_, angles)) = summary::turned(cycles, 0) else {
+            return 0;
+        };
+        let middle = |angles: &[f64]| {
+            let range = |(low, high): (f64, f64), v: &f64| (low.min(*v), high.max(*v));
+            let (low, high) = angles
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), range);
+            0.5 * (low + high)
+        };
+        let said = column.map_or(0.0, |first| ((first.rad - angles[0]) / TAU).round());
+        let jumps = column.is_none_or(|first| first.jumps);
+        let middle = middle(&angles) + TAU * said;
+        let (of_first, first_jumps) = *self.turning.get_or_insert((middle, jumps));
+        let ahead = match jumps || first_jumps {
+            true => ((middle - of_first) / TAU).round(),
+            false => 0.0,
+        };
+        (said - ahead) as i32
     }
 
     /// Each row is a measurement of its own.
@@ -270,11 +313,17 @@ impl Importer<'_> {
     }
 
     /// Training and test part of one log.
-    fn split(
-        &self,
-        cycles: Vec<CycleRecord>,
-        split: Split,
-    ) -> anyhow::Result<(Vec<CycleRecord>, Vec<CycleRecord>)> {
+    fn split(&self, whole: Stretch, split: Split) -> anyhow::Result<(Stretch, Stretch)> {
+        let Stretch {
+            name,
+            cycles,
+            whole_turns,
+        } = whole;
+        let part = |cycles, whole_turns| Stretch {
+            name: name.clone(),
+            cycles,
+            whole_turns,
+        };
         match split {
             Split::TestEvery(every) => {
                 ensure!(
@@ -289,8 +338,8 @@ impl Importer<'_> {
                 let is_test = |(n, _): &(usize, CycleRecord)| (n + 1) % every == 0;
                 let (test, train): (Vec<_>, Vec<_>) =
                     cycles.into_iter().enumerate().partition(is_test);
-                let plain = |part: Vec<(usize, CycleRecord)>| {
-                    part.into_iter().map(|(_, cycle)| cycle).collect()
+                let plain = |rows: Vec<(usize, CycleRecord)>| {
+                    part(rows.into_iter().map(|(_, cycle)| cycle).collect(), 0)
                 };
                 Ok((plain(train), plain(test)))
             }
@@ -300,18 +349,25 @@ impl Importer<'_> {
                     "[split] train_share is {share}; expected a share between 0 and 1"
                 );
                 let mut train = cycles;
-                let test = train.split_off((share * train.len() as f64).round() as usize);
-                Ok((train, test))
+                let at = (share * train.len() as f64).round() as usize;
+                let angles = summary::turned(&train, whole_turns);
+                let test = train.split_off(at);
+                let turns = match (angles, summary::turned(&test, 0)) {
+                    (Some((_, all)), Some((_, own))) => ((all[at] - own[0]) / TAU).round() as i32,
+                    _ => 0,
+                };
+                Ok((part(train, whole_turns), part(test, turns)))
             }
         }
     }
 
     /// The recording, checked.
-    fn recording(
-        &mut self,
-        name: String,
-        mut cycles: Vec<CycleRecord>,
-    ) -> anyhow::Result<Recording> {
+    fn recording(&mut self, stretch: Stretch) -> anyhow::Result<Recording> {
+        let Stretch {
+            name,
+            mut cycles,
+            whole_turns,
+        } = stretch;
         let numbers = if self.at_rest() {
             (0..cycles.len() as u64).collect()
         } else {
@@ -324,6 +380,7 @@ impl Importer<'_> {
         let recording = Recording {
             header: Header {
                 identity: format!("imported from {name}"),
+                whole_turns,
                 ..Header::default()
             },
             cycles,

@@ -57,14 +57,13 @@ pub(super) fn filter(
     );
     let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
-    let turns = unroll(channels);
+    let unrolled = unroll(channels);
     for signal in channels.signals_mut() {
         let parts = pieces
             .iter()
             .map(|piece| low_pass.zero_phase(&signal[piece.clone()]));
         *signal = parts.collect::<Vec<_>>().concat();
     }
-    roll(channels, turns);
     let trimmed = trimmed as usize;
     let mut kept = vec![false; channels.len()];
     let stretches = pieces.len();
@@ -83,6 +82,7 @@ pub(super) fn filter(
         ));
     }
     channels.keep(|n| kept[n]);
+    roll(channels, unrolled);
     Ok(())
 }
 
@@ -101,8 +101,8 @@ pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
 
 /// Makes orientations ready to be filtered or interpolated: quaternions without jumps to their negatives, or, if all of them
 /// are turns about one axis, angles in the place of w; a joint may turn fast, and its quaternion then swings. Returns that
-/// axis.
-pub(super) fn unroll(channels: &mut Channels) -> Option<[f64; 3]> {
+/// axis, and by how much the column of angles is ahead of them, rad.
+pub(super) fn unroll(channels: &mut Channels) -> Option<([f64; 3], f64)> {
     /// Off the axis, of a unit quaternion: round-off.
     const OFF: f64 = 1e-9;
     let quaternion = channels.quaternion.as_mut()?;
@@ -116,6 +116,7 @@ pub(super) fn unroll(channels: &mut Channels) -> Option<[f64; 3]> {
     };
     let farthest = vectors().max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
     let axis = farthest.try_normalize(OFF)?;
+    let axis = axis * axis[axis.iamax()].signum();
     if vectors().any(|v| (v - axis * v.dot(&axis)).norm() > OFF) {
         return None;
     }
@@ -125,22 +126,27 @@ pub(super) fn unroll(channels: &mut Channels) -> Option<[f64; 3]> {
         turned += TAU * ((turned - half) / TAU).round() - (turned - half);
         2.0 * turned
     });
-    let angles = halves.collect();
+    let angles: Vec<f64> = halves.collect();
+    let first = channels.angle.map_or(angles[0], |angle| angle.rad);
+    let ahead = TAU * ((first - angles[0]) / TAU).round();
     for part in [&mut *x, y, z] {
         part.fill(0.0);
     }
     *w = angles;
-    Some(axis.into())
+    Some((axis.into(), ahead))
 }
 
 /// Makes quaternions of what [`unroll`] left.
-pub(super) fn roll(channels: &mut Channels, axis: Option<[f64; 3]>) {
+pub(super) fn roll(channels: &mut Channels, unrolled: Option<([f64; 3], f64)>) {
     let Some(quaternion) = &mut channels.quaternion else {
         return;
     };
-    let Some(axis) = axis else {
+    let Some((axis, ahead)) = unrolled else {
         return normalise(quaternion);
     };
+    if let Some(angle) = &mut channels.angle {
+        angle.rad = quaternion[0][0] + ahead;
+    }
     for n in 0..quaternion[0].len() {
         let (sine, cosine) = (0.5 * quaternion[0][n]).sin_cos();
         let [x, y, z] = axis.map(|a| a * sine);
@@ -184,6 +190,7 @@ mod tests {
             time_s: (0..1000).map(|n| 1e-3 * f64::from(n)).collect(),
             running: vec![false; 1000],
             position: None,
+            angle: None,
             quaternion: Some([
                 part(f64::cos, 1.0),
                 part(f64::sin, 0.6),

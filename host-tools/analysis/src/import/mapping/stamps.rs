@@ -315,7 +315,7 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
 /// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines.
 fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
     let rows = std::mem::take(&mut channels.time_s);
-    let turns = unroll(channels);
+    let unrolled = unroll(channels);
     // The row at or before each sample and the piece that it is in.
     let mut places = Vec::with_capacity(samples.len());
     let (mut row, mut piece) = (0, 0);
@@ -346,7 +346,7 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
         .iter()
         .map(|(row, _)| channels.running[*row])
         .collect();
-    roll(channels, turns);
+    roll(channels, unrolled);
     channels.time_s = samples.to_vec();
 }
 

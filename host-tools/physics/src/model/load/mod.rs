@@ -9,7 +9,7 @@ mod wall;
 
 pub use docked::Docked;
 pub use guide::Guide;
-pub use scene::{Column, Scene, Touch, count_turns, positions};
+pub use scene::{Column, Scene, Touch, angles, count_turns, positions};
 pub use wall::Wall;
 
 use crate::effects::sensor::tool::{LoadMotion, Tool};

@@ -170,16 +170,20 @@ pub struct Scene {
     pub model: Model,
 }
 
-/// Where each pose is along an axis of C, m, or how far it has turned about it, rad: the whole turn that
-/// is nearest to the pose before.
-pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>, turns: bool) -> Vec<f64> {
-    if !turns {
-        let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
-        return poses.iter().map(along).collect();
-    }
+/// Where each pose is along an axis of C, m.
+pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>) -> Vec<f64> {
+    let along = |pose: &Pose<f64>| axis.dot(&pose.translation.vector);
+    poses.iter().map(along).collect()
+}
+
+/// How far each pose has turned about an axis of C, rad: the first with so many whole turns, each other with those that bring it
+/// nearest to the pose before.
+pub fn angles(poses: &[Pose<f64>], axis: &Vector3<f64>, whole_turns: i32) -> Vec<f64> {
     let angle = |pose: &Pose<f64>| axis.dot(&pose.rotation.scaled_axis());
     let mut angles: Vec<f64> = poses.iter().map(angle).collect();
     count_turns(angles.iter_mut());
+    let before = TAU * f64::from(whole_turns);
+    angles.iter_mut().for_each(|angle| *angle += before);
     angles
 }
 
@@ -208,7 +212,16 @@ impl Scene {
         depths.any(|depth| *depth > 0.0)
     }
 
-    /// From the motion of a log.
+    /// Of a log: what its poses do not say.
+    pub fn of_log(mut self, of_a_rig: bool, whole_turns: i32) -> Self {
+        self.of_a_rig = of_a_rig;
+        if self.model.bearing().is_some() {
+            self.position = angles(&self.pose, &self.axis, whole_turns);
+        }
+        self
+    }
+
+    /// From a motion.
     pub fn new(
         model: &Model,
         cycle_s: f64,
@@ -290,8 +303,10 @@ impl Scene {
             pose,
             motion,
         };
-        let turns = scene.model.bearing().is_some();
-        scene.position = positions(&scene.pose, &scene.axis, turns);
+        scene.position = match scene.model.bearing() {
+            Some(_) => angles(&scene.pose, &scene.axis, 0),
+            None => positions(&scene.pose, &scene.axis),
+        };
         scene.acceleration = scene.accelerations();
         scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
         scene

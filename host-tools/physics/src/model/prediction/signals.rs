@@ -52,6 +52,8 @@ pub struct Signals<'a> {
     pub steps: Vec<Step>,
     /// The board's settings; None if the recording holds none.
     pub settings: Option<Settings>,
+    /// See [`Header::whole_turns`](softdock_io::recording::Header::whole_turns).
+    pub whole_turns: i32,
     /// The robot's own axes; None where the recording does not hold what was answered.
     axes: Option<RobotAxes>,
     /// Robot telegrams are recorded. An imported log has none.
@@ -105,6 +107,7 @@ impl<'a> Signals<'a> {
             velocity: velocity_meaning(cycles, cycle_s),
             steps: steps(cycles, telegrams),
             settings,
+            whole_turns: recording.header.whole_turns,
             telegrams,
             commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),

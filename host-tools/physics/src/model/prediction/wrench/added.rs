@@ -76,9 +76,8 @@ fn scene(
         })
         .unzip();
     let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
-    let mut scene = Scene::new(model, signals.cycle_s, time_s, pose, motion);
-    scene.of_a_rig = signals.is_of_a_rig();
-    scene
+    Scene::new(model, signals.cycle_s, time_s, pose, motion)
+        .of_log(signals.is_of_a_rig(), signals.whole_turns)
 }
 
 /// Whether a prediction misses the measurement by little more than noise.

@@ -1,0 +1,105 @@
+//! Whole turns of an axis, which a pose does not hold, come from the column of its angle.
+
+use super::import_mapping::{imported, table};
+use softdock_analysis::import::mapping::MappedLogs;
+use softdock_analysis::levels::ChannelLevels;
+use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
+use softdock_physics::model::prediction::predict;
+use std::f64::consts::{PI, TAU};
+
+/// Of a spring that rests at 0 rad.
+const STIFFNESS: f64 = 2.0;
+
+const MODEL: &str = r#"
+[rig]
+active_axes = ["rx"]
+[sensor]
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[noise]
+torque_n_m = 0.05
+angle_rad = 1e-7
+[[effect]]
+id = "cable_stiffness"
+parameters = { stiffness_n_m_per_rad = 2.0 }
+"#;
+
+const MAPPING: &str = r#"
+[time]
+column = "t"
+[orientation]
+rx = { column = "q", unit = "rad" }
+[wrench]
+tx = { column = "u", unit = "N·m" }
+"#;
+
+/// A swing about an angle, of which a column shows what `shown` makes.
+fn swing(about: f64, shown: impl Fn(f64) -> f64) -> String {
+    table("t,q,u", 1000, |n| {
+        let q = about + 0.6 * (0.01 * n).sin();
+        format!("{},{},{}", 0.004 * n, shown(q), -STIFFNESS * q)
+    })
+}
+
+/// As an encoder shows it that starts again after each turn.
+fn wrapped(angle: f64) -> f64 {
+    angle - TAU * (angle / TAU).round()
+}
+
+fn logs(test: &str, files: &str, tables: &[(&str, String)]) -> MappedLogs {
+    imported(test, &(MAPPING.to_owned() + files), tables).unwrap()
+}
+
+/// Whether the spring explains the torque, of which a turn more or less would be 12 N·m.
+fn is_explained(recording: &Recording) -> bool {
+    let model = Model::from_toml(MODEL, "the test's model").unwrap();
+    let prediction = predict(&model, recording).unwrap();
+    ChannelLevels::of(&[prediction]).wrench < 0.1
+}
+
+#[test]
+fn a_column_beyond_half_a_turn_keeps_its_turns_in_each_part_of_a_log() {
+    for about in [3.0, -3.3, 4.0 * PI] {
+        let split = "[split]\ntrain_share = 0.4\n[filter]\ncutoff_hz = 40.0\ntrim_s = 0.1\n[files]\ntrain = \"a.csv\"\n";
+        let of_both = logs("whole_turns", split, &[("a.csv", swing(about, |q| q))]);
+        for part in [&of_both.train[0], &of_both.test[0]] {
+            assert!(is_explained(part), "{about} {}", part.header.whole_turns);
+            let mut other = part.clone();
+            other.header.whole_turns += 1;
+            assert!(!is_explained(&other), "{about}");
+        }
+    }
+}
+
+#[test]
+fn logs_of_a_column_that_starts_again_after_each_turn_are_a_turn_apart_at_most_once() {
+    let tables = [
+        ("a.csv", swing(3.0, wrapped)),
+        ("b.csv", swing(3.4, wrapped)),
+    ];
+    let files = "[files]\ntrain = \"a.csv\"\ntest = \"b.csv\"\n";
+    let both = logs("wrapped_turns", files, &tables);
+    let turns = [&both.train[0], &both.test[0]].map(|part| part.header.whole_turns);
+    assert_eq!(turns, [0, 1]);
+    assert!(is_explained(&both.train[0]) && is_explained(&both.test[0]));
+}
+
+/// Nothing says where the first turn of a quaternion is, but that logs of one axis are near each other.
+#[test]
+fn logs_with_quaternions_are_on_the_same_turn() {
+    let mapping = MAPPING.replace(
+        "rx = { column = \"q\", unit = \"rad\" }",
+        "quaternion = [\"w\", \"x\", \"y\", \"z\"]",
+    );
+    let swing = |about: f64| {
+        table("t,w,x,y,z,u", 1000, |n| {
+            let q = about + 0.3 * (0.01 * n).sin();
+            let (s, c) = (0.5 * q).sin_cos();
+            format!("{},{c},{s},0,0,{}", 0.004 * n, -STIFFNESS * q)
+        })
+    };
+    let files = "[files]\ntrain = \"a.csv\"\ntest = \"b.csv\"\n";
+    let tables = [("a.csv", swing(2.7)), ("b.csv", swing(3.6))];
+    let both = imported("turns_of_quaternions", &(mapping + files), &tables).unwrap();
+    assert!(is_explained(&both.train[0]) && is_explained(&both.test[0]));
+}
