@@ -157,6 +157,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     let mut finding = first;
     let mut imitated = Vec::new();
     let mut foretelling: Vec<String> = Vec::new();
+    let mut least = finding.error_on_unseen();
     while let Some((place, one)) = weakest(&mut finding, &foretelling) {
         let gone = finding.ids().swap_remove(place);
         let mut ids = finding.ids_without(std::slice::from_ref(&gone));
@@ -164,11 +165,15 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         let detail_of = by_id(&gone).map_or(&[][..], |effect| effect.detail_of);
         let plain = detail_of.iter().map(|(id, _)| (*id).to_owned());
         ids.extend(plain.filter(|id| !finding.ids().contains(id)));
+        let is_law = finding.is_a_law(&gone);
+        if !is_law {
+            ids.extend(simplest(asking.model, &gone).map(str::to_owned));
+        }
         let Some(mut fewer) = asking.among_beside(&ids, beside.as_ref()) else {
             imitated.push(one);
             break;
         };
-        if finding.is_a_law(&gone) && finding.foretells_better(&fewer) {
+        if is_law && fewer.foretells_worse_than(least) {
             foretelling.push(gone);
             continue;
         }
@@ -176,6 +181,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         fewer.found.before_late.extend(finding.found.before_late);
         fewer.remember(finding.found.ranked);
         finding = fewer;
+        least = least.min(finding.error_on_unseen());
     }
     let mut unrefuted = Vec::new();
     for Imitated { id, evidence, .. } in imitated.clone() {

@@ -302,14 +302,14 @@ impl WrenchFinding {
         self.prepared.error_on_unseen(&accepted)
     }
 
-    /// Whether the logs that no fit has seen are foretold much better than by another finding, which lacks an effect. What
+    /// Whether its error on the logs that no fit has seen is much larger than that of a finding with more effects. What
     /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it; nor where
     /// all logs are those of the fit.
-    pub(super) fn foretells_better(&self, other: &Self) -> bool {
+    pub(super) fn foretells_worse_than(&self, error: f64) -> bool {
         let Joint { logs, fitted, .. } = &self.prepared;
         let touches = |log: &wrench::PreparedLog| log.scene.touches_anything();
         let can_tell = *fitted < logs.len() && !logs.iter().any(touches);
-        can_tell && self.error_on_unseen() * FORETELLS < other.error_on_unseen()
+        can_tell && error * FORETELLS < self.error_on_unseen()
     }
 
     /// The intervals of what is accepted hold the values of another answer, too.

@@ -28,7 +28,7 @@ pub(super) struct ErrorReduction {
     pub refused: Vec<(String, f64, f64)>,
     /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
     pub refitted: Option<[f64; 2]>,
-    /// Effects that are not named, as the intervals of all their amounts hold 0.
+    /// Effects that are not named, as the intervals of all their parameters hold 0.
     pub undetermined: Vec<String>,
 }
 
@@ -53,10 +53,11 @@ impl ErrorReduction {
             .iter()
             .filter_map(|w| w.beside_remainder.as_ref());
         let foretelling: Vec<&String> = beside.flat_map(|beside| &beside.foretelling).collect();
-        // Those that foretell are determined by all logs together, if not by those of the fit.
+        // Amounts that foretell are determined by all logs together, if not by those of the fit.
         let determined = |k: &usize| {
             let named = &known.all[*k];
-            asked || foretelling.contains(&&named.effect.id) || named.is_determined(model)
+            let foretells = || foretelling.contains(&&named.effect.id) && !named.is_late(model);
+            asked || named.is_determined(model) || foretells()
         };
         let (mut everything, vague): (Vec<usize>, Vec<usize>) =
             (0..known.all.len()).partition(determined);

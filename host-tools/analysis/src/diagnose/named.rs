@@ -39,16 +39,27 @@ impl Named {
         }
     }
 
-    /// Whether the interval of any of its amounts leaves out 0. An effect without amounts, such as a delay, has other
-    /// judges, and so has one with a shape to which they are tied: of a slow drift only the slope is known.
+    /// Whether the interval of any of its amounts leaves out 0, or, where it has none, of its time. An effect with amounts
+    /// and a shape to which they are tied has other judges: of a slow drift only the slope is known.
     pub(super) fn is_determined(&self, model: &Model) -> bool {
-        let effect = LoadEffect::find(model, &self.effect.id);
-        let effect = effect.filter(|effect| effect.shapes.iter().all(|shape| shape.choice));
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
             estimate.is_some_and(|e| e.low * e.high > 0.0)
         };
-        effect.is_none_or(|effect| effect.is_determined(is_sure))
+        let Some(effect) = LoadEffect::find(model, &self.effect.id) else {
+            return true;
+        };
+        let mut shapes = effect.shapes.iter().filter(|shape| !shape.choice);
+        match self.is_late(model) {
+            true => shapes.any(|shape| is_sure(shape.name)),
+            false => shapes.next().is_some() || effect.is_determined(is_sure),
+        }
+    }
+
+    /// Whether it moves the reading in time and has no amount.
+    pub(super) fn is_late(&self, model: &Model) -> bool {
+        let effect = LoadEffect::find(model, &self.effect.id);
+        effect.is_some_and(|effect| effect.is_late() && effect.coefficients.is_empty())
     }
 
     fn with_support(self, support: Support) -> Self {

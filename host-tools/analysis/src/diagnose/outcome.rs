@@ -95,10 +95,9 @@ pub(crate) fn conclude(
     }));
     notes.extend(same.iter().map(|same| same.sentence.clone()));
     notes.extend(
-        reduction
-            .undetermined
-            .iter()
-            .map(|id| format!("{id} is not named: the 95 % intervals of all its amounts hold 0.")),
+        reduction.undetermined.iter().map(|id| {
+            format!("{id} is not named: the 95 % intervals of all its parameters hold 0.")
+        }),
     );
     notes.extend(reduction.refused.iter().map(|(id, without, with)| {
         format!(

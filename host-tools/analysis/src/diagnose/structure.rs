@@ -120,9 +120,15 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let white = share(sum(&|e| e.white), joint.explained(gain));
     let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
-    Left::new(axes, white.max(plain))
+    // What effects gain beside a remainder is no measure of what they explain.
+    Left::new(
+        axes,
+        match joint.has_remainder {
+            true => plain,
+            false => plain.max(share(sum(&|e| e.white), joint.explained_beyond_zeros(gain))),
+        },
+    )
 }
 
 /// Excess that is left, of what there was.

@@ -125,12 +125,23 @@ pub(crate) struct Joint {
     /// By how much χ² falls with the effects that the model has already: laws whose form may be as
     /// wrong as those of effects that are looked for.
     pub known: f64,
-    /// By how much χ² would fall with a constant on each axis alone, which has no form that could be wrong.
-    level: f64,
+    /// By how much χ² would fall with a constant on each axis in place of all that, and beside the tolerances in place of what
+    /// is looked for: it has no form that could be wrong.
+    levels: [f64; 2],
     /// Tolerances that are not available: what they would have to take is a finding.
     frozen: Vec<usize>,
     /// A smooth remainder is among the tolerances.
-    has_remainder: bool,
+    pub(crate) has_remainder: bool,
+}
+
+/// The highest point of a parabola through 0 at 0, of which the values at 1 and at -1 are given; 0 for one that has none.
+fn top(up: f64, down: f64) -> f64 {
+    let (slope, bend) = (0.5 * (up - down), -(up + down));
+    if bend > 0.0 {
+        0.5 * slope * slope / bend
+    } else {
+        0.0
+    }
 }
 
 impl Joint {
@@ -142,7 +153,7 @@ impl Joint {
             fitted,
             problem,
             known: 0.0,
-            level: 0.0,
+            levels: [0.0; 2],
             frozen: Vec::new(),
             has_remainder: false,
         };
@@ -158,32 +169,39 @@ impl Joint {
         };
         let nothing = whitened(&known);
         let before = squares(&nothing);
-        let of_axis = |axis: &Axis| {
-            let constant = |log: &PreparedLog| {
+        let constant = |axis: &Axis| {
+            let of = |log: &PreparedLog| {
                 let mut constant = Column::default();
                 constant.0[axis.index()] = vec![1.0; log.fresh.len()];
                 constant
             };
-            let constant = whitened(&joint.logs.iter().map(constant).collect::<Vec<_>>());
+            whitened(&joint.logs.iter().map(of).collect::<Vec<_>>())
+        };
+        let constants: Vec<Column> = Axis::ALL.iter().map(constant).collect();
+        let beside_known = |constant: &Column| {
             let with = |amount: f64| {
                 let mut both = nothing.clone();
-                subtract(&mut both, &constant, -amount);
-                squares(&both)
+                subtract(&mut both, constant, -amount);
+                before - squares(&both)
             };
-            // χ² is a parabola of the amount.
-            let (up, down) = (with(1.0), with(-1.0));
-            let (slope, bend) = (0.5 * (up - down), up + down - 2.0 * before);
-            if bend > 0.0 {
-                0.5 * slope * slope / bend
-            } else {
-                0.0
-            }
+            top(with(1.0), with(-1.0))
         };
-        let level = Axis::ALL.iter().map(of_axis).sum();
+        let beside_tolerances = |constant: &Column| {
+            let with = |amount: f64| {
+                let mut constant = constant.clone();
+                constant.scale(amount);
+                joint.problem.gain_of(&constant)
+            };
+            top(with(1.0), with(-1.0))
+        };
+        let levels = [
+            constants.iter().map(beside_known).sum(),
+            constants.iter().map(beside_tolerances).sum(),
+        ];
         let known = (before - squares(&Column::default())).max(0.0);
         Self {
             known,
-            level,
+            levels,
             ..joint
         }
     }
@@ -233,7 +251,13 @@ impl Joint {
         if self.has_remainder {
             return 0.0;
         }
-        (self.known + gain - self.level).max(0.0)
+        (self.known + gain - self.levels[0]).max(0.0)
+    }
+
+    /// The same but for constants, which the tolerances of a zero take where nobody looks for them.
+    pub(crate) fn explained_beyond_zeros(&self, gain: f64) -> f64 {
+        let beyond = |gain: f64, level: f64| (gain - level).max(0.0);
+        beyond(self.known, self.levels[0]) + beyond(gain, self.levels[1])
     }
 
     /// What an effect has to bring beside others that gain so much.
