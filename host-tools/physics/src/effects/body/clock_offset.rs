@@ -21,8 +21,8 @@ pub const EFFECT: Effect = Effect {
         .either_sign()
         .pictured(-0.02)],
     confused_with: &["ft_latency", "actuation_delay", "clock_rate"],
-    tell_apart: "close the loop on an elastic bounce: a latency makes the rebound faster than the approach, an \
-                 offset of the log does not; an offset may be negative, a latency cannot",
+    tell_apart: "log both on one clock, or, with a rig, close the loop on an elastic bounce: a latency makes the rebound \
+                 faster than the approach, an offset of the log does not; an offset may be negative, a latency cannot",
     law: Law::Apart(|p| p[0]),
     kind: Some(Kind::LateReading),
     ..Effect::PLAIN

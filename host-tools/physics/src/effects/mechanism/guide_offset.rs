@@ -22,7 +22,8 @@ pub const EFFECT: Effect = Effect {
         ACTS_AT,
     ],
     confused_with: &["ft_bias", "guide_asymmetry", "base_tilt", "cable_stiffness"],
-    tell_apart: "turn the sensor: the bias stays in the sensor's axes, the force stays in the guide's; a cable \
+    tell_apart: "turn the sensor, and move both ways: a bias stays in the sensor's axes, the force stays in the guide's, a dry \
+                 friction changes its sign; a cable \
                  pulls differently at each position",
     law: Law::Guide(Guide {
         force,

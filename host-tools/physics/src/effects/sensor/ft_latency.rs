@@ -24,7 +24,7 @@ pub const EFFECT: Effect = Effect {
         "actuation_delay",
         "contact_damping",
     ],
-    tell_apart: "tap the sensor while the robot stands: a latency shifts the tap, a filter smears it; a negative \
+    tell_apart: "steps of the load at rest, such as taps on the sensor: a latency shifts a step, a filter smears it; a negative \
                  damping of the contact is a latency",
     law: Law::Late(|p| Lateness {
         delay_s: p[0],

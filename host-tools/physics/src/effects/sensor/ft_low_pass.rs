@@ -24,7 +24,7 @@ pub const EFFECT: Effect = Effect {
         "actuation_lag",
         "ft_dropout",
     ],
-    tell_apart: "tap the sensor: a filter smears the tap, a latency shifts it; a damped contact is late only \
+    tell_apart: "steps of the load, such as taps on the sensor: a filter smears a step, a latency shifts it; a damped contact is late only \
                  while it moves, a filter also after the motion has stopped",
     law: Law::Late(|p| Lateness {
         delay_s: 0.0,
