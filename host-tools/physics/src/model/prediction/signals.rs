@@ -13,8 +13,10 @@ use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, Twist};
 use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
+use softdock_control::wrench::Motion;
 use softdock_io::recording::Recording;
 use softdock_statistics::sample_time;
+use std::sync::OnceLock;
 
 /// What the recorded velocity of cycle n is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +64,8 @@ pub struct Signals<'a> {
     samples_counted: bool,
     /// A velocity was sent in steps from cycle to cycle.
     commanded: bool,
+    /// See [`Self::motion`]; a fit asks for all of them in each of its steps.
+    motions: OnceLock<Vec<Option<Motion<f64>>>>,
 }
 
 impl<'a> Signals<'a> {
@@ -111,6 +115,7 @@ impl<'a> Signals<'a> {
             telegrams,
             commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
+            motions: OnceLock::new(),
         })
     }
 
@@ -121,6 +126,7 @@ impl<'a> Signals<'a> {
             steps: self.steps.clone(),
             settings: self.settings.clone(),
             axes: self.axes.clone(),
+            motions: OnceLock::new(),
             ..*self
         }
     }
@@ -196,6 +202,20 @@ impl<'a> Signals<'a> {
     pub fn turned(&self, n: usize) -> Option<Turned> {
         self.axes.as_ref()?;
         Turned::between(self.cycles.get(n.checked_sub(1)?)?, self.cycles.get(n)?)
+    }
+
+    /// Velocity and acceleration at the instant of the pose of cycle n, as they were measured.
+    pub fn motion(&self, n: usize) -> Option<Motion<f64>> {
+        let at = |n| {
+            Some(Motion {
+                velocity: self.velocity_at_pose(n)?,
+                acceleration: self.acceleration_at_pose(n),
+            })
+        };
+        let all = self
+            .motions
+            .get_or_init(|| (0..self.len()).map(at).collect());
+        *all.get(n)?
     }
 
     /// Velocity at the instant of the pose of cycle n.

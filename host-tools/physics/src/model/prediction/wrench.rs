@@ -71,13 +71,12 @@ pub fn measured_contact_force(model: &Model, signals: &Signals<'_>) -> Vec<Optio
         .collect()
 }
 
-/// The motion at the instant of cycle n, as it was measured.
+/// The motion at the instant of cycle n, as it was measured in cycles of these durations.
 fn motion_of(signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<Motion<f64>> {
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s);
-    Some(Motion {
-        velocity: signals.velocity_at_pose(n)?,
-        acceleration: signals.acceleration_at_pose(n) * (signals.cycle_s / interval_s),
-    })
+    let mut motion = signals.motion(n)?;
+    motion.acceleration = motion.acceleration * (signals.cycle_s / interval_s);
+    Some(motion)
 }
 
 /// The load, and the noise that it inherits from a measured motion.
