@@ -1,7 +1,6 @@
 //! A benchmark as the base of a campaign: in shards, the same table.
 
-use super::{done, json, refused};
-use softdock_tests::process::scratch;
+use softdock_tests::process::{done, json, refused, scratch};
 use std::fs;
 use std::path::Path;
 
@@ -36,7 +35,7 @@ fn the_delay_benchmark_in_shards_is_the_same_table() {
         done(&folder, &["campaign", "run", "shards", "--shard", shard]);
     }
     assert!(merged("whole") == merged("shards"));
-    let status = json(&folder, &["campaign", "status", "whole", "--json"]);
+    let status = json(&folder, &["campaign", "status", "whole"]);
     assert_eq!((&status["rows"], &status["failed"]), (&6.into(), &0.into()));
     let said = refused(
         &folder,

@@ -1,9 +1,9 @@
 //! Campaigns on HyperQueue and on Slurm, by the lines that the program prints: a node is killed in the middle, the rest is
 //! done by the same line, and the table is that of one process.
 
-use super::{done, merged, plan};
+use super::{merged, plan};
 use softdock_tests::peers::python::peer;
-use softdock_tests::process::{Running, forbidden, scratch};
+use softdock_tests::process::{Running, done, forbidden, scratch};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;

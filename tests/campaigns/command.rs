@@ -1,10 +1,10 @@
 //! Rows against `softdock run`, rows that cannot be, and what is said before anything runs.
 
-use super::{CAMPAIGN, ROWS, done, json, plan, refused, scenario};
+use super::{CAMPAIGN, ROWS, plan, scenario};
 use serde_json::Value;
 use softdock_io::data_table::{DataTable, Values};
 use softdock_io::recording::Recording;
-use softdock_tests::process::scratch;
+use softdock_tests::process::{done, json, refused, scratch, words};
 use std::fs;
 
 fn numbers(table: &DataTable, name: &str) -> Vec<Option<f64>> {
@@ -22,18 +22,10 @@ fn a_row_is_a_run_bit_for_bit() {
     assert_eq!(planned["rows"], ROWS);
     assert_eq!(planned["hash"].as_str().unwrap().len(), 16);
     done(&folder, &["campaign", "run", "c"]);
-    done(
-        &folder,
-        &["campaign", "merge", "c", "-o", "t.parquet", "--csv"],
-    );
+    done(&folder, &words("campaign merge c -o t.parquet --csv"));
     let table = DataTable::read_parquet(&folder.join("t.parquet")).unwrap();
     assert_eq!(table.rows() as u64, ROWS);
-    let again = json(
-        &folder,
-        &[
-            "campaign", "rerun", "c", "--index", "5", "-o", "r.mcap", "--json",
-        ],
-    );
+    let again = json(&folder, &words("campaign rerun c --index 5 -o r.mcap"));
     assert_eq!(again["same_as"], "part 0/1");
     let recording = Recording::open(&folder.join("r.mcap")).unwrap();
     fs::write(
@@ -41,7 +33,7 @@ fn a_row_is_a_run_bit_for_bit() {
         recording.header.scenario_toml.unwrap(),
     )
     .unwrap();
-    let run = json(&folder, &["run", "row.toml", "-o", "run.mcap", "--json"]);
+    let run = json(&folder, &["run", "row.toml", "-o", "run.mcap"]);
     let same = Recording::open(&folder.join("run.mcap")).unwrap();
     assert!(same.cycles == recording.cycles && same.truth == recording.truth);
     for (name, in_run, scale) in [
@@ -126,16 +118,10 @@ fn conditions_that_cannot_be_are_rows_with_their_reason() {
     let campaign = format!("scenario = \"scenario.toml\"\n{factors}");
     fs::write(folder.join("campaign.toml"), campaign).unwrap();
     done(&folder, &["campaign", "plan", "campaign.toml", "-o", "c"]);
-    let run = json(&folder, &["campaign", "run", "c", "--json"]);
+    let run = json(&folder, &["campaign", "run", "c"]);
     assert_eq!((&run["rows"], &run["failed"]), (&4.into(), &1.into()));
-    assert_eq!(
-        json(&folder, &["campaign", "status", "c", "--json"])["failed"],
-        1
-    );
-    let merged = json(
-        &folder,
-        &["campaign", "merge", "c", "-o", "t.parquet", "--json"],
-    );
+    assert_eq!(json(&folder, &["campaign", "status", "c"])["failed"], 1);
+    let merged = json(&folder, &words("campaign merge c -o t.parquet"));
     let failures = merged["summary"]["failures"].as_object().unwrap();
     let (reason, count) = failures.iter().next().unwrap();
     assert!(
@@ -221,10 +207,7 @@ fn mistakes_are_named_before_anything_runs() {
 fn lines_for_a_cluster_are_printed() {
     let folder = scratch("campaign_lines");
     plan(&folder, "c");
-    let line = done(
-        &folder,
-        &["campaign", "slurm", "c", "--shards", "40", "--threads", "4"],
-    );
+    let line = done(&folder, &words("campaign slurm c --shards 40 --threads 4"));
     assert!(
         line.starts_with("sbatch ") && line.contains("--array 0-39"),
         "{line}"

@@ -1,7 +1,7 @@
 //! One shard, many shards, stopped and resumed: the same bytes; and what merge refuses.
 
-use super::{ROWS, done, json, merged, plan, refused};
-use softdock_tests::process::{Running, scratch, softdock_binary};
+use super::{ROWS, merged, plan};
+use softdock_tests::process::{Running, done, json, refused, scratch, softdock_binary, words};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -59,13 +59,13 @@ fn parts_that_were_copied_together_make_the_same_table() {
 fn a_missing_shard_is_named_and_merge_refuses_the_gap() {
     let folder = scratch("campaign_gap");
     plan(&folder, "c");
-    let before = json(&folder, &["campaign", "status", "c", "--json"]);
+    let before = json(&folder, &["campaign", "status", "c"]);
     assert_eq!(
         (&before["rows"], &before["done"]),
         (&ROWS.into(), &0.into())
     );
     shards(&folder, 5, &[1, 3]);
-    let status = json(&folder, &["campaign", "status", "c", "--json"]);
+    let status = json(&folder, &["campaign", "status", "c"]);
     assert_eq!(status["missing_shards"], serde_json::json!([1, 3]));
     assert_eq!(status["shards"], 5);
     let error = refused(&folder, &["campaign", "merge", "c", "-o", "t.parquet"]);
@@ -88,10 +88,7 @@ fn merge_refuses_rows_that_stand_twice_and_parts_of_other_plans() {
     // A part of the same scenario under another campaign.
     let other = super::CAMPAIGN.replace("seed = 7", "seed = 8");
     fs::write(folder.join("campaign.toml"), other).unwrap();
-    done(
-        &folder,
-        &["campaign", "plan", "campaign.toml", "-o", "other"],
-    );
+    done(&folder, &words("campaign plan campaign.toml -o other"));
     fs::copy(
         folder.join("c/part-0-of-1.parquet"),
         folder.join("other/part-0-of-1.parquet"),
@@ -151,11 +148,11 @@ fn after_ctrl_c_the_same_command_goes_on() {
     if !status.success() {
         assert!(log.contains("the same command goes on"), "{log}");
         assert!(!folder.join("c/part-0-of-1.parquet").exists());
-        let rest = json(&folder, &["campaign", "run", "c", "--json"]);
+        let rest = json(&folder, &["campaign", "run", "c"]);
         assert!(rest["carried_out"].as_u64().unwrap() < ROWS - 2, "{rest}");
     }
     assert!(merged(&folder, "c") == whole());
-    let again = json(&folder, &["campaign", "run", "c", "--json"]);
+    let again = json(&folder, &["campaign", "run", "c"]);
     assert_eq!(again["carried_out"], 0);
 }
 
@@ -176,7 +173,7 @@ fn after_a_kill_the_same_command_goes_on() {
         let text = fs::read_to_string(&journal).unwrap();
         fs::write(&journal, format!("{text}23,completed,,200,1,,0.0")).unwrap();
     }
-    let rest = json(&folder, &["campaign", "run", "c", "--json"]);
+    let rest = json(&folder, &["campaign", "run", "c"]);
     assert_eq!(rest["rows"], ROWS);
     assert!(rest["carried_out"].as_u64().unwrap() <= ROWS - 3, "{rest}");
     assert!(merged(&folder, "c") == whole());

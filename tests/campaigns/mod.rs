@@ -8,7 +8,7 @@ mod store;
 mod story;
 
 use serde_json::Value;
-use softdock_tests::process::softdock;
+use softdock_tests::process::{done, json};
 use std::fs;
 use std::path::Path;
 
@@ -51,34 +51,11 @@ fn scenario() -> String {
     near.replace("duration_s = 3.0", "duration_s = 0.8")
 }
 
-/// Ends with 0; its standard output.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let run = softdock(folder, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-    run.stdout
-}
-
-/// Ends with 1; its standard error.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let run = softdock(folder, arguments);
-    let said = (run.code, run.stdout.as_str());
-    assert_eq!(said, (Some(1), ""), "{arguments:?}: {}", run.stderr);
-    run.stderr
-}
-
-/// The one JSON document on standard output.
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    serde_json::from_str(&done(folder, arguments)).unwrap()
-}
-
 /// Plans the campaign as `name` in a folder.
 fn plan(folder: &Path, name: &str) -> Value {
     fs::write(folder.join("scenario.toml"), scenario()).unwrap();
     fs::write(folder.join("campaign.toml"), CAMPAIGN).unwrap();
-    json(
-        folder,
-        &["campaign", "plan", "campaign.toml", "-o", name, "--json"],
-    )
+    json(folder, &["campaign", "plan", "campaign.toml", "-o", name])
 }
 
 /// The merged table of a campaign, byte by byte.

@@ -1,8 +1,8 @@
 //! Campaigns in an object store, here a file system: what the page says, the same bytes as in a folder, an upload that is
 //! killed, and what merge refuses.
 
-use super::{ROWS, division, done, json, plan, refused};
-use softdock_tests::process::{Running, scratch, softdock_binary};
+use super::{ROWS, division, plan};
+use softdock_tests::process::{Running, done, json, refused, scratch, softdock_binary};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -70,7 +70,7 @@ fn one_shard_in_a_store_gives_the_same_table() {
     let mut names: Vec<_> = names.map(|file| file.unwrap().file_name()).collect();
     names.sort();
     assert_eq!(names, ["part-0-of-1.parquet", "plan.json"]);
-    let again = json(&folder, &["campaign", "run", &address, "--json"]);
+    let again = json(&folder, &["campaign", "run", &address]);
     assert_eq!(
         (&again["rows"], &again["carried_out"]),
         (&ROWS.into(), &0.into())
@@ -111,7 +111,7 @@ fn an_upload_that_is_killed_leaves_no_part() {
     let killed = Running::start("campaign", &mut limited(&folder, &address, 16));
     let (status, log) = killed.finish();
     assert!(!status.success(), "{log}");
-    let status = json(&folder, &["campaign", "status", &address, "--json"]);
+    let status = json(&folder, &["campaign", "status", &address]);
     assert_eq!((&status["done"], &status["shards"]), (&0.into(), &1.into()));
     let error = refused(&folder, &["campaign", "merge", &address, "-o", "t.parquet"]);
     assert!(error.contains("rows are missing"), "{error}");
@@ -135,7 +135,7 @@ fn gaps_doubles_and_parts_of_another_plan_are_refused() {
         error.contains("12 of 24 rows are missing, the first is row 1"),
         "{error}"
     );
-    let status = json(&folder, &["campaign", "status", &address, "--json"]);
+    let status = json(&folder, &["campaign", "status", &address]);
     assert_eq!(status["missing_shards"], serde_json::json!([1]));
     run(&folder, &address, "0/4");
     run(&folder, &address, "1/2");

@@ -1,8 +1,7 @@
 //! The campaign of the examples, from plan to report.
 
-use super::{done, json};
 use softdock_io::data_table::{DataTable, Values};
-use softdock_tests::process::scratch;
+use softdock_tests::process::{done, json, scratch, words};
 use std::fs;
 use std::path::Path;
 
@@ -13,20 +12,11 @@ fn the_example_leads_to_a_report() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaign/spring-rod.toml");
     let example = example.to_str().unwrap();
     done(&folder, &["campaign", "plan", example, "-o", "campaign"]);
-    let run = json(&folder, &["campaign", "run", "campaign", "--json"]);
+    let run = json(&folder, &["campaign", "run", "campaign"]);
     assert_eq!((&run["rows"], &run["failed"]), (&300.into(), &0.into()));
     let merged = json(
         &folder,
-        &[
-            "campaign",
-            "merge",
-            "campaign",
-            "-o",
-            "results.parquet",
-            "--report",
-            "results.html",
-            "--json",
-        ],
+        &words("campaign merge campaign -o results.parquet --report results.html"),
     );
     let summary = &merged["summary"];
     // Without a law nothing comes back right; with the predictor nearly everything does.
@@ -74,17 +64,9 @@ fn a_soft_capture_knows_its_loads() {
     );
     fs::write(folder.join("two.toml"), two).unwrap();
     done(&folder, &["campaign", "plan", "two.toml", "-o", "c"]);
-    let run = json(&folder, &["campaign", "run", "c", "--json"]);
+    let run = json(&folder, &["campaign", "run", "c"]);
     assert_eq!((&run["rows"], &run["failed"]), (&4.into(), &0.into()));
-    let arguments = [
-        "campaign",
-        "merge",
-        "c",
-        "-o",
-        "t.parquet",
-        "--report",
-        "t.html",
-    ];
+    let arguments = words("campaign merge c -o t.parquet --report t.html");
     let said = done(&folder, &arguments);
     let page = fs::read_to_string(folder.join("t.html")).unwrap();
     for text in [said, page] {
@@ -119,9 +101,9 @@ fn the_corners_of_the_standards_box_are_a_campaign() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../examples/campaign/soft-capture-corners.toml");
     let example = example.to_str().unwrap();
-    let plan = json(&folder, &["campaign", "plan", example, "-o", "c", "--json"]);
+    let plan = json(&folder, &["campaign", "plan", example, "-o", "c"]);
     assert_eq!(plan["rows"], 4096, "{plan}");
-    let arguments = ["campaign", "run", "c", "--shard", "7/2048", "--json"];
+    let arguments = ["campaign", "run", "c", "--shard", "7/2048"];
     let run = json(&folder, &arguments);
     assert_eq!((&run["rows"], &run["failed"]), (&2.into(), &0.into()));
 }

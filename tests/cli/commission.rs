@@ -4,18 +4,12 @@
 //! that holds them.
 
 use serde_json::Value;
-use softdock_tests::process::{recorded_data, scratch, softdock};
+use softdock_tests::process::{json, recorded_data, scratch, softdock, words};
 use std::path::Path;
 
 fn repository(path: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     root.join(path).display().to_string()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let run = softdock(folder, arguments);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    serde_json::from_str(&run.stdout).unwrap()
 }
 
 /// 100 poses of a real sensor: what is left of poses that were kept back is less than 0.285 N, and
@@ -45,7 +39,6 @@ fn a_real_sensor_is_calibrated_into_the_settings() {
             "sensor.toml",
             "--report",
             "sensor.html",
-            "--json",
         ],
     );
     assert!(
@@ -76,7 +69,7 @@ fn a_real_sensor_is_calibrated_into_the_settings() {
 #[test]
 fn a_plan_is_printed_without_any_recording() {
     let folder = scratch("calibrate_plan");
-    let plan = json(&folder, &["calibrate", "sensor", "--plan", "--json"]);
+    let plan = json(&folder, &["calibrate", "sensor", "--plan"]);
     let poses = plan["poses"].as_array().unwrap();
     assert!(poses.len() >= 6);
     assert!(poses.last().unwrap()["condition"].as_f64().unwrap() < 5.0);
@@ -102,7 +95,6 @@ fn the_rehearsed_robot_is_identified_into_the_settings() {
             "board.toml",
             "--report",
             "robot.html",
-            "--json",
         ],
     );
     let close = |name: &str, expected: f64, tolerance: f64| {
@@ -119,10 +111,7 @@ fn the_rehearsed_robot_is_identified_into_the_settings() {
     let changed = std::fs::read_to_string(folder.join("board.toml")).unwrap();
     assert!(changed.contains("[control.delay.actuator]"), "{changed}");
     // The recording alone says the same.
-    let again = json(
-        &folder,
-        &["identify", "actuator", "--recording", "jog.mcap", "--json"],
-    );
+    let again = json(&folder, &words("identify actuator --recording jog.mcap"));
     assert_eq!(again["delay_s"], found["delay_s"]);
 }
 
@@ -144,7 +133,6 @@ fn a_real_joint_is_identified() {
             data.to_str().unwrap(),
             "--mapping",
             &repository("examples/ur5-delay/mapping.toml"),
-            "--json",
         ],
     );
     let mean = found["mean_delay_s"]["value"].as_f64().unwrap();
@@ -169,10 +157,7 @@ fn what_is_not_enough_is_an_error_that_helps() {
         "--keep",
         "jog.mcap",
     ];
-    json(
-        &folder,
-        &[&["identify", "actuator", "--json"][..], &keep].concat(),
-    );
+    json(&folder, &[&["identify", "actuator"][..], &keep].concat());
     // The jog never rests for long.
     let run = softdock(&folder, &["calibrate", "sensor", "--recording", "jog.mcap"]);
     assert_eq!(run.code, Some(1));
@@ -183,14 +168,7 @@ fn what_is_not_enough_is_an_error_that_helps() {
     );
     let run = softdock(
         &folder,
-        &[
-            "calibrate",
-            "sensor",
-            "--recording",
-            "jog.mcap",
-            "--gravity",
-            "0,0,-1e9",
-        ],
+        &words("calibrate sensor --recording jog.mcap --gravity 0,0,-1e9"),
     );
     assert!(run.stderr.contains("expected about 9.81"), "{}", run.stderr);
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use softdock_physics::model::Model;
-use softdock_tests::process::{Finished, demonstration, scratch, softdock};
+use softdock_tests::process::{Finished, demonstration, done, scratch, softdock, words};
 
 fn json(run: &Finished) -> Value {
     assert_eq!(run.code, Some(0), "{}", run.stderr);
@@ -13,16 +13,7 @@ fn json(run: &Finished) -> Value {
 #[test]
 fn a_hidden_effect_is_found_added_and_removed() {
     let folder = scratch("demo_found");
-    let arguments = [
-        "demo",
-        "--effect",
-        "guide_viscous",
-        "--seed",
-        "1",
-        "-o",
-        "a",
-        "--json",
-    ];
+    let arguments = words("demo --effect guide_viscous --seed 1 -o a --json");
     let told = json(&softdock(&folder, &arguments));
     assert_eq!(told["found"], true, "{told:#}");
     assert_eq!(told["hidden"][0]["id"], "guide_viscous");
@@ -78,8 +69,7 @@ fn the_default_is_a_late_robot_that_pauses() {
 fn the_story_tells_its_steps_and_refuses_what_it_cannot_do() {
     let folder = scratch("demo_told");
     let arguments = ["demo", "--effect", "ft_bias", "-o", "a"];
-    let run = softdock(&folder, &arguments);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = done(&folder, &arguments);
     for expected in [
         "3. Run",
         "4. Compare",
@@ -88,11 +78,7 @@ fn the_story_tells_its_steps_and_refuses_what_it_cannot_do() {
         "What the rig had hidden",
         "Try next",
     ] {
-        assert!(
-            run.stdout.contains(expected),
-            "{expected} in {}",
-            run.stdout
-        );
+        assert!(run.contains(expected), "{expected} in {}", run);
     }
     let again = softdock(&folder, &arguments);
     assert_eq!(again.code, Some(1));

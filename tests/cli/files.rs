@@ -2,7 +2,7 @@
 //! are there already, cut off, or of another version.
 
 use serde_json::Value;
-use softdock_tests::process::{Finished, scratch, softdock};
+use softdock_tests::process::{Finished, scratch, softdock, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -43,10 +43,7 @@ fn recorded() -> &'static (Vec<u8>, Value) {
     RUN.get_or_init(|| {
         let folder = scratch("cli_run");
         fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
-        let run = softdock(
-            &folder,
-            &["run", "scenario.toml", "-o", "run.mcap", "--json"],
-        );
+        let run = softdock(&folder, &words("run scenario.toml -o run.mcap --json"));
         assert_success(&run);
         (fs::read(folder.join("run.mcap")).unwrap(), json(&run))
     })
@@ -87,15 +84,7 @@ fn run_obeys_its_options_and_names_mistakes() {
     fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
     let run = softdock(
         &folder,
-        &[
-            "run",
-            "scenario.toml",
-            "-o",
-            "run.mcap",
-            "--speed-mm-s",
-            "8",
-            "--json",
-        ],
+        &words("run scenario.toml -o run.mcap --speed-mm-s 8 --json"),
     );
     assert_success(&run);
     let speed = json(&run)["impacts"][0]["speed_in_mm_s"].as_f64().unwrap();
@@ -114,10 +103,7 @@ fn run_obeys_its_options_and_names_mistakes() {
         "a refused run leaves no recording"
     );
     assert_failure(
-        &softdock(
-            &folder,
-            &["run", "scenario.toml", "-o", "no/folder/run.mcap"],
-        ),
+        &softdock(&folder, &words("run scenario.toml -o no/folder/run.mcap")),
         "no/folder/run.mcap",
     );
 }

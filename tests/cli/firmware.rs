@@ -3,7 +3,7 @@
 
 use softdock_app::image::{Slot, newest};
 use softdock_tests::peers::serve;
-use softdock_tests::process::{scratch, softdock, softdock_binary};
+use softdock_tests::process::{json, scratch, softdock_binary};
 use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -51,9 +51,7 @@ fn recorded_probe_rs(folder: &Path) -> PathBuf {
 #[ignore = "long: an image with full optimisation"]
 fn the_image_fits_and_its_tasks_are_named() {
     let folder = scratch("cli_firmware");
-    let run = softdock(&folder, &["firmware", "--json"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let built: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let built = json(&folder, &["firmware"]);
     let regions = built["regions"].as_array().unwrap();
     for region in regions {
         let (used, length) = (&region["used"], &region["length"]);

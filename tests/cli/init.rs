@@ -1,18 +1,17 @@
 //! `softdock init`: its files, and the commands that it prints.
 
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch, softdock, words};
 
 #[test]
 fn the_commands_that_it_prints_work_on_its_files() {
     let folder = scratch("cli_init");
-    let init = softdock(&folder, &["init", "laboratory"]);
-    assert_eq!(init.code, Some(0), "{}", init.stderr);
+    let init = done(&folder, &["init", "laboratory"]);
     let laboratory = folder.join("laboratory");
     for name in ["scenario.toml", "board.toml", "rig.toml", "model.toml"] {
         assert!(laboratory.join(name).is_file(), "{name}");
     }
     let mut commands = 0;
-    for line in init.stdout.lines() {
+    for line in init.lines() {
         let Some(command) = line.trim().strip_prefix("softdock ") else {
             continue;
         };
@@ -21,17 +20,10 @@ fn the_commands_that_it_prints_work_on_its_files() {
         assert_eq!(run.code, Some(0), "{command}: {}{}", run.stdout, run.stderr);
         commands += 1;
     }
-    assert_eq!(commands, 3, "{}", init.stdout);
+    assert_eq!(commands, 3, "{}", init);
 
     // The board's own file does what the scenario's does.
-    let run = [
-        "run",
-        "scenario.toml",
-        "--settings",
-        "board.toml",
-        "-o",
-        "own.mcap",
-    ];
+    let run = words("run scenario.toml --settings board.toml -o own.mcap");
     assert_eq!(softdock(&laboratory, &run).code, Some(0));
     let cycles = |name: &str| {
         softdock_io::recording::Recording::open(&laboratory.join(name))

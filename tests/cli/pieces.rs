@@ -1,15 +1,8 @@
 //! Recordings in files of a bounded size.
 
-use serde_json::Value;
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{json, scratch, softdock};
 use std::path::Path;
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let run = softdock(folder, arguments);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    serde_json::from_str(&run.stdout).unwrap()
-}
 
 /// Of 250 cycles.
 const PIECES: [&str; 3] = ["run.mcap", "run-2.mcap", "run-3.mcap"];
@@ -19,7 +12,7 @@ fn assert_replayed(folder: &Path) {
     let mut given = PIECES;
     given.sort_unstable();
     assert_ne!(given, PIECES);
-    let replayed = json(folder, &[["replay", "--json"].as_slice(), &given].concat());
+    let replayed = json(folder, &[["replay"].as_slice(), &given].concat());
     assert_eq!(
         (&replayed["identical"], &replayed["cycles"]),
         (&true.into(), &250.into())
@@ -31,7 +24,7 @@ fn assert_replayed(folder: &Path) {
 fn the_pieces_of_a_run_replay_together() {
     let folder = scratch("run_pieces");
     assert_eq!(softdock(&folder, &["init", "rig"]).code, Some(0));
-    let run = ["run", "rig/scenario.toml", "--duration-s", "1", "--json"];
+    let run = ["run", "rig/scenario.toml", "--duration-s", "1"];
     let pieces = ["-o", "run.mcap", "--piece-cycles", "100"];
     let ran = json(&folder, &[run.as_slice(), &pieces].concat());
     assert_eq!(ran["pieces"], serde_json::json!(PIECES));

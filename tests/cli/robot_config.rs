@@ -1,7 +1,7 @@
 //! `softdock robot-config`: the file for the robot goes to a file or to standard output, the notes
 //! for the person to standard error.
 
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{scratch, softdock, words};
 use std::fs;
 
 #[test]
@@ -56,13 +56,7 @@ fn wrong_settings_are_an_error() {
     fs::write(folder.join("board.toml"), "[rsi]\nsentipe = \"Dock\"\n").unwrap();
     let run = softdock(
         &folder,
-        &[
-            "robot-config",
-            "--settings",
-            "board.toml",
-            "--board",
-            "192.168.1.20:49152",
-        ],
+        &words("robot-config --settings board.toml --board 192.168.1.20:49152"),
     );
     assert_eq!((run.code, run.stdout.as_str()), (Some(1), ""));
     let expected = "board.toml:2: unknown key `sentipe` in [rsi]; did you mean `sentype`?";

@@ -1,7 +1,7 @@
 //! What a new user mistypes or mixes up: each says what it is and what to do.
 
 use serde_json::Value;
-use softdock_tests::process::{Finished, scratch, softdock};
+use softdock_tests::process::{Finished, done, scratch, softdock, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,14 +19,7 @@ fn folder(test: &str) -> PathBuf {
     ] {
         fs::write(folder.join(name), text).unwrap();
     }
-    let run = [
-        "run",
-        "scenario.toml",
-        "-o",
-        "run.mcap",
-        "--duration-s",
-        "0.5",
-    ];
+    let run = words("run scenario.toml -o run.mcap --duration-s 0.5");
     assert_eq!(softdock(&folder, &run).code, Some(0));
     folder
 }
@@ -221,10 +214,7 @@ fn an_error_is_json_where_json_was_asked_for() {
         "{missing}"
     );
     // A result that is there is the one document.
-    let bad = softdock(
-        &folder,
-        &["check", "scenario.toml", "scenario.toml", "--json"],
-    );
+    let bad = softdock(&folder, &words("check scenario.toml scenario.toml --json"));
     assert_eq!(bad.code, Some(1));
     let document: Value = serde_json::from_str(&bad.stdout).unwrap();
     assert_eq!(document["chosen_law"], "none");
@@ -339,18 +329,11 @@ fn a_recording_of_another_rig_is_said_to_be_one() {
     fs::write(folder.join("heavy.toml"), heavy).unwrap();
     for (scenario, recording) in [("scenario.toml", "train.mcap"), ("heavy.toml", "test.mcap")] {
         let arguments = ["run", scenario, "-o", recording, "--duration-s", "1.5"];
-        let run = softdock(&folder, &arguments);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        done(&folder, &arguments);
     }
     let run = softdock(
         &folder,
-        &[
-            "diagnose",
-            "model.toml",
-            "train.mcap",
-            "--test",
-            "test.mcap",
-        ],
+        &words("diagnose model.toml train.mcap --test test.mcap"),
     );
     let says = "test.mcap is of another rig or spacecraft than train.mcap: `control.body_k.mass_kg` is 900.0";
     assert!(run.stderr.contains(says), "{}", run.stderr);

@@ -6,7 +6,7 @@ use serde_json::Value;
 use softdock_experiments::scenario::Scenario;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::{LockStepRig, Motion, PATIENCE, QemuBoard, params, serve};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, json, scratch, words};
 use std::path::{Path, PathBuf};
 
 /// The laboratory, with everything that is to be found out: a tool of 3.4 kg, zeros, 37 ms.
@@ -60,17 +60,6 @@ law = "predictor"
 /// Poses in which nothing was calibrated, A, B, C in degrees.
 const OTHER_POSES: [&str; 4] = ["0,0,0", "20,-35,50", "-70,15,-25", "110,40,120"];
 
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let run = softdock(folder, arguments);
-    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
-    run.stdout
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let text = done(folder, &[arguments, &["--json"]].concat());
-    serde_json::from_str(&text).unwrap()
-}
-
 fn number(value: &Value) -> f64 {
     value
         .as_f64()
@@ -112,15 +101,7 @@ fn rest(folder: &Path, settings: &str, abc_deg: &str, seed: usize, output: &str)
 fn commission(folder: &Path) {
     let plan = json(
         folder,
-        &[
-            "calibrate",
-            "sensor",
-            "--plan",
-            "--settings",
-            "board.toml",
-            "--from-abc-deg",
-            "0,0,180",
-        ],
+        &words("calibrate sensor --plan --settings board.toml --from-abc-deg 0,0,180"),
     );
     let poses = plan["poses"].as_array().unwrap();
     let files: Vec<String> = (1..=poses.len())
@@ -150,14 +131,7 @@ fn commission(folder: &Path) {
     done(folder, &[&jog[..], &["--keep", "jog.mcap"]].concat());
     let found = json(
         folder,
-        &[
-            "identify",
-            "actuator",
-            "--recording",
-            "jog.mcap",
-            "--into",
-            "board.toml",
-        ],
+        &words("identify actuator --recording jog.mcap --into board.toml"),
     );
     near(&found["delay_s"]["value"], 0.037, 2e-3);
     near(&found["mean_delay_s"]["value"], 0.037, 2e-3);
@@ -181,14 +155,7 @@ fn a_fresh_board_comes_to_an_elastic_bounce() {
     // Before anything is known, the board sees a load and stays where it is.
     let before = json(
         &folder,
-        &[
-            "run",
-            "rig.toml",
-            "--settings",
-            "board.toml",
-            "-o",
-            "before.mcap",
-        ],
+        &words("run rig.toml --settings board.toml -o before.mcap"),
     );
     assert!(before["impacts"].as_array().unwrap().is_empty(), "{before}");
     assert!(gravity_residual(&folder.join("before.mcap")) > 10.0);

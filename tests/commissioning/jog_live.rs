@@ -8,7 +8,7 @@ use softdock_io::recording::Recording;
 use softdock_tests::peers::{
     BUSY_COMPUTER, LockStepRig, Motion, RunningRobot, Sensor, Served, patient, serve,
 };
-use softdock_tests::process::{Finished, Running, softdock, softdock_binary};
+use softdock_tests::process::{Finished, Running, softdock, softdock_binary, words};
 use std::net::{SocketAddr, UdpSocket};
 use std::process::Command;
 use std::sync::Arc;
@@ -122,10 +122,7 @@ fn the_delay_of_a_live_rig_is_found_and_uploaded() {
     .unwrap();
     let run = identify(
         &served,
-        &[
-            "--axis", "y,-z", "--yes", "--json", "--upload", "--into", "new.toml", "--keep",
-            "jog.mcap",
-        ],
+        &words("--axis y,-z --yes --json --upload --into new.toml --keep jog.mcap"),
     );
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     eprintln!("{}", run.stderr);

@@ -1,7 +1,7 @@
 //! `softdock params` on lines that are taken, noisy, cut off, or not there.
 
 use softdock_tests::peers::{Board, Fault, Proxy, Served, params, serve};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{json, scratch};
 
 const MASS: &str = "control.sensor.tool_mass_kg";
 
@@ -49,9 +49,7 @@ fn a_port_that_is_none_is_named() {
         assert_eq!(run.code, Some(1));
         assert!(run.stderr.contains(says), "{port}: {}", run.stderr);
     }
-    let ports = softdock(&folder, &["params", "ports", "--json"]);
-    assert_eq!(ports.code, Some(0), "{}", ports.stderr);
-    let ports: serde_json::Value = serde_json::from_str(&ports.stdout).unwrap();
+    let ports = json(&folder, &["params", "ports"]);
     assert!(ports["ports"].is_array());
 }
 

@@ -5,7 +5,7 @@ use softdock_control::modes::Mode;
 use softdock_io::recording::Recording;
 use softdock_tests::peers::python::{adapter, sensor};
 use softdock_tests::peers::{BUSY_COMPUTER, Board, Robot};
-use softdock_tests::process::{Running, scratch, softdock_binary};
+use softdock_tests::process::{Running, scratch, softdock_binary, words};
 use std::process::Command;
 
 /// Cycles of the start ramp, with some to spare.
@@ -53,13 +53,7 @@ fn an_adapter_that_is_not_there_is_said_at_once() {
     ] {
         let folder = scratch("slcan_absent");
         std::fs::write(folder.join("board.toml"), BUSY_COMPUTER).unwrap();
-        let arguments = [
-            "board",
-            "--settings",
-            "board.toml",
-            "--robot",
-            "127.0.0.1:0",
-        ];
+        let arguments = words("board --settings board.toml --robot 127.0.0.1:0");
         let output = Command::new(softdock_binary())
             .current_dir(&folder)
             .args(arguments)

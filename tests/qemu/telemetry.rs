@@ -4,7 +4,7 @@
 use softdock_control::delay::LawName;
 use softdock_experiments::scenario::Scenario;
 use softdock_tests::peers::{LockStepRig, QemuBoard, patient};
-use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
+use softdock_tests::process::{Running, json, scratch, softdock_binary};
 use std::net::SocketAddrV4;
 use std::process::Command;
 use toml_edit::ser::to_string_pretty;
@@ -63,9 +63,7 @@ fn a_recording_from_qemu_replays_bit_for_bit() {
     );
     assert_eq!(machine["stack"]["available"], 128 << 10, "{summary}");
 
-    let run = softdock(&folder, &["replay", "run.mcap", "--json"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    let replay: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let replay = json(&folder, &["replay", "run.mcap"]);
     assert_eq!(replay["identical"], true, "{replay}");
     let cycles = replay["cycles"].as_u64().unwrap();
     assert!(cycles as usize >= CYCLES - 10, "{replay}");

@@ -12,7 +12,7 @@ use softdock_io::recording::Recording;
 use softdock_io::replay::replay;
 use softdock_lockstep::Session;
 use softdock_tests::lockstep::story;
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -47,13 +47,12 @@ fn recordings_of_the_first_release_replay_bit_for_bit() {
 #[test]
 fn the_papers_experiment_is_reproduced_with_the_same_numbers() {
     let folder = scratch("golden_reproduce");
-    let run = softdock(&folder, &["reproduce", "-o", "all", "--json"]);
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    let run = done(&folder, &["reproduce", "-o", "all", "--json"]);
     let expected = fs::read_to_string(kept("reproduce.json")).unwrap();
-    for (n, (received, expected)) in run.stdout.lines().zip(expected.lines()).enumerate() {
+    for (n, (received, expected)) in run.lines().zip(expected.lines()).enumerate() {
         assert_eq!(received, expected, "line {}", n + 1);
     }
-    assert_eq!(run.stdout.lines().count(), expected.lines().count());
+    assert_eq!(run.lines().count(), expected.lines().count());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The Python on the pages about recordings does what the pages say.
 
 use softdock_tests::peers::python;
-use softdock_tests::process::{scratch, softdock, softdock_binary};
+use softdock_tests::process::{self, scratch, softdock_binary, words};
 use std::fs;
 use std::path::Path;
 
@@ -26,8 +26,7 @@ fn record(folder: &Path) {
 
 fn done(folder: &Path, command: &str) {
     let arguments = command.strip_prefix("softdock ").unwrap();
-    let run = softdock(folder, &arguments.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "{command}: {}", run.stderr);
+    process::done(folder, &words(arguments));
 }
 
 /// Does what the page says to a recorded run: first its commands, then its Python, whose words come back.

@@ -6,7 +6,7 @@ use serde_json::Value;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::{Recording, WallClock};
 use softdock_tests::peers::python;
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -44,20 +44,18 @@ fn layouts() -> Vec<PathBuf> {
     layouts.map(|name| examples.join(name)).into()
 }
 
-fn done(folder: &Path, arguments: &str) {
-    let run = softdock(folder, &arguments.split(' ').collect::<Vec<_>>());
-    assert_eq!(run.code, Some(0), "{arguments}: {}", run.stderr);
-}
-
 /// A run, as it was recorded and with what the model predicts beside it.
 #[test]
 fn programs_for_ros_2_read_every_message() {
     let folder = scratch("ros2_run");
     fs::write(folder.join("scenario.toml"), SCENARIO).unwrap();
     fs::write(folder.join("model.toml"), MODEL).unwrap();
-    done(&folder, "run scenario.toml -o run.mcap");
-    done(&folder, "compare model.toml run.mcap --series series.mcap");
-    done(&folder, "export run.mcap -o view.mcap");
+    done(&folder, &words("run scenario.toml -o run.mcap"));
+    done(
+        &folder,
+        &words("compare model.toml run.mcap --series series.mcap"),
+    );
+    done(&folder, &words("export run.mcap -o view.mcap"));
 
     let recording = Recording::open(&folder.join("run.mcap")).unwrap();
     let cycles = recording.cycles.len();

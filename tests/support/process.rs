@@ -1,5 +1,6 @@
 //! Child processes of the tests: what they say, bounded waits, and an end in every case.
 
+use serde_json::Value;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -264,6 +265,41 @@ pub fn softdock(folder: &Path, arguments: &[&str]) -> Finished {
         stdout: stdout.join().expect("a reader does not panic"),
         stderr: stderr.join().expect("a reader does not panic"),
     }
+}
+
+/// What `softdock` prints that has to end with 0.
+///
+/// # Panics
+/// If it does not.
+pub fn done(folder: &Path, arguments: &[&str]) -> String {
+    let run = softdock(folder, arguments);
+    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.stderr);
+    run.stdout
+}
+
+/// The one JSON document that it prints, with `--json` behind the arguments.
+///
+/// # Panics
+/// If it fails, or prints anything else.
+pub fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let text = done(folder, &[arguments, &["--json"]].concat());
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error} in {text}"))
+}
+
+/// Why it ends with 1; it prints nothing then.
+///
+/// # Panics
+/// If it does.
+pub fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let run = softdock(folder, arguments);
+    let said = (run.code, run.stdout.as_str());
+    assert_eq!(said, (Some(1), ""), "{arguments:?}: {}", run.stderr);
+    run.stderr
+}
+
+/// The arguments of a command line in which none holds a blank.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
 }
 
 /// `softdock demo` as it is by default, with `--json`, run once for all tests: its folder, in which it wrote to `demo`,

@@ -2,19 +2,11 @@
 
 use super::server::{Bench, imported};
 use serde_json::{Value, json};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, json, scratch, softdock, words};
 use std::fs;
-use std::path::Path;
 
 fn selection() -> Value {
     json!({"model": "model.toml", "fit": ["train.mcap"], "test": ["test.mcap"]})
-}
-
-/// What a command prints.
-fn printed(folder: &Path, arguments: &[&str]) -> Value {
-    let run = softdock(folder, &[arguments, &["--json"]].concat());
-    assert_eq!(run.code, Some(0), "{}", run.stderr);
-    serde_json::from_str(&run.stdout).unwrap()
 }
 
 #[test]
@@ -36,12 +28,12 @@ fn programs_get_what_the_commands_print() {
     assert_eq!(bench.get("/api/models").json()[0]["id"], "model.toml");
     assert_eq!(
         bench.get("/api/effects").json(),
-        printed(&folder, &["effects"])
+        json(&folder, &["effects"])
     );
     let pair = json!({"model": "model.toml", "recording": "test.mcap"});
     assert_eq!(
         bench.post("/api/compare", &pair).json(),
-        printed(&folder, &["compare", "model.toml", "test.mcap"])
+        json(&folder, &["compare", "model.toml", "test.mcap"])
     );
 
     let channels = bench.get("/api/recordings/test.mcap/channels").json();
@@ -68,17 +60,9 @@ fn programs_get_what_the_commands_print() {
     let of = |kind: &str| events.iter().filter(|event| event.0 == kind).count();
     assert!(of("stage") > 3 && of("candidate") > 10, "{events:?}");
     let (last, mut found) = events.last().unwrap().clone();
-    let mut expected = printed(
+    let mut expected = json(
         &folder,
-        &[
-            "add",
-            "model.toml",
-            "--fit",
-            "train.mcap",
-            "--test",
-            "test.mcap",
-            "--dry-run",
-        ],
+        &words("add model.toml --fit train.mcap --test test.mcap --dry-run"),
     );
     assert_eq!(last, "result", "{found}");
     for document in [&mut found, &mut expected] {
@@ -92,7 +76,7 @@ fn programs_get_what_the_commands_print() {
 
     assert_eq!(
         bench.get("/api/models/model.toml/history").json(),
-        printed(&folder, &["history", "model.toml"])
+        json(&folder, &["history", "model.toml"])
     );
 }
 
@@ -225,7 +209,7 @@ fn all_parameters_are_fitted_as_the_command_fits_them() {
     let (kind, found) = events.last().unwrap();
     assert_eq!(kind, "result", "{found}");
     let arguments = ["fit", "model.toml", "train.mcap", "--test", "test.mcap"];
-    let expected = printed(&folder, &arguments);
+    let expected = json(&folder, &arguments);
     for key in ["parameters", "undetermined", "steps", "written"] {
         assert_eq!(found[key], expected[key], "{key}");
     }
@@ -248,8 +232,7 @@ fn all_parameters_are_fitted_as_the_command_fits_them() {
 #[test]
 fn a_scenario_is_run_as_the_command_runs_it() {
     let folder = scratch("workbench_run");
-    let init = softdock(&folder, &["init", "."]);
-    assert_eq!(init.code, Some(0), "{}", init.stderr);
+    done(&folder, &["init", "."]);
     let bench = Bench::start(&folder);
     let scenarios = bench.get("/api/scenarios").json();
     assert_eq!(scenarios[0]["id"], "scenario.toml", "{scenarios}");
@@ -260,17 +243,8 @@ fn a_scenario_is_run_as_the_command_runs_it() {
     let (kind, mut said) = events.last().unwrap().clone();
     assert_eq!(kind, "result", "{said}");
     assert_eq!(said["recording"], "mine.mcap");
-    let arguments = [
-        "run",
-        "scenario.toml",
-        "-o",
-        "theirs.mcap",
-        "--law",
-        "lead",
-        "--duration-s",
-        "2",
-    ];
-    let mut expected = printed(&folder, &arguments);
+    let arguments = words("run scenario.toml -o theirs.mcap --law lead --duration-s 2");
+    let mut expected = json(&folder, &arguments);
     for document in [&mut said, &mut expected] {
         let document = document.as_object_mut().unwrap();
         for of_this_run in [

@@ -2,7 +2,7 @@
 
 use super::server::Bench;
 use softdock_tests::browser::Browser;
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch};
 
 /// Cycles of 1,000 s.
 const CYCLES: u32 = 250_000;
@@ -20,8 +20,7 @@ fn a_quarter_of_a_million_points_are_panned() {
     let folder = scratch("workbench_long");
     for command in ["init .", "run scenario.toml --duration-s 1000 -o long.mcap"] {
         let arguments: Vec<&str> = command.split(' ').collect();
-        let run = softdock(&folder, &arguments);
-        assert_eq!(run.code, Some(0), "{}", run.stderr);
+        done(&folder, &arguments);
     }
     let bench = Bench::start(&folder);
     let path = "/api/prediction?recording=long.mcap&model=model.toml&channel=wrench&axis=x";

@@ -3,7 +3,7 @@
 
 use super::server::{Bench, imported};
 use serde_json::{Value, json};
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{scratch, softdock, words};
 use std::fs;
 
 #[test]
@@ -188,10 +188,7 @@ fn who_asks_over_the_network_has_to_know_the_token() {
         "{}",
         alone.stderr
     );
-    let short = softdock(
-        &folder,
-        &["workbench", "--listen", "127.0.0.1", "--token", "abc"],
-    );
+    let short = softdock(&folder, &words("workbench --listen 127.0.0.1 --token abc"));
     assert!(
         short.stderr.contains("at least 16 letters"),
         "{}",

@@ -1,7 +1,7 @@
 //! A workbench as a process, its folder, and a client that says exactly what a test wants said.
 
 use serde_json::Value;
-use softdock_tests::process::{Running, scratch, softdock, softdock_binary};
+use softdock_tests::process::{Running, done, scratch, softdock_binary};
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -23,8 +23,7 @@ pub fn imported(test: &str, effect: &str) -> PathBuf {
     fs::write(log.join("meta.json"), &case.meta_json).unwrap();
     fs::write(log.join("train.csv"), &case.train_csv).unwrap();
     fs::write(log.join("test.csv"), &case.test_csv).unwrap();
-    let import = softdock(&folder, &["import", "log", "-o", "runs"]);
-    assert_eq!(import.code, Some(0), "{}", import.stderr);
+    done(&folder, &["import", "log", "-o", "runs"]);
     folder.join("runs")
 }
 

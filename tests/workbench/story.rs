@@ -3,7 +3,7 @@
 
 use super::server::{Bench, imported};
 use softdock_tests::browser::Browser;
-use softdock_tests::process::{scratch, softdock};
+use softdock_tests::process::{done, scratch};
 
 /// Widths from a telephone to a wide screen, pixels.
 const WIDTHS: [u32; 5] = [400, 800, 1280, 1600, 2560];
@@ -95,8 +95,7 @@ fn two_runs_are_laid_over_each_other_and_aligned() {
 #[test]
 fn a_scenario_is_run_and_fitted_by_clicks() {
     let folder = scratch("workbench_run_story");
-    let init = softdock(&folder, &["init", "."]);
-    assert_eq!(init.code, Some(0), "{}", init.stderr);
+    done(&folder, &["init", "."]);
     let secret = "a-token-of-this-test";
     let bench = Bench::listening(&folder, &["--listen", "127.0.0.1", "--token", secret]);
     let mut browser = Browser::start("workbench_run_story_chromium");
