@@ -1,6 +1,6 @@
 //! When the rows of an imported table were: irregular stamps, gaps, late rows; and what follows for a model to start from.
 
-use super::import_mapping::{imported, near, table};
+use super::tables::{imported, near, table};
 use softdock_analysis::diagnose::{Verdict, diagnose};
 use softdock_analysis::import::starter::starter;
 use softdock_analysis::import::summary::Summary;

@@ -1,6 +1,6 @@
 //! Whole turns of an axis, which a pose does not hold, come from the column of its angle.
 
-use super::import_mapping::{imported, table};
+use super::tables::{imported, table};
 use softdock_analysis::import::mapping::MappedLogs;
 use softdock_analysis::levels::ChannelLevels;
 use softdock_io::recording::Recording;
