@@ -9,4 +9,5 @@ mod pages;
 mod replay;
 mod ros2;
 mod sample;
+mod simulated;
 mod table;

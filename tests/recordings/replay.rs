@@ -35,7 +35,7 @@ const STIFFNESS_N_PER_M: f64 = 80_000.0;
 const COUNTS_PER_M: f64 = 1e7;
 
 /// A robot without delay runs into a spring and bounces back.
-static BOUNCE: LazyLock<Recording> = LazyLock::new(|| {
+pub(super) static BOUNCE: LazyLock<Recording> = LazyLock::new(|| {
     let mut settings = Settings::default();
     settings.body_k.mass_kg = 400.0;
     settings.body_k.velocity_m_s = [0.015, 0.0, 0.0];
@@ -113,7 +113,7 @@ fn a_replay_is_identical() {
 }
 
 /// The places where a bit is flipped, with the names that must be reported.
-fn flip(record: &mut CycleRecord, place: usize, bit: u32) -> &'static str {
+pub(super) fn flip(record: &mut CycleRecord, place: usize, bit: u32) -> &'static str {
     let flipped = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ (1 << bit));
     let trace = &mut record.trace;
     match place {

@@ -192,6 +192,7 @@ impl Source {
                 .map(|_| self.truth())
                 .collect(),
             cut: None,
+            rounded: None,
             wall_clock: self.maybe(|s| WallClock {
                 unix_s: s.below(2_000_000_000) as f64,
                 at_time_s: s.below(1000) as f64 / 8.0,

@@ -67,7 +67,7 @@ pub fn read(path: &Path, mapping_file: Option<&Path>) -> Result<Read> {
         path.display()
     );
     Ok(Read {
-        notes: recording.cut.clone().into_iter().collect(),
+        notes: recording.notes().collect(),
         recording,
         unseen: None,
         model: None,

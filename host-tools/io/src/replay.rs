@@ -91,10 +91,17 @@ impl Replay {
             "the settings of this recording are others than those of the one before"
         );
         let mut comparison = Comparison::default();
-        for recorded in &recording.cycles {
+        for (place, recorded) in recording.cycles.iter().enumerate() {
             self.cycles += 1;
             let recomputed = controller.step(&recorded.inputs);
-            if let Some(found) = comparison.first_difference([recorded, &recomputed]) {
+            let cycles = [recorded, &recomputed];
+            let found = match recording.rounded {
+                Some(rounded) if rounded.place <= place => {
+                    comparison.first_difference_rounded(cycles, rounded)
+                }
+                _ => comparison.first_difference(cycles),
+            };
+            if let Some(found) = found {
                 return Ok(ReplayReport {
                     identical: false,
                     cycles: self.cycles,

@@ -17,6 +17,7 @@ pub(super) fn of_recording(
             "The recording was cut off ({why}); what is here, up to {end_s:.3} s, is compared."
         ));
     }
+    notes.extend(recording.rounding());
     let holes = signals
         .steps
         .iter()

@@ -38,9 +38,7 @@ impl Logs {
         let mut read = |path: &PathBuf| -> Result<Recording> {
             let name = path.display().to_string();
             let recording = Recording::open(path)?;
-            if let Some(cut) = &recording.cut {
-                notes.push(format!("{name}: {cut}"));
-            }
+            notes.extend(recording.notes().map(|note| format!("{name}: {note}")));
             let context = Context {
                 name: &name,
                 sample_time_s: None,

@@ -74,8 +74,8 @@ impl Compare {
     pub(super) fn execute(self) -> Result<()> {
         let model = Model::load(&self.model)?;
         let recording = Recording::open(&self.recording)?;
-        if let Some(cut) = &recording.cut {
-            say!("note: {cut}");
+        for note in recording.notes() {
+            say!("note: {note}");
         }
         let comparison = compare(&model, &recording)?;
         if let Some(path) = &self.report {

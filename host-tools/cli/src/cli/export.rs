@@ -43,8 +43,8 @@ struct Written<'a> {
 impl Export {
     pub(super) fn execute(self) -> Result<()> {
         let recording = Recording::open(&self.recording)?;
-        if let Some(cut) = &recording.cut {
-            say!("note: {cut}");
+        for note in recording.notes() {
+            say!("note: {note}");
         }
         ensure!(
             !recording.cycles.is_empty(),

@@ -46,8 +46,8 @@ impl Replay {
         sort_pieces(&mut recordings);
         for path in &recordings {
             let recording = Recording::open(path)?;
-            if let Some(cut) = &recording.cut {
-                say!("note: {cut}");
+            for note in recording.notes() {
+                say!("note: {note}");
             }
             let found = recomputation.take(&recording);
             let found = found.with_context(|| path.display().to_string())?;

@@ -80,6 +80,7 @@ impl Recording {
             let mut row = Row {
                 cycle: *cycle,
                 truth,
+                ..Row::default()
             };
             numbers.0.clear();
             for topic in self.topics() {

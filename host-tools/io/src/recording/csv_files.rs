@@ -96,7 +96,11 @@ fn write_table(
     let mut writer = CellWriter::default();
     for (cycle, truth) in recording.cycles.iter().zip(truths) {
         let (cycle, truth) = (*cycle, truth.copied().unwrap_or_default());
-        let mut row = Row { cycle, truth };
+        let mut row = Row {
+            cycle,
+            truth,
+            ..Row::default()
+        };
         writer.cells.clear();
         for topic in topics {
             let Ok(()) = topic.visit(&mut writer, &mut row);

@@ -1,9 +1,10 @@
 //! Where two records of the same cycle differ, down to the bit.
 
+use super::again::{Rounded, checksum};
 use super::cdr::Encoder;
 use super::field::{EachNumber, Number};
 use super::text::{CellWriter, columns};
-use super::topics::{Row, Topic};
+use super::topics::{Form, Row, Topic};
 use softdock_app::record::CycleRecord;
 
 /// A number that differs.
@@ -27,32 +28,58 @@ impl Comparison {
     /// The first number that differs, if any. All NaN count as the same number: which of them
     /// the hardware makes is its own affair.
     pub fn first_difference(&mut self, cycles: [&CycleRecord; 2]) -> Option<Difference> {
-        let mut rows = cycles.map(|cycle| Row {
-            cycle: *cycle,
-            ..Row::default()
-        });
-        let topics = Topic::all(false).iter();
-        topics.copied().find_map(|topic| {
+        let forms = Topic::all(false).iter().copied().map(Form::Full);
+        self.first_of(forms, cycles.map(row))
+    }
+
+    /// Likewise where the first record is rounded: the second one is rounded before they are compared, and if that hides the
+    /// difference, it is in the checksum of all digits.
+    pub fn first_difference_rounded(
+        &mut self,
+        cycles: [&CycleRecord; 2],
+        rounded: Rounded,
+    ) -> Option<Difference> {
+        let [mut recorded, mut recomputed] = cycles.map(row);
+        recorded.checksum = rounded.checksum;
+        recomputed.checksum = checksum(&mut Encoder::default(), &mut recomputed);
+        let forms = Topic::all(false).iter().copied().map(Topic::in_single);
+        let forms = forms.chain([Form::Full(Topic::Checksum)]);
+        self.first_of(forms, [recorded, recomputed])
+    }
+
+    fn first_of(
+        &mut self,
+        mut forms: impl Iterator<Item = Form>,
+        mut rows: [Row; 2],
+    ) -> Option<Difference> {
+        forms.find_map(|form| {
             for (encoder, row) in self.encoders.iter_mut().zip(&mut rows) {
                 encoder.begin();
-                let Ok(()) = topic.visit(encoder, row);
+                let Ok(()) = form.visit(encoder, row);
             }
             let [recorded, recomputed] = &self.encoders;
             let same = recorded.bytes() == recomputed.bytes();
-            if same { None } else { named(topic, &mut rows) }
+            if same { None } else { named(form, &mut rows) }
         })
     }
 }
 
+fn row(cycle: &CycleRecord) -> Row {
+    Row {
+        cycle: *cycle,
+        ..Row::default()
+    }
+}
+
 /// The first difference within a topic, with its name.
-fn named(topic: Topic, rows: &mut [Row; 2]) -> Option<Difference> {
+fn named(form: Form, rows: &mut [Row; 2]) -> Option<Difference> {
     let [mut recorded, mut recomputed] = rows.each_mut().map(|row| {
         let (mut cells, mut bits) = (CellWriter::default(), BitWriter::default());
-        let Ok(()) = topic.visit(&mut cells, row);
-        let Ok(()) = topic.visit(&mut bits, row);
+        let Ok(()) = form.visit(&mut cells, row);
+        let Ok(()) = form.visit(&mut bits, row);
         cells.cells.into_iter().zip(bits.0)
     });
-    columns(topic).find_map(|quantity| {
+    columns(form.topic()).find_map(|quantity| {
         let (one, other) = (recorded.next()?, recomputed.next()?);
         (one.0 != other.0).then_some(Difference {
             quantity,

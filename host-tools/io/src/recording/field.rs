@@ -45,6 +45,8 @@ pub(super) struct Parts {
     pub(super) names: &'static [&'static str],
     /// The message whose fields they are in a schema, `package/Type`; without one they are an array.
     pub(super) message: Option<&'static str>,
+    /// Likewise in single precision.
+    pub(super) single: Option<&'static str>,
 }
 
 impl Parts {
@@ -52,13 +54,27 @@ impl Parts {
     pub(super) const NONE: Self = Self::array(&[]);
 
     pub(super) const fn array(names: &'static [&'static str]) -> Self {
-        let message = None;
-        Self { names, message }
+        let (message, single) = (None, None);
+        Self {
+            names,
+            message,
+            single,
+        }
     }
 
     pub(super) const fn message(name: &'static str, names: &'static [&'static str]) -> Self {
-        let message = Some(name);
-        Self { names, message }
+        let (message, single) = (Some(name), None);
+        Self {
+            names,
+            message,
+            single,
+        }
+    }
+
+    /// With a message for single precision.
+    pub(super) const fn or_single(self, name: &'static str) -> Self {
+        let single = Some(name);
+        Self { single, ..self }
     }
 }
 
@@ -146,15 +162,19 @@ impl<V: EachNumber> Visitor for V {
 }
 
 /// A number that can stand in a message.
-pub(super) trait Number: Copy {
+pub(super) trait Number: Copy + Default {
     /// Its name in a `ros2msg` schema.
     const ROS_TYPE: &'static str;
+    /// What it is in single precision.
+    type Single: Number;
     /// Its bytes, least significant first.
     type Bytes: AsRef<[u8]> + for<'a> TryFrom<&'a [u8]>;
 
     fn to_bytes(self) -> Self::Bytes;
     /// `None` if no number has these bytes.
     fn from_bytes(bytes: Self::Bytes) -> Option<Self>;
+    fn to_single(self) -> Self::Single;
+    fn from_single(single: Self::Single) -> Self;
     /// As a number to draw; beyond 2⁵³ rounded.
     fn as_f64(self) -> f64;
     /// The shortest text that reads back to the same bits.
@@ -163,9 +183,10 @@ pub(super) trait Number: Copy {
 }
 
 macro_rules! number {
-    ($($type:ty, $ros:literal, $format:literal;)+) => {$(
+    ($($type:ty, $ros:literal, $format:literal, $single:ty;)+) => {$(
         impl Number for $type {
             const ROS_TYPE: &'static str = $ros;
+            type Single = $single;
             type Bytes = [u8; size_of::<$type>()];
 
             fn to_bytes(self) -> Self::Bytes {
@@ -173,6 +194,12 @@ macro_rules! number {
             }
             fn from_bytes(bytes: Self::Bytes) -> Option<Self> {
                 Some(Self::from_le_bytes(bytes))
+            }
+            fn to_single(self) -> $single {
+                self as $single
+            }
+            fn from_single(single: $single) -> Self {
+                single as Self
             }
             fn as_f64(self) -> f64 {
                 self as f64
@@ -189,19 +216,20 @@ macro_rules! number {
 
 // `{:?}` writes very large and very small floating-point numbers with an exponent, `{}` does not.
 number! {
-    f64, "float64", "{:?}";
-    f32, "float32", "{:?}";
-    i64, "int64", "{}";
-    u64, "uint64", "{}";
-    u32, "uint32", "{}";
-    i32, "int32", "{}";
-    u16, "uint16", "{}";
-    i16, "int16", "{}";
-    u8, "uint8", "{}";
+    f64, "float64", "{:?}", f32;
+    f32, "float32", "{:?}", f32;
+    i64, "int64", "{}", i64;
+    u64, "uint64", "{}", u64;
+    u32, "uint32", "{}", u32;
+    i32, "int32", "{}", i32;
+    u16, "uint16", "{}", u16;
+    i16, "int16", "{}", i16;
+    u8, "uint8", "{}", u8;
 }
 
 impl Number for bool {
     const ROS_TYPE: &'static str = "bool";
+    type Single = Self;
     type Bytes = [u8; 1];
 
     fn to_bytes(self) -> Self::Bytes {
@@ -213,6 +241,12 @@ impl Number for bool {
             [1] => Some(true),
             _ => None,
         }
+    }
+    fn to_single(self) -> Self {
+        self
+    }
+    fn from_single(single: Self) -> Self {
+        single
     }
     fn as_f64(self) -> f64 {
         f64::from(u8::from(self))

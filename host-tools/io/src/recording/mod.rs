@@ -3,6 +3,7 @@
 //! The native format is MCAP with ROS 2 messages, which Foxglove and PlotJuggler open:
 //! - `topics` names every recorded number, `field` and `words` say how it is described,
 //! - `cdr` and `schema` turn that into messages and their description,
+//! - `single` and `again` keep in half the room what can be computed again,
 //! - `writer` and `reader` put them into a file and get them back, also from half a file,
 //! - `mcap_file` is the file that the writer writes,
 //! - `table` keeps logs of other programs as the few columns that they have,
@@ -13,6 +14,7 @@
 //! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
+mod again;
 mod cdr;
 mod columns;
 mod csv_files;
@@ -23,6 +25,7 @@ mod numbers;
 mod reader;
 mod ros2;
 mod schema;
+mod single;
 mod table;
 mod text;
 mod topics;
@@ -30,6 +33,7 @@ mod wall_clock;
 mod words;
 mod writer;
 
+pub use again::Rounded;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
@@ -102,6 +106,8 @@ pub struct Recording {
     pub truth: Vec<TruthRecord>,
     /// Why the file ended early, if it was cut off; what is here is whole.
     pub cut: Option<String>,
+    /// Numbers of a simulated run that this version does not compute as they were computed then.
+    pub rounded: Option<Rounded>,
     /// When it was, if a computer with a clock recorded it.
     pub wall_clock: Option<WallClock>,
 }

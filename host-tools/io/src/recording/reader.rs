@@ -3,10 +3,11 @@
 //! A chunk is used only after its checksum was found right, so that nothing half-written or
 //! damaged gets into a recording. The file may come from anywhere: no length in it is trusted.
 
+use super::again::{Again, Rounded};
 use super::cdr::Decoder;
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
-use super::topics::{Row, Topic};
+use super::topics::{Form, Row, Topic};
 use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{FORMAT, Header, METADATA, OWN_PROFILE, PROFILE, Recording, WALL_CLOCK, WallClock};
 use crate::identity;
@@ -112,9 +113,13 @@ struct Loader {
     header: Option<Header>,
     recording: Recording,
     schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
-    channels: BTreeMap<u16, Topic>,
+    channels: BTreeMap<u16, Form>,
     /// The file has the rig's truth.
     truth: bool,
+    /// What was computed is in single precision, with a checksum.
+    single: bool,
+    /// Computes it again, as long as it finds the same.
+    again: Option<Again>,
     /// The cycle that is being put together.
     row: Row,
     /// Bits of the topics that it has.
@@ -268,11 +273,11 @@ impl Loader {
         let Some(topic) = Topic::from_name(&channel.topic) else {
             return Ok(());
         };
-        let is = |form: &Topic| {
+        let is = |form: &Form| {
             schema.is_some_and(|(name, encoding, text)| {
                 let text = String::from_utf8_lossy(text);
                 let known = [ros2msg(*form), ros2msg_of_arrays(*form)];
-                name == topic.schema_name()
+                *name == form.schema_name()
                     && encoding == SCHEMA_ENCODING
                     && known
                         .iter()
@@ -288,6 +293,11 @@ impl Loader {
             );
         };
         self.truth |= topic == Topic::Truth;
+        let single = topic == Topic::Checksum || matches!(form, Form::Single(_));
+        if single && !self.single {
+            self.single = true;
+            self.again = self.header.as_ref().and_then(Again::new);
+        }
         self.channels.insert(channel.id, form);
         Ok(())
     }
@@ -306,20 +316,22 @@ impl Loader {
     }
 
     fn message(&mut self, channel_id: u16, data: &[u8]) -> anyhow::Result<()> {
-        let Some(topic) = self.channels.get(&channel_id).copied() else {
+        let Some(form) = self.channels.get(&channel_id).copied() else {
             return Ok(());
         };
+        let topic = form.topic();
         if self.seen & topic.bit() != 0 {
             bail!("`{}` comes twice before {}", topic.name(), self.missing());
         }
         let mut decode = || {
             let mut decoder = Decoder::new(data)?;
-            topic.visit(&mut decoder, &mut self.row)?;
+            form.visit(&mut decoder, &mut self.row)?;
             decoder.finish()
         };
         decode().with_context(|| format!("a message on `{}`", topic.name()))?;
         self.seen |= topic.bit();
-        if self.seen == bits(Topic::all(self.truth)) {
+        if self.topics().all(|topic| self.seen & topic.bit() != 0) {
+            self.complete();
             self.recording.cycles.push(self.row.cycle);
             if self.truth {
                 self.recording.truth.push(self.row.truth);
@@ -329,13 +341,30 @@ impl Loader {
         Ok(())
     }
 
+    /// The topics that every cycle has.
+    fn topics(&self) -> impl Iterator<Item = Topic> + use<> {
+        let checksum = self.single.then_some(Topic::Checksum);
+        Topic::all(self.truth).iter().copied().chain(checksum)
+    }
+
+    /// Gives a cycle of a simulated run all of its digits, or notes that this version has others.
+    fn complete(&mut self) {
+        if !self.single || self.recording.rounded.is_some() {
+            return;
+        }
+        let again = self.again.as_mut();
+        if !again.is_some_and(|again| again.complete(&mut self.row)) {
+            self.recording.rounded = Some(Rounded {
+                place: self.recording.cycles.len(),
+                checksum: self.row.checksum,
+            });
+        }
+    }
+
     /// The first topic that the present cycle lacks, for errors.
     fn missing(&self) -> String {
-        let lacks = |topic: &&Topic| self.seen & topic.bit() == 0;
-        let name = Topic::all(self.truth)
-            .iter()
-            .find(lacks)
-            .map(|topic| topic.name());
+        let lacks = |topic: &Topic| self.seen & topic.bit() == 0;
+        let name = self.topics().find(lacks).map(Topic::name);
         format!("`{}`", name.unwrap_or("the next cycle"))
     }
 
@@ -354,10 +383,6 @@ impl Loader {
         recording.header = self.header.take().unwrap_or_default();
         Ok(recording)
     }
-}
-
-fn bits(topics: &[Topic]) -> u16 {
-    topics.iter().fold(0, |bits, topic| bits | topic.bit())
 }
 
 fn no_header() -> String {

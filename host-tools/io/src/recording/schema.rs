@@ -1,7 +1,7 @@
 //! Description of the messages: the `ros2msg` schemas of MCAP and the columns of CSV.
 
 use super::field::{Field, Number, Visitor};
-use super::topics::{Row, Topic};
+use super::topics::{Form, Row};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::fmt::Write;
@@ -17,15 +17,15 @@ pub(super) struct Described {
 }
 
 /// All fields of a topic in the order of the wire.
-pub(super) fn fields(topic: Topic) -> Vec<Described> {
+pub(super) fn fields(form: impl Into<Form>) -> Vec<Described> {
     let mut describer = Describer::default();
-    let Ok(()) = topic.visit(&mut describer, &mut Row::default());
+    let Ok(()) = form.into().visit(&mut describer, &mut Row::default());
     describer.0
 }
 
 /// Text of the topic's schema in the language of ROS 2 messages, with the messages that it is made of.
-pub(super) fn ros2msg(topic: Topic) -> String {
-    let fields = fields(topic);
+pub(super) fn ros2msg(form: impl Into<Form>) -> String {
+    let fields = fields(form);
     let mut text = String::new();
     for described in &fields {
         let Described { field, .. } = described;
@@ -58,9 +58,9 @@ pub(super) const SEPARATOR: &str =
     "================================================================================";
 
 /// The schema of the same bytes as versions up to 0.1.0 wrote it: with arrays in place of messages.
-pub(super) fn ros2msg_of_arrays(topic: Topic) -> String {
+pub(super) fn ros2msg_of_arrays(form: Form) -> String {
     let mut text = String::new();
-    for described in fields(topic) {
+    for described in fields(form) {
         describe_array(&mut text, &described);
     }
     text
@@ -146,6 +146,7 @@ pub(super) fn declarations(schema: &str) -> impl Iterator<Item = &str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::topics::Topic;
     use std::collections::BTreeSet;
 
     #[test]
@@ -168,7 +169,10 @@ uint8 mode
 
     #[test]
     fn numbers_that_have_names_are_messages() {
-        let [named, arrays] = [ros2msg(Topic::Motion), ros2msg_of_arrays(Topic::Motion)];
+        let [named, arrays] = [
+            ros2msg(Topic::Motion),
+            ros2msg_of_arrays(Topic::Motion.into()),
+        ];
         assert!(
             named.contains("\nsoftdock/QuaternionWxyz orientation\n"),
             "{named}"
@@ -229,6 +233,10 @@ uint8 mode
     #[test]
     fn both_spacecraft_share_one_schema() {
         assert_eq!(ros2msg(Topic::BodyK), ros2msg(Topic::BodyQ));
-        assert_eq!(Topic::BodyK.schema_name(), Topic::BodyQ.schema_name());
+        let [k, q] = [Topic::BodyK, Topic::BodyQ].map(|body| body.in_single().schema_name());
+        assert_eq!(
+            (k.as_str(), q.as_str()),
+            ("softdock/msg/Body32", "softdock/msg/Body32")
+        );
     }
 }

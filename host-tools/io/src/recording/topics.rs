@@ -5,6 +5,7 @@
 
 use super::TruthRecord;
 use super::field::{Field, Number, Parts, Unit, Visitor};
+use super::single::Single;
 use super::words::Word;
 use softdock_app::record::{CycleRecord, Inputs, Output, RobotReport};
 use softdock_control::delay::PARTS;
@@ -18,6 +19,8 @@ use softdock_control::modes::Fault;
 pub(super) struct Row {
     pub(super) cycle: CycleRecord,
     pub(super) truth: TruthRecord,
+    /// Of what was computed, where that is in single precision.
+    pub(super) checksum: u32,
 }
 
 /// A topic: one message per cycle.
@@ -41,6 +44,8 @@ pub(super) enum Topic {
     Status,
     /// Only in recordings of a simulated rig.
     Truth,
+    /// Of what is in single precision, only beside that.
+    Checksum,
     /// [`Self::Sensor`] as versions of before wrote it: status and counts have 16 bits.
     SensorOf16Bits,
 }
@@ -63,6 +68,18 @@ impl Topic {
         Self::Command,
         Self::Status,
         Self::Truth,
+    ];
+
+    /// What a cycle computes from its inputs; see `again`.
+    pub(super) const COMPUTED: [Self; 8] = [
+        Self::Wrench,
+        Self::BodyK,
+        Self::BodyQ,
+        Self::ModelVelocity,
+        Self::Docking,
+        Self::Law,
+        Self::LawStatus,
+        Self::Command,
     ];
 
     /// The topics of a recording, with or without the rig's truth.
@@ -89,17 +106,13 @@ impl Topic {
             Self::Command => ("/command", "softdock/msg/Command"),
             Self::Status => ("/status", "softdock/msg/Status"),
             Self::Truth => ("/truth", "softdock/msg/Truth"),
+            Self::Checksum => ("/checksum", "softdock/msg/Checksum"),
         }
     }
 
     /// Name of the topic.
     pub(super) fn name(self) -> &'static str {
         self.names().0
-    }
-
-    /// Name of its type in the schema.
-    pub(super) fn schema_name(self) -> &'static str {
-        self.names().1
     }
 
     /// What its column names start with: `model_k`.
@@ -109,7 +122,8 @@ impl Topic {
 
     /// The topic of a name.
     pub(super) fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|topic| topic.name() == name)
+        let mut all = Self::ALL.into_iter().chain([Self::Checksum]);
+        all.find(|topic| topic.name() == name)
     }
 
     /// One bit for each topic, whatever its form.
@@ -121,16 +135,29 @@ impl Topic {
     }
 
     /// The forms that its messages may have in a file.
-    pub(super) fn forms(self) -> [Self; 2] {
+    pub(super) fn forms(self) -> [Form; 2] {
         match self {
-            Self::Sensor => [Self::Sensor, Self::SensorOf16Bits],
-            only => [only, only],
+            Self::Sensor => [Self::Sensor, Self::SensorOf16Bits].map(Form::Full),
+            any => [Form::Full(any), any.in_single()],
+        }
+    }
+
+    /// As a simulated run's recording has it.
+    pub(super) fn in_single(self) -> Form {
+        if Self::COMPUTED.contains(&self) {
+            Form::Single(self)
+        } else {
+            Form::Full(self)
         }
     }
 
     /// Goes through all fields of the topic's message.
     pub(super) fn visit<V: Visitor>(self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
-        let Row { cycle, truth } = row;
+        let Row {
+            cycle,
+            truth,
+            checksum,
+        } = row;
         let CycleRecord {
             inputs,
             output,
@@ -153,14 +180,58 @@ impl Topic {
             Self::Command => command(v, trace),
             Self::Status => status(v, trace),
             Self::Truth => rig_truth(v, truth),
+            Self::Checksum => scalar(v, ("crc32", Unit::NONE, CHECKSUM), checksum),
         }
     }
 }
 
-const XYZ: Parts = Parts::message("geometry_msgs/Vector3", &["x", "y", "z"]);
+/// How a topic's numbers stand in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    Full(Topic),
+    Single(Topic),
+}
+
+impl From<Topic> for Form {
+    fn from(topic: Topic) -> Self {
+        Self::Full(topic)
+    }
+}
+
+impl Form {
+    pub(super) fn topic(self) -> Topic {
+        let (Self::Full(topic) | Self::Single(topic)) = self;
+        topic
+    }
+
+    /// Name of its type in the schema; one of single precision ends in the width of its numbers.
+    pub(super) fn schema_name(self) -> String {
+        let ending = if matches!(self, Self::Single(_)) {
+            "32"
+        } else {
+            ""
+        };
+        self.topic().names().1.to_owned() + ending
+    }
+
+    /// Goes through all fields of its message.
+    pub(super) fn visit<V: Visitor>(self, v: &mut V, row: &mut Row) -> Result<(), V::Error> {
+        match self {
+            Self::Full(topic) => topic.visit(v, row),
+            Self::Single(topic) => topic.visit(&mut Single(v), row),
+        }
+    }
+}
+
+const CHECKSUM: &str =
+    "CRC-32 of all digits of the numbers in float32, which inputs and settings give back";
+
+const XYZ: Parts =
+    Parts::message("geometry_msgs/Vector3", &["x", "y", "z"]).or_single("geometry_msgs/Point32");
 const ABC: Parts = Parts::message("softdock/Angles", &["a", "b", "c"]);
 /// ROS 2's own quaternion has w last.
-const WXYZ: Parts = Parts::message("softdock/QuaternionWxyz", &["w", "x", "y", "z"]);
+const WXYZ: Parts = Parts::message("softdock/QuaternionWxyz", &["w", "x", "y", "z"])
+    .or_single("softdock/QuaternionWxyz32");
 const XYZABC: Parts = Parts::message("softdock/Correction", &["x", "y", "z", "a", "b", "c"]);
 const GAUGES: Parts = Parts::array(&["0", "1", "2", "3", "4", "5"]);
 

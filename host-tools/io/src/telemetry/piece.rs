@@ -30,6 +30,12 @@ impl Piece {
         })
     }
 
+    /// Of a run that this program computes.
+    pub(super) fn simulated(self) -> Self {
+        let writer = self.writer.simulated();
+        Self { writer, ..self }
+    }
+
     /// Cycles in it.
     pub(super) fn cycles(&self) -> u64 {
         self.cycles

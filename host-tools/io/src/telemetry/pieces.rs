@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub enum Time {
     /// They are: each file says what time it was.
     Real,
-    /// They happened at no time.
+    /// They happened at no time: this program computes them.
     Virtual,
 }
 
@@ -84,7 +84,11 @@ impl Pieces {
 
     fn next_piece(&mut self) -> Result<()> {
         let path = self.budget.next_file();
-        self.open = Some(Piece::create(&path, &self.header)?);
+        let piece = Piece::create(&path, &self.header)?;
+        self.open = Some(match self.time {
+            Time::Real => piece,
+            Time::Virtual => piece.simulated(),
+        });
         self.paths.push(path);
         Ok(())
     }

@@ -18,7 +18,7 @@ use super::cdr::Encoder;
 use super::numbers::NumbersTopic;
 use super::schema::ros2msg;
 use super::table::{self, TableTopic};
-use super::topics::{Row, Topic};
+use super::topics::{Form, Row, Topic};
 use super::writer::{self, MESSAGE_ENCODING, SCHEMA_ENCODING};
 use super::{PROFILE, Recording, TruthRecord, WallClock};
 use crate::data_table::DataTable;
@@ -132,6 +132,7 @@ impl<'a, W: Write> CopyWriter<'a, W> {
                 let mut row = Row {
                     cycle: *cycle,
                     truth: truth.copied().unwrap_or_default(),
+                    ..Row::default()
                 };
                 for (topic, channel) in topics {
                     out.message(*channel, |message| {
@@ -221,7 +222,8 @@ impl<W: Write> Output<W> {
         }
         let topics = Topic::all(!recording.truth.is_empty()).iter();
         let channel = |topic: &Topic| {
-            let channel = self.channel(topic.name(), topic.schema_name(), &ros2msg(*topic))?;
+            let schema = Form::from(*topic).schema_name();
+            let channel = self.channel(topic.name(), &schema, &ros2msg(*topic))?;
             Ok((*topic, channel))
         };
         let topics: Result<_> = topics.map(channel).collect();
