@@ -53,11 +53,13 @@ pub(super) fn checksum(scratch: &mut Encoder, row: &mut Row) -> u32 {
 struct OneNan<'a>(&'a mut Encoder);
 
 impl EachNumber for OneNan<'_> {
+    #[inline]
     fn number<T: Number>(&mut self, value: T) {
         let nan = value.as_f64().is_nan().then(|| T::parse("NaN")).flatten();
         self.0.number(nan.unwrap_or(value));
     }
 
+    #[inline(always)] // as for the encoder's rows
     fn row<T: Number>(&mut self, values: &[T]) {
         if values.iter().any(|value| value.as_f64().is_nan()) {
             values.iter().for_each(|value| self.number(*value));

@@ -91,7 +91,7 @@ impl EachNumber for Encoder {
         self.row(&[value]);
     }
 
-    #[inline]
+    #[inline(always)] // a field's few numbers, how many is known, are stored without a call
     fn row<T: Number>(&mut self, values: &[T]) {
         let room = self.room::<T>(values.len());
         let places = room.chunks_exact_mut(size_of::<T::Bytes>());

@@ -144,7 +144,7 @@ pub(super) trait EachNumber {
 impl<V: EachNumber> Visitor for V {
     type Error = Infallible;
 
-    #[inline]
+    #[inline(always)] // as for the encoder's rows
     fn numbers<T: Number>(&mut self, _: &Field, values: &mut [T]) -> Result<(), Infallible> {
         self.row(values);
         Ok(())

@@ -11,6 +11,7 @@ pub(super) struct Single<'a, V>(pub(super) &'a mut V);
 impl<V: Visitor> Visitor for Single<'_, V> {
     type Error = V::Error;
 
+    #[inline(always)] // as for the encoder's rows
     fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), V::Error> {
         let parts = Parts {
             message: field.parts.single,
