@@ -152,19 +152,23 @@ fn error_reduction(steps: &[Step], logs: &Logs) -> String {
     let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
         return String::new();
     };
+    let goes = |before: f64, after: f64| {
+        let verb = match after < before {
+            true => "falls",
+            false => "DOES NOT FALL: it goes",
+        };
+        format!("{verb} from {before:.3} to {after:.3}")
+    };
     let mut text = format!(
-        "The error on {} falls from {:.3} to {:.3}",
-        logs.names.train, first.train_error, last.train_error
+        "The error on {} {}",
+        logs.names.train,
+        goes(first.train_error, last.train_error)
     );
     if let (Some(before), Some(after)) = (first.test_error, last.test_error) {
-        let verb = if after < before {
-            "falls"
-        } else {
-            "DOES NOT FALL: it goes"
-        };
         text.push_str(&format!(
-            "; on {}, which the fit has not seen, it {verb} from {before:.3} to {after:.3}",
-            logs.unseen()
+            "; on {}, which the fit has not seen, it {}",
+            logs.unseen(),
+            goes(before, after)
         ));
     }
     text.push('.');
