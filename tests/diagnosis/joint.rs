@@ -399,6 +399,34 @@ fn a_law_that_foretells_another_sweep_is_named_beside_what_no_law_describes() {
     assert!(reached < 3.0, "{reached}: {}", found.sentence);
 }
 
+/// A dry friction of a thousandth of the back-EMF that a motor's voltage overcomes is no error of that law's form: it is what the logs leave that the
+/// fit has not seen.
+#[test]
+fn a_small_friction_beside_a_large_one_is_named_where_it_foretells() {
+    const BACK_EMF: f64 = 40.0;
+    const DRY: f64 = 0.14;
+    let noise = 0.25;
+    let motor = OneAxis {
+        swings: [(0.05, 63.0), (0.04, 77.0), (0.03, 91.0)],
+        noise: (1e-7, noise),
+        ..JOINT
+    };
+    let text = MODEL.replace("torque_n_m = 0.05", &format!("torque_n_m = {noise}"));
+    let model = Model::from_toml(&text.replace("0.35", "0.0"), "model.toml").unwrap();
+    let voltage = |[_, v, _]: [f64; 3]| BACK_EMF * v + DRY * v.signum();
+    let train = motor.record(12.0, 0.0, 31, voltage);
+    let test = motor.record(8.0, 2.0, 32, voltage);
+    let found = diagnosed(&model, &train, &test);
+    assert_eq!(
+        named(&found),
+        ["guide_coulomb", "guide_viscous"],
+        "{}",
+        found.sentence
+    );
+    let dry = &found.parameters["guide_coulomb"]["torque_n_m"];
+    assert!((dry.low..dry.high).contains(&DRY), "{dry:?}");
+}
+
 /// A ripple of the gear as a user would write it: a torque of an angle.
 #[test]
 fn a_formula_on_a_bearing_is_a_torque() {

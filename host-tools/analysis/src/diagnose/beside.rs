@@ -138,6 +138,17 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     let Some(curve) = finding.better_curve(curves, !late.is_empty()) else {
         return finding;
     };
+    // What laws that are not late do as well is no merit of the curve.
+    let mut laws = || {
+        asking.ask(&Question {
+            without: &late,
+            beside: beside.as_ref(),
+            ..*asking.question
+        })
+    };
+    if !late.is_empty() && laws().is_some_and(|laws| laws.is_as_good_as(&finding)) {
+        return finding;
+    }
     if let Some(fewer) = (!late.is_empty())
         .then(|| asking.among_beside(&finding.ids_without(&late), beside.as_ref()))
         .flatten()

@@ -182,8 +182,6 @@ pub(crate) struct BesideRemainder {
     pub imitated: Vec<Imitated>,
     /// The remainder beside what is accepted.
     pub remainder: wrench::Remainder,
-    /// Ids of effects that a smooth remainder would explain, but that foretell the unseen logs.
-    pub foretelling: Vec<String>,
 }
 
 /// An effect that a smooth remainder would explain as well.
@@ -302,14 +300,17 @@ impl WrenchFinding {
         self.prepared.error_on_unseen(&accepted)
     }
 
-    /// Whether its error on the logs that no fit has seen is much larger than that of a finding with more effects. What
-    /// imitates a law of contacts foretells as well as that, so that where something touches nothing follows from it; nor where
-    /// all logs are those of the fit.
+    /// Whether its error on the logs that no fit has seen is much larger than that of a finding with more effects.
     pub(super) fn foretells_worse_than(&self, error: f64) -> bool {
+        self.can_foretell() && error * FORETELLS < self.error_on_unseen()
+    }
+
+    /// Whether anything follows from an error on logs that no fit has seen: not where all are those of the fit, nor where
+    /// something touches, as what imitates a law of contacts foretells as well as that.
+    pub(super) fn can_foretell(&self) -> bool {
         let Joint { logs, fitted, .. } = &self.prepared;
         let touches = |log: &wrench::PreparedLog| log.scene.touches_anything();
-        let can_tell = *fitted < logs.len() && !logs.iter().any(touches);
-        can_tell && error * FORETELLS < self.error_on_unseen()
+        *fitted < logs.len() && !logs.iter().any(touches)
     }
 
     /// The intervals of what is accepted hold the values of another answer, too.
@@ -334,12 +335,21 @@ impl WrenchFinding {
 
     /// Accepted effects that move the reading in time.
     pub(super) fn late(&self) -> Vec<String> {
+        self.those(LoadEffect::is_late)
+    }
+
+    /// Accepted effects that follow the time and nothing else.
+    pub(super) fn drifts(&self) -> Vec<String> {
+        self.those(LoadEffect::is_a_drift)
+    }
+
+    fn those(&self, is: impl Fn(&LoadEffect) -> bool) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
-        let is_late = |id: &String| {
+        let is_one = |id: &String| {
             let effect = model.and_then(|model| LoadEffect::find(model, id));
-            effect.is_some_and(LoadEffect::is_late)
+            effect.is_some_and(&is)
         };
-        self.ids().into_iter().filter(is_late).collect()
+        self.ids().into_iter().filter(is_one).collect()
     }
 
     /// Whether a dry friction is among the effects, or those of the model.
@@ -383,7 +393,6 @@ impl WrenchFinding {
         self.beside_remainder = Some(BesideRemainder {
             imitated: Vec::new(),
             remainder,
-            foretelling: foretelling.to_vec(),
         });
         let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
         let effects = self.earlier.0.iter_mut().chain(accepted);

@@ -1,7 +1,7 @@
 //! The fall of the error as one effect after the other is added.
 
-use super::engine::{Logs, Stages, predict_all};
-use super::evidence::RISES;
+use super::engine::{Logs, Stages, WrenchFinding, predict_all};
+use super::evidence::{FORETELLS, RISES};
 use super::for_prediction;
 use super::named::{self, Named};
 use crate::levels::{ChannelLevels, Step};
@@ -41,39 +41,27 @@ impl ErrorReduction {
         stages: &Stages,
         asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
+        let wrench = stages.wrench.as_ref();
         let mut known = Known {
             model,
             recordings,
+            found: named::all(model, stages),
             all: named::all(model, stages),
             refitted: None,
             predictions: HashMap::new(),
+            // Where no structure is left, the two likelihoods agree.
+            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
+            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
         };
-        let beside = stages
-            .wrench
-            .iter()
-            .filter_map(|w| w.beside_remainder.as_ref());
-        let foretelling: Vec<&String> = beside.flat_map(|beside| &beside.foretelling).collect();
-        // Amounts that foretell are determined by all logs together, if not by those of the fit.
-        let determined = |k: &usize| {
-            let named = &known.all[*k];
-            let foretells = || foretelling.contains(&&named.effect.id) && !named.is_late(model);
-            asked || named.is_determined(model) || foretells()
+        let mut everything: Vec<usize> = (0..known.all.len()).collect();
+        known.refit(&everything)?;
+        let (undetermined, refused) = match asked {
+            true => (Vec::new(), Vec::new()),
+            false => (
+                known.without_vague(&mut everything)?,
+                known.refuse(&mut everything)?,
+            ),
         };
-        let (mut everything, vague): (Vec<usize>, Vec<usize>) =
-            (0..known.all.len()).partition(determined);
-        let vague = vague.into_iter().map(|k| known.all[k].effect.id.clone());
-        let undetermined: Vec<String> = vague.collect();
-        // Where no structure is left, the two likelihoods agree.
-        if stages.wrench.iter().any(|w| w.beside_remainder.is_some()) {
-            known.refit(&everything)?;
-        }
-        let refused = match asked {
-            true => Vec::new(),
-            false => known.refuse(&mut everything)?,
-        };
-        if !refused.is_empty() {
-            known.refit(&everything)?;
-        }
         let start = known.levels(&[])?;
         let end = known.levels(&everything)?;
         let mut named: Vec<(usize, f64)> = Vec::new();
@@ -128,9 +116,14 @@ struct Error {
 struct Known<'a> {
     model: &'a Model,
     recordings: &'a Logs<&'a Recording>,
+    /// As the search found them.
+    found: Vec<Named>,
+    /// With the parameters that foretell best.
     all: Vec<Named>,
     refitted: Option<[f64; 2]>,
     predictions: HashMap<Vec<usize>, Logs<Prediction>>,
+    leaves_structure: bool,
+    can_foretell: bool,
 }
 
 impl Known<'_> {
@@ -149,19 +142,45 @@ impl Known<'_> {
         Ok(totals)
     }
 
-    /// Gives these effects the parameters that foretell best.
+    /// Gives these effects the parameters that foretell best beside each other.
     fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
-        let named: Vec<Named> = effects.iter().map(|k| self.all[*k].clone()).collect();
-        let better = for_prediction::refit(self.model, self.recordings, &named)?;
-        if let Some((better, errors)) = better {
-            effects
-                .iter()
-                .zip(better)
-                .for_each(|(&k, better)| self.all[k] = better);
-            self.refitted = Some(errors);
-            self.predictions.clear();
+        if !self.leaves_structure {
+            return Ok(());
         }
+        let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
+        let better = for_prediction::refit(self.model, self.recordings, &named)?;
+        let (best, errors) = better.map_or((named, None), |(best, errors)| (best, Some(errors)));
+        effects
+            .iter()
+            .zip(best)
+            .for_each(|(&k, best)| self.all[k] = best);
+        self.refitted = errors;
+        self.predictions.clear();
         Ok(())
+    }
+
+    /// Takes effects away of which no interval leaves out 0, one at a time, unless the others foretell unseen data much worse
+    /// without it.
+    fn without_vague(&mut self, effects: &mut Vec<usize>) -> anyhow::Result<Vec<String>> {
+        let mut gone = Vec::new();
+        let mut kept: Vec<usize> = Vec::new();
+        loop {
+            let is_vague =
+                |k: &&usize| !kept.contains(k) && !self.all[**k].is_determined(self.model);
+            let Some(vague) = effects.iter().find(is_vague).copied() else {
+                return Ok(gone);
+            };
+            let with = self.levels(effects)?.test;
+            let others = without(effects, vague);
+            self.refit(&others)?;
+            if self.can_foretell && self.levels(&others)?.test > FORETELLS * with {
+                self.refit(effects)?;
+                kept.push(vague);
+                continue;
+            }
+            gone.push(self.all[vague].effect.id.clone());
+            *effects = others;
+        }
     }
 
     /// Takes effects away with which the error is larger, one at a time; and all, if it is larger with all of them together,
@@ -175,21 +194,36 @@ impl Known<'_> {
             return Ok(gone.collect());
         }
         loop {
-            let with = self.levels(effects)?;
-            let mut worst: Option<(usize, Error)> = None;
+            let with = self.levels(effects)?.test;
+            let mut worst: Option<(usize, f64)> = None;
             for &k in effects.iter() {
-                let less = self.levels(&without(effects, k))?;
-                let rises = with.test > RISES * less.test;
-                if rises && worst.as_ref().is_none_or(|worst| less.test < worst.1.test) {
+                let less = self.error_without(effects, k)?;
+                if with > less && worst.is_none_or(|worst| less < worst.1) {
                     worst = Some((k, less));
                 }
             }
             let Some((k, less)) = worst else {
                 return Ok(refused);
             };
-            refused.push((self.all[k].effect.id.clone(), less.test, with.test));
+            refused.push((self.all[k].effect.id.clone(), less, with));
             *effects = without(effects, k);
+            self.refit(effects)?;
         }
+    }
+
+    /// Error on unseen data with the others alone: as they are, by so much that noise does not make it, or, where the likelihood
+    /// is not that of what is left, with the parameters that they have then.
+    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
+        let others = without(effects, k);
+        if !(self.leaves_structure && self.can_foretell) {
+            return Ok(RISES * self.levels(&others)?.test);
+        }
+        let kept = (self.all.clone(), self.refitted);
+        self.refit(&others)?;
+        let error = self.levels(&others)?.test;
+        (self.all, self.refitted) = kept;
+        self.predictions.clear();
+        Ok(error)
     }
 
     /// The predictions themselves.

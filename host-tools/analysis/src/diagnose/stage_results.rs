@@ -4,6 +4,7 @@ use super::actuator::{self, Candidate, Cost, Term};
 use super::beside::{self, Asking};
 use super::clock::{self, CommonDelay, PoseScatter};
 use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding};
+use super::evidence::FORETELLS;
 use super::finding::NoiseFloor;
 use super::named;
 use super::sampling::Sampling;
@@ -215,30 +216,59 @@ fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     })
 }
 
-/// What the logs say. Where they show effects that move the reading in time, no dry friction and more that is not explained:
-/// what they say without these, if that is better. A delay of all that loads the sensor looks like a dry friction, and takes
-/// its place.
+/// What the logs say, without effects in whose place others do as well.
 fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let finding = rounds_of(asking)?;
-    let (late, axes) = (finding.late(), finding.structured_axes());
+    let mut finding = rounds_of(asking)?;
     let is_whole = asking.question.only.is_none() && asking.question.among.is_none();
-    let is_settled = late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model);
-    if is_settled || !is_whole || !finding.found.disagreeing.is_empty() {
+    if is_whole && finding.found.disagreeing.is_empty() {
+        finding = without_late(finding, asking)?;
+        finding = without_drift(finding, asking)?;
+    }
+    Some(finding)
+}
+
+/// Where the logs show effects that move the reading in time, no dry friction and more that is not explained: what they say
+/// without these, if that is better. A delay of all that loads the sensor looks like a dry friction, and takes its place.
+fn without_late(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let (late, axes) = (finding.late(), finding.structured_axes());
+    if late.is_empty() || axes.is_empty() || finding.has_dry_friction(asking.model) {
         return Some(finding);
     }
-    let in_time = rounds_of(&mut Asking {
-        question: &Question {
-            without: &late,
-            ..*asking.question
-        },
-        model: asking.model,
-        search: &mut *asking.search,
-    });
+    let in_time = rounds_without(&late, asking);
     let nothing = asking.among(&[])?.prepared;
     match in_time {
         Some(in_time) => Some(beside::better(finding, in_time, &nothing, &axes)),
         None => Some(finding),
     }
+}
+
+/// Where more is not explained: what the logs say without effects that follow the time alone, unless these foretell unseen data
+/// much better. A slow curve fits what many laws leave of one log.
+fn without_drift(finding: WrenchFinding, asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    let drifts = finding.drifts();
+    if drifts.is_empty() || !finding.can_foretell() || finding.structured_axes().is_empty() {
+        return Some(finding);
+    }
+    let Some(other) = rounds_without(&drifts, asking) else {
+        return Some(finding);
+    };
+    let nothing = asking.among(&[])?.prepared;
+    let [error, of_other] = [&finding, &other].map(|f| nothing.error_on_unseen(&f.whole()));
+    match of_other > FORETELLS * error {
+        true => Some(finding),
+        false => Some(other),
+    }
+}
+
+fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFinding> {
+    rounds_of(&mut Asking {
+        question: &Question {
+            without: ids,
+            ..*asking.question
+        },
+        model: asking.model,
+        search: &mut *asking.search,
+    })
 }
 
 /// Searches again beside what was found, as long as much is left: a delay or a gain acts on the

@@ -4,6 +4,7 @@
 use super::autoregressive::AutoregressiveNoise;
 use super::gram::{dot, gram};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use std::borrow::Borrow;
@@ -161,6 +162,42 @@ impl Problem {
         let all = self.tolerances.iter().chain(columns);
         let all: Vec<&Column> = all.chain([&self.residual]).collect();
         gram(&all)
+    }
+
+    /// The same with more columns behind those of which `known` are the products.
+    pub(super) fn more_products(&self, known: &DMatrix<f64>, columns: &[Column]) -> DMatrix<f64> {
+        let (before, old) = (self.tolerances.len(), known.nrows() - 1);
+        let all = self
+            .tolerances
+            .iter()
+            .chain(columns)
+            .chain([&self.residual]);
+        let all: Vec<&Column> = all.collect();
+        let last = all.len() - 1;
+        let mut products = DMatrix::zeros(all.len(), all.len());
+        let was = known.view((0, 0), (old, old));
+        products.view_mut((0, 0), (old, old)).copy_from(&was);
+        let residual = known.view((0, old), (old, 1));
+        products.view_mut((0, last), (old, 1)).copy_from(&residual);
+        products[(last, last)] = known[(old, old)];
+        debug_assert!(
+            old - before <= columns.len(),
+            "the known columns come first"
+        );
+        let new = (old..last).into_par_iter();
+        let new: Vec<Vec<f64>> = new
+            .map(|k| all.iter().map(|column| dot(column, all[k])).collect())
+            .collect();
+        for (k, of_column) in (old..last).zip(new) {
+            for (i, product) in of_column.into_iter().enumerate() {
+                products[(i, k)] = product;
+                products[(k, i)] = product;
+            }
+        }
+        for i in 0..old {
+            products[(last, i)] = products[(i, last)];
+        }
+        products
     }
 
     /// Products of columns with each other and with the residual, after the tolerances have taken

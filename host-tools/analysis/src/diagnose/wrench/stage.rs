@@ -15,7 +15,7 @@ use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
 use super::variants::{Library, Variant};
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, Support, threshold};
+use crate::diagnose::evidence::{self, NAMED, Support, threshold};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Mutex, PoisonError};
@@ -102,18 +102,29 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     let Some(accepted) = &found.accepted else {
         return found;
     };
-    let Some(library) = library.around(joint, accepted) else {
+    let price = evidence::price(joint.problem.count);
+    let tried = evaluate(&library, parts_of(&library, accepted), price);
+    // What the shapes lose that are tried could hide or feign another effect.
+    let are_apart = tried.is_none_or(|tried| accepted.gain > tried.solution.gain + NAMED);
+    let Some(library) = library.around(joint, accepted, are_apart) else {
         return found;
     };
     let of_fit = joint.of_fit();
+    // What logs disagree about beside further effects alone is an error of the form of these.
+    let ask = &Ask {
+        each_log: ask.each_log && !found.disagreeing.is_empty(),
+        ..*ask
+    };
     let work = Work::new(joint, &library, &of_fit, ask);
     let before = work.again(accepted);
     let (end, came_to_end) = work.climbed(before.clone());
+    let end = work.with_small(end);
     if end.evidence <= before.evidence {
         return found;
     }
+    let is_later = work.is_late(&end) && !work.is_late(accepted);
     Found {
-        before_late: accepted.ids(),
+        before_late: if is_later { accepted.ids() } else { Vec::new() },
         ..work.concluded(vec![(end, came_to_end)], found.ranked, ask)
     }
 }
@@ -244,6 +255,12 @@ impl Work<'_> {
         let price =
             self.price * tested.parameters as f64 + evidence::prior() * tested.effects.len() as f64;
         tested.wrong.is_empty() && tested.beyond_rounding > self.joint.threshold(0.0) + price
+    }
+
+    /// Whether an effect moves the reading in time.
+    fn is_late(&self, tested: &Tested) -> bool {
+        let mut parts = self.parts(tested).into_iter();
+        parts.any(|part| self.library.variants[part.variant].effect.is_late())
     }
 
     fn parts(&self, tested: &Tested) -> Vec<Part> {

@@ -4,7 +4,9 @@ use super::prepared_log::{Joint, PreparedLog};
 use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, added, contribution};
+use softdock_physics::model::load::effects::{
+    LoadEffect, Shape, Sign, Valued, added, contribution,
+};
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {
@@ -97,14 +99,39 @@ impl Library {
         }
     }
 
-    /// The same with what moves the reading in time acting on what was found, too: from a reading without what
-    /// loads it, such an effect cannot be seen. None where nothing does, where what was found is little beside what was
-    /// known, or where what is measured hardly changes: of a constant command nobody knows when it was given.
-    pub(crate) fn around(self, joint: &Joint, found: &Tested) -> Option<Self> {
+    /// The same around what was found: what moves the reading in time moves that, too, and, if the shapes that are tried are
+    /// too far `apart`, what was found has its own. Beside a delay that is off by half a step all that looks like the difference
+    /// would seem to be missing. None where neither makes a difference.
+    pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
+        let loads = self.loads_to_move(joint, found);
+        if loads.is_none() && !apart {
+            return None;
+        }
+        if let Some(of_logs) = loads {
+            self.move_in_time(joint, &of_logs);
+        }
+        if apart {
+            self.refined(joint, found);
+        }
+        let products = joint
+            .problem
+            .more_products(&self.open_products(joint), &self.columns);
+        let (gram, right) = joint.problem.after_tolerances(&products);
+        Some(Self {
+            products,
+            gram,
+            right,
+            ..self
+        })
+    }
+
+    /// What was found to load the sensor of each log: from a reading without it, what moves the reading in time cannot be
+    /// seen. None where nothing does, where what was found is little beside what was known, or where what is measured hardly
+    /// changes: of a constant command nobody knows when it was given.
+    fn loads_to_move(&self, joint: &Joint, found: &Tested) -> Option<Vec<Vec<Valued<'static>>>> {
         /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
         /// gain is wrong by as much.
         const LITTLE: f64 = 0.1;
-        let late = |variant: &Variant| variant.effect.is_late();
         let of_logs: Vec<Vec<Valued<'static>>> = joint
             .logs
             .iter()
@@ -122,44 +149,62 @@ impl Library {
             measured
         });
         let varies = measured > LITTLE * more;
-        if !self.variants.iter().any(late) || more < LITTLE * known || !varies {
-            return None;
+        let late = self.variants.iter().any(|v| v.effect.is_late());
+        (late && more >= LITTLE * known && varies).then_some(of_logs)
+    }
+
+    /// What moves the reading in time moves these loads, too.
+    fn move_in_time(&mut self, joint: &Joint, of_logs: &[Vec<Valued<'static>>]) {
+        for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
+            variant.columns = vec![self.columns.len()];
+            self.columns
+                .push(moved(joint, of_logs, variant.effect, &variant.shapes));
         }
-        let column = |variant: &Variant| {
-            let valued = (variant.effect, variant.effect.values(&variant.shapes, &[]));
-            let logs = joint.logs.iter().zip(&of_logs);
-            let each: Vec<Column> = logs
-                .map(|(log, loads)| added(&log.scene, loads, valued.clone()))
-                .collect();
-            joint.problem.whitened(&each.iter().collect::<Vec<_>>())
-        };
-        let Self {
-            mut variants,
-            known,
-            mut columns,
-            ..
-        } = self;
-        for variant in variants.iter_mut().filter(|variant| late(variant)) {
-            variant.columns = vec![columns.len()];
-            columns.push(column(variant));
+    }
+
+    /// Adds what was found with its own shapes.
+    fn refined(&mut self, joint: &Joint, found: &Tested) {
+        let of_logs: Vec<Vec<Valued<'static>>> = joint
+            .logs
+            .iter()
+            .map(|log| found.loads(&log.scene))
+            .collect();
+        for fitted in &found.effects {
+            let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
+            let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
+                continue;
+            };
+            let shape = |shape: &Shape| fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
+            let shapes: Vec<f64> = effect.shapes.iter().map(shape).collect();
+            if self
+                .variants
+                .iter()
+                .any(|v| v.effect.id == effect.id && v.shapes == shapes)
+            {
+                continue;
+            }
+            let columns = match effect.is_late() && found.effects.len() > 1 {
+                true => Some(vec![moved(joint, &of_logs, effect, &shapes)]),
+                false => joint.columns(&joint.problem, effect, &shapes, &effect.places(), &[]),
+            };
+            let Some(columns) = columns else {
+                continue;
+            };
+            let first = self.columns.len();
+            let places = (first..first + columns.len()).collect();
+            self.columns.extend(columns);
+            self.variants.push(Variant {
+                effect,
+                shapes,
+                columns: places,
+                signs,
+            });
         }
-        let products = joint.problem.all_products(&columns);
-        let (gram, right) = joint.problem.after_tolerances(&products);
-        Some(Self {
-            variants,
-            known,
-            columns,
-            products,
-            gram,
-            right,
-        })
     }
 
     /// The same columns after fewer tolerances.
     pub(crate) fn anew(self, joint: &Joint) -> Self {
-        let (all, open) = (joint.all_tolerances(), joint.open_tolerances());
-        let kept: Vec<usize> = open.chain(all..self.products.nrows()).collect();
-        let products = self.products.select_rows(&kept).select_columns(&kept);
+        let products = self.open_products(joint);
         let (gram, right) = joint.problem.after_tolerances(&products);
         Self {
             gram,
@@ -167,6 +212,28 @@ impl Library {
             ..self
         }
     }
+
+    /// Products without the tolerances that were taken away.
+    fn open_products(&self, joint: &Joint) -> DMatrix<f64> {
+        let (all, open) = (joint.all_tolerances(), joint.open_tolerances());
+        let kept: Vec<usize> = open.chain(all..self.products.nrows()).collect();
+        self.products.select_rows(&kept).select_columns(&kept)
+    }
+}
+
+/// What an effect that moves the reading in time adds to given loads of each log.
+fn moved(
+    joint: &Joint,
+    of_logs: &[Vec<Valued<'static>>],
+    effect: &'static LoadEffect,
+    shapes: &[f64],
+) -> Column {
+    let valued = (effect, effect.values(shapes, &[]));
+    let logs = joint.logs.iter().zip(of_logs);
+    let each: Vec<Column> = logs
+        .map(|(log, loads)| added(&log.scene, loads, valued.clone()))
+        .collect();
+    joint.problem.whitened(&each.iter().collect::<Vec<_>>())
 }
 
 /// Sum of squares of what changes in a reading.

@@ -174,6 +174,11 @@ impl LoadEffect {
         )
     }
 
+    /// Whether it follows the time and nothing else: a zero with a shape, which is how it changes.
+    pub fn is_a_drift(&self) -> bool {
+        self.is_of_a_zero() && !self.shapes.is_empty()
+    }
+
     /// Whether it is the zero of a sensor.
     pub fn is_of_a_zero(&self) -> bool {
         matches!(self.effect.law, Law::Zero(_))

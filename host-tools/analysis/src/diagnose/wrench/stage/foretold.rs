@@ -1,7 +1,8 @@
 //! What a search ends in: effects that are worth their price beside each other and foretell logs that no fit has seen.
 
-use super::{Work, without};
-use crate::diagnose::wrench::search::{Part, evaluate};
+use super::{TRIED, Work, without};
+use crate::diagnose::evidence::{FORETELLS, NAMED};
+use crate::diagnose::wrench::search::{Part, evaluate, with_one_more};
 use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
@@ -63,7 +64,7 @@ impl Work<'_> {
                 return (None, ended);
             };
             let Some((rest, forms)) = self.misleading(&accepted) else {
-                return (Some(accepted), ended);
+                return (Some(self.with_small(accepted)), ended);
             };
             self.misled().extend(forms);
             replaced += 1;
@@ -106,20 +107,64 @@ impl Work<'_> {
         Some((without(&parts, place), same.filter(misleads).collect()))
     }
 
-    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
-    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
-        let fitted = self.joint.fitted;
-        if fitted >= self.joint.logs.len() {
+    /// With effects that explain no more than errors of the form of the others may, but foretell the unseen logs so much better
+    /// that they are no such errors: these would be others in another motion.
+    pub(super) fn with_small(&self, accepted: Tested) -> Tested {
+        /// Most effects with those.
+        const MOST_IN_ALL: usize = 8;
+        let mut now = accepted.clone();
+        // Beside a remainder, which holds such errors, the search asks for no more.
+        while now.effects.len() < MOST_IN_ALL && self.joint.explained(now.gain) > 0.0 {
+            let parts = self.parts(&now);
+            let Some(alone) = evaluate(self.library, parts.clone(), self.price) else {
+                break;
+            };
+            let mut more = with_one_more(self.library, &parts, self.price);
+            more.retain(|more| more.evidence > alone.evidence);
+            let more = self.tested(&more, TRIED).into_iter();
+            let mut more: Vec<Tested> = more
+                .filter(|t| self.is_possible(t) && t.evidence > now.evidence + NAMED)
+                .collect();
+            more.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+            let Some(next) = more.into_iter().find(|more| self.foretells(&now, more)) else {
+                break;
+            };
+            now = next;
+        }
+        // Where more is left, the others' errors of form are a part of it.
+        match self.joint.has_much_left(now.gain) {
+            true => accepted,
+            false => now,
+        }
+    }
+
+    /// Whether more effects foretell the unseen logs much better.
+    fn foretells(&self, less: &Tested, more: &Tested) -> bool {
+        let error = |t: &Tested| Some(self.joint.error_on_unseen(&self.of_the_fit(self.parts(t))?));
+        error(less)
+            .zip(error(more))
+            .is_some_and(|(less, more)| more * FORETELLS < less)
+    }
+
+    /// A hypothesis that is fitted to the logs of the fit; none if there are no others.
+    fn of_the_fit(&self, parts: Vec<Part>) -> Option<Tested> {
+        if self.joint.fitted >= self.joint.logs.len() {
             return None;
         }
         let hypothesis = evaluate(self.library, parts, self.price)?;
-        let of_fit = fitted_to(
+        Some(fitted_to(
             self.of_fit,
             self.library,
             &hypothesis,
             self.joint,
             Care::Screening,
-        );
+        ))
+    }
+
+    /// Fall of χ² of the unseen logs by a hypothesis that is fitted to the others; none if there are none.
+    fn foretold(&self, parts: Vec<Part>) -> Option<f64> {
+        let fitted = self.joint.fitted;
+        let of_fit = self.of_the_fit(parts)?;
         let all: Vec<Column> = self
             .joint
             .logs
