@@ -170,6 +170,7 @@ pub fn named() -> SyntheticDiagnosis {
         of: DELAY.to_owned(),
         behind: 4123.0,
         told_apart: true,
+        evidence: 4123.0,
         ties: Vec::new(),
     });
     diagnosis.experiment = Some(Experiment {

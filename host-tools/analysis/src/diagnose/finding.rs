@@ -105,6 +105,9 @@ pub struct RunnerUp {
     pub behind: f64,
     /// The log tells the two apart.
     pub told_apart: bool,
+    /// Evidence against it, beside which errors of the form of laws are noise.
+    #[serde(skip)]
+    pub evidence: f64,
     /// Further effects from which the log does not tell the named one: of a motion in one direction a dry friction is an offset.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ties: Vec<Tie>,
@@ -113,8 +116,9 @@ pub struct RunnerUp {
 impl RunnerUp {
     /// Evidence against all that may be in the place of the named one, each as likely as its own says.
     pub(super) fn against(&self) -> f64 {
-        let behind = self.ties.iter().map(|tie| tie.behind).chain([self.behind]);
-        -2.0 * behind.map(|behind| (-0.5 * behind).exp()).sum::<f64>().ln()
+        let each = self.ties.iter().map(|tie| tie.evidence);
+        let odds = each.chain([self.evidence]).map(|e| (-0.5 * e).exp());
+        -2.0 * odds.sum::<f64>().ln()
     }
 
     /// All effects from which the log does not tell the named one.
@@ -132,6 +136,9 @@ pub struct Tie {
     pub effect: String,
     /// By how much less χ² falls with it.
     pub behind: f64,
+    /// Evidence against it, as of the runner-up.
+    #[serde(skip)]
+    pub evidence: f64,
 }
 
 /// An experiment that would tell winner and runner-up apart.
@@ -261,12 +268,14 @@ mod tests {
         let tie = |effect: &str, behind: f64| Tie {
             effect: effect.to_owned(),
             behind,
+            evidence: behind,
         };
         let mut rival = RunnerUp {
             effect: "guide_offset".to_owned(),
             of: "guide_coulomb".to_owned(),
             behind: 0.0,
             told_apart: false,
+            evidence: 0.0,
             ties: vec![tie("ft_bias", 0.0), tie("guide_viscous", 0.0)],
         };
         let share = probability(rival.against(), false) / probability(f64::INFINITY, false);

@@ -9,13 +9,15 @@ use super::finding::{Diagnosis, Nominal, Remainder, Verdict};
 use super::named::{INTERVAL_95, Named};
 use super::structure::{self, Left, SLOW_HZ, Structure};
 use super::verdict::Grounds;
-use super::wrench::PreparedLog;
+use super::wrench::{Disagreement, PreparedLog};
 use super::{ranking, regions, sentence};
+use crate::compare::sentence::listed;
 use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Axis, Channel, Model};
+use softdock_report::number;
 use softdock_statistics::{Noise, noise_floor};
 use std::collections::BTreeMap;
 
@@ -90,6 +92,10 @@ pub(crate) fn conclude(
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let remainder = remainder(stages, &left);
     let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
+    if verdict == Verdict::LogsDisagree {
+        let all = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
+        notes.extend(all.flat_map(|one| amounts_of_logs(one, recordings.fitted)));
+    }
     notes.extend(curves.iter().map(|id| {
         format!("{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it.")
     }));
@@ -118,9 +124,7 @@ pub(crate) fn conclude(
     }
     // Of two that the logs do not tell apart none is certain.
     let against = |named: &Named| match &runner_up {
-        Some(rival) if rival.of == named.effect.id && rival.behind < NAMED => {
-            named.support.against.min(rival.against())
-        }
+        Some(rival) if rival.of == named.effect.id => named.support.against.min(rival.against()),
         _ => named.support.against,
     };
     let mut diagnosis = Diagnosis {
@@ -177,6 +181,7 @@ pub(crate) fn conclude(
 fn disagreeing(stages: &Stages) -> Vec<String> {
     let actuator = stages.actuator.iter().flat_map(|a| &a.disagreeing);
     let wrench = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
+    let wrench = wrench.map(|disagreement| &disagreement.id);
     let body = stages.body.accepted.iter().filter(|fit| fit.disagrees);
     let all = actuator.chain(wrench).copied();
     let all = all.chain(body.map(|fit| fit.id));
@@ -187,6 +192,23 @@ fn disagreeing(stages: &Stages) -> Vec<String> {
         }
     }
     ids
+}
+
+/// What each log alone says of an effect about which they disagree.
+fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = String> {
+    one.amounts.iter().map(move |(name, unit, of_logs)| {
+        let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
+        let unseen = match values.get(fitted..) {
+            Some(unseen @ [_, ..]) => format!("; of those of --test {}", listed(unseen)),
+            _ => String::new(),
+        };
+        let of_fit = listed(&values[..fitted.min(values.len())]);
+        let unit = if *unit == "-" { "" } else { unit };
+        format!(
+            "{} {name} of each log alone, {unit}: of those of the fit {of_fit}{unseen}.",
+            one.id
+        )
+    })
 }
 
 /// Said of logs of a rig.
@@ -414,6 +436,8 @@ fn notes(
         .wrench
         .iter()
         .filter_map(|w| w.beside_remainder.as_ref());
+    let mut logs = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+    let touches = logs.any(|log| log.scene.touches_anything());
     for one in beside.flat_map(|beside| &beside.imitated) {
         let reason = match one.evidence < NAMED {
             true => format!(
@@ -424,8 +448,9 @@ fn notes(
         };
         notes.push(format!(
             "{} is not told from a smooth remainder, functions of position, velocity, \
-             acceleration, contact depth and time in its place: {reason}.",
-            one.id
+             acceleration{} and time in its place: {reason}.",
+            one.id,
+            if touches { ", contact depth" } else { "" }
         ));
     }
     let in_place = stages.wrench.iter();
@@ -436,7 +461,11 @@ fn notes(
     }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
-        if ratio > sentence::MORE_THAN_NOISE {
+        // The filter of an import leaves nothing that is faster than its cutoff.
+        let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
+        let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
+        let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
+        if !has_none && ratio > sentence::MORE_THAN_NOISE {
             let filter = match floor.channel {
                 Channel::Wrench if differentiates(stages) => {
                     " If that is the acceleration of differentiated positions, what follows from it is not told from \

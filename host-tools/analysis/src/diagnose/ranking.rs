@@ -251,38 +251,57 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         ))
     });
     let (of, winner, rival, other) = tie.or_else(|| {
-        let behind = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
+        let less = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
         let each = named
             .iter()
             .flat_map(|id| in_the_place_of(id, named, ranked));
-        each.min_by(|a, b| behind(a).total_cmp(&behind(b)))
+        each.min_by(|a, b| less(a).total_cmp(&less(b)))
     })?;
-    // What fits a little better, and was not taken for other reasons, ties.
-    let behind = |rival: &Ranked| (fall(winner) - fall(rival)).max(0.0);
-    let is_told = |rival: &Ranked| behind(rival) > by_form(winner) && rival.as_good_as.is_none();
     let others = in_the_place_of(of, named, ranked).into_iter();
-    let others = others.filter(|(_, w, r, _)| std::ptr::eq(*w, winner) && !is_told(r));
     let mut ties: Vec<Tie> = Vec::new();
-    for (_, _, rival, effect) in others {
-        if effect != other && ties.iter().all(|tie| tie.effect != *effect) {
+    for (_, winner, rival, effect) in others {
+        let is_new = effect != other && ties.iter().all(|tie| tie.effect != *effect);
+        if is_new && !is_told_apart(winner, rival) {
             ties.push(Tie {
                 effect: effect.clone(),
-                behind: behind(rival),
+                behind: behind(winner, rival),
+                evidence: evidence_against(winner, rival),
             });
         }
     }
     Some(RunnerUp {
         effect: other.clone(),
         of: of.clone(),
-        behind: behind(rival),
-        told_apart: is_told(rival),
+        behind: behind(winner, rival),
+        told_apart: is_told_apart(winner, rival),
+        evidence: evidence_against(winner, rival),
         ties,
     })
+}
+
+/// By how much less χ² falls with a rival. What fits a little better, and was not taken for other reasons, ties.
+fn behind(winner: &Ranked, rival: &Ranked) -> f64 {
+    (fall(winner) - fall(rival)).max(0.0)
+}
+
+fn is_told_apart(winner: &Ranked, rival: &Ranked) -> bool {
+    rival.as_good_as.is_none() && behind(winner, rival) > by_form(winner)
 }
 
 /// χ² that tells a rival from what explains so much: more than noise makes, and than an error of the form of a law.
 fn by_form(winner: &Ranked) -> f64 {
     TOLD_APART.max(evidence::LAW * fall(winner))
+}
+
+/// Evidence against a rival, beside which errors of form are what noise is where there are none.
+fn evidence_against(winner: &Ranked, rival: &Ranked) -> f64 {
+    let behind = behind(winner, rival);
+    let by_form = match rival.as_good_as.is_some() && behind > TOLD_APART {
+        // Where more is left than noise.
+        true => (1.0 - NEARLY_AS_GOOD) * fall(winner),
+        false => by_form(winner),
+    };
+    behind * TOLD_APART / by_form.max(TOLD_APART)
 }
 
 /// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.

@@ -7,6 +7,8 @@
 mod each_log;
 mod foretold;
 
+pub(crate) use each_log::Disagreement;
+
 use super::fitted::Fitted;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
 use super::prepared_log::Joint;
@@ -48,8 +50,8 @@ pub(crate) struct Found {
     pub rivals: Vec<Rival>,
     /// Steps after which the search was ended, if the evidence rose still.
     pub ended_after: Option<usize>,
-    /// Ids of effects about which the logs disagree.
-    pub disagreeing: Vec<&'static str>,
+    /// Effects about which the logs disagree.
+    pub disagreeing: Vec<Disagreement>,
     /// Ids of what was accepted before that was asked beside it which moves the reading in time; empty where nothing
     /// came of it.
     pub before_late: Vec<String>,
@@ -361,19 +363,25 @@ impl Work<'_> {
         beside.into_iter().zip(&now.effects).map(of).collect()
     }
 
-    /// More than two effects and the best others of as many that were tested on the way: those of fewer come first in a
-    /// search and are listed anyway.
+    /// More than two effects and the best others of as many: those of fewer come first in a search and are listed anyway. Each
+    /// effect has others in its place, with which the search may not have gone on.
     fn alike(&self, accepted: &Tested) -> Vec<Tested> {
         let count = accepted.effects.len();
+        if count < 3 {
+            return Vec::new();
+        }
+        let parts = self.parts(accepted);
+        for place in 0..count {
+            let others = with_one_more(self.library, &without(&parts, place), self.price);
+            self.tested(&others, TRIED_LATER);
+        }
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let alike = known
-            .values()
-            .filter(|t| count > 2 && t.effects.len() == count);
+        let alike = known.values().filter(|t| t.effects.len() == count);
         let mut alike: Vec<Tested> = alike.filter(|t| self.is_possible(t)).cloned().collect();
         alike.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let mut seen = BTreeSet::new();
         alike.retain(|t| seen.insert(t.effects_in_order()));
-        alike.truncate(1 + TRIED_LATER);
+        alike.truncate(1 + 2 * TRIED_LATER);
         alike
     }
 

@@ -30,7 +30,8 @@ pub const EFFECT: Effect = Effect {
         "ft_bias_drift",
     ],
     tell_apart: "slow jogs to several positions with a stop at each: the force follows position and not time; \
-                 unplug or re-route the bundle and it changes",
+                 re-route what hangs on the moving part, a cable or a hose, and it changes; a weight on a turning axis follows the \
+                 sine of its angle, over a wide turn",
     law: Law::Spring(force),
     // A spring that hardens pulls from where it rests on; its cube alone is what many a remainder looks like.
     is_whole: |parameters, _| parameters.contains(&0),

@@ -2,23 +2,61 @@
 
 use super::Work;
 use crate::diagnose::evidence::DIFFERS;
-use crate::diagnose::wrench::prepared_log::PreparedLog;
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
 use crate::diagnose::{evidence, structure};
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An effect about which the logs disagree.
+#[derive(Clone, Debug)]
+pub(crate) struct Disagreement {
+    /// Its id.
+    pub id: &'static str,
+    /// Its coefficients with units, as each log alone has them.
+    pub amounts: Vec<(&'static str, &'static str, Vec<f64>)>,
+}
+
+impl Disagreement {
+    fn new(id: &'static str, each: &[Tested]) -> Self {
+        let of_log = |own: &Tested| {
+            let effect = own.effects.iter().find(|effect| effect.id == id);
+            effect.map_or_else(BTreeMap::new, |effect| effect.parameters.clone())
+        };
+        let each: Vec<BTreeMap<_, _>> = each.iter().map(of_log).collect();
+        let names = each
+            .iter()
+            .flat_map(|own| own.iter().filter(|p| p.1.1 > 0.0));
+        let names: BTreeSet<(&str, &str)> = names.map(|(name, p)| (*name, p.2)).collect();
+        let values = |name: &str| {
+            each.iter()
+                .map(|own| own.get(name).map_or(0.0, |p| p.0))
+                .collect()
+        };
+        let amounts = names
+            .into_iter()
+            .map(|(name, unit)| (name, unit, values(name)));
+        Self {
+            id,
+            amounts: amounts.collect(),
+        }
+    }
+}
 
 impl Work<'_> {
     /// Effects about which the logs disagree: in amounts of its own for each log they explain more. What all logs show
     /// even so is something else, which is of no log alone.
-    pub(super) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<&'static str> {
+    pub(super) fn disagreeing(&self, accepted: Option<&Tested>) -> Vec<Disagreement> {
         let one = self.of_one_log(accepted);
-        let one = one.filter(|h| self.explains_each_log(h));
-        let mut ids: Vec<&str> = one.iter().flat_map(|h| self.ids(h)).collect();
+        let mut all: Vec<Disagreement> = one
+            .iter()
+            .filter_map(|h| Some((self.ids(h), self.of_each_log(h)?)))
+            .flat_map(|(ids, each)| ids.into_iter().map(move |id| Disagreement::new(id, &each)))
+            .collect();
         let Some(accepted) = accepted else {
-            return ids;
+            return all;
         };
         let (explained, count) = (
             self.joint.explained(accepted.gain),
@@ -33,11 +71,16 @@ impl Work<'_> {
             evidence::disagree(*own, explained, 1, count) && *own > DIFFERS * common
         });
         let differing: Vec<&str> = differing.map(|(_, effect)| effect.id).collect();
-        let all = || evaluate(self.library, self.parts(accepted), self.price);
-        if !differing.is_empty() && all().is_some_and(|h| self.explains_each_log(&h)) {
-            ids.extend(differing);
+        let of_each_log = || {
+            let hypothesis = evaluate(self.library, self.parts(accepted), self.price);
+            hypothesis.and_then(|h| self.of_each_log(&h))
+        };
+        if !differing.is_empty()
+            && let Some(each) = of_each_log()
+        {
+            all.extend(differing.iter().map(|id| Disagreement::new(id, &each)));
         }
-        ids
+        all
     }
 
     fn ids(&self, hypothesis: &Hypothesis) -> Vec<&'static str> {
@@ -47,23 +90,27 @@ impl Work<'_> {
             .collect()
     }
 
-    /// Whether effects that are fitted to each log alone leave no structure that all logs show.
-    fn explains_each_log(&self, hypothesis: &Hypothesis) -> bool {
-        let of = |(log, prepared): (usize, &PreparedLog)| {
+    /// The effects as each log alone has them, if these leave no structure that all logs show.
+    fn of_each_log(&self, hypothesis: &Hypothesis) -> Option<Vec<Tested>> {
+        let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
-            let own = fitted_to(
+            fitted_to(
                 &problem,
                 self.library,
                 hypothesis,
                 self.joint,
                 Care::Estimating,
-            );
-            (own.contribution(&prepared.scene), own.gain)
+            )
         };
-        let each = self.joint.logs.par_iter().enumerate().map(of);
-        let (own, gains): (Vec<Column>, Vec<f64>) = each.unzip();
-        let left = structure::left_apart(self.joint, &own, gains.iter().sum());
-        !left.any()
+        let logs = &self.joint.logs;
+        let each: Vec<Tested> = (0..logs.len()).into_par_iter().map(of).collect();
+        let parts = each.iter().zip(logs);
+        let parts: Vec<Column> = parts
+            .map(|(own, log)| own.contribution(&log.scene))
+            .collect();
+        let gain = each.iter().map(|own| own.gain).sum();
+        let left = structure::left_apart(self.joint, &parts, gain);
+        (!left.any()).then_some(each)
     }
 
     /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
