@@ -14,11 +14,12 @@
 //! afterwards. On top of the moves comes a preload along the contact ([`ImpulseMatching`]).
 
 use super::V6;
+use super::command_history::CommandHistory;
 use super::contact_estimator::Estimate;
 use super::impulse_matching::{ImpulseMatching, Reversals};
 use super::least_squares::Ldlt;
 use super::reference::{Deviation, Preload, Reference};
-use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::robot_model::{RobotModel, RobotState};
 use super::stiffening::Curve;
 use super::tuning::*;
 use nalgebra::{SMatrix, SVector};

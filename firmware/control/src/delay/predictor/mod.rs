@@ -30,7 +30,7 @@
 //! | file | what |
 //! |---|---|
 //! | `tuning` | settings, and all fixed numbers (`NAMES_LIKE_THIS`) with unit and reason |
-//! | `robot_model` | dead time, lag, servo, pause |
+//! | `robot_model` | where what is sent brings the six axes: `command_history`, `linear_dynamics` (dead time, lag, servo), `pause` |
 //! | `observer` | robot, load and model in the robot's axes; noise of the load |
 //! | `delay_estimator` | delay, noise and structure of the robot, from the approach and from its reversals |
 //! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact; latency of the pose |
@@ -46,6 +46,7 @@
 
 #[cfg(test)]
 mod bounce;
+mod command_history;
 mod contact;
 mod contact_estimator;
 mod delay_estimator;
@@ -53,7 +54,9 @@ mod dynamic_matrix;
 mod fallback;
 mod impulse_matching;
 mod least_squares;
+mod linear_dynamics;
 mod observer;
+mod pause;
 mod reference;
 mod restitution;
 mod robot_model;

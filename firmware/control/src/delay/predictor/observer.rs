@@ -9,8 +9,9 @@
 //! with it: the model is carried on to the time of the force, with commands that are already sent, for each L
 //! at once.
 
+use super::command_history::CommandHistory;
 use super::least_squares::shrunk;
-use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::robot_model::{RobotModel, RobotState};
 use super::tuning::*;
 use super::{M6, V6};
 use crate::delay::LawInput;

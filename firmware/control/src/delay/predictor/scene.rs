@@ -1,11 +1,12 @@
 //! A robot in a contact for the tests of its command, and what it will do by a second, slower way of computing.
 
 use super::V6;
+use super::command_history::CommandHistory;
 use super::contact_estimator::Estimate;
 use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
 use super::impulse_matching::Reversals;
 use super::reference::Reference;
-use super::robot_model::{CommandHistory, RobotModel, RobotState};
+use super::robot_model::{RobotModel, RobotState};
 use super::stiffening::Curve;
 use super::tuning::*;
 use crate::delay::actuator::ActuatorSettings;
@@ -171,19 +172,24 @@ impl Scene {
     }
 }
 
-/// Whole and broken dead times, none, a lag and a servo, none of them with a pause.
-pub(super) fn robots() -> [ActuatorSettings; 5] {
-    [
-        (0.032, 0.0, 0.0),
-        (0.0305, 0.0, 0.0),
-        (0.0, 0.012, 0.0),
-        (0.016, 0.016, 0.0),
-        (0.010, 0.0, 10.0),
-    ]
-    .map(|(delay_s, lag_s, servo_hz)| ActuatorSettings {
-        delay_s,
+/// A robot by its dead time and pause in cycles, lag and servo.
+pub(super) fn robot(delay: f64, pause: f64, lag_s: f64, servo_hz: f64) -> ActuatorSettings {
+    ActuatorSettings {
+        delay_s: delay * CYCLE_S,
+        pause_s: pause * CYCLE_S,
         lag_s,
         servo_hz,
         ..ActuatorSettings::default()
-    })
+    }
+}
+
+/// Whole and broken dead times, none, a lag and a servo, none of them with a pause.
+pub(super) fn robots() -> [ActuatorSettings; 5] {
+    [
+        robot(8.0, 0.0, 0.0, 0.0),
+        robot(7.625, 0.0, 0.0, 0.0),
+        robot(0.0, 0.0, 0.012, 0.0),
+        robot(4.0, 0.0, 0.016, 0.0),
+        robot(2.5, 0.0, 0.0, 10.0),
+    ]
 }
