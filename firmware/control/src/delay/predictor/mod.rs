@@ -31,8 +31,10 @@
 //! |---|---|
 //! | `tuning` | settings, and all fixed numbers (`NAMES_LIKE_THIS`) with unit and reason |
 //! | `robot_model` | where what is sent brings the six axes: `command_history`, `linear_dynamics` (dead time, lag, servo), `pause` |
-//! | `observer` | robot, load and model in the robot's axes; noise of the load |
-//! | `delay_estimator` | delay, noise and structure of the robot, from the approach and from its reversals |
+//! | `axis_map` | the robot's axes, in which all of it works |
+//! | `observer`, `noise` | robot, load and model; noise of positions and loads |
+//! | `approach` | delay, noise and structure of the robot, from the approach to the first contact |
+//! | `delay_tracker` | its delay, from its reversals |
 //! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact; latency of the pose |
 //! | `stiffening` | a contact that is no spring: a parabola through its loads |
 //! | `contact` | the course of a contact, and what is remembered of it |
@@ -44,17 +46,20 @@
 //!
 //! It computes in f64 whatever the scalar of the cycle is.
 
+mod approach;
+mod axis_map;
 #[cfg(test)]
 mod bounce;
 mod command_history;
 mod contact;
 mod contact_estimator;
-mod delay_estimator;
+mod delay_tracker;
 mod dynamic_matrix;
 mod fallback;
 mod impulse_matching;
 mod least_squares;
 mod linear_dynamics;
+mod noise;
 mod observer;
 mod pause;
 mod reference;
@@ -72,8 +77,8 @@ use super::status::LawFlags;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::Wrench;
 use crate::scalar::Scalar;
+use approach::Approach;
 use contact::Contact;
-use delay_estimator::Approach;
 use nalgebra::{SMatrix, SVector};
 use observer::Observer;
 use supervisor::Supervisor;

@@ -1,23 +1,20 @@
-//! The observer: robot, contact load and model of a cycle in the axes of the robot, and what noise they carry.
-//!
-//! The law works in the robot's axes X Y Z A B C, because its delay and its pauses are those of its axes.
-//! Angles are multiplied by a length, and so become metres, and torques forces: all six are then of one size,
-//! and a contact beside the centre is a contact along one direction of six.
+//! The observer: robot, contact load and model of a cycle in the axes of the robot.
 //!
 //! The robot model follows the commands that were sent; its positions are corrected by a share of their
 //! distance from the measured ones. The pose that arrives may be L cycles older than the force that arrives
 //! with it: the model is carried on to the time of the force, with commands that are already sent, for each L
 //! at once.
 
+use super::axis_map::{AxisMap, positions, unwrapped};
 use super::command_history::CommandHistory;
 use super::least_squares::shrunk;
+use super::noise::PositionNoise;
 use super::robot_model::{RobotModel, RobotState};
 use super::tuning::*;
 use super::{M6, V6};
 use crate::delay::LawInput;
-use crate::frames::{Pose, Twist, Wrench, abc_from_orientation};
+use crate::frames::{Twist, Wrench};
 use crate::scalar::Scalar;
-use nalgebra::{ComplexField, Matrix3, Vector3};
 
 /// What is observed from cycle to cycle.
 #[derive(Clone, Debug)]
@@ -180,255 +177,15 @@ impl Observer {
     }
 }
 
-/// The map between axes and body at an orientation.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct AxisMap {
-    /// ω in M = `body_from_axes` · (A', B', C').
-    body_from_axes: Matrix3<f64>,
-    axes_from_body: Matrix3<f64>,
-    c_from_m: Matrix3<f64>,
-}
-
-impl AxisMap {
-    /// At a pose with the angles A, B, C (rad).
-    fn at<S: Scalar>(pose: &Pose<S>, [_, b, c]: [f64; 3]) -> Self {
-        let (sb, cb) = (ComplexField::sin(b), ComplexField::cos(b));
-        let (sc, cc) = (ComplexField::sin(c), ComplexField::cos(c));
-        let body_from_axes = Matrix3::new(-sb, 0.0, 1.0, cb * sc, cc, 0.0, cb * cc, -sc, 0.0);
-        // B stays off ±90°, see `Refusal::OrientationSingular`.
-        let safe = if cb.abs() < 1e-3 { 1e-3 } else { cb };
-        let (along, across) = (sc / safe, cc / safe);
-        let axes_from_body = Matrix3::new(
-            0.0,
-            along,
-            across,
-            0.0,
-            cc,
-            -sc,
-            1.0,
-            along * sb,
-            across * sb,
-        );
-        Self {
-            body_from_axes,
-            axes_from_body,
-            c_from_m: pose.rotation.to_rotation_matrix().matrix().map(S::get),
-        }
-    }
-
-    /// Velocity of the axes, from linear in C and angular in M.
-    pub(super) fn velocity<S: Scalar>(&self, twist: &Twist<S>) -> V6 {
-        let [x, y, z, a, b, c] = twist.get();
-        let rates = self.axes_from_body * Vector3::new(a, b, c) * ANGLE_LEVER_M;
-        V6::new(x, y, z, rates.x, rates.y, rates.z)
-    }
-
-    /// The twist of a velocity of the axes.
-    pub(super) fn twist<S: Scalar>(&self, v: &V6) -> Twist<S> {
-        let spin = self.body_from_axes * Vector3::new(v[3], v[4], v[5]) / ANGLE_LEVER_M;
-        Twist::of(&[v[0], v[1], v[2], spin.x, spin.y, spin.z])
-    }
-
-    /// Generalised forces of a wrench at M in axes of M.
-    fn load<S: Scalar>(&self, wrench: &Wrench<S>) -> V6 {
-        let [x, y, z, a, b, c] = wrench.get();
-        let (force, torque) = (self.c_from_m * Vector3::new(x, y, z), Vector3::new(a, b, c));
-        let t = self.body_from_axes.transpose() * torque / ANGLE_LEVER_M;
-        V6::new(force.x, force.y, force.z, t.x, t.y, t.z)
-    }
-
-    /// The wrench at M of generalised forces.
-    pub(super) fn wrench<S: Scalar>(&self, load: &V6) -> Wrench<S> {
-        let force = self.c_from_m.transpose() * Vector3::new(load[0], load[1], load[2]);
-        let torque = Vector3::new(load[3], load[4], load[5]);
-        let torque = self.axes_from_body.transpose() * torque * ANGLE_LEVER_M;
-        Wrench::of(&[force.x, force.y, force.z, torque.x, torque.y, torque.z])
-    }
-
-    /// Velocity of the axes per generalised impulse, from that of a twist (linear in C, angular in
-    /// M) per impulsive wrench at M in axes of M.
-    fn mobility(&self, of_wrench: &M6) -> M6 {
-        let rates = self.axes_from_body * ANGLE_LEVER_M;
-        let torques = self.axes_from_body.transpose() * ANGLE_LEVER_M;
-        let mut velocity = M6::identity();
-        velocity.fixed_view_mut::<3, 3>(3, 3).copy_from(&rates);
-        let mut wrench = M6::zeros();
-        let forces = self.c_from_m.transpose();
-        wrench.fixed_view_mut::<3, 3>(0, 0).copy_from(&forces);
-        wrench.fixed_view_mut::<3, 3>(3, 3).copy_from(&torques);
-        velocity * of_wrench * wrench
-    }
-}
-
-/// Positions of the axes, m and m of the lever, and the angles A, B, C, rad.
-fn positions<S: Scalar>(pose: &Pose<S>) -> (V6, [f64; 3]) {
-    let t = &pose.translation.vector;
-    let abc = abc_from_orientation(&pose.rotation).map(S::get);
-    let [a, b, c] = abc.map(|angle| angle * ANGLE_LEVER_M);
-    (V6::new(t.x.get(), t.y.get(), t.z.get(), a, b, c), abc)
-}
-
-/// The same positions with angles within half a turn of others.
-fn unwrapped(mut positions: V6, near: &V6) -> V6 {
-    let turn = core::f64::consts::TAU * ANGLE_LEVER_M;
-    for i in 3..6 {
-        let turns = ComplexField::round((near[i] - positions[i]) / turn);
-        positions[i] += turns * turn;
-    }
-    positions
-}
-
-/// Noise of the measured positions: mean squares of their differences from one cycle to the next.
-#[derive(Clone, Debug, Default)]
-struct PositionNoise {
-    /// Distance from the model, m.
-    apart: V6,
-    squares: V6,
-    count: f64,
-}
-
-impl PositionNoise {
-    /// A cycle's distance, and whether its change is noise.
-    fn take(&mut self, apart: &V6, is_noise: bool) {
-        let change = apart - self.apart;
-        self.apart = *apart;
-        if is_noise {
-            self.squares += change.component_mul(&change);
-            self.count += 1.0;
-        }
-    }
-
-    /// Of a position of each axis, m²; until it is known that of one along the approach, `noise_m`.
-    fn variance(&self, noise_m: f64) -> V6 {
-        if self.count < NOISE_SAMPLES {
-            return V6::repeat(noise_m * noise_m);
-        }
-        self.squares / (2.0 * self.count)
-    }
-}
-
-/// Noise of the load: running mean squares of the six in free flight, about zero, because a load that is there
-/// without a contact is an error as well.
-#[derive(Clone, Debug)]
-pub(super) struct LoadNoise {
-    least: f64,
-    squares: V6,
-    count: f64,
-}
-
-impl LoadNoise {
-    /// `least` standard deviation that is assumed, N.
-    pub(super) fn new(least: f64) -> Self {
-        Self {
-            least,
-            squares: V6::zeros(),
-            count: 0.0,
-        }
-    }
-
-    /// A load in free flight.
-    pub(super) fn add(&mut self, load: &V6) {
-        self.squares += load.component_mul(load);
-        self.count += 1.0;
-    }
-
-    /// Largest standard deviation of the six, N.
-    pub(super) fn sigma(&self) -> f64 {
-        if self.count < NOISE_SAMPLES {
-            return self.least;
-        }
-        ComplexField::sqrt(self.squares.amax() / self.count).max(self.least)
-    }
-
-    /// Size of a load that does not come from noise, N: of the loudest of the six, and of the others
-    /// together.
-    pub(super) fn threshold(&self) -> f64 {
-        let largest = self.sigma();
-        if self.count < NOISE_SAMPLES {
-            return LOAD_SIGNIFICANCE * largest;
-        }
-        let others = (self.squares.sum() - self.squares.amax()).max(0.0) / self.count;
-        LOAD_SIGNIFICANCE * largest + ComplexField::sqrt(others)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::actuator::ActuatorSettings;
+    use crate::delay::predictor::scene::robot;
     use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
-    use crate::dynamics::{advanced, relative_velocity};
+    use crate::dynamics::relative_velocity;
+    use crate::frames::Pose;
     use crate::settings::BodySettings;
-    use nalgebra::UnitQuaternion;
-
-    fn pose(position: [f64; 3], angles: [f64; 3]) -> Pose<f64> {
-        let [a, b, c] = angles;
-        Pose::from_parts(
-            Vector3::from(position).into(),
-            UnitQuaternion::from_euler_angles(c, b, a),
-        )
-    }
-
-    fn map(pose: &Pose<f64>) -> AxisMap {
-        AxisMap::at(pose, positions(pose).1)
-    }
-
-    /// Turned by large angles about all axes.
-    fn poses() -> [Pose<f64>; 4] {
-        [
-            pose([0.1, 0.2, 0.3], [0.0, 0.0, 0.0]),
-            pose([-1.0, 0.5, 2.0], [0.7, -0.4, 1.1]),
-            pose([0.0, 0.0, 1.0], [-2.5, 1.3, -2.0]),
-            pose([0.3, -0.1, 0.0], [1.5, -1.2, 3.0]),
-        ]
-    }
-
-    fn twist() -> Twist<f64> {
-        Twist::of(&[0.01, -0.02, 0.03, 0.05, -0.04, 0.02])
-    }
-
-    #[test]
-    fn the_velocity_of_the_axes_is_the_rate_of_their_positions() {
-        for pose in poses() {
-            let velocity = map(&pose).velocity(&twist());
-            let (at, _) = positions(&pose);
-            let later = positions(&advanced(&pose, &twist(), 1e-4)).0;
-            let earlier = positions(&advanced(&pose, &twist(), -1e-4)).0;
-            let rate = (later - earlier) / 2e-4;
-            assert!((rate - velocity).amax() < 1e-7, "{pose}: {rate} {velocity}");
-            assert_eq!(at.fixed_rows::<3>(0), pose.translation.vector);
-            let back = map(&pose).twist::<f64>(&velocity).get();
-            let apart = V6::from(back) - V6::from(twist().get());
-            assert!(apart.amax() < 1e-15, "{apart}");
-        }
-    }
-
-    /// A load of the axes does the work of its wrench.
-    #[test]
-    fn a_wrench_and_its_load_have_the_same_power() {
-        let wrench = Wrench::of(&[3.0, -5.0, 2.0, 1.0, 0.5, -2.0]);
-        for pose in poses() {
-            let map = map(&pose);
-            let load = map.load(&wrench);
-            let force = pose.rotation * wrench.force;
-            let power = force.dot(&twist().linear) + wrench.torque.dot(&twist().angular);
-            let found = load.dot(&map.velocity(&twist()));
-            assert!((found - power).abs() < 1e-14, "{found} {power}");
-            let back = V6::from(map.wrench::<f64>(&load).get()) - V6::from(wrench.get());
-            assert!(back.amax() < 1e-14, "{back}");
-        }
-    }
-
-    /// Where A and C are the same axis their rates would have no end.
-    #[test]
-    fn at_the_gimbal_lock_the_rates_of_the_axes_are_bounded() {
-        for b in [90.0_f64, -90.0, 89.99] {
-            let angles = [0.3, b.to_radians(), 0.2];
-            let map = AxisMap::at(&pose([0.0; 3], angles), angles);
-            let velocity = map.velocity(&twist());
-            assert!(velocity.amax() < 1e3 * 0.07 * ANGLE_LEVER_M, "{velocity}");
-        }
-    }
+    use nalgebra::{UnitQuaternion, Vector3};
 
     /// Both turned, apart, and seen in a laboratory that is turned as well.
     #[test]
@@ -459,30 +216,8 @@ mod tests {
         let apart = (found - expected).amax();
         assert!(apart < 1e-4 * expected.amax(), "{found} {expected}");
     }
-
-    #[test]
-    fn an_angle_goes_on_beyond_half_a_turn() {
-        let at = |degrees: f64| V6::repeat(degrees.to_radians() * ANGLE_LEVER_M);
-        for (measured, near, expected) in [
-            (-179.0, 179.0, 181.0),
-            (179.0, -179.0, -181.0),
-            (10.0, 725.0, 730.0),
-            (10.0, 20.0, 10.0),
-        ] {
-            let found = unwrapped(at(measured), &at(near));
-            let kept = at(measured).fixed_rows::<3>(0).into_owned();
-            assert_eq!(found.fixed_rows::<3>(0), kept);
-            let angles = found.fixed_rows::<3>(3) - at(expected).fixed_rows::<3>(3);
-            assert!(angles.amax() < 1e-12, "{measured} {near}: {found}");
-        }
-    }
-
     fn model(delay_cycles: f64, latency: f64) -> RobotModel {
-        let actuator = ActuatorSettings {
-            delay_s: delay_cycles * CYCLE_S,
-            ..ActuatorSettings::default()
-        };
-        RobotModel::new(&actuator, CYCLE_S, latency)
+        RobotModel::new(&robot(delay_cycles, 0.0, 0.0, 0.0), CYCLE_S, latency)
     }
 
     /// Observes a robot that moves along x and turns about z by positions in m and m of the lever, for a cycle.
@@ -492,7 +227,10 @@ mod tests {
         feedback: &Feedback,
         [measured, commanded]: [f64; 2],
     ) -> V6 {
-        let at = |x: f64| pose([x, 0.0, 0.0], [x / ANGLE_LEVER_M, 0.0, 0.0]);
+        let at = |x: f64| {
+            let turn = UnitQuaternion::from_euler_angles(0.0, 0.0, x / ANGLE_LEVER_M);
+            Pose::from_parts(Vector3::new(x, 0.0, 0.0).into(), turn)
+        };
         let mut spacecraft = Spacecraft::before_a_wall([0.0; 3]);
         spacecraft.measured = at(measured);
         let (wrench, commanded) = (Wrench::zero(), at(commanded));
@@ -590,49 +328,5 @@ mod tests {
         observer.take_load(&wrench(1.0));
         observer.take_load(&wrench(2.0));
         assert_eq!((observer.previous_load[0], observer.load[0]), (1.0, 2.0));
-    }
-
-    /// Two positions' noise makes the difference between two cycles: half of its mean square, of what is noise, from 16 on.
-    #[test]
-    fn the_noise_of_a_position_is_half_of_what_it_changes_by() {
-        let mut noise = PositionNoise::default();
-        let at =
-            |n: i32| V6::new(1.0, -2.0, 0.0, 0.5, 0.0, 0.0) * if n % 2 == 0 { 1e-6 } else { -1e-6 };
-        noise.take(&at(0), false);
-        for n in 1..=16 {
-            assert_eq!(noise.variance(3e-6), V6::repeat(3e-6 * 3e-6), "{n}");
-            noise.take(&(V6::repeat(1.0)), false);
-            noise.take(&at(n - 1), false);
-            noise.take(&at(n), true);
-        }
-        let expected = at(0).component_mul(&at(0)) * 2.0;
-        assert!((noise.variance(3e-6) - expected).amax() < 1e-24);
-    }
-
-    /// The loudest of the six by four and a half, and the others together; from 16 on, and no less than is set.
-    #[test]
-    fn a_load_is_significant_beyond_the_noise_of_free_flight() {
-        let loads = |count: i32, size: f64| {
-            let mut noise = LoadNoise::new(0.2);
-            for n in 0..count {
-                let sign = if n % 2 == 0 { size } else { -size };
-                noise.add(&(V6::new(3.0, -2.0, 0.0, 6.0, 1.0, -2.0) * sign));
-            }
-            noise
-        };
-        for (noise, sigma, threshold) in [
-            (loads(0, 1.0), 0.2, 0.9),
-            (loads(15, 1.0), 0.2, 0.9),
-            (loads(16, 1.0), 6.0, 27.0 + 18.0_f64.sqrt()),
-            (loads(100, 1.0), 6.0, 27.0 + 18.0_f64.sqrt()),
-            (loads(100, 0.01), 0.2, 0.9 + 0.01 * 18.0_f64.sqrt()),
-        ] {
-            assert!((noise.sigma() - sigma).abs() < 1e-12, "{}", noise.sigma());
-            assert!(
-                (noise.threshold() - threshold).abs() < 1e-12,
-                "{}",
-                noise.threshold()
-            );
-        }
     }
 }

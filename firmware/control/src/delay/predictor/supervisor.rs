@@ -1,13 +1,15 @@
 //! The supervisor: what is believed of robot and contact, which load the model feels, and which law commands.
 
 use super::V6;
+use super::approach::Approach;
 use super::contact::{Contact, ContactMemory, Onset};
 use super::contact_estimator::{Estimate, direction};
-use super::delay_estimator::{Approach, DelayTracker};
+use super::delay_tracker::DelayTracker;
 use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
 use super::fallback::Fallback;
 use super::impulse_matching::Reversals;
-use super::observer::{Feedback, LoadNoise, Observer};
+use super::noise::LoadNoise;
+use super::observer::{Feedback, Observer};
 use super::reference::Reference;
 use super::robot_model::RobotModel;
 use super::tuning::*;

@@ -1,26 +1,19 @@
-//! The delay of the robot: identified on the approach, tracked in the contacts that follow.
+//! The delay of the robot, its noise and its structure, identified on the approach to the first contact.
 //!
-//! Both fit the same equation: with z the measured motion and ẑ that of the robot model without any feedback,
+//! With z the measured motion and ẑ that of the robot model without any feedback,
 //!
 //! ```text
 //! z − ẑ = x₀ − d ẑ' Ts
 //! ```
 //!
-//! is solved by least squares for an offset x₀ and d, the cycles by which the robot is later than believed.
-//!
-//! On the **approach** all motion is a ramp and then straight, so that z is one number, the progress along the
-//! velocity. What remains is noise, or another structure than the one believed.
-//!
-//! **Afterwards** straight and uniform motion says nothing about a delay: d more of it looks like an offset of
-//! d v Ts, and offsets change, because a displacement is lost at each reversal. Only a velocity that changes
-//! tells them apart: x₀ is a constant of an axis from one of its reversals to the next, and d is one number for
-//! the braking before it and the motion after it, of all axes. A pause of another length moves x₀ alone and is
-//! no error of d. Near the reversal itself the robot may turn, or stand, while the model does not: those
-//! samples are left out.
+//! is solved by least squares for an offset x₀ and d, the cycles by which the robot is later than believed. All motion is a
+//! ramp and then straight, so that z is one number, the progress along the velocity. What remains is noise, or another
+//! structure than the one believed.
 
 use super::V6;
 use super::least_squares::shrunk;
-use super::robot_model::{AxisState, RobotModel, RobotState};
+use super::noise::ResidualNoise;
+use super::robot_model::{AxisState, RobotModel};
 use super::tuning::*;
 use nalgebra::ComplexField;
 
@@ -39,6 +32,15 @@ pub(super) struct Findings {
     pub(super) misfit: f64,
     /// The fit is made of the whole window.
     pub(super) complete: bool,
+}
+
+impl Findings {
+    /// An extra delay within the range in which the delay is followed, cycles.
+    fn bounded(&mut self, wanted: f64) -> f64 {
+        let within = wanted.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
+        self.at_bound = within != wanted;
+        within
+    }
 }
 
 /// Identification on the approach to the first contact.
@@ -99,9 +101,7 @@ impl Approach {
     /// followed, cycles.
     pub(super) fn bounded_change(&mut self, later: f64) -> f64 {
         let findings = &mut self.findings;
-        let wanted = findings.extra_delay + later;
-        let within = wanted.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
-        findings.at_bound = within != wanted;
+        let within = findings.bounded(findings.extra_delay + later);
         within - core::mem::replace(&mut findings.extra_delay, within)
     }
 
@@ -110,7 +110,7 @@ impl Approach {
         let mut sums = OffsetAndDelay::default();
         self.simulate(model, |residual, rate| sums.add(residual, rate));
         let (offset, step) = sums.solve()?;
-        let (mut squares, mut noise) = (0.0, Noise::default());
+        let (mut squares, mut noise) = (0.0, ResidualNoise::default());
         self.simulate(model, |residual, rate| {
             let rest = residual - offset + step * rate;
             squares += rest * rest;
@@ -128,8 +128,7 @@ impl Approach {
         let variance = findings.deviation * findings.deviation + unlike * unlike;
         // The settings say where the delay is; what is seen counts as far as it is more than noise.
         let seen = shrunk(findings.extra_delay + step, variance, APPROACH_SIGNIFICANCE);
-        let wanted = seen.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
-        findings.at_bound = wanted != seen;
+        let wanted = findings.bounded(seen);
         let step = wanted - findings.extra_delay;
         let significant = step.abs() > APPROACH_DELAY_STEP;
         if significant {
@@ -154,31 +153,6 @@ impl Approach {
             axis.step(&unit, of(k, whole + 1), of(k, whole));
             see(self.measured[k] - axis.position, axis.velocity);
         }
-    }
-}
-
-/// Noise of what a fit leaves, from its second differences: another structure leaves what is smooth.
-#[derive(Clone, Copy, Debug, Default)]
-struct Noise {
-    last: [f64; 2],
-    squares: f64,
-    count: f64,
-}
-
-impl Noise {
-    fn add(&mut self, rest: f64) {
-        let [before, earlier] = self.last;
-        if self.count >= 2.0 {
-            let second = rest - 2.0 * before + earlier;
-            self.squares += second * second;
-        }
-        self.count += 1.0;
-        self.last = [rest, before];
-    }
-
-    /// Standard deviation.
-    fn deviation(&self) -> f64 {
-        ComplexField::sqrt(self.squares / (6.0 * (self.count - 2.0).max(1.0)))
     }
 }
 
@@ -222,84 +196,18 @@ impl OffsetAndDelay {
     }
 }
 
-/// Tracking after the approach: running means of each axis, and the products about them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct DelayTracker {
-    means: [AxisMean; 6],
-    /// Σ (residual · rate) and Σ rate², m² and m².
-    product: f64,
-    spread: f64,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct AxisMean {
-    peak: f64,
-    weight: f64,
-    residual: f64,
-    rate: f64,
-}
-
-impl DelayTracker {
-    /// A cycle: measured position less the model's without feedback (m), and the robot model.
-    #[inline(never)]
-    pub(super) fn add(&mut self, residual: &V6, robot: &RobotState, cycle_s: f64) {
-        for (i, (mean, axis)) in self.means.iter_mut().zip(&robot.0).enumerate() {
-            let rate = axis.velocity * cycle_s;
-            mean.peak = (mean.peak * PEAK_FORGETTING).max(rate.abs());
-            if rate.abs() < REVERSAL_BAND * mean.peak {
-                mean.weight = 0.0;
-                continue;
-            }
-            mean.weight = mean.weight * OFFSET_FORGETTING + 1.0;
-            let (off, faster) = (residual[i] - mean.residual, rate - mean.rate);
-            if mean.weight <= 1.0 {
-                (mean.residual, mean.rate) = (residual[i], rate);
-                continue;
-            }
-            mean.residual += off / mean.weight;
-            mean.rate += faster / mean.weight;
-            self.product += off * (rate - mean.rate);
-            self.spread += faster * (rate - mean.rate);
-        }
-    }
-
-    /// By how many cycles the robot is later than believed, as far as that is significant against the noise
-    /// of a position (standard deviation, m). Asked once for each contact.
-    pub(super) fn later(&mut self, noise_m: f64) -> Option<f64> {
-        self.product *= CONTACT_FORGETTING;
-        self.spread *= CONTACT_FORGETTING;
-        if self.spread <= 0.0 {
-            return None;
-        }
-        let later = -self.product / self.spread;
-        let variance = noise_m * noise_m / self.spread;
-        let later = shrunk(later, variance, TRACKED_DELAY_SIGNIFICANCE);
-        let later = later.clamp(-TRACKED_DELAY_LIMIT, TRACKED_DELAY_LIMIT);
-        (later.abs() > TRACKED_DELAY_STEP).then_some(later)
-    }
-
-    /// The robot model is so many cycles later now.
-    pub(super) fn shift(&mut self, later: f64) {
-        self.product += later * self.spread;
-        for mean in &mut self.means {
-            mean.residual += later * mean.rate;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::actuator::ActuatorSettings;
+    use crate::delay::predictor::scene;
     use crate::delay::spacecraft::CYCLE_S;
 
     fn robot(delay_cycles: f64, servo_hz: f64) -> RobotModel {
-        let actuator = ActuatorSettings {
-            delay_s: delay_cycles * CYCLE_S,
-            servo_hz,
-            ..ActuatorSettings::default()
-        };
-        RobotModel::new(&actuator, CYCLE_S, 0.0)
+        RobotModel::new(
+            &scene::robot(delay_cycles, 0.0, 0.0, servo_hz),
+            CYCLE_S,
+            0.0,
+        )
     }
 
     /// Towards a contact at 5 mm/s, oblique to the axes.
@@ -473,24 +381,6 @@ mod tests {
         assert_eq!(approach.findings.extra_delay, -6.0);
     }
 
-    /// Second differences of white noise are √6 of it; those of a straight line are none, and of c n² they are 2 c.
-    #[test]
-    fn what_is_smooth_is_no_noise() {
-        for (curvature, slope) in [(0.0, 0.3), (0.5, -2.0), (-0.1, 0.0)] {
-            let mut noise = Noise::default();
-            for n in 0..20 {
-                let n = f64::from(n);
-                noise.add(7.0 + slope * n + curvature * n * n);
-            }
-            let expected = 2.0 * f64::abs(curvature) / 6.0_f64.sqrt();
-            assert!((noise.deviation() - expected).abs() < 1e-9, "{curvature}");
-        }
-        let mut two = Noise::default();
-        two.add(1.0);
-        two.add(5.0);
-        assert_eq!(two.deviation(), 0.0);
-    }
-
     #[test]
     fn offset_and_delay_are_those_of_a_straight_line() {
         let mut sums = OffsetAndDelay::default();
@@ -509,141 +399,5 @@ mod tests {
             }
             assert_eq!(sums.solve().is_some(), some, "{last}");
         }
-    }
-
-    /// One bounce of an axis that brakes, turns and leaves: by its robot model, and measured with another offset on either side
-    /// of the reversal, near which it is anywhere. It is `later` than the model.
-    fn bounce(tracker: &mut DelayTracker, later: f64, offsets: [f64; 2]) {
-        let mut robot = RobotState::default();
-        for n in 0..=40 {
-            let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
-            let mut residual = V6::zeros();
-            for (i, speed) in [(0, 0.005), (4, -0.002)] {
-                robot.0[i].velocity = speed * rate;
-                let apart = if rate.abs() < 0.25 {
-                    1.0
-                } else {
-                    offsets[usize::from(rate < 0.0)] - later * speed * rate * CYCLE_S
-                };
-                residual[i] = apart;
-            }
-            tracker.add(&residual, &robot, CYCLE_S);
-        }
-    }
-
-    #[test]
-    fn a_delay_is_what_a_changing_velocity_tells_of_it() {
-        for later in [0.7, -1.1, 0.06, 0.04, 5.0, -5.0] {
-            let mut tracker = DelayTracker::default();
-            assert_eq!(tracker.later(0.0), None);
-            bounce(&mut tracker, later, [1e-5, -3e-5]);
-            let found = tracker.later(0.0);
-            let expected = f64::clamp(later, -2.0, 2.0);
-            match found {
-                Some(found) => assert!(
-                    (found - expected).abs() < 1e-9 && later != 0.04,
-                    "{later}: {found}"
-                ),
-                None => assert_eq!(later, 0.04),
-            }
-        }
-    }
-
-    /// Six tenths of what the contact before showed; the axis stands still in between.
-    #[test]
-    fn earlier_contacts_count_less() {
-        let mut tracker = DelayTracker::default();
-        bounce(&mut tracker, 1.0, [0.0, 0.0]);
-        let first = 0.6 * tracker.spread;
-        assert!((tracker.later(0.0).unwrap() - 1.0).abs() < 1e-9);
-        tracker.add(&V6::zeros(), &RobotState::default(), CYCLE_S);
-        bounce(&mut tracker, 0.2, [0.0, 0.0]);
-        let second = tracker.spread - first;
-        let found = tracker.later(0.0).unwrap();
-        let expected = (first + 0.2 * second) / (first + second);
-        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
-        assert!((first / second - 0.6).abs() < 0.2, "{first} {second}");
-    }
-
-    /// In the middle of the motion: what is left is what it is later still.
-    #[test]
-    fn a_model_that_is_made_later_has_been_so_all_along() {
-        for (all, shifted, left) in [
-            (0.8, 0.3, Some(0.5)),
-            (0.8, 0.8, None),
-            (-0.4, 0.6, Some(-1.0)),
-        ] {
-            let mut tracker = DelayTracker::default();
-            let mut robot = RobotState::default();
-            for n in 0..16 {
-                let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
-                robot.0[2].velocity = 0.005 * rate;
-                let later = if n < 8 { all } else { all - shifted };
-                if n == 8 {
-                    tracker.shift(shifted);
-                }
-                let residual = 1e-5 - later * 0.005 * rate * CYCLE_S;
-                tracker.add(&V6::new(0.0, 0.0, residual, 0.0, 0.0, 0.0), &robot, CYCLE_S);
-            }
-            match (tracker.later(0.0), left) {
-                (Some(found), Some(left)) => assert!((found - left).abs() < 1e-9, "{found}"),
-                (found, left) => assert_eq!(found, left),
-            }
-        }
-    }
-
-    /// Within two standard deviations it is none; beyond, it counts as far as it is beyond.
-    #[test]
-    fn a_delay_that_noise_may_have_made_is_none() {
-        let tracker = || {
-            let mut tracker = DelayTracker::default();
-            bounce(&mut tracker, 0.8, [0.0, 0.0]);
-            tracker
-        };
-        let spread = 0.6 * tracker().spread;
-        for (deviations, found) in [(1.9, None), (4.0, Some(0.8 * (1.0 - 4.0 / 16.0)))] {
-            let noise_m = 0.8 / deviations * spread.sqrt();
-            let later = tracker().later(noise_m);
-            match (later, found) {
-                (Some(later), Some(found)) => assert!((later - found).abs() < 1e-9, "{later}"),
-                _ => assert_eq!(later, found, "{deviations}"),
-            }
-        }
-    }
-
-    /// Running means that forget in 64 cycles; sums of products about them, without an axis that stands still.
-    #[test]
-    fn an_offset_is_forgotten_in_64_cycles() {
-        let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
-        let (mut weight, mut sums) = (0.0, [0.0; 2]);
-        for n in 0..50 {
-            let (rate, residual) = (1.0 + 0.1 * f64::from(n % 7), 1e-5 * f64::from(n % 5));
-            robot.0[2].velocity = rate / CYCLE_S;
-            tracker.add(&V6::new(0.0, 0.0, residual, 0.0, 0.0, 0.0), &robot, CYCLE_S);
-            weight = weight * (63.0 / 64.0) + 1.0;
-            for (sum, value) in sums.iter_mut().zip([residual, rate]) {
-                *sum = *sum * (63.0 / 64.0) + value;
-            }
-            let mean = tracker.means[2];
-            assert!((mean.residual - sums[0] / weight).abs() < 1e-15, "{n}");
-            assert!((mean.rate - sums[1] / weight).abs() < 1e-12, "{n}");
-        }
-    }
-
-    /// The peak of an axis is forgotten by two hundredths in each cycle: what is slow for long is its motion.
-    #[test]
-    fn an_axis_near_its_reversal_is_left_out_until_its_peak_is_forgotten() {
-        let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
-        let mut add = |rate: f64| {
-            robot.0[0].velocity = rate / CYCLE_S;
-            tracker.add(&V6::zeros(), &robot, CYCLE_S);
-            tracker.means[0].weight > 0.0
-        };
-        for (rate, counts) in [(1.0, true), (0.41, true), (-0.41, true), (0.36, false)] {
-            assert_eq!(add(rate), counts, "{rate}");
-        }
-        // After 49 cycles: 0.4 of 0.98 to the 49th is 0.149.
-        let first = (5..).find(|_| add(0.15)).unwrap();
-        assert_eq!(first, 50);
     }
 }
