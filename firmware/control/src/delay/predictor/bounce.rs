@@ -17,7 +17,14 @@ pub(super) const SURFACE: f64 = 0.3;
 
 /// A motion, or a force, along the contact.
 pub(super) fn x(value: f64) -> V6 {
-    V6::new(value, 0.0, 0.0, 0.0, 0.0, 0.0)
+    V6::ith(0, value)
+}
+
+/// Within a part of the expected number.
+#[track_caller]
+pub(super) fn assert_near(found: f64, expected: f64, part: f64) {
+    let apart = (found - expected).abs();
+    assert!(apart <= part * expected.abs(), "{found} {expected}");
 }
 
 /// The exact motion of a mass into a spring and damper along x, seen by a pose that is as old as the force: depth (m), its

@@ -37,7 +37,7 @@
 //! | `delay_tracker` | its delay, from its reversals |
 //! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact; latency of the pose |
 //! | `stiffening` | a contact that is no spring: a parabola through its loads |
-//! | `contact` | the course of a contact, and what is remembered of it |
+//! | `contact`, `contact_memory` | the course of a contact, and what is remembered of it |
 //! | `restitution` | what noise hides of a rebound, and the guard |
 //! | `reference` | the motion that is wanted |
 //! | `dynamic_matrix`, `impulse_matching` | the command |
@@ -53,6 +53,7 @@ mod bounce;
 mod command_history;
 mod contact;
 mod contact_estimator;
+mod contact_memory;
 mod delay_tracker;
 mod dynamic_matrix;
 mod fallback;

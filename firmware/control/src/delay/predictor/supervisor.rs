@@ -2,8 +2,9 @@
 
 use super::V6;
 use super::approach::Approach;
-use super::contact::{Contact, ContactMemory, Onset};
+use super::contact::{Contact, Onset};
 use super::contact_estimator::{Estimate, direction};
+use super::contact_memory::ContactMemory;
 use super::delay_tracker::DelayTracker;
 use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
 use super::fallback::Fallback;
