@@ -3,12 +3,12 @@
 //! A trapezoid of the measured loads is wrong where they begin and end, between two samples. Both pieces are
 //! taken from the identified contact instead, and are bounded by the neighbouring load.
 
-use super::contact_estimator::{
-    Estimate, Hypothesis, Information, LatencyEstimator, Prior, direction, told_apart,
-};
+use super::contact_estimator::{Estimate, Information, Prior, direction};
+use super::guard::Outcome;
+use super::latency_estimator::{Hypothesis, LatencyEstimator, told_apart};
 use super::observer::{AtForce, Observer};
 use super::reference::{Preload, Reference};
-use super::restitution::{Outcome, RestitutionEstimate};
+use super::restitution::RestitutionEstimate;
 use super::stiffening::{Curve, Stiffening};
 use super::tuning::*;
 use super::{M6, V6};

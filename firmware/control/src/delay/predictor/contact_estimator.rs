@@ -1,4 +1,4 @@
-//! The contact estimator: recursive least squares with a prior, once for each latency of the reported pose.
+//! The contact estimator: recursive least squares with a prior.
 //!
 //! Along the direction h of its load a contact is a spring and a damper,
 //!
@@ -11,20 +11,16 @@
 //! stiffness does. From κ follow the stiffness k = κ·Bh / h·Bh, the gradient a = κ/k and the effective mass
 //! 1/(a·Bh), where B is the velocity per impulse of the six axes (Kelvin-Voigt model; regularised recursive
 //! least squares in information form, with a forgetting factor from contact to contact).
-//!
-//! The pose may be older than the force by a number of cycles that nobody knows: the same estimate is made
-//! for each (a bank of models, Magill 1965), and the one that leaves the smallest squared error is believed.
 
 use super::least_squares::{Ldlt, shrunk};
-use super::observer::AtForce;
 use super::tuning::*;
 use super::{M6, V6};
 use nalgebra::{ComplexField, SMatrix, SVector};
 
 /// Unknowns: κ (6), c, b.
-const UNKNOWNS: usize = 8;
+pub(super) const UNKNOWNS: usize = 8;
 pub(super) const DAMPING: usize = 6;
-const OFFSET: usize = 7;
+pub(super) const OFFSET: usize = 7;
 pub(super) type Unknowns = SVector<f64, UNKNOWNS>;
 
 /// What has been measured of a contact: the sums of the normal equations.
@@ -33,26 +29,26 @@ pub(super) struct Information {
     /// p₀: positions count from here, m; in a contact the position where it began.
     pub(super) origin: V6,
     /// Weight of the onset against that of a load.
-    onset: f64,
+    pub(super) onset: f64,
     products: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     with_load: Unknowns,
     load_squared: f64,
-    samples: f64,
+    pub(super) samples: f64,
 }
 
 /// What is expected of any contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
     /// Stiffness, N/m.
-    stiffness: f64,
+    pub(super) stiffness: f64,
     /// Error of a load, N.
     pub(super) sigma: f64,
     /// h: direction of the load, with a force part of 1.
-    direction: V6,
+    pub(super) direction: V6,
     /// Bh: velocity of the axes per impulse along that direction.
-    mobility: V6,
+    pub(super) mobility: V6,
     /// Standard deviation of the robot's delay, s.
-    delay_s: f64,
+    pub(super) delay_s: f64,
 }
 
 /// A contact as identified.
@@ -73,7 +69,7 @@ pub(super) struct Estimate {
     /// Standard deviation of the residuals, N.
     pub(super) error: f64,
     /// Sum of squared residuals of the best fit, before its damping is shrunk, N².
-    squared_error: f64,
+    pub(super) squared_error: f64,
 }
 
 impl Prior {
@@ -286,19 +282,11 @@ impl Information {
 
 /// Covariance of all unknowns with the damping, in units of σ².
 pub(super) fn covariance_of_damping(factor: &Ldlt<UNKNOWNS>) -> Unknowns {
-    let mut unit = Unknowns::zeros();
-    unit[DAMPING] = 1.0;
-    factor.solve(&unit)
+    factor.solve(&Unknowns::ith(DAMPING, 1.0))
 }
 
 fn kappa(unknowns: &Unknowns) -> V6 {
     V6::from_iterator(unknowns.iter().take(6).copied())
-}
-
-/// Deviation of the load where the contact began, N, by a stiffness (N/m), the displacement between the samples beside it
-/// (m) and the threshold of a load (N).
-fn onset_deviation(stiffness: f64, (travel, threshold): (f64, f64)) -> f64 {
-    (stiffness * travel / ONSET_SPREAD).max(1e-6) + threshold
 }
 
 /// a, from the unknowns and their stiffness within its bounds.
@@ -319,143 +307,6 @@ pub(super) fn direction(sum: &V6, mobility: &M6) -> (V6, V6) {
     let size = force.max(LEAST_FORCE_PART * sum.norm());
     let h = sum / size.max(f64::MIN_POSITIVE);
     (h, mobility * h)
-}
-
-/// A latency among those that are told apart.
-pub(super) fn told_apart(latency: usize) -> usize {
-    latency.min(LATENCIES - 1)
-}
-
-/// The identification at one latency.
-#[derive(Clone, Debug)]
-pub(super) struct Hypothesis {
-    pub(super) information: Information,
-    pub(super) estimate: Estimate,
-}
-
-/// The multiple-model latency estimator.
-#[derive(Clone, Debug)]
-pub(super) struct LatencyEstimator {
-    hypotheses: [Hypothesis; LATENCIES],
-    loads: u32,
-    /// The latency is beyond doubt.
-    pub(super) settled: bool,
-    /// The largest latency that is not refuted.
-    pub(super) latest: usize,
-    /// Displacement between the last free and the first loaded sample, m, and the error of the onset's load beside it, N.
-    onset: (f64, f64),
-    /// Error of a load that was expected then, N.
-    sigma: f64,
-}
-
-impl LatencyEstimator {
-    /// A new contact: it began between the positions before and now, with a closing velocity (m/s), a displacement (m)
-    /// apart; there is no force there, to a threshold (N).
-    pub(super) fn new(
-        previous: &[V6; LATENCIES],
-        now: &AtForce,
-        prior: &Prior,
-        (closing, travel, threshold): (f64, f64, f64),
-        remembered: Option<(usize, &Information)>,
-    ) -> Self {
-        let onset = (travel, threshold);
-        let deviation = onset_deviation(prior.stiffness, onset);
-        let hypothesis = |l: usize| {
-            let middle = (previous[l] + now.position[l]) * 0.5;
-            let mut information = Information::new(middle);
-            if let Some((latency, known)) = remembered
-                && latency == l
-            {
-                information = known.clone();
-            }
-            information.begin(&middle, closing, deviation, prior.sigma);
-            let estimate = information.solve(prior, closing);
-            Hypothesis {
-                information,
-                estimate,
-            }
-        };
-        Self {
-            hypotheses: core::array::from_fn(hypothesis),
-            loads: 0,
-            settled: false,
-            latest: LATENCIES - 1,
-            onset,
-            sigma: prior.sigma,
-        }
-    }
-
-    /// The hypothesis of a latency.
-    pub(super) fn at(&self, latency: usize) -> &Hypothesis {
-        &self.hypotheses[told_apart(latency)]
-    }
-
-    /// A load λ, N, in a contact that began with a velocity of the axes. `only` one hypothesis is worth
-    /// the work when the latency is known.
-    pub(super) fn add(
-        &mut self,
-        now: &AtForce,
-        load: f64,
-        (prior, before): (&Prior, &V6),
-        only: Option<usize>,
-    ) {
-        self.loads += 1;
-        for (l, hypothesis) in self.hypotheses.iter_mut().enumerate() {
-            if now.resumed[l] || only.is_some_and(|only| only != l) {
-                continue;
-            }
-            let Hypothesis {
-                information,
-                estimate,
-            } = hypothesis;
-            let (position, velocity) = (&now.position[l], &now.velocity[l]);
-            let gradient = estimate.gradient;
-            information.add(position, gradient.dot(&(velocity - before)), load);
-            // Where the contact began is known to a displacement: the load there less well if it is stiffer than expected.
-            let stiffness = estimate.stiffness.max(prior.stiffness);
-            let ratio = self.sigma / onset_deviation(stiffness, self.onset);
-            information.onset = ratio * ratio;
-            *estimate = information.solve(prior, gradient.dot(before));
-        }
-    }
-
-    /// The latency to believe, given the present one, the noise of a load (N) and of a position (m), and the closing
-    /// velocity (m/s).
-    pub(super) fn choose(&mut self, present: usize, noise: (f64, f64), closing: f64) -> usize {
-        if self.loads < LATENCY_LOADS || self.settled {
-            return present;
-        }
-        let floor_n = self.at(present).estimate.floor_n(noise, closing);
-        let floor = f64::from(self.loads) * floor_n * floor_n;
-        let cost = |l: usize| self.hypotheses[l].estimate.squared_error + floor;
-        let best = (0..LATENCIES).fold(present, |a, b| if cost(b) < cost(a) { b } else { a });
-        let better_than = |l: usize, factor: f64| cost(l) > factor * cost(best);
-        // A latency does not change; what disturbs the fit later, such as a pause, says nothing about it.
-        self.settled = (0..LATENCIES).all(|l| l == best || better_than(l, LATENCY_SETTLED));
-        let possible = |l: &usize| !better_than(*l, LATENCY_EVIDENCE);
-        self.latest = (0..LATENCIES).rev().find(possible).unwrap_or(best);
-        if better_than(present, LATENCY_EVIDENCE) {
-            best
-        } else {
-            present
-        }
-    }
-
-    /// Loads taken.
-    pub(super) fn loads(&self) -> u32 {
-        self.loads
-    }
-}
-
-impl Estimate {
-    /// Error of a load that decides nothing, N.
-    fn floor_n(&self, (noise, noise_m): (f64, f64), closing: f64) -> f64 {
-        let inverse_mass = (1.0 / self.mass).max(1e-9);
-        let peak = closing * ComplexField::sqrt(self.stiffness / inverse_mass);
-        let (noise, part) = (LATENCY_FLOOR_NOISE * noise, LATENCY_FLOOR_PEAK * peak);
-        let apart = LATENCY_FLOOR_NOISE * self.stiffness * noise_m;
-        ComplexField::sqrt(noise * noise + part * part + apart * apart)
-    }
 }
 
 #[cfg(test)]
@@ -480,6 +331,12 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::predictor::batch::{Batch, assert_batch};
+    use crate::delay::predictor::bounce::assert_near;
+    use crate::delay::predictor::oblique;
+
+    /// Closing velocity, m/s.
+    const CLOSING: f64 = 0.006;
 
     fn prior() -> Prior {
         let direction = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -533,161 +390,14 @@ mod tests {
         assert_found(&information.solve(&prior(), 0.003), 0.3);
     }
 
-    /// All that is known of a contact as the rows of one least-squares problem, in units of a load's error: rows, right side, and
-    /// how many of them are no prior.
-    struct Batch {
-        rows: SMatrix<f64, 80, UNKNOWNS>,
-        right: SVector<f64, 80>,
-        used: usize,
-        data: usize,
-    }
-
-    impl Batch {
-        fn new() -> Self {
-            Self {
-                rows: SMatrix::zeros(),
-                right: SVector::zeros(),
-                used: 0,
-                data: 0,
-            }
-        }
-
-        fn push(&mut self, row: Unknowns, right: f64, weight: f64) {
-            self.rows.set_row(self.used, &(row.transpose() * weight));
-            self.right[self.used] = right * weight;
-            self.used += 1;
-        }
-
-        /// κ is k₀ h to a factor of two along h and to a tenth across it, any damping up to a critical one, any offset.
-        fn push_prior(&mut self, prior: &Prior) {
-            self.data = self.used;
-            let (k0, sigma) = (prior.stiffness, prior.sigma);
-            let size = prior.direction.norm();
-            let unit = prior.direction / size;
-            let of_kappa = |v: V6| Unknowns::from_fn(|i, _| if i < 6 { v[i] } else { 0.0 });
-            self.push(of_kappa(unit), k0 * size, sigma / (2.0 * k0) / size);
-            for i in 0..6 {
-                let mut axis = V6::zeros();
-                axis[i] = 1.0;
-                let across = axis - unit * unit.dot(&axis);
-                self.push(of_kappa(across), 0.0, sigma / (0.1 * k0) / size);
-            }
-            let mass = 1.0 / prior.direction.dot(&prior.mobility);
-            let mut row = Unknowns::zeros();
-            row[DAMPING] = 1.0;
-            self.push(row, 0.0, sigma / (2.0 * (k0 * mass).sqrt()));
-            row = Unknowns::zeros();
-            row[OFFSET] = 1.0;
-            self.push(row, 0.0, 1e-9_f64.sqrt());
-        }
-
-        /// The best unknowns, with a damping that is given or not.
-        fn solve(&self, damping: Option<f64>) -> Unknowns {
-            let (mut rows, mut right) = (self.rows, self.right);
-            if let Some(damping) = damping {
-                right -= rows.column(DAMPING) * damping;
-                rows.column_mut(DAMPING).fill(0.0);
-                (rows[(self.used, DAMPING)], right[self.used]) = (1.0, damping);
-            }
-            let qr = rows.qr();
-            let right = qr.q().transpose() * right;
-            qr.r().solve_upper_triangular(&right).expect("a rank")
-        }
-
-        /// Sum of the squares that they leave of what was measured.
-        fn left(&self, unknowns: &Unknowns) -> f64 {
-            let left = self.rows * unknowns - self.right;
-            left.rows(0, self.data).norm_squared()
-        }
-
-        /// Variance of the damping, in units of σ².
-        fn variance(&self) -> f64 {
-            let information = self.rows.transpose() * self.rows;
-            let inverse = information.try_inverse().expect("a rank");
-            inverse[(DAMPING, DAMPING)]
-        }
-    }
-
-    /// Friction turns the force away from where the stiffness points.
     fn oblique(stiffness: f64, delay_s: f64) -> Prior {
-        let direction = V6::new(0.8, -0.6, 0.0, 0.1, 0.0, -0.2);
-        let mobility = V6::new(1.6, -1.1, 0.1, 0.3, -0.1, -0.5) * 1e-3;
-        Prior::new((stiffness, 0.05, delay_s), 0.006, (direction, mobility))
+        Prior::new((stiffness, 0.05, delay_s), CLOSING, oblique::direction())
     }
 
-    /// Motion of a contact at a cycle: position, change of the closing velocity, and load with some noise.
+    /// A sample at a position that is not the origin of all.
     fn sample(n: i32, damping: f64, noise: f64) -> (V6, f64, f64) {
-        let t = f64::from(n) * 0.004;
-        let depth = 0.006 / 21.0 * (21.0 * t).sin();
-        let change = 0.006 * ((21.0 * t).cos() - 1.0);
-        let wave = |rate: f64| (rate * f64::from(n)).sin();
-        let across = V6::new(
-            wave(1.1),
-            wave(2.3),
-            wave(1.7),
-            wave(0.9),
-            wave(2.9),
-            wave(1.3),
-        );
-        let position = V6::new(0.9, -0.5, 0.1, 0.0, 0.2, -0.1) * depth + across * 1e-5;
-        let kappa = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1) * 2.2e5;
-        let load = kappa.dot(&position) + damping * (0.006 + change) + noise * wave(3.7);
+        let (position, change, load) = oblique::sample(n, CLOSING, damping, noise);
         (V6::repeat(0.2) + position, change, load)
-    }
-
-    fn assert_same(found: f64, expected: f64, what: &str) {
-        let apart = (found - expected).abs();
-        assert!(
-            apart <= 1e-6 * expected.abs() + 1e-12,
-            "{what}: {found} {expected}"
-        );
-    }
-
-    /// What follows from the best unknowns of a batch.
-    fn assert_batch(
-        estimate: &Estimate,
-        batch: &Batch,
-        prior: &Prior,
-        (origin, closing): (V6, f64),
-        loads: (f64, f64),
-    ) {
-        let (squares, count) = loads;
-        let inverse_mass = prior.direction.dot(&prior.mobility);
-        let stiffness_of = |u: &Unknowns| {
-            let k = u.fixed_rows::<6>(0).dot(&prior.mobility) / inverse_mass;
-            k.clamp(0.02 * prior.stiffness, 50.0 * prior.stiffness)
-        };
-        let free = batch.solve(None);
-        let late = stiffness_of(&free) * prior.delay_s;
-        let variance = batch.variance() * prior.sigma * prior.sigma + late * late;
-        let doubt = 1.5 * 1.5 * variance / (free[DAMPING] * free[DAMPING]);
-        let most = 1.9 * (stiffness_of(&free) / inverse_mass).sqrt();
-        let damping = (free[DAMPING] * (1.0 - doubt).max(0.0)).clamp(0.0, most);
-        let best = batch.solve(Some(damping));
-        let (stiffness, left) = (stiffness_of(&best), batch.left(&best));
-        assert_same(estimate.damping, damping, "damping");
-        assert_same(estimate.stiffness, stiffness, "stiffness");
-        let not_negative = batch.solve(Some(free[DAMPING].max(0.0)));
-        assert_same(
-            estimate.squared_error,
-            batch.left(&not_negative),
-            "squared error",
-        );
-        assert_same(estimate.error, (left / count).sqrt(), "error");
-        assert_same(estimate.misfit, (left / squares).sqrt(), "misfit");
-        assert_same(estimate.mass, 1.0 / inverse_mass, "mass");
-        // Where a robot that stands still feels nothing.
-        let kappa: V6 = best.fixed_rows::<6>(0).into();
-        let way = estimate.surface - estimate.gradient.dot(&origin);
-        let at_rest = best[OFFSET] - best[DAMPING] * closing;
-        assert_same(way * stiffness, -at_rest, "surface");
-        let along = kappa.dot(&prior.mobility) / inverse_mass;
-        let expected = match along > 0.5 * stiffness {
-            true => kappa / along,
-            false => prior.direction,
-        };
-        assert!((estimate.gradient - expected).amax() < 1e-6, "{expected}");
-        assert_same(estimate.gradient.dot(&estimate.push), 1.0, "push");
     }
 
     /// Dampings that are none, some, too large and negative; a stiffness that is at the end of its range; a delay that is
@@ -781,11 +491,8 @@ mod tests {
             (0.0, -0.005, 0.003 * peak),
             (0.2, 0.005, (0.04 + 9e-6 * peak * peak).sqrt()),
         ] {
-            assert_same(
-                Prior::new((2e5, noise, 0.0), closing, (h, bh)).sigma,
-                expected,
-                "sigma",
-            );
+            let prior = Prior::new((2e5, noise, 0.0), closing, (h, bh));
+            assert_near(prior.sigma, expected, 1e-6);
         }
     }
 
@@ -814,149 +521,6 @@ mod tests {
             let (h, bh) = direction(&load, &mobility);
             assert!((h * size - load).amax() < 1e-12, "{h}");
             assert!((bh - mobility * h).amax() < 1e-12, "{bh}");
-        }
-    }
-
-    /// Of a cycle that began anywhere between two samples: the way between them by √12, and the threshold.
-    #[test]
-    fn the_load_at_the_onset_is_known_to_the_way_between_two_samples() {
-        assert_same(onset_deviation(2e5, (3.5e-5, 0.5)), 2.5, "deviation");
-        assert_same(onset_deviation(2e5, (0.0, 0.5)), 0.5 + 1e-6, "at rest");
-    }
-
-    /// The bank in a contact of a pose that is `late`: the robot has moved as the contact says, each hypothesis sees it as old as
-    /// it believes.
-    fn bank(
-        late: usize,
-        loads: i32,
-        only: Option<usize>,
-        resumed: Option<usize>,
-    ) -> LatencyEstimator {
-        let prior = oblique(2e5, 0.0);
-        let gradient = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1);
-        let before = gradient * (0.006 / gradient.norm_squared());
-        let at_force = |n: i32| {
-            let seen = |l: usize| sample(n + l as i32 - late as i32, 2000.0, 0.0);
-            AtForce {
-                position: core::array::from_fn(|l| seen(l).0),
-                velocity: core::array::from_fn(|l| before * (1.0 + seen(l).1 / 0.006)),
-                resumed: core::array::from_fn(|l| resumed == Some(l)),
-            }
-        };
-        let onset = (0.006, 2.4e-5, 0.5);
-        let previous = at_force(0).position;
-        let mut bank = LatencyEstimator::new(&previous, &at_force(1), &prior, onset, None);
-        for n in 1..=loads {
-            let (_, _, load) = sample(n, 2000.0, 0.0);
-            bank.add(&at_force(n), load, (&prior, &before), only);
-        }
-        bank
-    }
-
-    #[test]
-    fn the_latency_of_the_pose_is_the_one_that_fits() {
-        for late in 0..LATENCIES {
-            let mut bank = bank(late, 16, None, None);
-            assert_eq!(bank.choose(2, (0.01, 0.0), 0.006), late);
-            assert!(bank.settled);
-            assert_eq!((bank.latest, bank.loads()), (late, 16));
-            // Then it is not asked again.
-            bank.hypotheses[late].estimate.squared_error = 1e9;
-            assert_eq!(bank.choose(2, (0.01, 0.0), 0.006), 2);
-        }
-    }
-
-    /// If the latency is known only that one is worth the work; and none in which the robot came out of a pause within the
-    /// cycle.
-    #[test]
-    fn hypotheses_that_say_nothing_take_no_load() {
-        let loads =
-            |bank: &LatencyEstimator| bank.hypotheses.clone().map(|h| h.information.samples);
-        assert_eq!(loads(&bank(1, 4, None, None)), [4.0; 5]);
-        assert_eq!(loads(&bank(1, 4, Some(3), None)), [0.0, 0.0, 0.0, 4.0, 0.0]);
-        assert_eq!(loads(&bank(1, 4, None, Some(2))), [4.0, 4.0, 0.0, 4.0, 4.0]);
-    }
-
-    /// Between the last free and the first loaded position, where the load is less than noise and a displacement make it; a
-    /// stiffness beyond the expected one makes it less certain.
-    #[test]
-    fn a_contact_begins_between_two_samples() {
-        let bank = bank(0, 1, None, None);
-        let prior = oblique(2e5, 0.0);
-        for hypothesis in &bank.hypotheses {
-            let stiffness = hypothesis.information.onset;
-            let most = (prior.sigma / onset_deviation(2e5, (2.4e-5, 0.5))).powi(2);
-            assert!(stiffness <= most * (1.0 + 1e-12));
-        }
-        let middle = (sample(0, 0.0, 0.0).0 + sample(1, 0.0, 0.0).0) * 0.5;
-        assert!((bank.at(0).information.origin - middle).amax() < 1e-15);
-        assert_eq!(
-            bank.at(99).information.origin,
-            bank.at(LATENCIES - 1).information.origin
-        );
-        assert_eq!(bank.latest, LATENCIES - 1);
-        let remembered = bank.at(3).information.clone();
-        let now = AtForce {
-            position: [V6::repeat(0.3); LATENCIES],
-            velocity: [V6::zeros(); LATENCIES],
-            resumed: [false; LATENCIES],
-        };
-        let again = LatencyEstimator::new(
-            &[V6::repeat(0.4); LATENCIES],
-            &now,
-            &prior,
-            (0.006, 2.4e-5, 0.5),
-            Some((3, &remembered)),
-        );
-        let samples = again.hypotheses.clone().map(|h| h.information.samples);
-        assert_eq!(samples, [0.0, 0.0, 0.0, 0.5, 0.0]);
-    }
-
-    /// Squared errors of the five after so many loads, with a floor of 1 N² a load; what is believed, whether it is beyond doubt,
-    /// and the largest that may be.
-    #[test]
-    fn a_latency_is_changed_for_one_that_is_better_by_half() {
-        for (errors, loads, chosen, settled, latest) in [
-            ([0.0, 0.0, 0.0, 0.0, 0.0], 4, 1, false, 4),
-            // 4 N² of floor: 4 + 3.9 is less than twice 4.
-            ([0.0, 3.9, 9.0, 9.0, 9.0], 4, 1, false, 1),
-            ([0.0, 4.1, 9.0, 9.0, 9.0], 4, 0, false, 0),
-            ([9.0, 4.1, 9.0, 0.0, 3.0], 4, 3, false, 4),
-            ([0.0, 395.0, 397.0, 999.0, 999.0], 4, 0, false, 0),
-            ([0.0, 397.0, 397.0, 999.0, 999.0], 4, 0, true, 0),
-            ([397.0, 0.0, 397.0, 999.0, 999.0], 4, 1, true, 1),
-            ([0.0, 1e3, 1e3, 1e3, 1e3], 2, 1, false, 4),
-            ([0.0, 1e3, 1e3, 1e3, 1e3], 3, 0, true, 0),
-        ] {
-            let mut bank = bank(0, 0, None, None);
-            bank.loads = loads;
-            for (hypothesis, error) in bank.hypotheses.iter_mut().zip(errors) {
-                hypothesis.estimate.squared_error = error;
-            }
-            let noise = (1.0 / LATENCY_FLOOR_NOISE, 0.0);
-            assert_eq!(bank.choose(1, noise, 0.0), chosen, "{errors:?}");
-            assert_eq!((bank.settled, bank.latest), (settled, latest), "{errors:?}");
-        }
-    }
-
-    /// Zero to four cycles.
-    #[test]
-    fn a_pose_that_is_older_than_all_that_are_told_apart_is_the_oldest() {
-        assert_eq!([0, 3, 4, 5, 99].map(told_apart), [0, 3, 4, 4, 4]);
-    }
-
-    /// One and a half of the noise, of a load or by a position, and 0.0002 of the peak V √(k m).
-    #[test]
-    fn the_error_of_a_load_that_decides_nothing_is_that_of_its_noise() {
-        let estimate = Estimate::exact(2e5, 0.0, 500.0);
-        let peak = 0.005 * (2e5_f64 * 500.0).sqrt();
-        for (noise, closing, expected) in [
-            ((0.2, 0.0), 0.0, 0.3),
-            ((0.0, 1e-6), 0.0, 0.3),
-            ((0.0, 0.0), 0.005, 2e-4 * peak),
-            ((0.2, 1e-6), 0.005, (0.18 + 4e-8 * peak * peak).sqrt()),
-        ] {
-            assert_same(estimate.floor_n(noise, closing), expected, "floor");
         }
     }
 }

@@ -82,9 +82,7 @@ impl DynamicMatrix {
             h[(i, i)] += rho;
         }
         let factor = Ldlt::new(h);
-        let mut unit = Moves::zeros();
-        unit[0] = 1.0;
-        let first_row = self.positions(&factor.solve(&unit));
+        let first_row = self.positions(&factor.solve(&Moves::ith(0, 1.0)));
         Tracking {
             matrix: self,
             factor,

@@ -98,16 +98,12 @@ impl LinearDynamics {
         };
         let rows = |v: &Vector5<f64>| [v[0], v[1], v[2], v[DISPLACEMENT]];
         for i in 0..3 {
-            let mut unit = Vector5::zeros();
-            unit[i] = 1.0;
-            let column = rows(&through(unit, 0.0));
+            let column = rows(&through(Vector5::ith(i, 1.0), 0.0));
             for (row, value) in self.from_state.iter_mut().zip(column) {
                 row[i] = value;
             }
         }
-        let mut command = Vector5::zeros();
-        command[COMMAND] = 1.0;
-        self.from_older = rows(&through(command, -1.0));
+        self.from_older = rows(&through(Vector5::ith(COMMAND, 1.0), -1.0));
         self.from_newer = rows(&through(Vector5::zeros(), 1.0));
     }
 

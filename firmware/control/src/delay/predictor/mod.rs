@@ -35,10 +35,11 @@
 //! | `observer`, `noise` | robot, load and model; noise of positions and loads |
 //! | `approach` | delay, noise and structure of the robot, from the approach to the first contact |
 //! | `delay_tracker` | its delay, from its reversals |
-//! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact; latency of the pose |
+//! | `contact_estimator`, `least_squares` | stiffness, damping, direction and surface of a contact |
+//! | `latency_estimator` | the same for each latency of the pose, and which of them is believed |
 //! | `stiffening` | a contact that is no spring: a parabola through its loads |
 //! | `contact`, `contact_memory` | the course of a contact, and what is remembered of it |
-//! | `restitution` | what noise hides of a rebound, and the guard |
+//! | `restitution`, `guard` | what noise hides of a rebound, and what it is held to |
 //! | `reference` | the motion that is wanted |
 //! | `dynamic_matrix`, `impulse_matching` | the command |
 //! | `fallback` | the command without an identified contact |
@@ -49,6 +50,8 @@
 mod approach;
 mod axis_map;
 #[cfg(test)]
+mod batch;
+#[cfg(test)]
 mod bounce;
 mod command_history;
 mod contact;
@@ -57,10 +60,14 @@ mod contact_memory;
 mod delay_tracker;
 mod dynamic_matrix;
 mod fallback;
+mod guard;
 mod impulse_matching;
+mod latency_estimator;
 mod least_squares;
 mod linear_dynamics;
 mod noise;
+#[cfg(test)]
+mod oblique;
 mod observer;
 mod pause;
 mod reference;

@@ -1,7 +1,7 @@
-//! The restitution at the end of a contact: what noise hides of it, and what the guard holds it to. Both move
-//! the model without a measured force; the impulse is in the trace, and each action of the guard is flagged.
+//! The restitution at the end of a contact, and what noise hides of it. That moves the model without a measured force; the
+//! impulse is in the trace.
 //!
-//! **Noise.** Impulse matching makes up for the noise of every load but those of the last dead time, to which
+//! Impulse matching makes up for the noise of every load but those of the last dead time, to which
 //! no command can answer any more: their impulse would stay in the rebound, and in bounces that follow each
 //! other become a random walk. The identification knows better, because a contact gives no energy and most give
 //! back all they got:
@@ -15,17 +15,14 @@
 //! with r the residuals, n' as many of them as noise may leave, σ the noise of a load, ς that of the rebound by
 //! the loads and δ that by the identified direction. Without noise of the sensor the residuals are not noise,
 //! and w is 0.
-//!
-//! **Guard.** A rebound that departs from that of an identified contact is set to it; that of one that was not
-//! identified is bounded to what a passive contact can give, 0 ≤ e ≤ 1.
 
 use super::V6;
 use super::contact_estimator::{
     DAMPING, Estimate, Information, Prior, Unknowns, covariance_of_damping,
 };
+use super::guard::Outcome;
 use super::reference::KelvinVoigt;
 use super::tuning::*;
-use crate::delay::status::LawFlags;
 use nalgebra::ComplexField;
 
 /// What all loads of a contact say about its restitution.
@@ -78,11 +75,10 @@ impl RestitutionEstimate {
         }
     }
 
-    /// What a velocity after the contact lacks of the rebound from `closing`, as far as it is noise, m/s;
-    /// `noise` is that of the restitution by the loads.
-    fn hidden(&self, closing: f64, after: f64, noise: f64) -> f64 {
-        let missing = -self.restitution * closing - after;
-        let deviation = noise * closing;
+    /// What the velocity after a contact lacks of its rebound, as far as it is noise, m/s.
+    pub(super) fn hidden(&self, contact: &Outcome) -> f64 {
+        let missing = -self.restitution * contact.closing - contact.after;
+        let deviation = contact.noise * contact.closing;
         if missing.abs() > NOISE_EXPLAINS * deviation {
             return 0.0;
         }
@@ -98,57 +94,12 @@ fn presence(squared: f64) -> f64 {
     1.0 / (1.0 + UNDAMPED_ODDS * ComplexField::exp(-0.5 * squared))
 }
 
-/// A contact that has ended.
-pub(super) struct Outcome {
-    /// Velocity of the model along the contact, before and after, m/s.
-    pub(super) closing: f64,
-    pub(super) after: f64,
-    /// Restitution of the identified contact.
-    pub(super) restitution: f64,
-    /// Misfit of the identification, as a part of the load, and what noise makes of it.
-    pub(super) misfit: f64,
-    pub(super) noise_misfit: f64,
-    /// Standard deviation of the restitution by noise.
-    pub(super) noise: f64,
-}
-
-impl Outcome {
-    /// Whether the identified contact describes the loads.
-    pub(super) fn fits(&self) -> bool {
-        self.misfit < GUARD_MISFIT + GUARD_MISFIT_NOISE * self.noise_misfit
-    }
-
-    /// What the guard adds to the velocity after the contact, m/s, and the flag of that action.
-    pub(super) fn guard(&self) -> Option<(f64, LawFlags)> {
-        let e = -self.after / self.closing;
-        let noise = GUARD_SIGNIFICANCE * self.noise;
-        let (velocity, flag, acts) = if self.fits() {
-            let known = self.restitution.min(1.0);
-            let tolerance = GUARD_TOLERANCE + GUARD_TOLERANCE_OF_MISFIT * self.misfit;
-            let off = (e - known).abs() > tolerance.min(GUARD_TOLERANCE_LIMIT) + noise;
-            let gains = e > 1.0 + GUARD_GAIN + noise;
-            (
-                -known * self.closing,
-                LawFlags::GUARD_IDENTIFIED,
-                gains || off,
-            )
-        } else {
-            let passive = -e.clamp(0.0, 1.0) * self.closing;
-            let acts = e > 1.0 + noise || e < 0.0;
-            (passive, LawFlags::GUARD_PASSIVE, acts)
-        };
-        acts.then_some((velocity - self.after, flag))
-    }
-
-    /// What noise hides of the velocity after the contact, m/s.
-    pub(super) fn hidden(&self, estimate: &RestitutionEstimate) -> f64 {
-        estimate.hidden(self.closing, self.after, self.noise)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::delay::predictor::contact_estimator::UNKNOWNS;
+    use crate::delay::predictor::least_squares::Ldlt;
+    use crate::delay::predictor::oblique::{direction, sample, way};
 
     const ELASTIC: RestitutionEstimate = RestitutionEstimate {
         restitution: 1.0,
@@ -159,20 +110,20 @@ mod tests {
 
     #[test]
     fn what_noise_hides_is_made_up_for() {
-        assert!((ELASTIC.hidden(0.005, -0.00499, 0.005) + 1e-5).abs() < 1e-15);
-        assert!((ELASTIC.hidden(0.005, -0.00501, 0.005) - 1e-5).abs() < 1e-15);
+        assert!((hidden(&ELASTIC, -0.00499, 0.005) + 1e-5).abs() < 1e-15);
+        assert!((hidden(&ELASTIC, -0.00501, 0.005) - 1e-5).abs() < 1e-15);
     }
 
     #[test]
     fn what_noise_does_not_explain_stays() {
         // Five standard deviations; no noise; residuals that are none.
-        assert_eq!(ELASTIC.hidden(0.005, -0.004875, 0.005), 0.0);
-        assert_eq!(ELASTIC.hidden(0.005, -0.00499, 0.0), 0.0);
+        assert_eq!(hidden(&ELASTIC, -0.004875, 0.005), 0.0);
+        assert_eq!(hidden(&ELASTIC, -0.00499, 0.0), 0.0);
         let misfit = RestitutionEstimate {
             noise_share: 0.0,
             ..ELASTIC
         };
-        assert_eq!(misfit.hidden(0.005, -0.00499, 0.005), 0.0);
+        assert_eq!(hidden(&misfit, -0.00499, 0.005), 0.0);
     }
 
     /// Two findings of the same doubt each count half.
@@ -182,7 +133,7 @@ mod tests {
             sigma_m_s: 0.005 * 0.005,
             ..ELASTIC
         };
-        assert!((doubtful.hidden(0.005, -0.00499, 0.005) + 5e-6).abs() < 1e-12);
+        assert!((hidden(&doubtful, -0.00499, 0.005) + 5e-6).abs() < 1e-12);
     }
 
     #[test]
@@ -191,196 +142,122 @@ mod tests {
         assert!(presence(25.0) > 0.99 && presence(100.0) > 0.999_999);
     }
 
-    /// Of a contact of this restitution and misfit, at 5 mm/s, with a rebound and noise by the closing velocity.
-    fn outcome(restitution: f64, misfit: f64, rebound: f64, noise: f64) -> Outcome {
-        Outcome {
+    /// By the velocity after a contact at 5 mm/s, m/s, and the noise of the restitution.
+    fn hidden(estimate: &RestitutionEstimate, after: f64, noise: f64) -> f64 {
+        estimate.hidden(&Outcome {
             closing: 0.005,
-            after: -rebound * 0.005,
-            restitution,
-            misfit,
+            after,
+            restitution: 1.0,
+            misfit: 0.0,
             noise_misfit: noise,
             noise,
-        }
+        })
     }
 
-    /// Up to a misfit of six hundredths, and one and a half of what noise makes.
-    #[test]
-    fn a_contact_is_identified_if_it_explains_its_loads() {
-        for (misfit, noise, fits) in [
-            (0.0, 0.0, true),
-            (0.059, 0.0, true),
-            (0.061, 0.0, false),
-            (0.089, 0.02, true),
-            (0.091, 0.02, false),
-        ] {
-            assert_eq!(
-                outcome(1.0, misfit, 1.0, noise).fits(),
-                fits,
-                "{misfit} {noise}"
-            );
-        }
+    /// A contact at 5 mm/s along an oblique direction, with its velocities before and after it.
+    struct Case {
+        information: Information,
+        prior: Prior,
+        estimate: Estimate,
+        before: V6,
+        after: V6,
     }
 
-    /// By a hundredth and twice the misfit, at most three hundredths, and three standard deviations; to more than 1.008 of the
-    /// speed in no case.
-    #[test]
-    fn the_rebound_of_an_identified_contact_is_held_to_it() {
-        for (e, misfit, noise, rebound, held) in [
-            (1.0, 0.0, 0.0, 0.991, false),
-            (1.0, 0.0, 0.0, 0.989, true),
-            (1.0, 0.0, 0.0, 1.0079, false),
-            (1.0, 0.0, 0.0, 1.0081, true),
-            (1.0, 0.005, 0.0, 0.981, false),
-            (1.0, 0.005, 0.0, 0.979, true),
-            (1.0, 0.05, 0.0, 0.971, false),
-            (1.0, 0.05, 0.0, 0.969, true),
-            (1.0, 0.0, 0.001, 0.988, false),
-            (1.0, 0.0, 0.001, 0.986, true),
-            (1.0, 0.0, 0.001, 1.0109, false),
-            (1.0, 0.0, 0.001, 1.0111, true),
-            (0.6, 0.0, 0.0, 0.609, false),
-            (0.6, 0.0, 0.0, 0.611, true),
-            (0.6, 0.0, 0.0, 0.589, true),
-            (1.2, 0.0, 0.0, 1.0, false),
-            (1.2, 0.0, 0.0, 1.1, true),
-        ] {
-            let outcome = outcome(e, misfit, rebound, noise);
-            let name = format!("{e} {misfit} {noise} {rebound}");
-            let Some((change, flag)) = outcome.guard() else {
-                assert!(!held, "{name}");
-                continue;
-            };
-            assert!(held && flag == LawFlags::GUARD_IDENTIFIED, "{name}");
-            let after = outcome.after + change;
-            assert!((after + e.min(1.0) * 0.005).abs() < 1e-15, "{name}");
-        }
-    }
-
-    /// Between a stop and the speed that it came with.
-    #[test]
-    fn the_rebound_of_any_other_contact_is_bounded_to_that_of_a_passive_one() {
-        for (noise, rebound, bounded) in [
-            (0.0, 0.999, None),
-            (0.0, 1.001, Some(1.0)),
-            (0.0, 0.001, None),
-            (0.0, -0.001, Some(0.0)),
-            (0.01, 1.009, None),
-            (0.01, 1.029, None),
-            (0.01, 1.031, Some(1.0)),
-        ] {
-            let outcome = outcome(0.5, 0.5, rebound, noise);
-            let found = outcome.guard().map(|(change, flag)| {
-                assert!(flag == LawFlags::GUARD_PASSIVE);
-                -(outcome.after + change) / outcome.closing
-            });
-            match (found, bounded) {
-                (Some(found), Some(bounded)) => assert!((found - bounded).abs() < 1e-12),
-                _ => assert_eq!(found.is_some(), bounded.is_some(), "{noise} {rebound}"),
+    impl Case {
+        /// With an error of this size (N) in its loads, and the noise of a load (N) that is expected.
+        fn new(damping: f64, error: f64, noise: f64) -> Self {
+            let prior = Prior::new((2e5, noise, 0.0), 0.0, direction());
+            let mut information = Information::new(V6::zeros());
+            information.begin(&V6::zeros(), 0.005, 10.0, prior.sigma);
+            for n in 1..37 {
+                let (position, change, load) = sample(n, 0.005, damping, error);
+                information.add(&position, change, load);
+            }
+            let (estimate, before) = (information.solve(&prior, 0.005), way() * 0.005);
+            let after = before * -0.9 + V6::new(0.0, 1.0, -1.0, 0.5, 0.0, 0.3) * 2e-4;
+            Self {
+                information,
+                prior,
+                estimate,
+                before,
+                after,
             }
         }
-    }
 
-    #[test]
-    fn what_noise_hides_is_that_of_the_outcome() {
-        let outcome = outcome(1.0, 0.0, 0.998, 0.005);
-        assert!((outcome.hidden(&ELASTIC) + 1e-5).abs() < 1e-15);
-    }
-
-    /// A contact at 5 mm/s along an oblique direction, with an error of this size (N) in its loads; what it says of the
-    /// restitution, with the noise of a load.
-    fn contact(damping: f64, error: f64, noise: f64) -> (Information, Prior, Estimate, V6, V6) {
-        let h = V6::new(0.8, -0.6, 0.0, 0.1, 0.0, -0.2);
-        let bh = V6::new(1.6, -1.1, 0.1, 0.3, -0.1, -0.5) * 1e-3;
-        let prior = Prior::new((2e5, noise, 0.0), 0.0, (h, bh));
-        let kappa = V6::new(0.9, -0.5, 0.2, 0.1, 0.1, -0.1) * 2.2e5;
-        let before = V6::new(0.9, -0.5, 0.1, 0.0, 0.2, -0.1) * 0.005;
-        let mut information = Information::new(V6::zeros());
-        information.begin(&V6::zeros(), 0.005, 10.0, prior.sigma);
-        for n in 1..37 {
-            let t = 0.004 * f64::from(n);
-            let wave = |rate: f64| (rate * f64::from(n)).sin();
-            let across = V6::new(
-                wave(1.1),
-                wave(2.3),
-                wave(1.7),
-                wave(0.9),
-                wave(2.9),
-                wave(1.3),
-            );
-            let position = before * ((21.0 * t).sin() / 21.0) + across * 1e-6;
-            let change = 0.005 * ((21.0 * t).cos() - 1.0);
-            let load = kappa.dot(&position) + damping * (0.005 + change) + error * wave(3.7);
-            information.add(&position, change, load);
+        /// What it says of the restitution if that is the noise (N) of so many loads.
+        fn restitution(&self, loads: f64, noise: f64) -> RestitutionEstimate {
+            let velocities = (&self.before, &self.after);
+            let (known, estimate) = (&self.information, &self.estimate);
+            RestitutionEstimate::new(known, estimate, &self.prior, velocities, (loads, noise))
         }
-        let estimate = information.solve(&prior, 0.005);
-        let after = before * -0.9 + V6::new(0.0, 1.0, -1.0, 0.5, 0.0, 0.3) * 2e-4;
-        (information, prior, estimate, before, after)
+
+        fn factor(&self) -> (Ldlt<UNKNOWNS>, Unknowns) {
+            let closing = self.estimate.gradient.dot(&self.before);
+            self.information.normal_equations(&self.prior, closing)
+        }
+
+        /// Standard deviation of a damping by that of a load, and the damping that fits best.
+        fn damping(&self) -> (f64, f64) {
+            let (factor, target) = self.factor();
+            let variance = covariance_of_damping(&factor)[DAMPING];
+            (variance.sqrt(), factor.solve(&target)[DAMPING])
+        }
+
+        /// Restitution with a damping.
+        fn with(&self, damping: f64) -> f64 {
+            KelvinVoigt::new(self.estimate.stiffness, damping, self.estimate.mass).restitution
+        }
+    }
+
+    /// The noise of a load with which it is as much as a contact of that damping says.
+    fn noise(damping: f64, first: f64, of: impl Fn(&Case) -> f64) -> f64 {
+        (0..20).fold(first, |noise, _| of(&Case::new(damping, 0.0, noise)))
+    }
+
+    #[track_caller]
+    fn assert_within(found: f64, expected: f64, most: f64) {
+        assert!((found - expected).abs() < most, "{found} {expected}");
     }
 
     /// Of e a·V + a·v when the direction a varies as the loads leave it open, with a·d = 1: by its derivative in each of the six
     /// numbers that it is made of.
     #[test]
     fn the_doubt_of_the_rebound_is_that_of_the_contacts_direction() {
-        let (information, prior, estimate, before, after) = contact(2000.0, 0.5, 0.5);
-        let velocities = (&before, &after);
-        let found =
-            RestitutionEstimate::new(&information, &estimate, &prior, velocities, (36.0, 0.5));
+        let case = Case::new(2000.0, 0.5, 0.5);
+        let found = case.restitution(36.0, 0.5);
         let missing = |kappa: V6| {
-            let gradient = kappa / kappa.dot(&estimate.push);
-            gradient.dot(&(after + before * found.restitution))
+            let gradient = kappa / kappa.dot(&case.estimate.push);
+            gradient.dot(&(case.after + case.before * found.restitution))
         };
-        let kappa = estimate.gradient * estimate.stiffness;
+        let kappa = case.estimate.gradient * case.estimate.stiffness;
         let mut slope = Unknowns::zeros();
         for i in 0..6 {
-            let mut by = V6::zeros();
-            by[i] = 1.0;
+            let by = V6::ith(i, 1.0);
             slope[i] = (missing(kappa + by) - missing(kappa - by)) / 2.0;
         }
-        let closing = estimate.gradient.dot(&before);
-        let (factor, _) = information.normal_equations(&prior, closing);
-        let variance = slope.dot(&factor.solve(&slope));
-        let expected = prior.sigma * variance.sqrt();
+        let variance = slope.dot(&case.factor().0.solve(&slope));
+        let expected = case.prior.sigma * variance.sqrt();
         assert!(found.restitution < 0.9);
-        let error = found.sigma_m_s / expected - 1.0;
-        assert!(error.abs() < 1e-3, "{} {expected}", found.sigma_m_s);
+        assert_within(found.sigma_m_s / expected, 1.0, 1e-3);
     }
 
-    /// As much of the squares as 36 loads less three unknowns may leave, and three standard deviations more.
+    /// As much of the squares as 36 loads less three unknowns may leave, and three standard deviations more. Of two loads three
+    /// unknowns leave nothing, but for chance.
     #[test]
     fn residuals_are_noise_as_far_as_noise_makes_so_many() {
-        let usual: f64 = 33.0 + 3.0 * 72.0_f64.sqrt();
-        for (error, noise) in [(0.5, 0.5), (5.0, 0.5), (5.0, 0.05), (5.0, 0.0)] {
-            let (information, prior, estimate, before, after) = contact(0.0, error, 0.5);
-            let found = RestitutionEstimate::new(
-                &information,
-                &estimate,
-                &prior,
-                (&before, &after),
-                (36.0, noise),
-            );
-            let squares = 36.0 * estimate.error * estimate.error;
+        let many: f64 = 33.0 + 3.0 * 72.0_f64.sqrt();
+        for (error, noise, loads, usual) in [
+            (0.5, 0.5, 36.0, many),
+            (5.0, 0.5, 36.0, many),
+            (5.0, 0.05, 36.0, many),
+            (5.0, 0.0, 36.0, many),
+            (5.0, 0.1, 2.0, 6.0),
+        ] {
+            let case = Case::new(0.0, error, 0.5);
+            let squares = loads * case.estimate.error * case.estimate.error;
             let expected = (noise * noise * usual / squares).min(1.0);
-            assert!(
-                (found.noise_share - expected).abs() < 1e-9,
-                "{error}: {}",
-                found.noise_share
-            );
+            assert_within(case.restitution(loads, noise).noise_share, expected, 1e-9);
         }
-        // Of two loads three unknowns leave nothing, but for chance.
-        let (information, prior, estimate, before, after) = contact(0.0, 5.0, 0.5);
-        let found = RestitutionEstimate::new(
-            &information,
-            &estimate,
-            &prior,
-            (&before, &after),
-            (2.0, 0.1),
-        );
-        let expected = 0.01 * 6.0 / (2.0 * estimate.error * estimate.error);
-        assert!(
-            (found.noise_share - expected).abs() < 1e-9,
-            "{}",
-            found.noise_share
-        );
     }
 
     /// A damping that the loads show is there, with its restitution; one that they do not is none, and is hidden if noise may hide
@@ -393,61 +270,24 @@ mod tests {
             (0.0, 1.0, true),
             (2000.0, 1.0, false),
         ] {
-            let (information, prior, estimate, before, after) = contact(damping, noise, noise);
-            let found = RestitutionEstimate::new(
-                &information,
-                &estimate,
-                &prior,
-                (&before, &after),
-                (36.0, noise),
-            );
-            let expected = KelvinVoigt::new(estimate.stiffness, damping, estimate.mass).restitution;
-            assert!(
-                (found.restitution - expected).abs() < 0.02,
-                "{damping} {noise}: {}",
-                found.restitution
-            );
+            let case = Case::new(damping, noise, noise);
+            let found = case.restitution(36.0, noise);
+            assert_within(found.restitution, case.with(damping), 0.02);
             assert_eq!(found.hides_damping, hides, "{damping} {noise}");
         }
-    }
-
-    /// Standard deviation of a damping by that of a load, and the damping that fits best.
-    fn damping_of(information: &Information, prior: &Prior, closing: f64) -> (f64, f64) {
-        let (factor, target) = information.normal_equations(prior, closing);
-        let variance = covariance_of_damping(&factor)[DAMPING];
-        (variance.sqrt(), factor.solve(&target)[DAMPING])
     }
 
     /// Four standard deviations from none it is there with a probability of 3/4.
     #[test]
     fn a_damping_counts_as_far_as_it_is_likely() {
         for (deviations, likely) in [(4.0, 0.7488), (3.5, 0.3140), (3.0, 0.0826)] {
-            let mut noise = 0.5;
-            // The noise with which it is that far from none.
-            for _ in 0..20 {
-                let (information, prior, estimate, before, _) = contact(2000.0, 0.0, noise);
-                let (units, damping) =
-                    damping_of(&information, &prior, estimate.gradient.dot(&before));
-                noise = damping / units / deviations;
-            }
-            let (information, prior, estimate, before, after) = contact(2000.0, 0.0, noise);
-            let velocities = (&before, &after);
-            let found = RestitutionEstimate::new(
-                &information,
-                &estimate,
-                &prior,
-                velocities,
-                (36.0, noise),
-            );
-            let (_, damping) = damping_of(&information, &prior, estimate.gradient.dot(&before));
-            let expected = KelvinVoigt::new(estimate.stiffness, likely * damping, estimate.mass);
-            let apart = found.restitution - expected.restitution;
-            assert!(
-                apart.abs() < 1e-3,
-                "{deviations}: {} {}",
-                found.restitution,
-                expected.restitution
-            );
+            let noise = noise(2000.0, 0.5, |case| {
+                let (units, damping) = case.damping();
+                damping / units / deviations
+            });
+            let case = Case::new(2000.0, 0.0, noise);
+            let expected = case.with(likely * case.damping().1);
+            assert_within(case.restitution(36.0, noise).restitution, expected, 1e-3);
         }
     }
 
@@ -455,23 +295,12 @@ mod tests {
     #[test]
     fn noise_hides_a_damping_that_the_guard_would_not_leave_alone() {
         for (part, hides) in [(0.97, false), (1.03, true)] {
-            let mut noise = 0.05;
-            for _ in 0..20 {
-                let (information, prior, estimate, before, _) = contact(0.0, 0.0, noise);
-                let (units, _) = damping_of(&information, &prior, estimate.gradient.dot(&before));
+            let noise = noise(0.0, 0.05, |case| {
                 let zeta = -f64::ln(1.0 - 0.008) / core::f64::consts::PI;
-                let damping = 2.0 * zeta * (estimate.stiffness * estimate.mass).sqrt();
-                noise = part * damping / (3.717 * units);
-            }
-            let (information, prior, estimate, before, after) = contact(0.0, 0.0, noise);
-            let velocities = (&before, &after);
-            let found = RestitutionEstimate::new(
-                &information,
-                &estimate,
-                &prior,
-                velocities,
-                (36.0, noise),
-            );
+                let critical = 2.0 * (case.estimate.stiffness * case.estimate.mass).sqrt();
+                part * zeta * critical / (3.717 * case.damping().0)
+            });
+            let found = Case::new(0.0, 0.0, noise).restitution(36.0, noise);
             assert_eq!(found.hides_damping, hides, "{part}");
         }
     }

@@ -316,7 +316,7 @@ impl Supervisor {
             if estimate.hides_damping {
                 self.flags.set(LawFlags::DAMPING_IN_NOISE);
             }
-            outcome.hidden(&estimate)
+            estimate.hidden(&outcome)
         } else {
             0.0
         };
