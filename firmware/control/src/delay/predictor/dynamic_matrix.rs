@@ -18,7 +18,8 @@ use super::command_history::CommandHistory;
 use super::contact_estimator::Estimate;
 use super::impulse_matching::{ImpulseMatching, Reversals};
 use super::least_squares::Ldlt;
-use super::reference::{Deviation, Preload, Reference};
+use super::preload::Preload;
+use super::reference::{Deviation, Reference};
 use super::robot_model::{RobotModel, RobotState};
 use super::stiffening::Curve;
 use super::tuning::*;
@@ -406,7 +407,7 @@ pub(super) fn limited(command: V6, before: &V6) -> (V6, bool) {
 mod tests {
     use super::*;
     use crate::delay::actuator::ActuatorSettings;
-    use crate::delay::predictor::reference::KelvinVoigt;
+    use crate::delay::predictor::kelvin_voigt::KelvinVoigt;
     use crate::delay::predictor::scene::{CYCLE, Scene, robots};
     use crate::delay::spacecraft::CYCLE_S;
 
@@ -728,10 +729,7 @@ mod tests {
         let [.., actuator] = robots();
         let scene = Scene::new(&actuator, 1, 0.0, 0.0);
         let matrix = DynamicMatrix::new(&scene.model, 1);
-        let reference = scene
-            .reference
-            .pressed(&Preload::default(), 70.0, Some(80.0));
-        let found = matrix.preload(CYCLE, &reference.preload);
+        let found = matrix.preload(CYCLE, &Preload::default().planned(70.0, Some(80.0)));
         let response: Trajectory = scene.model.linear.pulse_response(1);
         for (t, found) in found.iter().enumerate() {
             let way: f64 = (0..=t)

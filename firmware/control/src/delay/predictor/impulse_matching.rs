@@ -256,8 +256,8 @@ fn onward(command: &V6, reference: &Reference) -> V6 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference::KelvinVoigt;
     use super::*;
+    use crate::delay::predictor::kelvin_voigt::KelvinVoigt;
 
     const CYCLE_S: f64 = 0.004;
     const MASS: f64 = 500.0;

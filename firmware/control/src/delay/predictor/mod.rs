@@ -40,7 +40,7 @@
 //! | `stiffening` | a contact that is no spring: a parabola through its loads |
 //! | `contact`, `contact_memory` | the course of a contact, and what is remembered of it |
 //! | `restitution`, `guard` | what noise hides of a rebound, and what it is held to |
-//! | `reference` | the motion that is wanted |
+//! | `reference`, `kelvin_voigt`, `preload` | the motion that is wanted: that of a spring and a damper, and what is pressed deeper |
 //! | `dynamic_matrix`, `impulse_matching` | the command |
 //! | `fallback` | the command without an identified contact |
 //! | `supervisor` | what is believed, what the model feels, which law commands |
@@ -62,6 +62,7 @@ mod dynamic_matrix;
 mod fallback;
 mod guard;
 mod impulse_matching;
+mod kelvin_voigt;
 mod latency_estimator;
 mod least_squares;
 mod linear_dynamics;
@@ -70,6 +71,7 @@ mod noise;
 mod oblique;
 mod observer;
 mod pause;
+mod preload;
 mod reference;
 mod restitution;
 mod robot_model;

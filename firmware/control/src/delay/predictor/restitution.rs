@@ -21,7 +21,7 @@ use super::contact_estimator::{
     DAMPING, Estimate, Information, Prior, Unknowns, covariance_of_damping,
 };
 use super::guard::Outcome;
-use super::reference::KelvinVoigt;
+use super::kelvin_voigt::KelvinVoigt;
 use super::tuning::*;
 use nalgebra::ComplexField;
 

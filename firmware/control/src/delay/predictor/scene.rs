@@ -33,19 +33,8 @@ impl Scene {
     /// less as it should.
     pub(super) fn new(actuator: &ActuatorSettings, latency: usize, zeta: f64, since: f64) -> Self {
         let model = RobotModel::new(actuator, CYCLE_S, latency as f64);
-        let (mass, omega) = (500.0, 21.0);
-        let mut contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
-        contact.gradient = V6::new(0.8, -0.6, 0.1, 0.0, 0.2, -0.1);
-        let push = V6::new(0.7, -0.6, 0.3, 0.2, 0.1, -0.3);
-        contact.push = push / push.dot(&contact.gradient);
-        let before = V6::new(0.006, -0.002, 0.001, 0.003, -0.001, 0.002);
-        let closing = contact.gradient.dot(&before);
-        let onset = (
-            CYCLE as f64 - since,
-            V6::new(0.1, 0.2, -0.3, 0.4, 0.5, -0.6),
-        );
-        contact.surface = contact.gradient.dot(&onset.1);
-        let reference = Reference::into_contact(&contact, onset, (before, closing));
+        let (contact, reference) = oblique(zeta, CYCLE as f64 - since);
+        let before = reference.velocity;
         let mut commands = CommandHistory::new();
         for n in 0..CYCLE {
             let wave = (n as f64 * 0.7).sin();
@@ -170,6 +159,21 @@ impl Scene {
         }
         moves
     }
+}
+
+/// A contact of 500 kg along a direction oblique to all axes, from a cycle on: a · d is 1.
+pub(super) fn oblique(zeta: f64, onset: f64) -> (Estimate, Reference) {
+    let (mass, omega) = (500.0, 21.0);
+    let mut contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
+    contact.gradient = V6::new(0.8, -0.6, 0.1, 0.0, 0.2, -0.1);
+    let push = V6::new(0.7, -0.6, 0.3, 0.2, 0.1, -0.3);
+    contact.push = push / push.dot(&contact.gradient);
+    let before = V6::new(0.006, -0.002, 0.001, 0.003, -0.001, 0.002);
+    let closing = contact.gradient.dot(&before);
+    let position = V6::new(0.1, 0.2, -0.3, 0.4, 0.5, -0.6);
+    contact.surface = contact.gradient.dot(&position);
+    let reference = Reference::into_contact(&contact, (onset, position), (before, closing));
+    (contact, reference)
 }
 
 /// A robot by its dead time and pause in cycles, lag and servo.

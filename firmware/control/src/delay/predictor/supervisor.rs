@@ -414,7 +414,7 @@ impl Supervisor {
     fn reference(&self, contact: &Contact, observer: &Observer, velocity: &V6) -> Reference {
         let (cycle, cycle_s) = (observer.cycle as f64, self.model.cycle_s);
         let gradient = &contact.estimate(self.latency).gradient;
-        let reference = contact.reference(self.latency).across(
+        let mut reference = contact.reference(self.latency).across(
             gradient,
             cycle,
             (&observer.model, velocity),
@@ -431,7 +431,8 @@ impl Supervisor {
             let taken_back = self.model.linear.is_dead_time && zeta <= FREE_REVERSAL_DAMPING;
             taken_back.then_some(end)
         };
-        reference.pressed(&contact.preload, executed, end)
+        reference.preload = contact.preload.planned(executed, end);
+        reference
     }
 
     /// Whether the approach is known and the robot has the velocity of the model.
