@@ -313,7 +313,7 @@ pub(super) fn direction(sum: &V6, mobility: &M6) -> (V6, V6) {
 impl Estimate {
     /// A spring (N/m) and a damper (N·s/m) against a mass (kg) along the first axis, free at 0, that fit exactly.
     pub(super) fn exact(stiffness: f64, damping: f64, mass: f64) -> Self {
-        let along = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let along = V6::ith(0, 1.0);
         Self {
             stiffness,
             damping,
@@ -339,7 +339,7 @@ mod tests {
     const CLOSING: f64 = 0.006;
 
     fn prior() -> Prior {
-        let direction = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let direction = V6::ith(0, 1.0);
         Prior {
             stiffness: 2e5,
             sigma: 1e-6,
@@ -351,7 +351,7 @@ mod tests {
 
     /// A contact at 5 mm/s of 220,500 N/m and 2,100 N·s/m whose surface is at `surface`.
     fn contact(information: &mut Information, surface: f64) {
-        let at = |x: f64| V6::new(x, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let at = |x: f64| V6::ith(0, x);
         information.begin(&at(surface), 0.005, 1e-4, 1e-6);
         for n in 1..30 {
             let t = 0.004 * f64::from(n);
@@ -385,7 +385,7 @@ mod tests {
         let mut information = Information::new(V6::zeros());
         contact(&mut information, 0.3);
         information.end(0.005);
-        let position = V6::new(0.2999, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let position = V6::ith(0, 0.2999);
         information.begin(&position, 0.003, 1.0, 1e-6);
         assert_found(&information.solve(&prior(), 0.003), 0.3);
     }
@@ -480,10 +480,7 @@ mod tests {
     /// Three thousandths of the peak V √(k m), beside the noise.
     #[test]
     fn the_expected_error_of_a_load_is_noise_and_that_of_the_model() {
-        let (h, bh) = (
-            V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            V6::new(0.002, 0.0, 0.0, 0.0, 0.0, 0.0),
-        );
+        let (h, bh) = (V6::ith(0, 1.0), V6::ith(0, 0.002));
         let peak = 0.005 * (2e5_f64 * 500.0).sqrt();
         for (noise, closing, expected) in [
             (0.2, 0.0, 0.2),

@@ -10,7 +10,7 @@
 //! velocity.
 
 use super::V6;
-use super::dynamic_matrix::{Command, ControlProblem, limited};
+use super::control_problem::{Command, ControlProblem, limited};
 use super::tuning::*;
 
 /// The lead, and how much of the command is the predictor's.

@@ -41,7 +41,10 @@
 //! | `contact`, `contact_memory` | the course of a contact, and what is remembered of it |
 //! | `restitution`, `guard` | what noise hides of a rebound, and what it is held to |
 //! | `reference`, `kelvin_voigt`, `preload` | the motion that is wanted: that of a spring and a damper, and what is pressed deeper |
-//! | `dynamic_matrix`, `impulse_matching` | the command |
+//! | `control_problem` | the command: what it depends on, and its parts |
+//! | `free_response`, `dynamic_matrix` | where the robot will be with what was sent, and the moves that bring it to the reference |
+//! | `impulse_matching` | the preload |
+//! | `reversals` | what holds an axis from turning twice |
 //! | `fallback` | the command without an identified contact |
 //! | `supervisor` | what is believed, what the model feels, which law commands |
 //!
@@ -57,9 +60,11 @@ mod command_history;
 mod contact;
 mod contact_estimator;
 mod contact_memory;
+mod control_problem;
 mod delay_tracker;
 mod dynamic_matrix;
 mod fallback;
+mod free_response;
 mod guard;
 mod impulse_matching;
 mod kelvin_voigt;
@@ -74,6 +79,7 @@ mod pause;
 mod preload;
 mod reference;
 mod restitution;
+mod reversals;
 mod robot_model;
 #[cfg(test)]
 mod scene;

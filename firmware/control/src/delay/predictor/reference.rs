@@ -28,6 +28,9 @@ pub(super) struct Reference {
     pub(super) preload: Preload,
 }
 
+/// What the contact takes away along the horizon: now, and after 1, 2 ... cycles.
+pub(super) type Deviations = [Deviation; PREDICTION_HORIZON + 1];
+
 /// What the contact takes away of straight flight.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Deviation {

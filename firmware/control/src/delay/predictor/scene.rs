@@ -3,9 +3,10 @@
 use super::V6;
 use super::command_history::CommandHistory;
 use super::contact_estimator::Estimate;
-use super::dynamic_matrix::{ControlProblem, DynamicMatrix};
-use super::impulse_matching::Reversals;
+use super::control_problem::ControlProblem;
+use super::dynamic_matrix::DynamicMatrix;
 use super::reference::Reference;
+use super::reversals::Reversals;
 use super::robot_model::{RobotModel, RobotState};
 use super::stiffening::Curve;
 use super::tuning::*;
@@ -66,7 +67,7 @@ impl Scene {
         let mut scene = Self::new(actuator, 0, 0.0, since);
         let mass = scene.contact.mass;
         scene.contact = Estimate::exact(mass * omega * omega, 2.0 * zeta * mass * omega, mass);
-        let along = V6::new(1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let along = V6::ith(0, 1.0);
         scene.contact.surface = 0.1;
         let (onset, before) = (scene.reference.onset, along * 0.005);
         scene.reference =
