@@ -75,7 +75,9 @@ impl DynamicMatrix {
             h[(i, i)] += rho;
         }
         let factor = Ldlt::new(h);
-        let first_row = self.positions(&factor.solve(&Moves::ith(0, 1.0)));
+        let mut unit = Moves::zeros();
+        unit[0] = 1.0;
+        let first_row = self.positions(&factor.solve(&unit));
         Tracking {
             matrix: self,
             factor,
