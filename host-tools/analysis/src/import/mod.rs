@@ -8,6 +8,7 @@ pub mod model_text;
 pub mod starter;
 pub mod summary;
 pub mod table;
+mod turns;
 
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;

@@ -1,12 +1,11 @@
 //! What an import read: rows, time, and each channel with its range.
 
-use nalgebra::Vector3;
+use super::turns::turned;
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
-use softdock_physics::model::load::angles;
 use softdock_report::{Cell, Column, Table, number};
 use softdock_statistics::sample_time;
 
@@ -82,18 +81,7 @@ fn poses(recording: &Recording) -> Vec<[f64; 6]> {
     values
 }
 
-/// The axis of C about which everything turns, if it is one, and the angle of each cycle, rad: the first with so many whole turns.
-pub(super) fn turned(cycles: &[CycleRecord], whole_turns: i32) -> Option<(usize, Vec<f64>)> {
-    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
-    let turns = |axis: &usize| poses.iter().any(|p| p.rotation.scaled_axis()[*axis] != 0.0);
-    let mut turning = (0..3).filter(turns);
-    let (axis, None) = (turning.next()?, turning.next()) else {
-        return None;
-    };
-    Some((axis, angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)))
-}
-
-fn pose(cycle: &CycleRecord) -> Pose<f64> {
+pub(super) fn pose(cycle: &CycleRecord) -> Pose<f64> {
     let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
     frames::pose(&[x, y, z], &[qw, qx, qy, qz])
 }

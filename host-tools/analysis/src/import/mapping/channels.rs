@@ -6,10 +6,10 @@ use super::file::{
     WRENCH_KEYS,
 };
 use super::source::Source;
+use crate::import::turns::FirstAngle;
 use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_report::number;
-use std::f64::consts::PI;
 
 /// A rotation vector longer than one turn and a bit is in degrees, rad.
 const MORE_THAN_A_TURN_RAD: f64 = 7.0;
@@ -36,29 +36,6 @@ pub(super) struct Channels {
     pub(super) model_velocity: Option<[Vec<f64>; 6]>,
     /// Raw wrench, N and N·m.
     pub(super) wrench: Option<[Vec<f64>; 6]>,
-}
-
-/// An angle whose column counts turns, or starts again after each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FirstAngle {
-    /// In the first row, rad.
-    pub(super) rad: f64,
-    /// It jumps back by a turn somewhere: then it is the same in all logs but for whole turns.
-    pub(super) jumps: bool,
-}
-
-impl FirstAngle {
-    /// Of rotation vectors that turn about one axis of C.
-    fn of(vectors: &[Vec<f64>; 3]) -> Option<Self> {
-        let mut turning = vectors.iter().filter(|part| part.iter().any(|v| *v != 0.0));
-        let (angles, None) = (turning.next()?, turning.next()) else {
-            return None;
-        };
-        Some(Self {
-            rad: angles.iter().copied().find(|angle| angle.is_finite())?,
-            jumps: angles.windows(2).any(|pair| (pair[1] - pair[0]).abs() > PI),
-        })
-    }
 }
 
 /// What the axes of a velocity measure.

@@ -31,9 +31,9 @@ mod source;
 mod stamps;
 
 use super::checks::{self, Context as CheckContext};
-use super::summary;
+use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
-use channels::{Channels, FirstAngle};
+use channels::Channels;
 use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
@@ -42,7 +42,6 @@ use softdock_io::input;
 use softdock_io::recording::{Header, Recording};
 use softdock_physics::model::{FilterModel, Model};
 use source::Source;
-use std::f64::consts::TAU;
 use std::path::Path;
 
 /// What a mapping makes of tables.
@@ -102,7 +101,7 @@ pub fn import_at_least(
         fewest_rows,
         derived: Vec::new(),
         warnings: Vec::new(),
-        turning: None,
+        turning: Turning::default(),
     };
     let (train, test) = importer.logs(&train, &test)?;
     let (mut derived, mut warnings) = (importer.derived, importer.warnings);
@@ -184,8 +183,7 @@ struct Importer<'a> {
     fewest_rows: Option<usize>,
     derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
-    /// Middle of the first table's angles, rad, and whether their column starts again after each turn.
-    turning: Option<(f64, bool)>,
+    turning: Turning,
 }
 
 /// Cycles that follow each other, not yet checked.
@@ -266,7 +264,7 @@ impl Importer<'_> {
         };
         let (cycles, channels) = shaped()?;
         let whole_turns = match channels.quaternion {
-            Some(_) => self.whole_turns(&cycles, channels.angle),
+            Some(_) => self.turning.of_first(&cycles, channels.angle),
             None => 0,
         };
         Ok(Stretch {
@@ -274,30 +272,6 @@ impl Importer<'_> {
             cycles,
             whole_turns,
         })
-    }
-
-    /// Whole turns of the first of some cycles: as the column says, or, if none does or it starts again after each turn, such that
-    /// the middle of these cycles is nearest to that of the first table.
-    fn whole_turns(&mut self, cycles: &[CycleRecord], column: Option<FirstAngle>) -> i32 {
-        let Some((_, angles)) = summary::turned(cycles, 0) else {
-            return 0;
-        };
-        let middle = |angles: &[f64]| {
-            let range = |(low, high): (f64, f64), v: &f64| (low.min(*v), high.max(*v));
-            let (low, high) = angles
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), range);
-            0.5 * (low + high)
-        };
-        let said = column.map_or(0.0, |first| ((first.rad - angles[0]) / TAU).round());
-        let jumps = column.is_none_or(|first| first.jumps);
-        let middle = middle(&angles) + TAU * said;
-        let (of_first, first_jumps) = *self.turning.get_or_insert((middle, jumps));
-        let ahead = match jumps || first_jumps {
-            true => ((middle - of_first) / TAU).round(),
-            false => 0.0,
-        };
-        (said - ahead) as i32
     }
 
     /// Each row is a measurement of its own.
@@ -350,12 +324,8 @@ impl Importer<'_> {
                 );
                 let mut train = cycles;
                 let at = (share * train.len() as f64).round() as usize;
-                let angles = summary::turned(&train, whole_turns);
+                let turns = turns::later(&train, whole_turns, at);
                 let test = train.split_off(at);
-                let turns = match (angles, summary::turned(&test, 0)) {
-                    (Some((_, all)), Some((_, own))) => ((all[at] - own[0]) / TAU).round() as i32,
-                    _ => 0,
-                };
                 Ok((part(train, whole_turns), part(test, turns)))
             }
         }

@@ -127,8 +127,8 @@ pub(super) fn unroll(channels: &mut Channels) -> Option<([f64; 3], f64)> {
         2.0 * turned
     });
     let angles: Vec<f64> = halves.collect();
-    let first = channels.angle.map_or(angles[0], |angle| angle.rad);
-    let ahead = TAU * ((first - angles[0]) / TAU).round();
+    let column = channels.angle;
+    let ahead = TAU * column.map_or(0.0, |first| first.ahead_of(angles[0]));
     for part in [&mut *x, y, z] {
         part.fill(0.0);
     }
