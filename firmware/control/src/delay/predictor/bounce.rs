@@ -6,6 +6,7 @@ use super::tuning::*;
 use super::{M6, V6};
 use crate::delay::spacecraft::{CYCLE_S, Spacecraft};
 use crate::frames::Wrench;
+use softdock_delay_plants::truth;
 
 pub(super) const MASS: f64 = 500.0;
 pub(super) const CLOSING: f64 = 0.005;
@@ -48,26 +49,15 @@ impl Bounce {
         }
     }
 
-    fn damping(&self) -> f64 {
-        2.0 * self.zeta * MASS * OMEGA
-    }
-
     pub(super) fn at(&self, t: f64) -> (f64, f64, f64) {
-        let root = (1.0 - self.zeta * self.zeta).sqrt();
-        let decay = (-self.zeta * OMEGA * t).exp() * CLOSING;
-        let (sin, cos) = (OMEGA * root * t).sin_cos();
-        let depth = decay * sin / (OMEGA * root);
-        let rate = decay * cos - self.zeta * OMEGA * depth;
-        let end = (core::f64::consts::PI - 2.0 * self.zeta.asin()) / (OMEGA * root);
-        if t <= 0.0 {
-            return (CLOSING * t, CLOSING, 0.0);
-        }
-        if t >= end {
-            let (depth, rate, _) = self.at(end * (1.0 - 1e-12));
-            return (depth + rate * (t - end), rate, 0.0);
-        }
-        let load = (STIFFNESS + self.stiffening * depth) * depth + self.damping() * rate;
-        (depth, rate, load)
+        let truth = truth::Bounce::new(MASS, STIFFNESS, self.zeta, CLOSING);
+        let (depth, rate, load) = (truth.way_m(t), truth.rate_m_s(t), truth.force_n(t));
+        let more = if load > 0.0 {
+            self.stiffening * depth * depth
+        } else {
+            0.0
+        };
+        (depth, rate, load + more)
     }
 
     pub(super) fn time(&self, cycle: usize) -> f64 {

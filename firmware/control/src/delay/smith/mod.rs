@@ -13,7 +13,7 @@
 //! Choices that the sum leaves open:
 //! - The surface is found at the onset. By then the model, which is ahead of the robot by the delay, has
 //!   flown through it: without a correction the rebound would be √(1 + φ²) too fast. The contact is
-//!   therefore integrated anew in each cycle (`contact_model`), from the onset, a delay earlier in the
+//!   therefore integrated anew in each cycle (`replay`), from the onset, a delay earlier in the
 //!   model's time, with F̂ and with the misfit F_meas − F̂(x_exec) of every cycle since. The model
 //!   gets the velocity that results.
 //! - Stiffness and surface are identified on the samples of the contact, from the given
@@ -27,7 +27,8 @@
 //! right delay and a spring it comes back to nearly nothing; with a wrong delay it does not, and the
 //! rebound looks perfect all the same. `unaccounted_impulse` in the trace is that part.
 
-mod contact_model;
+mod replay;
+mod spring;
 
 use super::contact::{Along, ContactLine, saturated};
 use super::status::LawStatus;
@@ -35,7 +36,7 @@ use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::{Twist, Wrench};
 use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
-use contact_model::Replay;
+use replay::Replay;
 
 /// Quiet cycles after which a contact is over though the model stays in it: a false start.
 const LONGEST_QUIET_CYCLES: u32 = 64;

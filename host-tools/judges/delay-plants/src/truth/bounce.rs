@@ -19,6 +19,7 @@ pub struct Bounce {
     /// Time with force, s.
     pub contact_s: f64,
     speed_m_s: f64,
+    mass_kg: f64,
     zeta: f64,
     omega: f64,
 }
@@ -43,6 +44,7 @@ impl Bounce {
             peak_force_n: scale * peak,
             contact_s: angle / (omega * root),
             speed_m_s,
+            mass_kg,
             zeta,
             omega,
         }
@@ -58,6 +60,29 @@ impl Bounce {
         let before = since_touch_s.min(0.0) * self.speed_m_s;
         let after = (since_touch_s - self.contact_s).max(0.0) * self.speed_m_s * self.restitution;
         before + curve - after
+    }
+
+    /// Rate of that way, m/s.
+    pub fn rate_m_s(&self, since_touch_s: f64) -> f64 {
+        match since_touch_s {
+            t if t <= 0.0 => self.speed_m_s,
+            t if t >= self.contact_s => -self.restitution * self.speed_m_s,
+            t => {
+                let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
+                let decay = self.speed_m_s * (-self.zeta * self.omega * t).exp();
+                decay * (damped * t).cos() - self.zeta * self.omega * self.way_m(t)
+            }
+        }
+    }
+
+    /// Force on the mass, N: k x + c x' in the contact.
+    pub fn force_n(&self, since_touch_s: f64) -> f64 {
+        if since_touch_s <= 0.0 || since_touch_s >= self.contact_s {
+            return 0.0;
+        }
+        let spring = self.omega * self.omega * self.way_m(since_touch_s);
+        let damper = 2.0 * self.zeta * self.omega * self.rate_m_s(since_touch_s);
+        self.mass_kg * (spring + damper)
     }
 }
 
@@ -98,18 +123,24 @@ mod tests {
             let (m, k, v0) = (2.0, 50.0, 0.3);
             let c = 2.0 * zeta * f64::sqrt(k * m);
             let (h, mut x, mut v, mut t, mut peak) = (1e-6, 0.0, v0, 0.0, 0.0_f64);
+            let bounce = Bounce::new(m, k, zeta, v0);
             loop {
                 let force: f64 = k * x + c * v;
                 if force <= 0.0 && t > 0.0 {
                     break;
                 }
+                assert!((bounce.rate_m_s(t) - v).abs() < 1e-5, "{zeta} {t}: {v}");
+                let apart = bounce.force_n(t) - force;
+                assert!(t == 0.0 || apart.abs() < 1e-4 * k, "{zeta} {t}: {force}");
                 peak = peak.max(force);
                 let middle = v - 0.5 * h * force / m;
                 x += h * middle;
                 v -= h * (k * (x - 0.5 * h * middle) + c * middle) / m;
                 t += h;
             }
-            let bounce = Bounce::new(m, k, zeta, v0);
+            assert_eq!((bounce.rate_m_s(0.0), bounce.force_n(0.0)), (v0, 0.0));
+            assert_eq!(bounce.rate_m_s(t + 0.1), -bounce.restitution * v0);
+            assert_eq!(bounce.force_n(t + 0.1), 0.0);
             assert!((bounce.restitution + v / v0).abs() < 1e-5, "{zeta} {v}");
             assert!(
                 (bounce.peak_force_n / peak - 1.0).abs() < 1e-5,

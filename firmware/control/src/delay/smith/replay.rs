@@ -1,7 +1,8 @@
-//! The contact model F̂, its identification, and the contact integrated anew from its onset with everything
-//! that is known by now. All per mass: accelerations in mm/s², depths in mm.
+//! The contact integrated anew from its onset, with everything that is known by now. All per mass: accelerations in mm/s²,
+//! depths in mm.
 
 use super::SmithSettings;
+use super::spring::Spring;
 use crate::delay::contact::{Along, saturated};
 use crate::scalar::Scalar;
 
@@ -22,78 +23,6 @@ const FASTEST_MM_S: f64 = 1e4;
 const LARGEST_MM_S2: f64 = 1e5;
 /// Largest force that is told, N.
 const LARGEST_N: f64 = 1e5;
-/// Largest stiffness per mass, 1/s²: a natural frequency of 300 rad/s, beyond what a cycle of 4 ms
-/// can follow.
-const STIFFEST: f64 = 1e5;
-/// Range of the identified stiffness around the given one.
-const STIFFNESS_RANGE: [f64; 2] = [0.05, 20.0];
-/// Samples from which a stiffness is identified.
-const LEAST_SAMPLES: u32 = 3;
-
-/// A spring and damper behind a surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Spring<S> {
-    /// Given stiffness per mass, 1/s².
-    given: S,
-    /// Present stiffness per mass, 1/s².
-    pub(super) stiffness: S,
-    /// Damping per mass, 1/s.
-    pub(super) damping: S,
-    /// Position of the surface on the scale of the reported depth, mm; none before it is known.
-    pub(super) surface: Option<S>,
-    /// Weight of the given stiffness, mm².
-    ridge: S,
-    identify: bool,
-}
-
-impl<S: Scalar> Spring<S> {
-    /// Per mass, with the weight of the given stiffness in mm².
-    pub(super) fn new(stiffness: S, damping: S, ridge: S, identify: bool) -> Self {
-        let stiffness = stiffness.clamp(S::one(), S::of(STIFFEST));
-        Self {
-            given: stiffness,
-            stiffness,
-            damping: damping.min(S::of(1e3)),
-            surface: None,
-            ridge,
-            identify,
-        }
-    }
-
-    /// Push of the contact at a depth behind the surface; it never pulls. mm/s².
-    pub(super) fn push(&self, depth: S, speed: S) -> S {
-        if depth <= S::zero() {
-            return S::zero();
-        }
-        (self.stiffness * depth + self.damping * speed).max(S::zero())
-    }
-
-    /// Fits surface and stiffness to samples: (depth on the reported scale, push, speed).
-    pub(super) fn fit(&mut self, samples: impl Iterator<Item = (S, S, S)> + Clone) {
-        let (mut count, mut depth, mut push) = (0u32, S::zero(), S::zero());
-        let elastic = samples.map(|(s, a, v)| (s, a - self.damping * v));
-        for (s, a) in elastic.clone() {
-            (count, depth, push) = (count + 1, depth + s, push + a);
-        }
-        if count == 0 {
-            return;
-        }
-        let share = S::of(1.0 / f64::from(count));
-        let (depth, push) = (depth * share, push * share);
-        if self.identify && count >= LEAST_SAMPLES {
-            let (mut square, mut product) = (S::zero(), S::zero());
-            for (s, a) in elastic {
-                square += (s - depth) * (s - depth);
-                product += (s - depth) * (a - push);
-            }
-            let found = (self.given * self.ridge + product) / (self.ridge + square);
-            let [low, high] = STIFFNESS_RANGE.map(|factor| self.given * S::of(factor));
-            self.stiffness = found.clamp(low, high).clamp(S::one(), S::of(STIFFEST));
-        }
-        self.surface = Some(depth - push / self.stiffness);
-    }
-}
-
 /// Depth behind the surface, mm, and speed into it, mm/s.
 #[derive(Clone, Copy, Debug)]
 struct Motion<S> {
@@ -378,44 +307,7 @@ impl<S: Scalar> Replay<S> {
 mod tests {
     use super::*;
     use crate::delay::spacecraft::CYCLE_S;
-    use crate::scalar::Fixed;
-
-    fn finds<S: Scalar>(tolerance: f64) {
-        let mut spring = Spring::<S>::new(S::of(300.0), S::zero(), S::of(1e-6), true);
-        let samples = (0..12).map(|i| {
-            let s = 0.01 * f64::from(i);
-            (S::of(s), S::of(441.0 * (s + 0.005)), S::zero())
-        });
-        spring.fit(samples);
-        assert!((spring.stiffness.get() / 441.0 - 1.0).abs() < tolerance);
-        let surface = spring.surface.unwrap().get();
-        assert!(
-            (surface + 0.005).abs() < 0.005 * 10.0 * tolerance,
-            "{surface}"
-        );
-    }
-
-    #[test]
-    fn stiffness_and_wall_are_found() {
-        finds::<f64>(1e-3);
-        finds::<f32>(1e-3);
-        finds::<Fixed>(1e-3);
-    }
-
-    #[test]
-    fn a_given_stiffness_is_kept() {
-        let mut spring = Spring::<f64>::new(300.0, 0.0, 1e-6, false);
-        spring.fit((0..12).map(|i| (f64::from(i), 441.0 * f64::from(i), 0.0)));
-        assert_eq!(spring.stiffness, 300.0);
-    }
-
-    #[test]
-    fn a_contact_never_pulls() {
-        let spring = Spring::<f64>::new(400.0, 10.0, 1e-6, false);
-        assert_eq!(spring.push(-1.0, 5.0), 0.0);
-        assert_eq!(spring.push(0.1, -50.0), 0.0);
-        assert_eq!(spring.push(0.1, 0.0), 40.0);
-    }
+    use softdock_delay_plants::truth;
 
     const MASS: f64 = 500.0;
     /// Approach, m/s.
@@ -430,28 +322,34 @@ mod tests {
         zeta: f64,
         /// Cycles from the onset to the first sample.
         phase: f64,
+        /// Velocity of the model then, m/s.
+        entry: f64,
+        /// Its loads on the way out, by those of the spring and damper.
+        way_out: f64,
     }
 
     impl Bounce {
+        fn new(omega: f64, zeta: f64, phase: f64) -> Self {
+            let (entry, way_out) = (SPEED, 1.0);
+            Self {
+                omega,
+                zeta,
+                phase,
+                entry,
+                way_out,
+            }
+        }
+
+        fn load(&self, cycles: f64) -> f64 {
+            let (_, rate, load) = self.at(cycles);
+            load * if rate < 0.0 { self.way_out } else { 1.0 }
+        }
+
         /// Depth (m), its rate (m/s) and the push (N) at a time after the onset, cycles.
         fn at(&self, cycles: f64) -> (f64, f64, f64) {
-            let t = cycles * CYCLE_S;
-            let damped = self.omega * (1.0 - self.zeta * self.zeta).sqrt();
-            let end = (core::f64::consts::PI - 2.0 * self.zeta.asin()) / damped;
-            if t <= 0.0 {
-                return (SPEED * t, SPEED, 0.0);
-            }
-            let inside = t.min(end);
-            let decay = SPEED * (-self.zeta * self.omega * inside).exp();
-            let (sin, cos) = (damped * inside).sin_cos();
-            let depth = decay * sin / damped;
-            let rate = decay * cos - self.zeta * self.omega * depth;
-            if t >= end {
-                return (depth + rate * (t - end), rate, 0.0);
-            }
-            let push =
-                MASS * (self.omega * self.omega * depth + 2.0 * self.zeta * self.omega * rate);
-            (depth, rate, push)
+            let (t, stiffness) = (cycles * CYCLE_S, MASS * self.omega * self.omega);
+            let truth = truth::Bounce::new(MASS, stiffness, self.zeta, SPEED);
+            (truth.way_m(t), truth.rate_m_s(t), truth.force_n(t))
         }
 
         fn settings(&self, stiffness_error: f64, identify: bool) -> SmithSettings {
@@ -482,11 +380,11 @@ mod tests {
                 let then = now - latency as f64;
                 let along = Along {
                     opened: n == 0,
-                    load: self.at(now).2,
-                    load_then: self.at(then).2,
+                    load: self.load(now),
+                    load_then: self.load(then),
                     // Away from the surface is positive.
                     moved: self.at(then - 1.0).0 - self.at(then).0,
-                    velocity: -SPEED,
+                    velocity: -self.entry,
                     mobility: 1.0 / MASS,
                 };
                 if along.opened {
@@ -501,12 +399,11 @@ mod tests {
 
     fn bounces() -> [Bounce; 4] {
         [
-            (21.0, 0.0, 0.6),
-            (21.0, 0.1, 0.3),
-            (9.0, 0.0, 0.9),
-            (40.0, 0.0, 0.5),
+            Bounce::new(21.0, 0.0, 0.6),
+            Bounce::new(21.0, 0.1, 0.3),
+            Bounce::new(9.0, 0.0, 0.9),
+            Bounce::new(40.0, 0.0, 0.5),
         ]
-        .map(|(omega, zeta, phase)| Bounce { omega, zeta, phase })
     }
 
     /// Also where it lasts longer than what is remembered of it: 64 cycles.
@@ -591,33 +488,14 @@ mod tests {
     #[test]
     fn the_approach_is_what_it_was_before_loads_too_small_to_count() {
         for (late, tolerance) in [(3.6, 2e-3), (1.4, 1e-3), (6.5, 1e-2)] {
-            let bounce = Bounce {
-                omega: 21.0,
-                zeta: 0.0,
-                phase: late,
-            };
+            let mut bounce = Bounce::new(21.0, 0.0, late);
             // It has felt the loads of the cycles before.
-            let felt = (1..8).map(|n| bounce.at(late - f64::from(n)).2);
-            let entry = SPEED - felt.sum::<f64>() * CYCLE_S / MASS;
-            let settings = bounce.settings(1.0, false);
-            let mut replay = Replay::new(0, CYCLE_S);
-            for n in 0..30 {
-                let now = n as f64 + late;
-                let along = Along {
-                    opened: n == 0,
-                    load: bounce.at(now).2,
-                    load_then: bounce.at(now).2,
-                    moved: bounce.at(now - 1.0).0 - bounce.at(now).0,
-                    velocity: -entry,
-                    mobility: 1.0 / MASS,
-                };
-                if along.opened {
-                    replay.open(&settings, &along, LEAD);
-                }
-                replay.push(&along);
-                replay.run();
-            }
-            let approach = replay.approach() * 1e-3;
+            let felt = (1..8).map(|n| bounce.load(late - f64::from(n)));
+            bounce.entry -= felt.sum::<f64>() * CYCLE_S / MASS;
+            let mut approach = 0.0;
+            bounce.follow(&bounce.settings(1.0, false), 0, 30, |_, replay| {
+                approach = replay.approach() * 1e-3;
+            });
             assert!(
                 (approach / SPEED - 1.0).abs() < tolerance,
                 "{late}: {approach}"
@@ -628,28 +506,12 @@ mod tests {
     /// Of loads that are twice as large when it leaves: 1.1 of the approach.
     #[test]
     fn the_model_does_not_leave_much_faster_than_it_came() {
-        let bounce = bounces()[0];
-        let mut replay = Replay::new(0, CYCLE_S);
+        let mut bounce = bounces()[0];
+        bounce.way_out = 2.0;
         let mut fastest = 0.0_f64;
-        for n in 0..36 {
-            let now = f64::from(n) + bounce.phase;
-            let (depth, rate, load) = bounce.at(now);
-            let load = if rate < 0.0 { 2.0 * load } else { load };
-            let along = Along {
-                opened: n == 0,
-                load,
-                load_then: load,
-                moved: bounce.at(now - 1.0).0 - depth,
-                velocity: -SPEED,
-                mobility: 1.0 / MASS,
-            };
-            if along.opened {
-                replay.open(&bounce.settings(1.0, false), &along, LEAD);
-            }
-            replay.push(&along);
-            replay.run();
+        bounce.follow(&bounce.settings(1.0, false), 0, 36, |_, replay| {
             fastest = fastest.max(-replay.velocity() / replay.approach());
-        }
+        });
         assert!((fastest - 1.1).abs() < 1e-9, "{fastest}");
     }
 
@@ -693,60 +555,6 @@ mod tests {
             last = replay.misfit()
         });
         assert!((0.1..0.2).contains(&last), "{last}");
-    }
-
-    /// 1 to 10⁵/s², of the mass that the contact feels; a twentieth to twenty times of what is given.
-    #[test]
-    fn a_stiffness_stays_in_its_range() {
-        let spring = |stiffness, given| {
-            let mut spring = Spring::<f64>::new(given, 0.0, 1e-6, true);
-            spring.fit((0..12).map(|i| (f64::from(i), stiffness * f64::from(i), 0.0)));
-            spring.stiffness
-        };
-        for (stiffness, given, expected) in [
-            (300.0, 300.0, 300.0),
-            (1e4, 300.0, 6000.0),
-            (1.0, 300.0, 15.0),
-            (1e9, 1e9, 1e5),
-            (0.01, 0.1, 1.0),
-        ] {
-            let found = spring(stiffness, given);
-            assert!(
-                (found / expected - 1.0).abs() < 1e-6,
-                "{stiffness}: {found}"
-            );
-        }
-        assert_eq!(Spring::<f64>::new(300.0, 1e9, 1e-6, true).damping, 1e3);
-    }
-
-    /// Three samples at least; of two only the surface, and of none nothing is found.
-    #[test]
-    fn a_stiffness_is_identified_from_three_samples_on() {
-        for (count, stiffness, surface) in [
-            (0, 300.0, None),
-            (1, 300.0, Some(5.0)),
-            (2, 300.0, Some(5.0)),
-            (3, 600.0, Some(4.0)),
-        ] {
-            let mut spring = Spring::<f64>::new(300.0, 2.0, 1e-9, true);
-            let samples = [(7.0, 602.0, 1.0), (7.0, 602.0, 1.0), (4.0, 4.0, 2.0)];
-            let samples = match count {
-                3 => [(7.0, 1802.0, 1.0), (5.0, 604.0, 2.0), (6.0, 1200.0, 0.0)],
-                _ => samples,
-            };
-            spring.fit(samples.into_iter().take(count));
-            assert!(
-                (spring.stiffness - stiffness).abs() < 1e-3,
-                "{count}: {}",
-                spring.stiffness
-            );
-            match (spring.surface, surface) {
-                (Some(found), Some(surface)) => {
-                    assert!((found - surface).abs() < 1e-6, "{count}: {found}")
-                }
-                (found, surface) => assert_eq!(found, surface, "{count}"),
-            }
-        }
     }
 
     /// Of the cycles from the onset to a first sample at a depth of so many of them: by κ Ts times the depths in between the model
