@@ -8,14 +8,15 @@
 //! each time with the next of them, so that what lies behind each is noted too.
 
 use crate::checksum::CHECKSUM;
-use core::fmt::Display;
 use crc::Digest;
+use postcard::Error;
 use serde::de::value::U32Deserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
+use serde::forward_to_deserialize_any;
 
 /// The schema of a type, or an error if it holds something that the walk cannot look into. Tests
 /// assert that those in use do not.
-pub(crate) fn of<T: DeserializeOwned>() -> Result<u32, Unsupported> {
+pub(crate) fn of<T: DeserializeOwned>() -> Result<u32, Error> {
     let mut form = Form {
         digest: CHECKSUM.digest(),
         variant: 0,
@@ -49,7 +50,7 @@ impl Form {
         names: &'static [&'static str],
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         let value = visitor.visit_seq(Elements {
             form: self,
             names: names.iter(),
@@ -60,45 +61,18 @@ impl Form {
     }
 }
 
-/// A kind of value that the walk cannot look into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Unsupported;
-
-impl Display for Unsupported {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "a kind of value that has no schema")
-    }
-}
-
-impl core::error::Error for Unsupported {}
-
-impl de::Error for Unsupported {
-    fn custom<T: Display>(_: T) -> Self {
-        Self
-    }
-}
-
 /// Numbers and texts: the type is the form.
 macro_rules! values {
     ($($deserialize:ident $visit:ident($type:ty) $value:expr,)+) => {
-        $(fn $deserialize<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unsupported> {
+        $(fn $deserialize<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
             self.note(stringify!($type));
             visitor.$visit($value)
         })+
     };
 }
 
-/// What describes itself has no form of its own.
-macro_rules! unsupported {
-    ($($deserialize:ident,)+) => {
-        $(fn $deserialize<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Unsupported> {
-            Err(Unsupported)
-        })+
-    };
-}
-
 impl<'de> de::Deserializer<'de> for &mut Form {
-    type Error = Unsupported;
+    type Error = Error;
 
     values! {
         deserialize_bool visit_bool(bool) false,
@@ -119,19 +93,19 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         deserialize_byte_buf visit_bytes(bytes) &[],
     }
 
-    unsupported! {
-        deserialize_any,
-        deserialize_map,
-        deserialize_identifier,
-        deserialize_ignored_any,
+    /// What describes itself has no form of its own.
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        Err(Error::WontImplement)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unsupported> {
+    forward_to_deserialize_any! { map identifier ignored_any }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         self.note("option");
         visitor.visit_some(self)
     }
 
-    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unsupported> {
+    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         self.note("unit");
         visitor.visit_unit()
     }
@@ -140,7 +114,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note(name);
         visitor.visit_unit()
     }
@@ -149,12 +123,12 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note(name);
         visitor.visit_newtype_struct(self)
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unsupported> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         self.note("sequence");
         // One element shows the form of all.
         self.elements(&[], 1, visitor)
@@ -164,7 +138,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         self,
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note("array");
         self.elements(&[], length, visitor)
     }
@@ -174,7 +148,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         name: &'static str,
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note(name);
         self.elements(&[], length, visitor)
     }
@@ -184,7 +158,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note(name);
         self.elements(fields, fields.len(), visitor)
     }
@@ -194,7 +168,7 @@ impl<'de> de::Deserializer<'de> for &mut Form {
         name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.note(name);
         for variant in variants {
             self.note(variant);
@@ -219,12 +193,12 @@ struct Elements<'a> {
 }
 
 impl<'de> de::SeqAccess<'de> for Elements<'_> {
-    type Error = Unsupported;
+    type Error = Error;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Unsupported> {
+    ) -> Result<Option<T::Value>, Error> {
         let Some(left) = self.left.checked_sub(1) else {
             return Ok(None);
         };
@@ -243,38 +217,31 @@ struct Choice<'a> {
 }
 
 impl<'de, 'a> de::EnumAccess<'de> for Choice<'a> {
-    type Error = Unsupported;
+    type Error = Error;
     type Variant = &'a mut Form;
 
     fn variant_seed<T: DeserializeSeed<'de>>(
         self,
         seed: T,
-    ) -> Result<(T::Value, &'a mut Form), Unsupported> {
+    ) -> Result<(T::Value, &'a mut Form), Error> {
         let variant = seed.deserialize(U32Deserializer::new(self.index))?;
         Ok((variant, self.form))
     }
 }
 
 impl<'de> de::VariantAccess<'de> for &mut Form {
-    type Error = Unsupported;
+    type Error = Error;
 
-    fn unit_variant(self) -> Result<(), Unsupported> {
+    fn unit_variant(self) -> Result<(), Error> {
         self.note("unit");
         Ok(())
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(
-        self,
-        seed: T,
-    ) -> Result<T::Value, Unsupported> {
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Error> {
         seed.deserialize(self)
     }
 
-    fn tuple_variant<V: Visitor<'de>>(
-        self,
-        length: usize,
-        visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Error> {
         self.elements(&[], length, visitor)
     }
 
@@ -282,7 +249,7 @@ impl<'de> de::VariantAccess<'de> for &mut Form {
         self,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Unsupported> {
+    ) -> Result<V::Value, Error> {
         self.elements(fields, fields.len(), visitor)
     }
 }
@@ -357,6 +324,6 @@ mod tests {
 
     #[test]
     fn what_has_no_schema_is_an_error() {
-        assert_eq!(of::<de::IgnoredAny>(), Err(Unsupported));
+        assert_eq!(of::<de::IgnoredAny>(), Err(Error::WontImplement));
     }
 }

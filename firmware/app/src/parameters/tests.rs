@@ -152,9 +152,10 @@ fn what_does_not_fit_changes_nothing() {
 
 #[test]
 fn what_cannot_be_a_setting_is_an_error() {
-    assert_eq!(walk::count::<Option<u8>>(&[0]), Err(walk::NoSetting));
-    assert_eq!(walk::count::<[u8; 2]>(&[0, 0]), Err(walk::NoSetting));
-    assert_eq!(walk::count::<u32>(&[]), Err(walk::NoSetting));
+    assert_eq!(walk::count::<Option<u8>>(&[0]), Err(walk::NO_SETTING));
+    assert_eq!(walk::count::<[u8; 2]>(&[0, 0]), Err(walk::NO_SETTING));
+    let too_short = Err(postcard::Error::DeserializeUnexpectedEnd);
+    assert_eq!(walk::count::<u32>(&[]), too_short);
 }
 
 proptest! {

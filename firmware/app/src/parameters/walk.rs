@@ -1,14 +1,18 @@
 //! Reads settings from their bytes in postcard's format and keeps count of the names on the way.
 
-use core::fmt::Display;
 use core::ops::Range;
 use heapless::String;
+use postcard::Error;
 use serde::Deserialize;
 use serde::de::value::U32Deserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
+use serde::forward_to_deserialize_any;
 
 /// Longest path, bytes.
 const PATH_BYTES: usize = 96;
+
+/// A kind of value that cannot be a setting.
+pub(super) const NO_SETTING: Error = Error::WontImplement;
 
 /// Names from the outermost struct to a field, with dots in between.
 pub(super) type Path = String<PATH_BYTES>;
@@ -68,7 +72,7 @@ pub(super) enum Wanted<'a> {
 pub(super) fn find<T: DeserializeOwned>(
     bytes: &[u8],
     wanted: Wanted<'_>,
-) -> Result<Option<Leaf>, NoSetting> {
+) -> Result<Option<Leaf>, Error> {
     let mut walk = Walk::new(bytes, wanted);
     T::deserialize(&mut walk)?;
     Ok(walk.found)
@@ -78,7 +82,7 @@ pub(super) fn find<T: DeserializeOwned>(
 ///
 /// # Errors
 /// As [`find`].
-pub(super) fn count<T: DeserializeOwned>(bytes: &[u8]) -> Result<u16, NoSetting> {
+pub(super) fn count<T: DeserializeOwned>(bytes: &[u8]) -> Result<u16, Error> {
     let mut walk = Walk::new(bytes, Wanted::Path(""));
     T::deserialize(&mut walk)?;
     Ok(walk.index)
@@ -99,24 +103,6 @@ struct Walk<'a> {
     found: Option<Leaf>,
 }
 
-/// Something that is no setting, or bytes that are not those of the type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NoSetting;
-
-impl Display for NoSetting {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "a kind of value that cannot be a setting")
-    }
-}
-
-impl core::error::Error for NoSetting {}
-
-impl de::Error for NoSetting {
-    fn custom<T: Display>(_: T) -> Self {
-        Self
-    }
-}
-
 impl<'a> Walk<'a> {
     fn new(bytes: &'a [u8], wanted: Wanted<'a>) -> Self {
         Self {
@@ -133,9 +119,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Reads a value as postcard does.
-    fn take<T: Deserialize<'a>>(&mut self) -> Result<T, NoSetting> {
-        let rest = self.bytes.get(self.at..).ok_or(NoSetting)?;
-        let (value, rest) = postcard::take_from_bytes(rest).map_err(|_| NoSetting)?;
+    fn take<T: Deserialize<'a>>(&mut self) -> Result<T, Error> {
+        let rest = self.bytes.get(self.at..).ok_or(NO_SETTING)?;
+        let (value, rest) = postcard::take_from_bytes(rest)?;
         self.at = self.bytes.len() - rest.len();
         Ok(value)
     }
@@ -159,10 +145,10 @@ impl<'a> Walk<'a> {
     }
 
     /// A value that is a setting by itself.
-    fn single<T: Deserialize<'a>>(&mut self, kind: Kind) -> Result<T, NoSetting> {
+    fn single<T: Deserialize<'a>>(&mut self, kind: Kind) -> Result<T, Error> {
         // Arrays hold real numbers only.
         if self.array.is_some() {
-            return Err(NoSetting);
+            return Err(NO_SETTING);
         }
         let start = self.at;
         let value = self.take()?;
@@ -174,23 +160,14 @@ impl<'a> Walk<'a> {
 /// Values that are settings by themselves.
 macro_rules! values {
     ($($deserialize:ident $visit:ident($type:ty) $kind:expr,)+) => {
-        $(fn $deserialize<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, NoSetting> {
+        $(fn $deserialize<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
             visitor.$visit(self.single::<$type>($kind)?)
         })+
     };
 }
 
-/// What is no setting.
-macro_rules! unsupported {
-    ($($deserialize:ident,)+) => {
-        $(fn $deserialize<V: Visitor<'de>>(self, _: V) -> Result<V::Value, NoSetting> {
-            Err(NoSetting)
-        })+
-    };
-}
-
 impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
-    type Error = NoSetting;
+    type Error = Error;
 
     values! {
         deserialize_bool visit_bool(bool) Kind::Flag,
@@ -206,40 +183,26 @@ impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
         deserialize_string visit_str(&str) Kind::Text,
     }
 
-    unsupported! {
-        deserialize_any,
-        deserialize_f32,
-        deserialize_char,
-        deserialize_bytes,
-        deserialize_byte_buf,
-        deserialize_option,
-        deserialize_unit,
-        deserialize_seq,
-        deserialize_map,
-        deserialize_identifier,
-        deserialize_ignored_any,
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        Err(NO_SETTING)
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, NoSetting> {
+    forward_to_deserialize_any! {
+        f32 char bytes byte_buf option unit unit_struct seq tuple_struct map identifier ignored_any
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.array {
             Some(_) => visitor.visit_f64(self.take()?),
             None => visitor.visit_f64(self.single(Kind::Real)?),
         }
     }
 
-    fn deserialize_unit_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        _: V,
-    ) -> Result<V::Value, NoSetting> {
-        Err(NoSetting)
-    }
-
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, NoSetting> {
+    ) -> Result<V::Value, Error> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -247,8 +210,8 @@ impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
         self,
         length: usize,
         visitor: V,
-    ) -> Result<V::Value, NoSetting> {
-        let length = u8::try_from(length).map_err(|_| NoSetting)?;
+    ) -> Result<V::Value, Error> {
+        let length = u8::try_from(length).map_err(|_| NO_SETTING)?;
         let elements = |walk| Elements {
             walk,
             names: [].iter(),
@@ -270,21 +233,12 @@ impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
         Ok(value)
     }
 
-    fn deserialize_tuple_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        _: usize,
-        _: V,
-    ) -> Result<V::Value, NoSetting> {
-        Err(NoSetting)
-    }
-
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, NoSetting> {
+    ) -> Result<V::Value, Error> {
         let outside = core::mem::replace(&mut self.owner, name);
         let value = visitor.visit_seq(Elements {
             names: fields.iter(),
@@ -300,9 +254,10 @@ impl<'de> de::Deserializer<'de> for &mut Walk<'_> {
         _: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, NoSetting> {
+    ) -> Result<V::Value, Error> {
         let index: u32 = self.single(Kind::Word(variants))?;
-        visitor.visit_enum(Choice(index))
+        // Its variants hold nothing further.
+        visitor.visit_enum(U32Deserializer::new(index))
     }
 
     fn is_human_readable(&self) -> bool {
@@ -319,12 +274,12 @@ struct Elements<'w, 'a> {
 }
 
 impl<'de> de::SeqAccess<'de> for Elements<'_, '_> {
-    type Error = NoSetting;
+    type Error = Error;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, NoSetting> {
+    ) -> Result<Option<T::Value>, Error> {
         let Some(left) = self.left.checked_sub(1) else {
             return Ok(None);
         };
@@ -338,48 +293,11 @@ impl<'de> de::SeqAccess<'de> for Elements<'_, '_> {
             _ => ".",
         };
         let path = &mut self.walk.path;
-        path.push_str(dot).map_err(|_| NoSetting)?;
-        path.push_str(name).map_err(|_| NoSetting)?;
+        path.push_str(dot).map_err(|_| NO_SETTING)?;
+        path.push_str(name).map_err(|_| NO_SETTING)?;
         self.walk.field = name;
         let value = seed.deserialize(&mut *self.walk)?;
         self.walk.path.truncate(outside);
         Ok(Some(value))
-    }
-}
-
-/// A variant of an enumeration without further values.
-struct Choice(u32);
-
-impl<'de> de::EnumAccess<'de> for Choice {
-    type Error = NoSetting;
-    type Variant = Self;
-
-    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), NoSetting> {
-        let variant = seed.deserialize(U32Deserializer::new(self.0))?;
-        Ok((variant, self))
-    }
-}
-
-impl<'de> de::VariantAccess<'de> for Choice {
-    type Error = NoSetting;
-
-    fn unit_variant(self) -> Result<(), NoSetting> {
-        Ok(())
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, NoSetting> {
-        Err(NoSetting)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, NoSetting> {
-        Err(NoSetting)
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, NoSetting> {
-        Err(NoSetting)
     }
 }
