@@ -14,20 +14,12 @@ pub enum Processor {
 }
 
 /// A law that does not end within the cycle on the board's processor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "control.delay.law {} is too slow for this board, which has no f64 unit: choose seed or lead",
+    .0.name()
+)]
 pub struct TooSlow(LawName);
-
-impl core::fmt::Display for TooSlow {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let law = self.0.name();
-        write!(
-            f,
-            "control.delay.law {law} is too slow for this board, which has no f64 unit: choose seed or lead"
-        )
-    }
-}
-
-impl core::error::Error for TooSlow {}
 
 impl Processor {
     /// Whether the processor keeps up with settings.

@@ -146,11 +146,13 @@ impl Default for RsiSettings {
 }
 
 /// What is wrong with the settings of a board.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BoardSettingsError {
     /// A number is outside of its range.
+    #[error("{0}")]
     Range(SettingsError),
     /// A name cannot be an RSI element.
+    #[error("`{field}`: {error}")]
     Name {
         /// Dotted name of the field.
         field: &'static str,
@@ -158,39 +160,23 @@ pub enum BoardSettingsError {
         error: TagError,
     },
     /// A text is not the IP address of a host.
+    #[error(
+        "`{field}` is not the IP address of a host; write it like \"192.168.1.10\"{}",
+        if *.field == ROBOT_IP { ", or \"any\"" } else { "" }
+    )]
     Address {
         /// Dotted name of the field.
         field: &'static str,
     },
     /// A text is not the IP address of a host with a port.
+    #[error(
+        "`{field}` is not the IP address of a host with a port; write it like \"192.168.1.10:49200\" or leave it empty"
+    )]
     Socket {
         /// Dotted name of the field.
         field: &'static str,
     },
 }
-
-impl core::fmt::Display for BoardSettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Range(error) => write!(f, "{error}"),
-            Self::Name { field, error } => write!(f, "`{field}`: {error}"),
-            Self::Address { field } => write!(
-                f,
-                "`{field}` is not the IP address of a host; write it like \"192.168.1.10\"{}",
-                match *field {
-                    ROBOT_IP => ", or \"any\"",
-                    _ => "",
-                }
-            ),
-            Self::Socket { field } => write!(
-                f,
-                "`{field}` is not the IP address of a host with a port; write it like \"192.168.1.10:49200\" or leave it empty"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for BoardSettingsError {}
 
 impl From<SettingsError> for BoardSettingsError {
     fn from(error: SettingsError) -> Self {

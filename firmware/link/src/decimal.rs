@@ -20,9 +20,10 @@ pub struct Decimal {
 }
 
 /// Why a number has no exact [`Decimal`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecimalError {
     /// More digits behind the point than are supported.
+    #[error("{decimals} digits behind the point, at most {max} are supported")]
     TooManyDecimals {
         /// Digits asked for or found.
         decimals: usize,
@@ -30,33 +31,15 @@ pub enum DecimalError {
         max: u8,
     },
     /// The value is not finite, or its count would not be exact.
+    #[error("the number is too large for an exact decimal")]
     OutOfRange,
     /// The text is not `[+-]digits[.digits]`.
+    #[error("expected a decimal number, found something else at byte {at}")]
     Syntax {
         /// Offset of the first byte that does not fit.
         at: usize,
     },
 }
-
-impl fmt::Display for DecimalError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooManyDecimals { decimals, max } => {
-                write!(
-                    f,
-                    "{decimals} digits behind the point, at most {max} are supported"
-                )
-            }
-            Self::OutOfRange => f.write_str("the number is too large for an exact decimal"),
-            Self::Syntax { at } => write!(
-                f,
-                "expected a decimal number, found something else at byte {at}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for DecimalError {}
 
 impl Decimal {
     /// Most digits behind the point: 1e-9 mm is far below what any robot resolves.

@@ -8,7 +8,6 @@ use crate::can::SAMPLE_POINT_PER_MILLE;
 use crate::ethercat::{
     ATI_VENDOR, INPUT_BYTES, MAX_COUNTS_PER_UNIT, OUTPUT_BYTES, Product, StartUp,
 };
-use core::fmt;
 
 /// Makes readings of what travels on a sensor's wire.
 ///
@@ -94,26 +93,35 @@ pub enum SensorState {
 }
 
 /// Why a driver gives no readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SensorFault {
     /// The sensor does not answer; the driver tries again by itself.
+    #[error("the sensor does not answer")]
     NoAnswer,
     /// The identifier base of the configuration has more than seven bits.
+    #[error("identifier base {received:#x} has more than 7 bits")]
     BaseId {
         /// The base.
         received: u8,
     },
     /// The sensor reports a force unit that is not in its manual.
+    #[error("unknown force unit {code}")]
     ForceUnit {
         /// The code.
         code: u8,
     },
     /// The sensor reports a torque unit that is not in its manual.
+    #[error("unknown torque unit {code}")]
     TorqueUnit {
         /// The code.
         code: u8,
     },
     /// The sensor reports counts per unit that no sensor has.
+    #[error(
+        "counts per unit must be 1 to {MAX_COUNTS_PER_UNIT}: force {}, torque {}",
+        // Those of EtherCAT are signed.
+        .force.cast_signed(), .torque.cast_signed()
+    )]
     CountsPerUnit {
         /// Counts per unit of force.
         force: u32,
@@ -121,25 +129,34 @@ pub enum SensorFault {
         torque: u32,
     },
     /// The sensor's calibration matrix is not finite.
+    #[error("row {row} of the calibration matrix is not finite")]
     Matrix {
         /// Row: 0 to 5 for force X, Y, Z, torque X, Y, Z.
         row: u8,
     },
     /// The sensor now reports another scale than at start-up, so the calibration in use is not its own.
+    #[error("the sensor's scale differs from the one read at start-up")]
     CalibrationChanged,
     /// EtherCAT: frames come back, and no SubDevice was in them.
+    #[error("no SubDevice is on the cable")]
     NoSubDevice,
     /// EtherCAT: there are more SubDevices than the sensor.
+    #[error("{received} SubDevices are on the cable, expected the sensor alone")]
     SubDevices {
         /// So many.
         received: u16,
     },
     /// EtherCAT: a SubDevice of another maker.
+    #[error("the SubDevice is of vendor {received:#x}, expected ATI ({ATI_VENDOR:#x})")]
     Vendor {
         /// Its vendor number.
         received: u32,
     },
     /// CAN: the controller makes other bits than the sensor reads.
+    #[error(
+        "the CAN controller makes {bits_per_second} bit/s, sampled at {per_mille} ‰ of a bit, expected {} to {}: do its clock and divisors fit?",
+        SAMPLE_POINT_PER_MILLE.0, SAMPLE_POINT_PER_MILLE.1
+    )]
     BitTiming {
         /// Of the controller.
         bits_per_second: u32,
@@ -147,11 +164,18 @@ pub enum SensorFault {
         per_mille: u32,
     },
     /// EtherCAT: another product of the maker.
+    #[error(
+        "the SubDevice is product {received:#x}, expected {:#x} (EtherCAT F/T) or {:#x} (Axia80)",
+        Product::EtherCatFt.code(), Product::Axia80.code()
+    )]
     Product {
         /// Its product code.
         received: u32,
     },
     /// EtherCAT: process data of another size than those of the sensor.
+    #[error(
+        "process data of {inputs} bytes in and {outputs} out, expected {INPUT_BYTES} and {OUTPUT_BYTES}"
+    )]
     PdoBytes {
         /// Bytes that the SubDevice sends.
         inputs: u16,
@@ -159,79 +183,26 @@ pub enum SensorFault {
         outputs: u16,
     },
     /// EtherCAT: an object of the calibration cannot be read.
+    #[error("object {index:#06x} cannot be read")]
     Object {
         /// Its index.
         index: u16,
     },
     /// EtherCAT: the SubDevice does not come into this state.
+    #[error("the SubDevice does not come into {0:?}")]
     StartUp(StartUp),
     /// EtherCAT: the SubDevice left OP: it was restarted, or reports an error of its own.
+    #[error("the SubDevice left OP")]
     NotOperational,
     /// EtherCAT: the sensor's sample counter stands.
+    #[error("the sensor's sample counter stands")]
     Standing,
     /// The settings name a sensor on a link that this firmware does not have.
+    #[error(
+        "the settings name a sensor on a link that this firmware does not have: `cargo firmware -- --help` lists the images"
+    )]
     OtherLink,
 }
-
-impl fmt::Display for SensorFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoAnswer => f.write_str("the sensor does not answer"),
-            Self::BaseId { received } => {
-                write!(f, "identifier base {received:#x} has more than 7 bits")
-            }
-            Self::ForceUnit { code } => write!(f, "unknown force unit {code}"),
-            Self::TorqueUnit { code } => write!(f, "unknown torque unit {code}"),
-            // Those of EtherCAT are signed.
-            Self::CountsPerUnit { force, torque } => write!(
-                f,
-                "counts per unit must be 1 to {MAX_COUNTS_PER_UNIT}: force {}, torque {}",
-                force.cast_signed(),
-                torque.cast_signed()
-            ),
-            Self::Matrix { row } => write!(f, "row {row} of the calibration matrix is not finite"),
-            Self::CalibrationChanged => {
-                f.write_str("the sensor's scale differs from the one read at start-up")
-            }
-            Self::BitTiming {
-                bits_per_second,
-                per_mille,
-            } => write!(
-                f,
-                "the CAN controller makes {bits_per_second} bit/s, sampled at {per_mille} ‰ of a bit, expected {} to {}: do its clock and divisors fit?",
-                SAMPLE_POINT_PER_MILLE.0, SAMPLE_POINT_PER_MILLE.1
-            ),
-            Self::NoSubDevice => f.write_str("no SubDevice is on the cable"),
-            Self::SubDevices { received } => write!(
-                f,
-                "{received} SubDevices are on the cable, expected the sensor alone"
-            ),
-            Self::Vendor { received } => write!(
-                f,
-                "the SubDevice is of vendor {received:#x}, expected ATI ({ATI_VENDOR:#x})"
-            ),
-            Self::Product { received } => write!(
-                f,
-                "the SubDevice is product {received:#x}, expected {:#x} (EtherCAT F/T) or {:#x} (Axia80)",
-                Product::EtherCatFt.code(),
-                Product::Axia80.code()
-            ),
-            Self::PdoBytes { inputs, outputs } => write!(
-                f,
-                "process data of {inputs} bytes in and {outputs} out, expected {INPUT_BYTES} and {OUTPUT_BYTES}"
-            ),
-            Self::Object { index } => write!(f, "object {index:#06x} cannot be read"),
-            Self::StartUp(state) => write!(f, "the SubDevice does not come into {state:?}"),
-            Self::NotOperational => f.write_str("the SubDevice left OP"),
-            Self::Standing => f.write_str("the sensor's sample counter stands"),
-            Self::OtherLink => f.write_str(
-                "the settings name a sensor on a link that this firmware does not have: `cargo firmware -- --help` lists the images",
-            ),
-        }
-    }
-}
-
-impl core::error::Error for SensorFault {}
 
 /// What a driver has seen; every counter wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

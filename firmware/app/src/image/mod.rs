@@ -39,11 +39,13 @@ pub fn schema() -> u32 {
 }
 
 /// Why a block cannot be written or used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ImageError {
     /// There is no block: erased flash or something else.
+    #[error("there are no settings")]
     Absent,
     /// The block is cut off or longer than there is room for.
+    #[error("settings take {expected} bytes; there are {received}")]
     Length {
         /// Bytes that it needs.
         expected: usize,
@@ -51,6 +53,7 @@ pub enum ImageError {
         received: usize,
     },
     /// The block is damaged.
+    #[error("settings are damaged: checksum {received:08x} in place of {expected:08x}")]
     Checksum {
         /// Computed from its bytes.
         expected: u32,
@@ -58,6 +61,9 @@ pub enum ImageError {
         received: u32,
     },
     /// A firmware with other settings wrote it.
+    #[error(
+        "settings are of another firmware: schema {received:08x} in place of {expected:08x}; upload them again from their file"
+    )]
     Schema {
         /// Of this firmware.
         expected: u32,
@@ -65,38 +71,15 @@ pub enum ImageError {
         received: u32,
     },
     /// Its payload does not hold settings.
+    #[error("what should be settings cannot be read")]
     Payload,
     /// The settings were on trial, and nobody confirmed them.
+    #[error("settings were on trial, and nobody confirmed them")]
     NotConfirmed,
     /// The settings in it may not be used.
+    #[error("{0}")]
     Settings(BoardSettingsError),
 }
-
-impl core::fmt::Display for ImageError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Absent => write!(f, "there are no settings"),
-            Self::Length { expected, received } => {
-                write!(f, "settings take {expected} bytes; there are {received}")
-            }
-            Self::Checksum { expected, received } => write!(
-                f,
-                "settings are damaged: checksum {received:08x} in place of {expected:08x}"
-            ),
-            Self::Schema { expected, received } => write!(
-                f,
-                "settings are of another firmware: schema {received:08x} in place of {expected:08x}; upload them again from their file"
-            ),
-            Self::Payload => write!(f, "what should be settings cannot be read"),
-            Self::NotConfirmed => {
-                write!(f, "settings were on trial, and nobody confirmed them")
-            }
-            Self::Settings(error) => write!(f, "{error}"),
-        }
-    }
-}
-
-impl core::error::Error for ImageError {}
 
 /// Settings of a block.
 #[derive(Clone, Debug, PartialEq)]

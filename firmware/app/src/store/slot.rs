@@ -10,30 +10,21 @@ use embedded_storage_async::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKi
 const WORD_OFFSET: u32 = IMAGE_MAX_BYTES as u32;
 
 /// Why settings are not written or kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StoreError {
     /// They may not be used, or are not there any more.
+    #[error("{0}")]
     Image(ImageError),
     /// The flash does not do what it is told.
+    #[error("{0}")]
     Flash(NorFlashErrorKind),
     /// What was written does not come back.
+    #[error("what was written does not come back")]
     ReadBack,
     /// Other settings are on trial.
+    #[error("other settings are on trial")]
     OnTrial,
 }
-
-impl core::fmt::Display for StoreError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Image(error) => write!(f, "{error}"),
-            Self::Flash(kind) => write!(f, "{kind}"),
-            Self::ReadBack => write!(f, "what was written does not come back"),
-            Self::OnTrial => write!(f, "other settings are on trial"),
-        }
-    }
-}
-
-impl core::error::Error for StoreError {}
 
 impl From<ImageError> for StoreError {
     fn from(error: ImageError) -> Self {

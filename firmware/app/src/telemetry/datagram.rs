@@ -69,11 +69,13 @@ pub struct Part<'a> {
 }
 
 /// Why a datagram is not a part of a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DatagramError {
     /// It does not begin with the magic: it is somebody else's.
+    #[error("not a datagram of softdock's telemetry")]
     Foreign,
     /// A firmware with another layout sent it.
+    #[error("telemetry of version {received}; expected is version {expected}")]
     Version {
         /// Of this program.
         expected: u8,
@@ -81,6 +83,10 @@ pub enum DatagramError {
         received: u8,
     },
     /// It is shorter than header and checksum, or longer than any datagram.
+    #[error(
+        "a datagram of {received} bytes; expected are {} to {most}",
+        HEADER_BYTES + CHECKSUM_BYTES
+    )]
     Length {
         /// Longest length, bytes.
         most: usize,
@@ -88,6 +94,7 @@ pub enum DatagramError {
         received: usize,
     },
     /// It is damaged.
+    #[error("a damaged datagram: checksum {received:08x} in place of {expected:08x}")]
     Checksum {
         /// Computed from its bytes.
         expected: u32,
@@ -95,32 +102,9 @@ pub enum DatagramError {
         received: u32,
     },
     /// Its kind or its part numbers are none.
+    #[error("a datagram with a kind or part number that is none")]
     Header,
 }
-
-impl core::fmt::Display for DatagramError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Foreign => write!(f, "not a datagram of softdock's telemetry"),
-            Self::Version { expected, received } => write!(
-                f,
-                "telemetry of version {received}; expected is version {expected}"
-            ),
-            Self::Length { most, received } => write!(
-                f,
-                "a datagram of {received} bytes; expected are {} to {most}",
-                HEADER_BYTES + CHECKSUM_BYTES
-            ),
-            Self::Checksum { expected, received } => write!(
-                f,
-                "a damaged datagram: checksum {received:08x} in place of {expected:08x}"
-            ),
-            Self::Header => write!(f, "a datagram with a kind or part number that is none"),
-        }
-    }
-}
-
-impl core::error::Error for DatagramError {}
 
 impl Kind {
     fn code(self) -> u8 {

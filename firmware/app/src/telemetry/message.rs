@@ -23,32 +23,21 @@ pub struct Announcement<'a> {
 }
 
 /// Why bytes are not a message, or a value cannot be one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MessageError {
     /// It is longer than [`MESSAGE_MAX_BYTES`].
+    #[error("a message takes at most {MESSAGE_MAX_BYTES} bytes")]
     TooLong,
     /// The bytes end too early or hold something else.
+    #[error("what should be a message cannot be read")]
     Payload,
     /// Bytes are left over.
+    #[error("a message is followed by {received} bytes too many")]
     Trailing {
         /// Their number.
         received: usize,
     },
 }
-
-impl core::fmt::Display for MessageError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::TooLong => write!(f, "a message takes at most {MESSAGE_MAX_BYTES} bytes"),
-            Self::Payload => write!(f, "what should be a message cannot be read"),
-            Self::Trailing { received } => {
-                write!(f, "a message is followed by {received} bytes too many")
-            }
-        }
-    }
-}
-
-impl core::error::Error for MessageError {}
 
 /// Reads a record that has [`schema()`].
 pub fn read_record(message: &[u8]) -> Result<CycleRecord, MessageError> {

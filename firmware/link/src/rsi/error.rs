@@ -1,7 +1,5 @@
 //! Why a telegram could not be read or written.
 
-use core::fmt;
-
 /// The part of a telegram that an [`RsiError`] is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
@@ -24,19 +22,22 @@ pub enum Field {
 }
 
 /// Why a telegram could not be read or written. Offsets are in bytes from the start of the telegram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RsiError {
     /// The telegram ends before its root element is closed.
+    #[error("telegram is cut off after {len} bytes")]
     Truncated {
         /// Bytes received.
         len: usize,
     },
     /// Not well-formed XML, or a part of XML that RSI does not use (DOCTYPE, CDATA).
+    #[error("not well-formed XML at byte {at}")]
     Markup {
         /// Where.
         at: usize,
     },
     /// Elements are nested deeper than any RSI telegram.
+    #[error("more than {max} nested elements at byte {at}")]
     TooDeep {
         /// Where.
         at: usize,
@@ -44,16 +45,19 @@ pub enum RsiError {
         max: usize,
     },
     /// The root element is not the expected one, `Rob` or `Sen`.
+    #[error("unexpected root element at byte {at}")]
     WrongRoot {
         /// Where.
         at: usize,
     },
     /// A required element, attribute or text is absent.
+    #[error("{field:?} is missing")]
     Missing {
         /// Which.
         field: Field,
     },
     /// An element, attribute or text comes twice, so that its value is ambiguous.
+    #[error("{field:?} comes twice, again at byte {at}")]
     Duplicate {
         /// Which.
         field: Field,
@@ -61,6 +65,7 @@ pub enum RsiError {
         at: usize,
     },
     /// The text is not a finite number, or not one that the field can hold.
+    #[error("{field:?} has no valid value at byte {at}")]
     BadValue {
         /// Which.
         field: Field,
@@ -68,37 +73,15 @@ pub enum RsiError {
         at: usize,
     },
     /// A number to be written is not finite or too large.
+    #[error("{field:?} is not finite or too large to be written")]
     NotRepresentable {
         /// Which.
         field: Field,
     },
     /// The telegram does not fit into the output buffer.
+    #[error("telegram does not fit into {available} bytes")]
     BufferTooSmall {
         /// Size of the buffer.
         available: usize,
     },
 }
-
-impl fmt::Display for RsiError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Truncated { len } => write!(f, "telegram is cut off after {len} bytes"),
-            Self::Markup { at } => write!(f, "not well-formed XML at byte {at}"),
-            Self::TooDeep { at, max } => {
-                write!(f, "more than {max} nested elements at byte {at}")
-            }
-            Self::WrongRoot { at } => write!(f, "unexpected root element at byte {at}"),
-            Self::Missing { field } => write!(f, "{field:?} is missing"),
-            Self::Duplicate { field, at } => write!(f, "{field:?} comes twice, again at byte {at}"),
-            Self::BadValue { field, at } => write!(f, "{field:?} has no valid value at byte {at}"),
-            Self::NotRepresentable { field } => {
-                write!(f, "{field:?} is not finite or too large to be written")
-            }
-            Self::BufferTooSmall { available } => {
-                write!(f, "telegram does not fit into {available} bytes")
-            }
-        }
-    }
-}
-
-impl core::error::Error for RsiError {}

@@ -11,9 +11,10 @@ pub struct Name {
 }
 
 /// Why a [`Name`] or a set of [`Tags`] is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TagError {
     /// Longer than [`Name::MAX_BYTES`], or empty.
+    #[error("a name has 1 to {max} characters, this one has {received}")]
     Length {
         /// Bytes received.
         received: usize,
@@ -21,36 +22,20 @@ pub enum TagError {
         max: usize,
     },
     /// A character that a name cannot have.
+    #[error(
+        "character {at} is not allowed: use letters, digits, '_' and '-', a letter or '_' first"
+    )]
     Character {
         /// Offset in the name.
         at: usize,
     },
     /// Two settings share a name, or a name is one of RSI's own.
+    #[error("the name '{name}' is already in use")]
     Taken {
         /// The name.
         name: Name,
     },
 }
-
-impl fmt::Display for TagError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Length { received, max } => {
-                write!(
-                    f,
-                    "a name has 1 to {max} characters, this one has {received}"
-                )
-            }
-            Self::Character { at } => write!(
-                f,
-                "character {at} is not allowed: use letters, digits, '_' and '-', a letter or '_' first"
-            ),
-            Self::Taken { name } => write!(f, "the name '{name}' is already in use"),
-        }
-    }
-}
-
-impl core::error::Error for TagError {}
 
 impl Name {
     /// Longest name.

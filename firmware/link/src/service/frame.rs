@@ -51,30 +51,21 @@ impl Kind {
 }
 
 /// Why bytes between two zeros are no frame, or a payload does not become one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// Longer than any frame, or too short for one.
+    #[error("bytes that are too many or too few for a frame")]
     Length,
     /// Not what COBS makes.
+    #[error("bytes that are no frame")]
     Stuffing,
     /// A byte was lost or changed.
+    #[error("a damaged frame")]
     Checksum,
     /// A kind of frame that this version does not know.
+    #[error("a frame of an unknown kind")]
     Kind,
 }
-
-impl core::fmt::Display for FrameError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Length => "bytes that are too many or too few for a frame",
-            Self::Stuffing => "bytes that are no frame",
-            Self::Checksum => "a damaged frame",
-            Self::Kind => "a frame of an unknown kind",
-        })
-    }
-}
-
-impl core::error::Error for FrameError {}
 
 /// A frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

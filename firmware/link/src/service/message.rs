@@ -317,92 +317,73 @@ pub struct LogLine {
 }
 
 /// Why something was not done.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
     /// The request cannot be read.
+    #[error("the board cannot read the request")]
     Unreadable,
     /// The request is of no conversation that the board is in.
+    #[error(
+        "the request is of no conversation that the board is in: it started over, another program talks to it, or the line repeats itself; begin anew"
+    )]
     NoConversation,
     /// No setting has this name.
+    #[error("the board has no setting of this name")]
     UnknownName,
     /// The setting takes another kind of value.
+    #[error("the setting takes another kind of value")]
     WrongForm,
     /// The setting does not know this word, or the text is too long.
+    #[error("the setting does not know this word, or the text is longer than 32 bytes")]
     UnknownWord,
     /// The whole number has no room in the setting.
+    #[error(
+        "the number is outside of what the setting can hold (`softdock params list` shows its range)"
+    )]
     TooLarge,
     /// The settings do not pass their checks.
+    #[error("{0}")]
     Settings(Text),
     /// The robot moves, or is armed.
+    #[error(
+        "the robot moves or is armed: settings cannot change now; `softdock params mode hold` first"
+    )]
     Moves,
     /// There is no draft: begin first.
+    #[error("there is no draft")]
     NoDraft,
     /// Settings are on trial: confirm or abort them first.
+    #[error("other settings are on trial: confirm or roll them back first")]
     OnTrial,
     /// Nothing is on trial.
+    #[error("nothing is on trial: the time to confirm was over, or the board started over")]
     NotOnTrial,
     /// There are no settings before the present ones.
+    #[error("the board has no settings before the present ones")]
     NoPrevious,
     /// Flash cannot be written; the settings are as they were.
+    #[error("the board's flash cannot be written: {0}; its settings are as they were")]
     Flash(Text),
     /// No command of the operator.
+    #[error("no command of the operator")]
     UnknownCommand,
     /// The robot sends no telegrams; a command would be dropped with its next run.
+    #[error("the robot sends no telegrams; start RSI first")]
     NoRobot,
     /// Too many commands wait already.
+    #[error("too many commands wait already")]
     Busy,
     /// The board runs on defaults because it has no usable settings: it is not to be armed.
+    #[error("the board has no usable settings and runs on defaults: upload settings first")]
     Unconfigured,
     /// It is not said who the robot is: whoever sends first would move.
+    #[error(
+        "`rsi.robot_ip` is empty, so whoever sends first would be the robot: set its address, or \"any\" if that is meant"
+    )]
     AnyRobot,
     /// The request is none of the next of this conversation: an old frame that came again.
+    #[error(
+        "the request has the number of an earlier one: another program talks to the board, or the line repeats itself; begin anew"
+    )]
     OldRequest,
-}
-
-impl core::fmt::Display for Refusal {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Settings(text) => f.write_str(text),
-            Self::Flash(text) => write!(
-                f,
-                "the board's flash cannot be written: {text}; its settings are as they were"
-            ),
-            other => f.write_str(match other {
-                Self::Unreadable => "the board cannot read the request",
-                Self::NoConversation => {
-                    "the request is of no conversation that the board is in: it started over, another program talks to it, or the line repeats itself; begin anew"
-                }
-                Self::UnknownName => "the board has no setting of this name",
-                Self::WrongForm => "the setting takes another kind of value",
-                Self::UnknownWord => {
-                    "the setting does not know this word, or the text is longer than 32 bytes"
-                }
-                Self::TooLarge => {
-                    "the number is outside of what the setting can hold (`softdock params list` shows its range)"
-                }
-                Self::Moves => {
-                    "the robot moves or is armed: settings cannot change now; `softdock params mode hold` first"
-                }
-                Self::NoDraft => "there is no draft",
-                Self::OnTrial => "other settings are on trial: confirm or roll them back first",
-                Self::NotOnTrial => {
-                    "nothing is on trial: the time to confirm was over, or the board started over"
-                }
-                Self::NoPrevious => "the board has no settings before the present ones",
-                Self::UnknownCommand => "no command of the operator",
-                Self::NoRobot => "the robot sends no telegrams; start RSI first",
-                Self::Busy => "too many commands wait already",
-                Self::Unconfigured => {
-                    "the board has no usable settings and runs on defaults: upload settings first"
-                }
-                Self::AnyRobot => {
-                    "`rsi.robot_ip` is empty, so whoever sends first would be the robot: set its address, or \"any\" if that is meant"
-                }
-                Self::OldRequest => {
-                    "the request has the number of an earlier one: another program talks to the board, or the line repeats itself; begin anew"
-                }
-                Self::Settings(_) | Self::Flash(_) => "",
-            }),
-        }
-    }
 }

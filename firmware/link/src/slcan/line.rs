@@ -1,7 +1,5 @@
 //! A frame as a line: `tiiildd..`, `Tiiiiiiiildd..`, and `r`, `R` without data for remote frames.
 
-use core::fmt;
-
 use heapless::Vec;
 
 use crate::can::{Frame, Id};
@@ -17,26 +15,15 @@ pub(super) const CARRIAGE_RETURN: u8 = b'\r';
 pub(super) const TIMESTAMP_DIGITS: usize = 4;
 
 /// Why there is no line for a frame, or no frame in a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SlcanError {
     /// The channel is closed: the client gets no frames.
+    #[error("the SLCAN channel is closed")]
     Closed,
     /// Not a frame: wrong command, digit, length or identifier.
+    #[error("not an SLCAN frame, expected tiiildd.., Tiiiiiiiildd.., riiil or Riiiiiiiil")]
     Syntax,
 }
-
-impl fmt::Display for SlcanError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Closed => "the SLCAN channel is closed",
-            Self::Syntax => {
-                "not an SLCAN frame, expected tiiildd.., Tiiiiiiiildd.., riiil or Riiiiiiiil"
-            }
-        })
-    }
-}
-
-impl core::error::Error for SlcanError {}
 
 /// Writes `frame` as a line with its carriage return, replacing what is in `out`.
 pub fn encode_frame_line(frame: &Frame, out: &mut Vec<u8, MAX_LINE_BYTES>) {

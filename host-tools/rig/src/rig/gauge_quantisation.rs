@@ -9,30 +9,20 @@ use softdock_control::frames::Wrench;
 use softdock_control::range::{SettingsError, in_range};
 
 /// Why gauges cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(super) enum GaugeError {
     /// A scale is out of range.
+    #[error("{0}")]
     OutOfRange(SettingsError),
     /// The calibration matrix has no inverse.
+    #[error(
+        "calibration: the matrix has no inverse (determinant {determinant}), six independent rows are needed"
+    )]
     Singular {
         /// Its determinant.
         determinant: f64,
     },
 }
-
-impl core::fmt::Display for GaugeError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::OutOfRange(error) => error.fmt(f),
-            Self::Singular { determinant } => write!(
-                f,
-                "calibration: the matrix has no inverse (determinant {determinant}), six independent rows are needed"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GaugeError {}
 
 /// Six gauges that see a wrench through a coupled calibration matrix.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,5 @@
 //! The sensor's side, for simulated sensors.
 
-use core::fmt;
-
 use heapless::Vec;
 
 use super::calibration::{AtiCalibration, ForceUnit, TorqueUnit};
@@ -21,45 +19,27 @@ pub struct AtiDevice {
 }
 
 /// Why a sensor cannot have these settings.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AtiDeviceError {
     /// More than seven bits.
+    #[error("identifier base {received:#x} has more than 7 bits")]
     BaseId {
         /// The base.
         received: u8,
     },
     /// The counts per unit on the wire are a whole number from 1 to 2^32 - 1.
+    #[error("{received} counts per unit: expected a number from 1 to {max}", max = u32::MAX)]
     CountsPerUnit {
         /// Counts per unit of force or torque, in the sensor's own unit.
         received: f64,
     },
     /// The matrix is finite in single precision.
+    #[error("row {row} of the calibration matrix is not finite in single precision")]
     Matrix {
         /// Row of the matrix.
         row: u8,
     },
 }
-
-impl fmt::Display for AtiDeviceError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::BaseId { received } => {
-                write!(f, "identifier base {received:#x} has more than 7 bits")
-            }
-            Self::CountsPerUnit { received } => write!(
-                f,
-                "{received} counts per unit: expected a number from 1 to {}",
-                u32::MAX
-            ),
-            Self::Matrix { row } => write!(
-                f,
-                "row {row} of the calibration matrix is not finite in single precision"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for AtiDeviceError {}
 
 impl AtiDevice {
     /// Serial number of every simulated sensor.
