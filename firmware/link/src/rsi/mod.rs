@@ -42,6 +42,3 @@ pub use telegram::{RobTelegram, SenTelegram, poscorr_clamps};
 /// Largest |B| up to which the robot is turned, rad (80°): near 90° A and C are not defined, and a small rotation takes
 /// a large step of both.
 pub const LARGEST_B_RAD: f64 = 1.4;
-
-/// Sensor cycle in `#IPO_FAST`, the default mode. `#IPO` has 12 ms.
-pub const RSI_CYCLE_MS: u64 = 4;

@@ -70,11 +70,6 @@ impl ZeroCrossingPause {
         }
         input * moving
     }
-
-    /// Whether the axis stands still because of the pause.
-    pub fn is_paused(&self) -> bool {
-        self.remaining_steps > 0.0
-    }
 }
 
 #[cfg(test)]
