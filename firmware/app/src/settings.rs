@@ -59,51 +59,34 @@ softdock_control::described! {
 /// The sensor's CAN link.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct CanSettings {
+pub struct CanSettings: "can" {
     /// The sensor.
-    pub sensor: SensorKind,
+    pub sensor: SensorKind = SensorKind::Ati,
     /// ATI: base of the identifiers, 7 bits.
-    pub base_id: u8,
+    pub base_id: u8 = 0x20 => 0.0..=127.0,
     /// ATI: longest time from one request to the next, s. Each telegram asks for a sample at once;
     /// this is the pace while the robot is silent.
-    pub poll_period_s: f64,
+    pub poll_period_s: f64 = 0.005 => 0.0005..=0.02,
     /// ATI: time after which an answer counts as lost, s. By default two control cycles, the age
     /// at which a sample counts as stale.
-    pub answer_timeout_s: f64,
+    pub answer_timeout_s: f64 = 0.008 => 0.0005..=1.0,
     /// ATI: gauge counts beyond which a gauge counts as saturated.
-    pub saturation_counts: i16,
+    pub saturation_counts: i16 = 32_000 => 1.0..=32767.0,
     /// SRI: force (N) and torque (N·m) beyond which an axis counts as saturated.
-    pub saturation_force_n: f64,
+    pub saturation_force_n: f64 = 1e5 => 1.0..=1e6,
     /// See `saturation_force_n`.
-    pub saturation_torque_n_m: f64,
+    pub saturation_torque_n_m: f64 = 1e5 => 0.1..=1e6,
     /// SRI: silence after which the start command is sent again, s.
-    pub stream_timeout_s: f64,
+    pub stream_timeout_s: f64 = 0.1 => 0.005..=10.0,
     /// SRI: longest time from the first to the last frame of a reading, s. On a bus 0.0005; through
     /// a serial adapter frames come in bursts and need more. Shorter than the time between two
     /// readings.
-    pub pairing_window_s: f64,
+    pub pairing_window_s: f64 = 0.0005 => 0.0001..=0.02,
     /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
     /// one is used. The exchange takes 0.35 ms at 1 Mbit/s; while the sensor does not answer, each answer to
     /// the robot is later by all of this.
-    pub sample_wait_s: f64,
+    pub sample_wait_s: f64 = 0.001,
 }
-}
-
-impl Default for CanSettings {
-    fn default() -> Self {
-        Self {
-            sensor: SensorKind::Ati,
-            base_id: 0x20,
-            poll_period_s: 0.005,
-            answer_timeout_s: 0.008,
-            saturation_counts: 32_000,
-            saturation_force_n: 1e5,
-            saturation_torque_n_m: 1e5,
-            stream_timeout_s: 0.1,
-            pairing_window_s: 0.0005,
-            sample_wait_s: 0.001,
-        }
-    }
 }
 
 softdock_control::described! {
@@ -111,38 +94,27 @@ softdock_control::described! {
 /// `softdock robot-config` writes from the same settings.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct RsiSettings {
+pub struct RsiSettings: "rsi" {
     /// `Type` of the answers.
-    pub sentype: Text,
+    pub sentype: Text = text("ImFree"),
     /// Element of the correction.
-    pub correction: Text,
+    pub correction: Text = text("RKorr"),
     /// Element of the stop request; empty: no stop request is sent.
-    pub stop: Text,
+    pub stop: Text = text("Stop"),
     /// Element with POSCORR's status; empty: not sent by the robot.
-    pub poscorr_stat: Text,
+    pub poscorr_stat: Text = text("PosCorrStat"),
     /// The robot's address. `any`: the first sender of a valid telegram is the robot, and who comes
     /// when it has been silent takes its place. Empty: likewise, but the service arms nothing.
-    pub robot_ip: Text,
+    pub robot_ip: Text = Text::new(),
     /// Silence after which another sender may become the robot, s (in cycles of 4 ms: 100).
-    pub silence_s: f64,
+    pub silence_s: f64 = 0.4 => 0.02..=60.0,
     /// Lost telegrams after which a new RSI run is assumed.
-    pub new_run_after_lost: u32,
+    pub new_run_after_lost: u32 = 100 => 1.0..=1e6,
 }
 }
 
-impl Default for RsiSettings {
-    fn default() -> Self {
-        let text = |s: &str| Text::try_from(s).unwrap_or_default();
-        Self {
-            sentype: text("ImFree"),
-            correction: text("RKorr"),
-            stop: text("Stop"),
-            poscorr_stat: text("PosCorrStat"),
-            robot_ip: Text::new(),
-            silence_s: 0.4,
-            new_run_after_lost: 100,
-        }
-    }
+fn text(of: &str) -> Text {
+    Text::try_from(of).unwrap_or_default()
 }
 
 /// What is wrong with the settings of a board.
@@ -194,24 +166,7 @@ impl BoardSettings {
     pub fn validate(&self) -> Result<(), BoardSettingsError> {
         self.control.validate()?;
         let can = &self.can;
-        in_range("can.base_id", f64::from(can.base_id), 0.0, 127.0)?;
-        in_range("can.poll_period_s", can.poll_period_s, 0.0005, 0.02)?;
-        in_range("can.answer_timeout_s", can.answer_timeout_s, 0.0005, 1.0)?;
-        in_range(
-            "can.saturation_counts",
-            f64::from(can.saturation_counts),
-            1.0,
-            32767.0,
-        )?;
-        in_range("can.saturation_force_n", can.saturation_force_n, 1.0, 1e6)?;
-        in_range(
-            "can.saturation_torque_n_m",
-            can.saturation_torque_n_m,
-            0.1,
-            1e6,
-        )?;
-        in_range("can.stream_timeout_s", can.stream_timeout_s, 0.005, 10.0)?;
-        in_range("can.pairing_window_s", can.pairing_window_s, 0.0001, 0.02)?;
+        can.check_ranges()?;
         in_range(
             "can.sample_wait_s",
             can.sample_wait_s,
@@ -220,9 +175,7 @@ impl BoardSettings {
         )?;
         self.ethercat
             .validate(self.longest_wait_s(self.ethercat.enabled))?;
-        in_range("rsi.silence_s", self.rsi.silence_s, 0.02, 60.0)?;
-        let lost = f64::from(self.rsi.new_run_after_lost);
-        in_range("rsi.new_run_after_lost", lost, 1.0, 1e6)?;
+        self.rsi.check_ranges()?;
         self.rsi.tags()?;
         self.rsi.robot_ip()?;
         self.network.build().map(|_| ())

@@ -12,6 +12,8 @@ pub struct Description {
 /// Put around a struct of settings, it keeps the doc comments of the fields as `DESCRIPTION`. The
 /// struct itself stays as it is written.
 ///
+/// Each field may have its default as well, and, with the dotted name of the struct, a range that depends on nothing else.
+///
 /// ```
 /// softdock_control::described! {
 /// /// A spring.
@@ -23,9 +25,66 @@ pub struct Description {
 /// }
 /// let fields = Spring::DESCRIPTION.fields;
 /// assert_eq!(fields, [("stiffness_n_per_m", " Stiffness, N/m.\n")]);
+///
+/// softdock_control::described! {
+/// /// A damper.
+/// pub struct Damper: "contact.damper" {
+///     /// Damping, N·s/m.
+///     pub damping_n_s_per_m: f64 = 20.0 => 0.0..=1e6,
+///     /// It only pushes.
+///     pub one_way: bool = true,
+/// }
+/// }
+/// let mut damper = Damper::default();
+/// assert!(damper.one_way && damper.check_ranges().is_ok());
+/// damper.damping_n_s_per_m = -1.0;
+/// let error = damper.check_ranges().unwrap_err();
+/// assert_eq!(error.field, "contact.damper.damping_n_s_per_m");
 /// ```
 #[macro_export]
 macro_rules! described {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident: $place:literal {
+            $($(#[doc = $line:literal])* pub $field:ident: $type:ty = $default:expr $(=> $range:expr)?,)*
+        }
+    ) => {
+        $crate::described! {
+            $(#[$about])*
+            pub struct $name {
+                $($(#[doc = $line])* pub $field: $type = $default,)*
+            }
+        }
+
+        impl $name {
+            /// Checks every field that has a range of its own; the first that does not fit is the error.
+            pub fn check_ranges(&self) -> Result<(), $crate::range::SettingsError> {
+                $($($crate::range::Ranged::check(
+                    &self.$field, concat!($place, ".", stringify!($field)), $range,
+                )?;)?)*
+                Ok(())
+            }
+        }
+    };
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident {
+            $($(#[doc = $line:literal])* pub $field:ident: $type:ty = $default:expr,)*
+        }
+    ) => {
+        $crate::described! {
+            $(#[$about])*
+            pub struct $name {
+                $($(#[doc = $line])* pub $field: $type,)*
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+    };
     (
         $(#[$about:meta])*
         pub struct $name:ident {

@@ -4,7 +4,6 @@
 //! safety controller.
 
 use crate::frames::{Twist, Wrench, small_rotation, vector};
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -13,82 +12,33 @@ crate::described! {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct LimitSettings {
+pub struct LimitSettings: "limits" {
     /// Largest translation per cycle, m.
-    pub step_m: f64,
+    pub step_m: f64 = 0.002 => 1e-6..=0.02,
     /// Largest rotation per cycle, rad.
-    pub step_rad: f64,
+    pub step_rad: f64 = 0.005 => 1e-6..=0.05,
     /// Largest speed, m/s.
-    pub speed_m_s: f64,
+    pub speed_m_s: f64 = 0.3 => 1e-4..=5.0,
     /// Largest angular speed, rad/s.
-    pub speed_rad_s: f64,
+    pub speed_rad_s: f64 = 0.5 => 1e-4..=5.0,
     /// Largest acceleration, m/s².
-    pub acceleration_m_s2: f64,
+    pub acceleration_m_s2: f64 = 10.0 => 1e-3..=1e3,
     /// Largest angular acceleration, rad/s².
-    pub acceleration_rad_s2: f64,
+    pub acceleration_rad_s2: f64 = 20.0 => 1e-3..=1e3,
     /// Half-widths of the box around the start position, axes of C, m. Smaller than the robot's
     /// own limits, which may clamp silently (POSCORR).
-    pub box_m: [f64; 3],
+    pub box_m: [f64; 3] = [0.25; 3] => 1e-4..=5.0,
     /// Largest rotation away from the start orientation, rad.
-    pub box_rad: f64,
+    pub box_rad: f64 = 0.35 => 1e-3..=1.5,
     /// Contact force that latches a fault, N.
-    pub force_n: f64,
+    pub force_n: f64 = 3000.0 => 1.0..=1e5,
     /// Contact torque about M that latches a fault, N·m.
-    pub torque_n_m: f64,
+    pub torque_n_m: f64 = 500.0 => 0.1..=1e5,
     /// Cycles in a row with any clamp that latch a fault.
-    pub clamp_fault_cycles: u32,
+    pub clamp_fault_cycles: u32 = 25 => 1.0..=1e4,
     /// An overload also asks the robot to stop (`<Stop>1</Stop>`).
-    pub stop_on_overload: bool,
+    pub stop_on_overload: bool = true,
 }
-}
-
-impl Default for LimitSettings {
-    fn default() -> Self {
-        Self {
-            step_m: 0.002,
-            step_rad: 0.005,
-            speed_m_s: 0.3,
-            speed_rad_s: 0.5,
-            acceleration_m_s2: 10.0,
-            acceleration_rad_s2: 20.0,
-            box_m: [0.25; 3],
-            box_rad: 0.35,
-            force_n: 3000.0,
-            torque_n_m: 500.0,
-            clamp_fault_cycles: 25,
-            stop_on_overload: true,
-        }
-    }
-}
-
-impl LimitSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        in_range("limits.step_m", self.step_m, 1e-6, 0.02)?;
-        in_range("limits.step_rad", self.step_rad, 1e-6, 0.05)?;
-        in_range("limits.speed_m_s", self.speed_m_s, 1e-4, 5.0)?;
-        in_range("limits.speed_rad_s", self.speed_rad_s, 1e-4, 5.0)?;
-        in_range(
-            "limits.acceleration_m_s2",
-            self.acceleration_m_s2,
-            1e-3,
-            1e3,
-        )?;
-        in_range(
-            "limits.acceleration_rad_s2",
-            self.acceleration_rad_s2,
-            1e-3,
-            1e3,
-        )?;
-        self.box_m
-            .iter()
-            .try_for_each(|b| in_range("limits.box_m", *b, 1e-4, 5.0))?;
-        in_range("limits.box_rad", self.box_rad, 1e-3, 1.5)?;
-        in_range("limits.force_n", self.force_n, 1.0, 1e5)?;
-        in_range("limits.torque_n_m", self.torque_n_m, 0.1, 1e5)?;
-        let cycles = f64::from(self.clamp_fault_cycles);
-        in_range("limits.clamp_fault_cycles", cycles, 1.0, 1e4)
-    }
 }
 
 crate::flags! {

@@ -1,5 +1,7 @@
 //! Range checks of settings, and the error that names field, value and range.
 
+use core::ops::RangeInclusive;
+
 /// Dotted name of a settings field.
 pub type FieldName = &'static str;
 
@@ -41,6 +43,37 @@ pub fn in_range(field: FieldName, value: f64, low: f64, high: f64) -> Result<(),
             low,
             high,
         })
+    }
+}
+
+/// Numbers of a setting, each of which lies in a range.
+pub trait Ranged {
+    /// `Ok` if all of them do.
+    fn check(&self, field: FieldName, range: RangeInclusive<f64>) -> Result<(), SettingsError>;
+}
+
+impl Ranged for f64 {
+    fn check(&self, field: FieldName, range: RangeInclusive<f64>) -> Result<(), SettingsError> {
+        in_range(field, *self, *range.start(), *range.end())
+    }
+}
+
+macro_rules! ranged {
+    ($($whole:ty),*) => {
+        $(impl Ranged for $whole {
+            fn check(&self, field: FieldName, range: RangeInclusive<f64>) -> Result<(), SettingsError> {
+                f64::from(*self).check(field, range)
+            }
+        })*
+    };
+}
+
+ranged! { u8, u16, i16, u32 }
+
+impl<T: Ranged, const N: usize> Ranged for [T; N] {
+    fn check(&self, field: FieldName, range: RangeInclusive<f64>) -> Result<(), SettingsError> {
+        self.iter()
+            .try_for_each(|each| each.check(field, range.clone()))
     }
 }
 

@@ -7,6 +7,7 @@
 use crate::delay::DelaySettings;
 use crate::jog::JogSettings;
 use crate::limits::LimitSettings;
+use crate::validation::LARGEST_QUATERNION;
 
 crate::described! {
 /// Everything that the control cycle needs to know, in SI units.
@@ -53,30 +54,18 @@ crate::described! {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct RobotSettings {
+pub struct RobotSettings: "robot" {
     /// Time between two telegrams of the robot, s (RSI: 0.004 for IPO_FAST, 0.012 for IPO).
-    pub cycle_s: f64,
+    pub cycle_s: f64 = 0.004 => 0.001..=0.02,
     /// Relative or absolute corrections.
-    pub correction_mode: CorrectionMode,
+    pub correction_mode: CorrectionMode = CorrectionMode::Relative,
     /// Decimals of the corrections on the wire, which are in mm and degrees (3 to 6).
-    pub correction_decimals: u8,
+    pub correction_decimals: u8 = 4 => 3.0..=6.0,
     /// Rise of the robot's counter of late answers within one run that latches a fault.
-    pub late_answers_fault: u32,
+    pub late_answers_fault: u32 = 25,
     /// Lost telegrams in a row that latch a fault; a gap up to this is only counted.
-    pub lost_telegrams_fault: u32,
+    pub lost_telegrams_fault: u32 = 10,
 }
-}
-
-impl Default for RobotSettings {
-    fn default() -> Self {
-        Self {
-            cycle_s: 0.004,
-            correction_mode: CorrectionMode::Relative,
-            correction_decimals: 4,
-            late_answers_fault: 25,
-            lost_telegrams_fault: 10,
-        }
-    }
 }
 
 /// What to do about the wrench that accelerating the tool takes (section 3.2, last bracket).
@@ -98,60 +87,39 @@ crate::described! {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct SensorSettings {
+pub struct SensorSettings: "sensor" {
     /// Origin of S in M, m.
-    pub position_m: [f64; 3],
+    pub position_m: [f64; 3] = [0.0; 3] => -10.0..=10.0,
     /// Orientation of S in M, quaternion w x y z.
-    pub orientation_wxyz: [f64; 4],
+    pub orientation_wxyz: [f64; 4] = [1.0, 0.0, 0.0, 0.0] => -LARGEST_QUATERNION..=LARGEST_QUATERNION,
     /// Zero-load reading: three forces (N), three torques (N·m).
-    pub bias: [f64; 6],
+    pub bias: [f64; 6] = [0.0; 6] => -1e5..=1e5,
     /// Gravity in C, m/s². A tilted robot base shows here.
-    pub gravity_m_s2: [f64; 3],
+    pub gravity_m_s2: [f64; 3] = [0.0, 0.0, -9.81] => -30.0..=30.0,
     /// Mass of everything beyond the sensor, kg.
-    pub tool_mass_kg: f64,
+    pub tool_mass_kg: f64 = 0.0 => 0.0..=2000.0,
     /// Centre of mass of the tool in S, m.
-    pub tool_com_m: [f64; 3],
+    pub tool_com_m: [f64; 3] = [0.0; 3] => -10.0..=10.0,
     /// Inertia tensor of the tool about its centre of mass, axes of S, kg·m².
-    pub tool_inertia_kg_m2: [[f64; 3]; 3],
+    pub tool_inertia_kg_m2: [[f64; 3]; 3] = [[0.0; 3]; 3] => -2000.0..=2000.0,
     /// Constant torque of gravity about S beyond that of the centre of mass, N·m in C (T_G of the
     /// paper; zero when `tool_com_m` is right, A13).
-    pub gravity_torque_n_m: [f64; 3],
+    pub gravity_torque_n_m: [f64; 3] = [0.0; 3] => -1e4..=1e4,
     /// Removal of the tool's inertial wrench.
-    pub dynamic_compensation: DynamicCompensation,
+    pub dynamic_compensation: DynamicCompensation = DynamicCompensation::Off,
     /// Bandwidth of the estimate of the tool's acceleration from the robot's pose, Hz.
-    pub acceleration_bandwidth_hz: f64,
+    pub acceleration_bandwidth_hz: f64 = 10.0 => 0.1..=60.0,
     /// Cycles without a new sample after which the correction is ramped to zero.
-    pub stale_after_cycles: u32,
+    pub stale_after_cycles: u32 = 2 => 1.0..=100.0,
     /// Cycles without a new sample that latch a fault (20 ms by default).
-    pub fault_after_cycles: u32,
+    pub fault_after_cycles: u32 = 5,
     /// Cycles over which new samples with six bit-identical raw words latch a fault, fewer where the
     /// largest load could do harm meanwhile; beyond `stale_after_cycles` of them the motion is held.
     /// Real gauges flicker by a count. 0 says that this sensor has no noise, as in some simulations.
-    pub frozen_after_cycles: u32,
+    pub frozen_after_cycles: u32 = 5,
     /// Status bits that are reported but do not fault.
-    pub ignored_status_bits: u32,
+    pub ignored_status_bits: u32 = 0,
 }
-}
-
-impl Default for SensorSettings {
-    fn default() -> Self {
-        Self {
-            position_m: [0.0; 3],
-            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
-            bias: [0.0; 6],
-            gravity_m_s2: [0.0, 0.0, -9.81],
-            tool_mass_kg: 0.0,
-            tool_com_m: [0.0; 3],
-            tool_inertia_kg_m2: [[0.0; 3]; 3],
-            gravity_torque_n_m: [0.0; 3],
-            dynamic_compensation: DynamicCompensation::Off,
-            acceleration_bandwidth_hz: 10.0,
-            stale_after_cycles: 2,
-            fault_after_cycles: 5,
-            frozen_after_cycles: 5,
-            ignored_status_bits: 0,
-        }
-    }
 }
 
 crate::described! {
@@ -161,47 +129,29 @@ crate::described! {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct BodySettings {
     /// Does not move, whatever acts on it (a spacecraft of unlimited mass).
-    pub fixed: bool,
+    pub fixed: bool = false,
     /// Mass, kg.
-    pub mass_kg: f64,
+    pub mass_kg: f64 = 500.0,
     /// Inertia tensor about the centre of mass, body axes, kg·m².
-    pub inertia_kg_m2: [[f64; 3]; 3],
+    pub inertia_kg_m2: [[f64; 3]; 3] = [[100.0, 0.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]],
     /// a_ARM: acceleration by the space manipulator, m/s² in C. It stands for −F_arm/m and is
     /// entered once, here (A12).
-    pub arm_acceleration_m_s2: [f64; 3],
+    pub arm_acceleration_m_s2: [f64; 3] = [0.0; 3],
     /// α_ARM: angular acceleration by the space manipulator, rad/s² in body axes.
-    pub arm_angular_acceleration_rad_s2: [f64; 3],
+    pub arm_angular_acceleration_rad_s2: [f64; 3] = [0.0; 3],
     /// Stiffness of the space manipulator, N/m: it pulls the spacecraft back to its initial position.
-    pub arm_stiffness_n_per_m: f64,
+    pub arm_stiffness_n_per_m: f64 = 0.0,
     /// Damping of the space manipulator, N·s/m: it brakes the spacecraft.
-    pub arm_damping_n_s_per_m: f64,
+    pub arm_damping_n_s_per_m: f64 = 0.0,
     /// Initial position of the centre of mass in C, m.
-    pub position_m: [f64; 3],
+    pub position_m: [f64; 3] = [0.0; 3],
     /// Initial orientation in C, quaternion w x y z.
-    pub orientation_wxyz: [f64; 4],
+    pub orientation_wxyz: [f64; 4] = [1.0, 0.0, 0.0, 0.0],
     /// Initial velocity in C, m/s.
-    pub velocity_m_s: [f64; 3],
+    pub velocity_m_s: [f64; 3] = [0.0; 3],
     /// Initial angular velocity in body axes, rad/s.
-    pub angular_velocity_rad_s: [f64; 3],
+    pub angular_velocity_rad_s: [f64; 3] = [0.0; 3],
 }
-}
-
-impl Default for BodySettings {
-    fn default() -> Self {
-        Self {
-            fixed: false,
-            mass_kg: 500.0,
-            inertia_kg_m2: [[100.0, 0.0, 0.0], [0.0, 100.0, 0.0], [0.0, 0.0, 100.0]],
-            arm_acceleration_m_s2: [0.0; 3],
-            arm_angular_acceleration_rad_s2: [0.0; 3],
-            arm_stiffness_n_per_m: 0.0,
-            arm_damping_n_s_per_m: 0.0,
-            position_m: [0.0; 3],
-            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
-            velocity_m_s: [0.0; 3],
-            angular_velocity_rad_s: [0.0; 3],
-        }
-    }
 }
 
 impl BodySettings {
@@ -221,26 +171,14 @@ crate::described! {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct FrameSettings {
     /// Origin of J (= N) in K, m.
-    pub j_position_m: [f64; 3],
+    pub j_position_m: [f64; 3] = [0.0; 3],
     /// Orientation of J in K, quaternion w x y z.
-    pub j_orientation_wxyz: [f64; 4],
+    pub j_orientation_wxyz: [f64; 4] = [1.0, 0.0, 0.0, 0.0],
     /// Origin of P in Q, m.
-    pub p_position_m: [f64; 3],
+    pub p_position_m: [f64; 3] = [0.0; 3],
     /// Orientation of P in Q, quaternion w x y z.
-    pub p_orientation_wxyz: [f64; 4],
+    pub p_orientation_wxyz: [f64; 4] = [1.0, 0.0, 0.0, 0.0],
 }
-}
-
-impl Default for FrameSettings {
-    fn default() -> Self {
-        let identity = [1.0, 0.0, 0.0, 0.0];
-        Self {
-            j_position_m: [0.0; 3],
-            j_orientation_wxyz: identity,
-            p_position_m: [0.0; 3],
-            p_orientation_wxyz: identity,
-        }
-    }
 }
 
 crate::described! {
@@ -248,34 +186,20 @@ crate::described! {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct StartSettings {
+pub struct StartSettings: "start" {
     /// Largest compensated force with which the rig may be armed, started or reset, N.
-    pub max_force_n: f64,
+    pub max_force_n: f64 = 20.0 => 0.0..=1e5,
     /// Largest compensated torque likewise, N·m.
-    pub max_torque_n_m: f64,
+    pub max_torque_n_m: f64 = 5.0 => 0.0..=1e5,
     /// Largest mean force that the `zero` command takes as the sensor's zero, N.
-    pub max_zero_force_n: f64,
+    pub max_zero_force_n: f64 = 100.0 => 0.0..=1e5,
     /// Largest mean torque likewise, N·m.
-    pub max_zero_torque_n_m: f64,
+    pub max_zero_torque_n_m: f64 = 20.0 => 0.0..=1e5,
     /// Cycles of zero correction after the start.
-    pub zero_cycles: u32,
+    pub zero_cycles: u32 = 2 => 2.0..=1e4,
     /// Cycles in which the velocity then rises to the initial velocity.
-    pub ramp_cycles: u32,
+    pub ramp_cycles: u32 = 25 => 1.0..=1e5,
     /// Time in which a stop or a stale sensor brings the velocity to zero, s.
-    pub stop_time_s: f64,
+    pub stop_time_s: f64 = 0.1,
 }
-}
-
-impl Default for StartSettings {
-    fn default() -> Self {
-        Self {
-            max_force_n: 20.0,
-            max_torque_n_m: 5.0,
-            max_zero_force_n: 100.0,
-            max_zero_torque_n_m: 20.0,
-            zero_cycles: 2,
-            ramp_cycles: 25,
-            stop_time_s: 0.1,
-        }
-    }
 }

@@ -4,9 +4,7 @@
 //! at its limit, no product of the cycle leaves ±2.1e9.
 
 use crate::range::{FieldName, SettingsError, all_within, in_range};
-use crate::settings::{
-    BodySettings, FrameSettings, RobotSettings, SensorSettings, Settings, StartSettings,
-};
+use crate::settings::{BodySettings, FrameSettings, SensorSettings, Settings, StartSettings};
 
 /// Largest mass, kg, and moment of inertia, kg·m²: with these the fixed-point build keeps four
 /// digits of an acceleration and cannot overflow.
@@ -20,7 +18,7 @@ const STIFFEST_PER_S2: f64 = 100.0;
 /// Largest damping of the manipulator over the mass, 1/s: a time constant of 25 cycles of 4 ms.
 const STRONGEST_PER_S: f64 = 10.0;
 /// Largest component of a quaternion as it is written; it is normalised when it is taken.
-const LARGEST_QUATERNION: f64 = 1.0e3;
+pub(crate) const LARGEST_QUATERNION: f64 = 1.0e3;
 
 /// Dotted names of a spacecraft's fields.
 struct BodyNames {
@@ -58,23 +56,15 @@ macro_rules! body_names {
 impl Settings {
     /// Checks every field; the first that does not fit is the error.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.robot.validate()?;
+        self.robot.check_ranges()?;
         self.sensor.validate()?;
         self.body_k.validate(&body_names!("body_k"))?;
         self.body_q.validate(&body_names!("body_q"))?;
         self.frames.validate()?;
         self.delay.validate()?;
-        self.limits.validate()?;
+        self.limits.check_ranges()?;
         self.start.validate(self.robot.cycle_s)?;
         self.jog.validate(&self.limits, self.robot.cycle_s)
-    }
-}
-
-impl RobotSettings {
-    fn validate(&self) -> Result<(), SettingsError> {
-        in_range("robot.cycle_s", self.cycle_s, 0.001, 0.02)?;
-        let decimals = f64::from(self.correction_decimals);
-        in_range("robot.correction_decimals", decimals, 3.0, 6.0)
     }
 }
 
@@ -90,42 +80,15 @@ impl FrameSettings {
 
 impl StartSettings {
     fn validate(&self, cycle_s: f64) -> Result<(), SettingsError> {
-        let loads = [
-            ("start.max_force_n", self.max_force_n),
-            ("start.max_torque_n_m", self.max_torque_n_m),
-            ("start.max_zero_force_n", self.max_zero_force_n),
-            ("start.max_zero_torque_n_m", self.max_zero_torque_n_m),
-        ];
-        loads
-            .into_iter()
-            .try_for_each(|(field, load)| in_range(field, load, 0.0, 1e5))?;
-        let (zero, ramp) = (self.zero_cycles, self.ramp_cycles);
-        in_range("start.zero_cycles", f64::from(zero), 2.0, 1e4)?;
-        in_range("start.ramp_cycles", f64::from(ramp), 1.0, 1e5)?;
+        self.check_ranges()?;
         in_range("start.stop_time_s", self.stop_time_s, cycle_s, 10.0)
     }
 }
 
 impl SensorSettings {
     fn validate(&self) -> Result<(), SettingsError> {
-        all_within("sensor.position_m", &self.position_m, 10.0)?;
-        all_within(
-            "sensor.orientation_wxyz",
-            &self.orientation_wxyz,
-            LARGEST_QUATERNION,
-        )?;
-        all_within("sensor.bias", &self.bias, 1e5)?;
-        all_within("sensor.gravity_m_s2", &self.gravity_m_s2, 30.0)?;
-        in_range("sensor.tool_mass_kg", self.tool_mass_kg, 0.0, 2000.0)?;
-        all_within("sensor.tool_com_m", &self.tool_com_m, 10.0)?;
-        self.tool_inertia_kg_m2
-            .iter()
-            .try_for_each(|row| all_within("sensor.tool_inertia_kg_m2", row, 2000.0))?;
-        all_within("sensor.gravity_torque_n_m", &self.gravity_torque_n_m, 1e4)?;
-        let bandwidth = self.acceleration_bandwidth_hz;
-        in_range("sensor.acceleration_bandwidth_hz", bandwidth, 0.1, 60.0)?;
+        self.check_ranges()?;
         let stale = f64::from(self.stale_after_cycles);
-        in_range("sensor.stale_after_cycles", stale, 1.0, 100.0)?;
         let fault = f64::from(self.fault_after_cycles);
         in_range("sensor.fault_after_cycles", fault, stale, 1000.0)
     }

@@ -1,36 +1,24 @@
 //! The board's place on the network of the robot.
 
-use super::{BoardSettingsError, Text};
+use super::{BoardSettingsError, Text, text};
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 softdock_control::described! {
 /// The board's place on the network. A board that is a process listens where it is told to instead.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct NetworkSettings {
+pub struct NetworkSettings: "network" {
     /// Static IPv4 address of the board, in the robot's subnet.
-    pub address: Text,
+    pub address: Text = text("192.168.1.20"),
     /// Length of the subnet's prefix, bits: 24 is the mask 255.255.255.0.
-    pub prefix_bits: u8,
+    pub prefix_bits: u8 = 24 => 1.0..=30.0,
     /// Gateway to other subnets; empty: none.
-    pub gateway: Text,
+    pub gateway: Text = Text::new(),
     /// UDP port that takes the robot's telegrams.
-    pub rsi_port: u16,
+    pub rsi_port: u16 = 49_152 => 1.0..=65_535.0,
     /// Address and port of the recorder that gets each cycle, as "192.168.1.5:49200"; empty: none.
-    pub recorder: Text,
+    pub recorder: Text = Text::new(),
 }
-}
-
-impl Default for NetworkSettings {
-    fn default() -> Self {
-        Self {
-            address: Text::try_from("192.168.1.20").unwrap_or_default(),
-            prefix_bits: 24,
-            gateway: Text::new(),
-            rsi_port: 49_152,
-            recorder: Text::new(),
-        }
-    }
 }
 
 /// The settings, ready for a network stack.
@@ -51,10 +39,7 @@ pub struct Network {
 impl NetworkSettings {
     /// Checks the settings and makes them ready for a network stack.
     pub fn build(&self) -> Result<Network, BoardSettingsError> {
-        let prefix_bits = f64::from(self.prefix_bits);
-        softdock_control::range::in_range("network.prefix_bits", prefix_bits, 1.0, 30.0)?;
-        let port = f64::from(self.rsi_port);
-        softdock_control::range::in_range("network.rsi_port", port, 1.0, 65_535.0)?;
+        self.check_ranges()?;
         Ok(Network {
             address: host("network.address", &self.address)?,
             prefix_bits: self.prefix_bits,

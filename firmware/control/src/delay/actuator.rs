@@ -8,41 +8,27 @@
 use crate::range::{SettingsError, in_range};
 
 crate::described! {
-/// The robot's delay and its structure. Laws that need none of it ignore it.
+/// The robot's delay and its structure. Laws that need none of it ignore it. By default the delay that is seen at a common
+/// industrial robot, and nothing else.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct ActuatorSettings {
     /// Transport delay from a command to its execution, s.
-    pub delay_s: f64,
+    pub delay_s: f64 = 0.032,
     /// Time constant of a first-order lag behind it, s; 0 is none.
-    pub lag_s: f64,
+    pub lag_s: f64 = 0.0,
     /// Natural frequency of a second-order servo behind that, Hz; 0 is none.
-    pub servo_hz: f64,
+    pub servo_hz: f64 = 0.0,
     /// Damping ratio of the servo.
-    pub servo_damping: f64,
+    pub servo_damping: f64 = 0.7,
     /// Time for which the robot stands still when its velocity crosses zero, s.
-    pub pause_s: f64,
+    pub pause_s: f64 = 0.0,
     /// Cycles by which the reported pose is older than the measured force.
-    pub feedback_latency_cycles: u8,
+    pub feedback_latency_cycles: u8 = 0,
     /// That number has been measured. If not, a law that depends on it finds out by itself.
-    pub feedback_latency_known: bool,
+    pub feedback_latency_known: bool = false,
 }
-}
-
-/// The delay that is seen at a common industrial robot, and nothing else.
-impl Default for ActuatorSettings {
-    fn default() -> Self {
-        Self {
-            delay_s: 0.032,
-            lag_s: 0.0,
-            servo_hz: 0.0,
-            servo_damping: 0.7,
-            pause_s: 0.0,
-            feedback_latency_cycles: 0,
-            feedback_latency_known: false,
-        }
-    }
 }
 
 impl ActuatorSettings {

@@ -22,7 +22,6 @@ use super::contact::ContactLine;
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
@@ -46,36 +45,14 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct DesiredRestitutionSettings {
+pub struct DesiredRestitutionSettings: "delay.desired_restitution" {
     /// Restitution that the contact is to have.
-    pub restitution: f64,
+    pub restitution: f64 = 1.0 => 0.0..=1.0,
     /// Stiffness of the contact along its direction, N/m: it must be known.
-    pub stiffness_n_per_m: f64,
+    pub stiffness_n_per_m: f64 = 1e5 => 10.0..=1e8,
     /// Force from which a contact counts, N: beyond the sensor's noise.
-    pub threshold_n: f64,
+    pub threshold_n: f64 = 1.0 => 0.01..=1e3,
 }
-}
-
-impl Default for DesiredRestitutionSettings {
-    fn default() -> Self {
-        Self {
-            restitution: 1.0,
-            stiffness_n_per_m: 1e5,
-            threshold_n: 1.0,
-        }
-    }
-}
-
-impl DesiredRestitutionSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let (e, k) = (self.restitution, self.stiffness_n_per_m);
-        in_range("delay.desired_restitution.restitution", e, 0.0, 1.0)?;
-        let name = "delay.desired_restitution.stiffness_n_per_m";
-        in_range(name, k, 10.0, 1e8)?;
-        let name = "delay.desired_restitution.threshold_n";
-        in_range(name, self.threshold_n, 0.01, 1e3)
-    }
 }
 
 /// The law and its contact. It counts in f64 whatever the scalar of the cycle is.

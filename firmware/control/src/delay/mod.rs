@@ -228,15 +228,15 @@ impl DelaySettings {
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.actuator.validate()?;
         self.seed.validate()?;
-        self.predictor.validate()?;
+        self.predictor.check_ranges()?;
         self.lead.validate()?;
-        self.polynomial.validate()?;
-        self.ats.validate()?;
-        self.smith.validate()?;
-        self.smith_dead_zone.validate()?;
-        self.desired_restitution.validate()?;
-        self.switching_gain.validate()?;
-        self.passivity.validate()
+        self.polynomial.check_ranges()?;
+        self.ats.check_ranges()?;
+        self.smith.check_ranges()?;
+        self.smith_dead_zone.check_ranges()?;
+        self.desired_restitution.check_ranges()?;
+        self.switching_gain.check_ranges()?;
+        self.passivity.check_ranges()
     }
 
     /// Time from the instant that the model's velocity stands for to its execution, s: the mean

@@ -28,7 +28,6 @@ use super::contact::{Along, ContactLine, LATENCIES, saturated};
 use super::status::{LawFlags, LawStatus};
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Ranges in which energy per mass, mm²/s², speed, mm/s, and acceleration, mm/s², stay.
@@ -45,31 +44,12 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct PassivitySettings {
+pub struct PassivitySettings: "delay.passivity" {
     /// Force from which a contact counts, N: beyond the sensor's noise.
-    pub threshold_n: f64,
+    pub threshold_n: f64 = 1.0 => 0.01..=1e3,
     /// Part of the model's speed that a cycle takes away at most.
-    pub largest_share: f64,
+    pub largest_share: f64 = 0.3 => 0.01..=0.9,
 }
-}
-
-impl Default for PassivitySettings {
-    fn default() -> Self {
-        Self {
-            threshold_n: 1.0,
-            largest_share: 0.3,
-        }
-    }
-}
-
-impl PassivitySettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let threshold = self.threshold_n;
-        in_range("delay.passivity.threshold_n", threshold, 0.01, 1e3)?;
-        let share = self.largest_share;
-        in_range("delay.passivity.largest_share", share, 0.01, 0.9)
-    }
 }
 
 /// Observer and controller, as a law or beside one.
@@ -386,14 +366,14 @@ mod tests {
             threshold_n,
             largest_share,
         };
-        assert!(PassivitySettings::default().validate().is_ok());
+        assert!(PassivitySettings::default().check_ranges().is_ok());
         for refused in [
             settings(0.0, 0.3),
             settings(2e3, 0.3),
             settings(1.0, 0.0),
             settings(1.0, 1.0),
         ] {
-            assert!(refused.validate().is_err(), "{refused:?}");
+            assert!(refused.check_ranges().is_err(), "{refused:?}");
         }
     }
 }

@@ -15,7 +15,6 @@
 use super::axes::{components, saturated, twist};
 use super::{DelaySettings, LawOutput};
 use crate::frames::Twist;
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 /// Cycles that are remembered: a delay of 42 cycles or 0.17 s for n = 3, beyond what the law could
@@ -27,29 +26,12 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct PolynomialSettings {
+pub struct PolynomialSettings: "delay.polynomial" {
     /// Degree of the polynomial, 2 or 3.
-    pub order: u8,
+    pub order: u8 = 3 => 2.0..=3.0,
     /// Added to the believed delay, s: negative leads less.
-    pub extra_s: f64,
+    pub extra_s: f64 = 0.0 => -0.05..=0.05,
 }
-}
-
-impl Default for PolynomialSettings {
-    fn default() -> Self {
-        Self {
-            order: 3,
-            extra_s: 0.0,
-        }
-    }
-}
-
-impl PolynomialSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        in_range("delay.polynomial.order", self.order.into(), 2.0, 3.0)?;
-        in_range("delay.polynomial.extra_s", self.extra_s, -0.05, 0.05)
-    }
 }
 
 /// The law on six components.

@@ -46,67 +46,40 @@ crate::described! {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct SeedSettings {
     /// Coefficients of the three translations, b and c.
-    pub translation: SeedCoefficients,
+    pub translation: SeedCoefficients = SeedCoefficients::default(),
     /// Coefficients of the three rotations, h and k. Not printed; those of the translations, in
     /// mrad/s.
-    pub rotation: SeedCoefficients,
+    pub rotation: SeedCoefficients = SeedCoefficients::default(),
     /// v_min,dv: smallest change of velocity that counts, mm/s per cycle.
-    pub threshold_mm_s: f64,
+    pub threshold_mm_s: f64 = 0.005,
     /// Saturation of dv, mm/s per cycle. 0.15 to 0.165 makes the printed coefficients work (A2).
-    pub saturation_mm_s: f64,
+    pub saturation_mm_s: f64 = 0.16,
     /// Low-pass on the model's velocity for dv and the signs, Hz. 4 to 10 works (A2).
-    pub low_pass_hz: f64,
+    pub low_pass_hz: f64 = 7.0,
     /// Not in print: a sample whose |dv| is below the threshold is left out of the sums.
-    pub gate_sums: bool,
+    pub gate_sums: bool = false,
     /// Not in print: the sums restart after this many cycles below the threshold; 0 is never.
-    pub reset_after_quiet_cycles: u32,
+    pub reset_after_quiet_cycles: u32 = 0,
 }
 }
 
 crate::described! {
-/// Coefficients of the paper's law.
+/// Coefficients of the paper's law; by default the printed values (section 4.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
 pub struct SeedCoefficients {
     /// b0 (h0): of the sign of the velocity difference.
-    pub b0: f64,
+    pub b0: f64 = 0.1,
     /// b1 (h1): of the velocity difference.
-    pub b1: f64,
+    pub b1: f64 = 2.0,
     /// c1 to c4 (k1 to k4): of the sums of its powers.
-    pub c: [f64; 4],
+    pub c: [f64; 4] = [2.57, -16.81, 146.0, 1337.0],
     /// k_p of the regression.
-    pub k_p: f64,
+    pub k_p: f64 = 0.005,
     /// k_i of the regression.
-    pub k_i: f64,
+    pub k_i: f64 = 0.000_005,
 }
-}
-
-impl Default for SeedCoefficients {
-    /// The printed values (section 4.3).
-    fn default() -> Self {
-        Self {
-            b0: 0.1,
-            b1: 2.0,
-            c: [2.57, -16.81, 146.0, 1337.0],
-            k_p: 0.005,
-            k_i: 0.000_005,
-        }
-    }
-}
-
-impl Default for SeedSettings {
-    fn default() -> Self {
-        Self {
-            translation: SeedCoefficients::default(),
-            rotation: SeedCoefficients::default(),
-            threshold_mm_s: 0.005,
-            saturation_mm_s: 0.16,
-            low_pass_hz: 7.0,
-            gate_sums: false,
-            reset_after_quiet_cycles: 0,
-        }
-    }
 }
 
 /// Dotted names of b0, b1, k_p, k_i, and of c.

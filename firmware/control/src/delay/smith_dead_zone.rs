@@ -16,7 +16,6 @@
 use super::smith::Smith;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::Wrench;
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 
 crate::described! {
@@ -24,30 +23,12 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct SmithDeadZoneSettings {
+pub struct SmithDeadZoneSettings: "delay.smith_dead_zone" {
     /// δ: force below which nothing is felt, N.
-    pub dead_zone_n: f64,
+    pub dead_zone_n: f64 = 1.0 => 0.0..=1e3,
     /// g: gain of the observer per cycle.
-    pub observer_gain: f64,
+    pub observer_gain: f64 = 0.5 => 0.01..=1.0,
 }
-}
-
-impl Default for SmithDeadZoneSettings {
-    fn default() -> Self {
-        Self {
-            dead_zone_n: 1.0,
-            observer_gain: 0.5,
-        }
-    }
-}
-
-impl SmithDeadZoneSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let (zone, gain) = (self.dead_zone_n, self.observer_gain);
-        in_range("delay.smith_dead_zone.dead_zone_n", zone, 0.0, 1e3)?;
-        in_range("delay.smith_dead_zone.observer_gain", gain, 0.01, 1.0)
-    }
 }
 
 /// The law: a Smith predictor, and the observer before it.

@@ -21,7 +21,6 @@ use super::contact::ContactLine;
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use nalgebra::ComplexField;
 
@@ -36,45 +35,18 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct SwitchingGainSettings {
+pub struct SwitchingGainSettings: "delay.switching_gain" {
     /// K₀: gain where no energy was lost; 1 leads by the delay.
-    pub gain: f64,
+    pub gain: f64 = 1.0 => 0.0..=LARGEST_GAIN,
     /// γ: gain more for energy as large as that of the approach.
-    pub gain_by_energy: f64,
+    pub gain_by_energy: f64 = 0.5 => 0.0..=100.0,
     /// Largest second derivative of the force that the differentiator follows, N/s².
-    pub acceleration_n_per_s2: f64,
+    pub acceleration_n_per_s2: f64 = 1e6 => 1.0..=1e10,
     /// Filter of the differentiator, cycles.
-    pub filter_cycles: f64,
+    pub filter_cycles: f64 = 1.0 => 1.0..=50.0,
     /// Force from which a contact counts, N: beyond the sensor's noise.
-    pub threshold_n: f64,
+    pub threshold_n: f64 = 1.0 => 0.01..=1e3,
 }
-}
-
-impl Default for SwitchingGainSettings {
-    fn default() -> Self {
-        Self {
-            gain: 1.0,
-            gain_by_energy: 0.5,
-            acceleration_n_per_s2: 1e6,
-            filter_cycles: 1.0,
-            threshold_n: 1.0,
-        }
-    }
-}
-
-impl SwitchingGainSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let more = self.gain_by_energy;
-        let fastest = self.acceleration_n_per_s2;
-        let (filter, threshold) = (self.filter_cycles, self.threshold_n);
-        in_range("delay.switching_gain.gain", self.gain, 0.0, LARGEST_GAIN)?;
-        in_range("delay.switching_gain.gain_by_energy", more, 0.0, 100.0)?;
-        let name = "delay.switching_gain.acceleration_n_per_s2";
-        in_range(name, fastest, 1.0, 1e10)?;
-        in_range("delay.switching_gain.filter_cycles", filter, 1.0, 50.0)?;
-        in_range("delay.switching_gain.threshold_n", threshold, 0.01, 1e3)
-    }
 }
 
 /// The law and its contact. It counts in f64 whatever the scalar of the cycle is.

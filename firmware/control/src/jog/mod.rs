@@ -67,26 +67,15 @@ crate::described! {
 pub struct JogSettings {
     /// Mean speed along an axis, m/s. It goes 1.6 times as fast, and changes by 1.8 times as much
     /// from one cycle to the next: `limits` must allow both.
-    pub speed_m_s: f64,
+    pub speed_m_s: f64 = 0.02,
     /// Distance to one side beyond which it never goes, m: at least half a second of the way
     /// forward at 4 ms, at most the smallest of `limits.box_m`.
-    pub reach_m: f64,
+    pub reach_m: f64 = 0.05,
     /// Mean angular speed, rad/s, likewise.
-    pub speed_rad_s: f64,
+    pub speed_rad_s: f64 = 0.03,
     /// Angle likewise, rad: at most `limits.box_rad`.
-    pub reach_rad: f64,
+    pub reach_rad: f64 = 0.075,
 }
-}
-
-impl Default for JogSettings {
-    fn default() -> Self {
-        Self {
-            speed_m_s: 0.02,
-            reach_m: 0.05,
-            speed_rad_s: 0.03,
-            reach_rad: 0.075,
-        }
-    }
 }
 
 /// Bounds of a kind of motion.

@@ -104,11 +104,11 @@ fn every_setting_has_its_range() {
             s.clamp_fault_cycles = v as u32
         }),
     ];
-    assert_eq!(LimitSettings::default().validate(), Ok(()));
+    assert_eq!(LimitSettings::default().check_ranges(), Ok(()));
     for (name, spoil) in fields {
         let mut settings = LimitSettings::default();
         spoil(&mut settings, 0.0);
-        let error = settings.validate().unwrap_err();
+        let error = settings.check_ranges().unwrap_err();
         assert_eq!((error.field, error.received), (name, 0.0));
     }
 }

@@ -31,7 +31,6 @@ use super::contact::step;
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::Pose;
-use crate::range::{FieldName, SettingsError, in_range};
 use crate::scalar::Scalar;
 use estimator::{Gains, LowPass, Regression};
 
@@ -40,41 +39,17 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct AtsSettings {
+pub struct AtsSettings: "delay.ats" {
     /// Time in which a sample's weight falls to 1/e, s.
-    pub window_s: f64,
+    pub window_s: f64 = 1.0 => 0.1..=10.0,
     /// Corner of the low-pass on command and measurement, Hz.
-    pub filter_hz: f64,
+    pub filter_hz: f64 = 10.0 => 1.0..=50.0,
     /// Strength of the belief: motion, m, at which data and belief weigh the same. In rad for the
     /// rotations.
-    pub ridge_m: f64,
+    pub ridge_m: f64 = 2e-5 => 1e-6..=1e-2,
     /// Largest deviation of the three coefficients from 1, τ and τ²/2, as a part of these.
-    pub bounds: [f64; 3],
+    pub bounds: [f64; 3] = [0.05, 0.5, 1.0] => 0.0..=1.0,
 }
-}
-
-impl Default for AtsSettings {
-    fn default() -> Self {
-        Self {
-            window_s: 1.0,
-            filter_hz: 10.0,
-            ridge_m: 2e-5,
-            bounds: [0.05, 0.5, 1.0],
-        }
-    }
-}
-
-impl AtsSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        in_range("delay.ats.window_s", self.window_s, 0.1, 10.0)?;
-        in_range("delay.ats.filter_hz", self.filter_hz, 1.0, 50.0)?;
-        in_range("delay.ats.ridge_m", self.ridge_m, 1e-6, 1e-2)?;
-        const BOUNDS: FieldName = "delay.ats.bounds";
-        self.bounds
-            .iter()
-            .try_for_each(|bound| in_range(BOUNDS, *bound, 0.0, 1.0))
-    }
 }
 
 /// Motion, mm or mrad from the start, beyond which a component does not learn: there the sums would

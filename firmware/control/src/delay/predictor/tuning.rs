@@ -4,49 +4,25 @@
 //! one does. Numbers without a measurement beside them are engineering choices, held by the tests
 //! `delay_predictor`. A number that is the same as another by chance stands twice: it has another reason.
 
-use crate::range::{SettingsError, in_range};
-
 crate::described! {
 /// What the predictor cannot find out, or should not.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct PredictorSettings {
+pub struct PredictorSettings: "delay.predictor" {
     /// Stiffness that is expected of the contact, N/m; it need not be better than a factor of
     /// three. 0: derived from the masses and the robot's delay, as the stiffness at which the
     /// contact lasts five delays.
-    pub contact_stiffness_n_per_m: f64,
+    pub contact_stiffness_n_per_m: f64 = 0.0 => 0.0..=1e8,
     /// Noise of a force, standard deviation, N: the least that is assumed. The approach to the first
     /// contact shows whether it is more.
-    pub force_noise_n: f64,
+    pub force_noise_n: f64 = 0.002 => 1e-4..=100.0,
     /// The rebound is held to the identified contact, or to a passive one, where it departs from
     /// it; each such action is reported.
-    pub guard: bool,
+    pub guard: bool = true,
     /// A robot that does not move as `delay.actuator` says latches a fault before the first contact.
-    pub interlock: bool,
+    pub interlock: bool = true,
 }
-}
-
-impl Default for PredictorSettings {
-    fn default() -> Self {
-        Self {
-            contact_stiffness_n_per_m: 0.0,
-            force_noise_n: 0.002,
-            guard: true,
-            interlock: true,
-        }
-    }
-}
-
-impl PredictorSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let stiffness = self.contact_stiffness_n_per_m;
-        let name = "delay.predictor.contact_stiffness_n_per_m";
-        in_range(name, stiffness, 0.0, 1e8)?;
-        let noise = self.force_noise_n;
-        in_range("delay.predictor.force_noise_n", noise, 1e-4, 100.0)
-    }
 }
 
 // Sizes.
@@ -337,14 +313,14 @@ mod tests {
             force_noise_n,
             ..PredictorSettings::default()
         };
-        assert!(PredictorSettings::default().validate().is_ok());
+        assert!(PredictorSettings::default().check_ranges().is_ok());
         for (settings, field) in [
             (settings(-1.0, 0.1), "contact_stiffness_n_per_m"),
             (settings(2e8, 0.1), "contact_stiffness_n_per_m"),
             (settings(0.0, 0.0), "force_noise_n"),
             (settings(0.0, 101.0), "force_noise_n"),
         ] {
-            let error = settings.validate().unwrap_err();
+            let error = settings.check_ranges().unwrap_err();
             assert_eq!(error.field, format!("delay.predictor.{field}"));
         }
     }

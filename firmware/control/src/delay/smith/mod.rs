@@ -34,7 +34,6 @@ use super::contact::{Along, ContactLine, saturated};
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput, LawOutput};
 use crate::frames::{Twist, Wrench};
-use crate::range::{SettingsError, in_range};
 use crate::scalar::Scalar;
 use replay::Replay;
 
@@ -46,41 +45,18 @@ crate::described! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields, default))]
-pub struct SmithSettings {
+pub struct SmithSettings: "delay.smith" {
     /// Stiffness of the contact along its direction, N/m: known, or where identification begins.
-    pub stiffness_n_per_m: f64,
+    pub stiffness_n_per_m: f64 = 1e5 => 10.0..=1e8,
     /// Damping of the contact, N·s/m; never identified.
-    pub damping_n_s_per_m: f64,
+    pub damping_n_s_per_m: f64 = 0.0 => 0.0..=1e6,
     /// The stiffness is identified on line.
-    pub identify: bool,
+    pub identify: bool = true,
     /// Force from which a contact counts, N: beyond the sensor's noise.
-    pub threshold_n: f64,
+    pub threshold_n: f64 = 1.0 => 0.01..=1e3,
     /// Time constant with which the robot is led back to the model's position, s.
-    pub catch_up_s: f64,
+    pub catch_up_s: f64 = 0.04 => 0.02..=10.0,
 }
-}
-
-impl Default for SmithSettings {
-    fn default() -> Self {
-        Self {
-            stiffness_n_per_m: 1e5,
-            damping_n_s_per_m: 0.0,
-            identify: true,
-            threshold_n: 1.0,
-            catch_up_s: 0.04,
-        }
-    }
-}
-
-impl SmithSettings {
-    /// Checks every field.
-    pub fn validate(&self) -> Result<(), SettingsError> {
-        let (stiffness, damping) = (self.stiffness_n_per_m, self.damping_n_s_per_m);
-        in_range("delay.smith.stiffness_n_per_m", stiffness, 10.0, 1e8)?;
-        in_range("delay.smith.damping_n_s_per_m", damping, 0.0, 1e6)?;
-        in_range("delay.smith.threshold_n", self.threshold_n, 0.01, 1e3)?;
-        in_range("delay.smith.catch_up_s", self.catch_up_s, 0.02, 10.0)
-    }
 }
 
 /// The law and the contact that it follows.
