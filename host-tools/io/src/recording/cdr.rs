@@ -2,7 +2,7 @@
 //! DDS-XTypes 1.3, 7.4.3), little-endian. Each number is aligned to its own size, counted from
 //! the end of the four-byte encapsulation header; arrays of fixed length have no length word.
 
-use super::field::{EachNumber, Field, Number, Visitor};
+use super::field::{EachNumber, Field, Number, Visitor, Words};
 
 /// Encapsulation header: representation CDR_LE, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
@@ -176,12 +176,7 @@ impl Visitor for Decoder<'_> {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        field: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), CdrError> {
+    fn choice(&mut self, field: &Field, words: Words, code: &mut u8) -> Result<(), CdrError> {
         let bytes = self.take(field, 1)?;
         *code = bytes
             .first()

@@ -112,6 +112,9 @@ fn joined(words: &[&str]) -> String {
     words.join("_")
 }
 
+/// The words of a choice, in the order of their codes.
+pub(super) type Words = &'static [&'static str];
+
 /// A way of going through the fields of a message. Each field is seen as a mutable place, so
 /// that the same walk reads and writes.
 pub(super) trait Visitor {
@@ -122,12 +125,7 @@ pub(super) trait Visitor {
     fn numbers<T: Number>(&mut self, field: &Field, values: &mut [T]) -> Result<(), Self::Error>;
 
     /// One of several words; `code` is its place in `words`.
-    fn choice(
-        &mut self,
-        field: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Self::Error>;
+    fn choice(&mut self, field: &Field, words: Words, code: &mut u8) -> Result<(), Self::Error>;
 }
 
 /// A visitor to which all numbers are alike: each of an array by itself, a word by its code.
@@ -150,12 +148,7 @@ impl<V: EachNumber> Visitor for V {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        _: &Field,
-        _: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
+    fn choice(&mut self, _: &Field, _: Words, code: &mut u8) -> Result<(), Infallible> {
         self.number(*code);
         Ok(())
     }

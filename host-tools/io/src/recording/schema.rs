@@ -1,6 +1,6 @@
 //! Description of the messages: the `ros2msg` schemas of MCAP and the columns of CSV.
 
-use super::field::{Field, Number, Visitor};
+use super::field::{Field, Number, Visitor, Words};
 use super::topics::{Form, Row};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -119,12 +119,7 @@ impl Visitor for Describer {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        field: &Field,
-        words: &'static [&'static str],
-        _: &mut u8,
-    ) -> Result<(), Infallible> {
+    fn choice(&mut self, field: &Field, words: Words, _: &mut u8) -> Result<(), Infallible> {
         self.0.push(Described {
             field: *field,
             ros_type: "uint8",

@@ -1,6 +1,6 @@
 //! Numbers in single precision: half as long, and of a number that is new in each cycle zstd leaves nearly all of its bytes.
 
-use super::field::{Field, Number, Parts, Visitor};
+use super::field::{Field, Number, Parts, Visitor, Words};
 
 /// The longest field of numbers that a cycle computes: a quaternion.
 const LONGEST: usize = 4;
@@ -29,12 +29,7 @@ impl<V: Visitor> Visitor for Single<'_, V> {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        field: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), V::Error> {
+    fn choice(&mut self, field: &Field, words: Words, code: &mut u8) -> Result<(), V::Error> {
         self.0.choice(field, words, code)
     }
 }

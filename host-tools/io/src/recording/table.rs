@@ -7,7 +7,7 @@
 //! indexed: an index entry is as long as two numbers, and a reader without one goes through the file.
 
 use super::cdr::{CdrError, Decoder, Encoder};
-use super::field::{EachNumber, Field, Number, Visitor};
+use super::field::{EachNumber, Field, Number, Visitor, Words};
 use super::schema::{Described, declarations, describe_column, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
@@ -94,12 +94,7 @@ impl<V: Visitor> Visitor for Picked<'_, V> {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        field: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), V::Error> {
+    fn choice(&mut self, field: &Field, words: Words, code: &mut u8) -> Result<(), V::Error> {
         match self.wanted.next() {
             Some(true) => self.inner.choice(field, words, code),
             _ => Ok(()),

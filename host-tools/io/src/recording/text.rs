@@ -1,6 +1,6 @@
 //! Messages as text: the cells of a CSV row.
 
-use super::field::{Field, Number, Visitor};
+use super::field::{Field, Number, Visitor, Words};
 use super::schema::fields;
 use super::topics::Topic;
 use std::convert::Infallible;
@@ -26,12 +26,7 @@ impl Visitor for CellWriter {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        _: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), Infallible> {
+    fn choice(&mut self, _: &Field, words: Words, code: &mut u8) -> Result<(), Infallible> {
         let word = words.get(usize::from(*code)).copied();
         self.cells.push(word.unwrap_or_default().to_owned());
         Ok(())
@@ -87,12 +82,7 @@ impl Visitor for CellReader<'_> {
         Ok(())
     }
 
-    fn choice(
-        &mut self,
-        _: &Field,
-        words: &'static [&'static str],
-        code: &mut u8,
-    ) -> Result<(), CellError> {
+    fn choice(&mut self, _: &Field, words: Words, code: &mut u8) -> Result<(), CellError> {
         let place = |text: &str| words.iter().position(|word| *word == text);
         let parse = |text: &str| place(text).and_then(|place| u8::try_from(place).ok());
         *code = self.next(parse, || format!("one of {}", words.join(", ")))?;
