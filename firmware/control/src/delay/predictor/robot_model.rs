@@ -249,25 +249,28 @@ mod tests {
             }
         }
     }
-    /// In every bit, whatever the robot and wherever it turns, rests and starts.
+    /// In every bit, whatever the robot and wherever it turns, rests and starts; from rest, and from the last cycle before one.
     #[test]
     fn following_commands_is_executing_each() {
-        let commands: [f64; 90] = core::array::from_fn(|n| {
+        let commands: [f64; 120] = core::array::from_fn(|n| {
             let t = n as f64 * CYCLE_S;
             let command = 0.005 * (9.0 * t).sin() + 0.002 * (61.0 * t).cos();
             if n % 40 < 9 { 0.0 } else { command }
         });
         for (delay, lag_s) in [(2.0, 0.0), (2.3, 0.0), (0.0, 0.0), (1.5, 0.016)] {
-            for pause in [0.0, 0.4, 4.0] {
+            for (pause, first) in [(0.0, 0), (0.4, 0), (4.0, 0), (0.4, 79), (4.0, 79)] {
                 let model = RobotModel::new(&robot(delay, pause, lag_s, 0.0), CYCLE_S, 0.0);
+                let commands = &commands[first..];
                 let mut each = AxisState::default();
-                let expected: [f64; 89] = core::array::from_fn(|n| {
-                    each.step(&model, commands[n], commands[n + 1]);
-                    each.position
+                let expected = commands.windows(2).map(|pair| {
+                    each.step(&model, pair[0], pair[1]);
+                    each.position.to_bits()
                 });
-                let (mut at_once, mut path) = (AxisState::default(), [0.0; 89]);
-                at_once.follow(&model, &commands, &mut path);
-                assert_eq!(path.map(f64::to_bits), expected.map(f64::to_bits));
+                let expected: Vec<u64> = expected.collect();
+                let (mut at_once, mut path) = (AxisState::default(), vec![0.0; expected.len()]);
+                at_once.follow(&model, commands, &mut path);
+                let found: Vec<u64> = path.into_iter().map(f64::to_bits).collect();
+                assert_eq!(found, expected);
                 assert_eq!(format!("{at_once:?}"), format!("{each:?}"));
             }
         }
