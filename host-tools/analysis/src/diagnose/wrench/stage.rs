@@ -88,7 +88,7 @@ struct Work<'a> {
 }
 
 /// Searches. Tolerances that the answer strains are taken away, and the search begins anew; what moves the reading in
-/// time is asked once more beside what was found.
+/// time, and what the shapes that are tried may hide, is asked once more beside what was found.
 pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     /// Tolerances that turn out to be strained when others were taken away.
     const ROUNDS: usize = 3;
