@@ -42,11 +42,12 @@ impl ErrorReduction {
         asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
         let wrench = stages.wrench.as_ref();
+        let found = named::all(model, stages);
         let mut known = Known {
             model,
             recordings,
-            found: named::all(model, stages),
-            all: named::all(model, stages),
+            all: found.clone(),
+            found,
             refitted: None,
             predictions: HashMap::new(),
             // Where no structure is left, the two likelihoods agree.

@@ -199,13 +199,16 @@ fn amounts_of_logs(one: &Disagreement, fitted: usize) -> impl Iterator<Item = St
     one.amounts.iter().map(move |(name, unit, of_logs)| {
         let values: Vec<String> = of_logs.iter().map(|v| number::significant(*v, 3)).collect();
         let unseen = match values.get(fitted..) {
-            Some(unseen @ [_, ..]) => format!("; of those of --test {}", listed(unseen)),
+            Some(unseen @ [_, ..]) => format!("; those of --test {}", listed(unseen)),
             _ => String::new(),
         };
         let of_fit = listed(&values[..fitted.min(values.len())]);
-        let unit = if *unit == "-" { "" } else { unit };
+        let unit = match *unit {
+            "-" => String::new(),
+            unit => format!(" in {unit}"),
+        };
         format!(
-            "{} {name} of each log alone, {unit}: of those of the fit {of_fit}{unseen}.",
+            "{} {name}{unit}, each log alone: those of the fit {of_fit}{unseen}.",
             one.id
         )
     })

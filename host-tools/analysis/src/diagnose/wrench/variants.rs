@@ -103,15 +103,20 @@ impl Library {
     /// too far `apart`, what was found has its own. Beside a delay that is off by half a step all that looks like the difference
     /// would seem to be missing. None where neither makes a difference.
     pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
-        let loads = self.loads_to_move(joint, found);
-        if loads.is_none() && !apart {
-            return None;
-        }
-        if let Some(of_logs) = loads {
-            self.move_in_time(joint, &of_logs);
+        let loads: Vec<Vec<Valued<'static>>> = joint
+            .logs
+            .iter()
+            .map(|log| found.loads(&log.scene))
+            .collect();
+        let moves = self.moves(joint, &loads);
+        if moves {
+            self.move_in_time(joint, &loads);
         }
         if apart {
-            self.refined(joint, found);
+            self.refine(joint, found, &loads);
+        }
+        if !moves && !apart {
+            return None;
         }
         let products = joint
             .problem
@@ -125,20 +130,15 @@ impl Library {
         })
     }
 
-    /// What was found to load the sensor of each log: from a reading without it, what moves the reading in time cannot be
-    /// seen. None where nothing does, where what was found is little beside what was known, or where what is measured hardly
-    /// changes: of a constant command nobody knows when it was given.
-    fn loads_to_move(&self, joint: &Joint, found: &Tested) -> Option<Vec<Vec<Valued<'static>>>> {
+    /// Whether what moves the reading in time has to move what was found to load the sensor of each log: without that it
+    /// cannot be seen. Not where there is none, where what was found is little beside what was known, or where what is measured
+    /// hardly changes: of a constant command nobody knows when it was given.
+    fn moves(&self, joint: &Joint, of_logs: &[Vec<Valued<'static>>]) -> bool {
         /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
         /// gain is wrong by as much.
         const LITTLE: f64 = 0.1;
-        let of_logs: Vec<Vec<Valued<'static>>> = joint
-            .logs
-            .iter()
-            .map(|log| found.loads(&log.scene))
-            .collect();
         let power = |of: &dyn Fn(&PreparedLog, &[Valued<'_>]) -> Column| -> f64 {
-            let logs = joint.logs.iter().zip(&of_logs);
+            let logs = joint.logs.iter().zip(of_logs);
             logs.map(|(log, loads)| variation(&of(log, loads))).sum()
         };
         let more = power(&|log, loads| contribution(&log.scene, loads));
@@ -150,7 +150,7 @@ impl Library {
         });
         let varies = measured > LITTLE * more;
         let late = self.variants.iter().any(|v| v.effect.is_late());
-        (late && more >= LITTLE * known && varies).then_some(of_logs)
+        late && more >= LITTLE * known && varies
     }
 
     /// What moves the reading in time moves these loads, too.
@@ -163,12 +163,7 @@ impl Library {
     }
 
     /// Adds what was found with its own shapes.
-    fn refined(&mut self, joint: &Joint, found: &Tested) {
-        let of_logs: Vec<Vec<Valued<'static>>> = joint
-            .logs
-            .iter()
-            .map(|log| found.loads(&log.scene))
-            .collect();
+    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Vec<Valued<'static>>]) {
         for fitted in &found.effects {
             let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
             let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
@@ -184,7 +179,7 @@ impl Library {
                 continue;
             }
             let columns = match effect.is_late() && found.effects.len() > 1 {
-                true => Some(vec![moved(joint, &of_logs, effect, &shapes)]),
+                true => Some(vec![moved(joint, of_logs, effect, &shapes)]),
                 false => joint.columns(&joint.problem, effect, &shapes, &effect.places(), &[]),
             };
             let Some(columns) = columns else {
