@@ -43,9 +43,8 @@ fn the_end_of_a_log_is_judged_as_a_second_one() {
         .unwrap()
         .diagnosis;
     assert_eq!(found.verdict, Verdict::NothingMissing, "{}", found.sentence);
-    // Two channels at their noise.
-    let left = found.residual_rms_sigma.after.total();
-    assert!((left - 2.0_f64.sqrt()).abs() < 0.05, "{left}");
+    let left = found.residual_rms_sigma.after.rms();
+    assert!((left - 1.0).abs() < 0.04, "{left}");
 }
 
 #[test]

@@ -73,24 +73,14 @@ impl ChannelLevels {
         }
     }
 
-    fn all(&self) -> [f64; 4] {
-        [
-            self.executed_velocity,
-            self.wrench,
-            self.model_velocity,
-            self.pose,
-        ]
-    }
-
-    /// Root of the sum of squares.
-    pub fn total(&self) -> f64 {
-        self.all().iter().map(|z| z * z).sum::<f64>().sqrt()
-    }
-
-    /// What [`Self::total`] is where only noise is left: each channel with an error at all has 1.
-    pub fn total_of_noise(&self) -> f64 {
-        let noisy = self.all().iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
-        (noisy as f64).sqrt()
+    /// Root mean square over the channels that have noise, so that 1 is noise however many were measured. The model's
+    /// velocity has none of its own: its error counts, and is 0 with the right model.
+    pub fn rms(&self) -> f64 {
+        let noisy = [self.executed_velocity, self.wrench, self.pose];
+        let count = noisy.iter().filter(|z| **z > ROUND_OFF_SIGMA).count();
+        let all = noisy.iter().chain([&self.model_velocity]);
+        let squares: f64 = all.map(|z| z * z).sum();
+        (squares / count.max(1) as f64).sqrt()
     }
 }
 
@@ -114,8 +104,7 @@ pub struct Step {
     pub test_error: Option<f64>,
 }
 
-/// Error of a model on recordings: the root of the sum of squares over the channels, each in
-/// units of the data sheet's noise.
+/// Error of a model on recordings, all channels together ([`ChannelLevels::rms`]).
 ///
 /// # Errors
 ///
@@ -123,7 +112,7 @@ pub struct Step {
 pub fn error(model: &Model, recordings: &[&Recording]) -> anyhow::Result<f64> {
     let predictions = recordings.iter().map(|recording| predict(model, recording));
     let predictions = predictions.collect::<anyhow::Result<Vec<_>>>()?;
-    Ok(ChannelLevels::of(&predictions).total())
+    Ok(ChannelLevels::of(&predictions).rms())
 }
 
 /// Variance of the difference of two values that are rounded to the digits of a log.
@@ -138,4 +127,34 @@ fn variance_of_digits(series: &ChannelPrediction, axis: Axis) -> f64 {
     }
     let digit = digit_of(&values);
     digit * digit / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Velocity, wrench, the model's velocity, pose.
+    fn rms(levels: [f64; 4]) -> f64 {
+        let [executed_velocity, wrench, model_velocity, pose] = levels;
+        ChannelLevels {
+            executed_velocity,
+            wrench,
+            model_velocity,
+            pose,
+        }
+        .rms()
+    }
+
+    #[test]
+    fn one_is_noise_whatever_was_measured() {
+        assert_eq!(rms([0.0, 1.0, 0.0, 0.0]), 1.0);
+        assert_eq!(rms([1.0, 1.0, 0.0, 0.0]), 1.0);
+        assert_eq!(rms([1.0, 1.0, 0.0, 1.0]), 1.0);
+    }
+
+    #[test]
+    fn an_error_of_the_models_velocity_is_added_to_the_noise_of_the_others() {
+        assert_eq!(rms([1.0, 1.0, 4.0, 0.0]), 3.0);
+        assert_eq!(rms([0.0, 0.0, 4.0, 0.0]), 4.0);
+    }
 }

@@ -136,8 +136,8 @@ impl Known<'_> {
             None => self.predicted(&key)?,
         };
         let totals = Error {
-            train: ChannelLevels::of(both.train()).total(),
-            test: ChannelLevels::of(both.test()).total(),
+            train: ChannelLevels::of(both.train()).rms(),
+            test: ChannelLevels::of(both.test()).rms(),
         };
         self.predictions.insert(key, both);
         Ok(totals)

@@ -34,7 +34,7 @@ pub(super) fn refit(
         ..model.clone()
     };
     let error = |model: &Model| -> anyhow::Result<f64> {
-        Ok(ChannelLevels::of(predict_all(model, recordings)?.test()).total())
+        Ok(ChannelLevels::of(predict_all(model, recordings)?.test()).rms())
     };
     let errors = [error(&now)?, error(&others)?];
     let is_better = errors[1] * RISES < errors[0]; // not so for NaN

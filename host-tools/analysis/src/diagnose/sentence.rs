@@ -45,7 +45,7 @@ fn title(id: &str) -> String {
 }
 
 fn nothing_missing(diagnosis: &Diagnosis) -> String {
-    let level = diagnosis.residual_rms_sigma.after.total();
+    let level = diagnosis.residual_rms_sigma.after.rms();
     let remainder = &diagnosis.remainder;
     if remainder.share > 0.0 {
         return format!(
@@ -55,8 +55,7 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
             remainder.follows
         );
     }
-    let noise = diagnosis.residual_rms_sigma.after.total_of_noise();
-    if level > MORE_THAN_NOISE * noise {
+    if level > MORE_THAN_NOISE {
         return format!(
             "Nothing is missing that these logs show: what remains ({level:.2} in units of the model file's noise) is more than its \
              noise, and is not told from noise of another size or colour; `softdock compare` says where it stands."
@@ -70,8 +69,8 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
 fn named(diagnosis: &Diagnosis) -> String {
     let names: Vec<String> = diagnosis.effects.iter().map(|id| title(id)).collect();
     let (before, after) = (
-        diagnosis.residual_rms_sigma.before.total(),
-        diagnosis.residual_rms_sigma.after.total(),
+        diagnosis.residual_rms_sigma.before.rms(),
+        diagnosis.residual_rms_sigma.after.rms(),
     );
     let data = if diagnosis.unseen {
         "unseen data"

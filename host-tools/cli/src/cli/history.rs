@@ -17,7 +17,7 @@ const DIGITS: usize = 3;
 
 /// Show how the error fell with each effect that was added to a model.
 ///
-/// The error is that of all channels together, in units of the model file's noise.
+/// The error is that of all channels together, in units of the model file's noise: 1 is noise.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: softdock history model.toml --report history.html")]
 pub(super) struct History {

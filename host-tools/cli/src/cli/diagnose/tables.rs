@@ -60,12 +60,9 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
             after_cell(before, after),
         ]);
     }
-    let (before, after) = (both.before.total(), both.after.total());
+    let (before, after) = (both.before.rms(), both.after.rms());
     table.push(vec![
-        Cell::text(format!(
-            "all together ({} is noise)",
-            number::significant(both.before.total_of_noise(), DIGITS)
-        )),
+        Cell::text("all together (1 is noise)"),
         Cell::number(before, DIGITS),
         after_cell(before, after),
     ]);
