@@ -144,27 +144,39 @@ pub fn fit_effect(
     let tried = report.diagnosis.ranked.first();
     match tried.map(|r| (&r.refused, r)) {
         Some((Some(reason), _)) => bail!("`{id}` is not added: {reason}"),
-        Some((None, ranked)) if ranked.gain_train + ranked.gain_test > evidence::threshold(0.0) => {
-            bail!(
-                "`{id}` is not added: with common parameters χ² falls by {:.0} on the log of the fit and by {:.0} on unseen \
-                 data, but that is less than its price, or fitted to the one it does not foretell the other; if something else \
-                 is missing as well, `softdock add` without an effect looks for all of it, and --force adds this one alone",
-                ranked.gain_train,
-                ranked.gain_test
-            )
+        Some((None, ranked)) => {
+            let rows = train.iter().chain(test).map(|log| log.cycles.len()).sum();
+            bail!("`{id}` is not added: {}", too_little(id, ranked, rows))
         }
-        Some((None, ranked)) => bail!(
-            "`{id}` is not added: χ² falls by {:.0} on the log of the fit and by {:.0} on unseen \
-             data, which is not significant; take a log that excites it (softdock effects show {id})",
-            ranked.gain_train,
-            ranked.gain_test
-        ),
         None => bail!(
             "`{id}` cannot be determined from this log: it has nothing for the effect to act on, or \
              shows nothing of it with the sign that it must have; see softdock effects show {id}{}",
             confused_with(id)
         ),
     }
+}
+
+/// Why the fall of χ² over so many rows does not suffice.
+fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
+    let cost = evidence::threshold(0.0)
+        + evidence::prior()
+        + evidence::price(rows) * ranked.parameters as f64;
+    let fitted = ranked.parameters;
+    let falls = format!(
+        "χ² falls by {:.0} on the log of the fit and by {:.0} on unseen data",
+        ranked.gain_train, ranked.gain_test
+    );
+    if ranked.gain_train + ranked.gain_test < cost {
+        return format!(
+            "{falls}, together less than its price of {cost:.0} (fitted parameters: {fitted}); take a log that excites it (softdock effects \
+             show {id})"
+        );
+    }
+    format!(
+        "{falls}, together more than its price of {cost:.0} (fitted parameters: {fitted}), but fitted to the one it does not foretell the \
+         other, or an error of the form of what the model has already may be as large; if something else is missing as well, \
+         `softdock add` without an effect looks for all of it, and --force adds this one alone"
+    )
 }
 
 /// What else it may be.
