@@ -73,6 +73,23 @@ fn irregular_stamps_are_refused_or_resampled_and_the_loss_is_said() {
     assert!((0.07..0.11).contains(&lost), "{told}");
 }
 
+/// Every tenth row comes 2 µs after the one before instead of 5 ms: its stamp is a cycle too early, its value is not.
+#[test]
+fn rows_that_arrive_in_a_burst_have_no_slope_between_them() {
+    let log = table("t,p,v", 1000, |n| {
+        let late = if n % 10.0 == 9.0 { 0.004_998 } else { 0.0 };
+        format!("{},{},0", 0.005 * n - late, (0.005 * n).sin())
+    });
+    let mapping = STAMPED
+        .replace("x = \"v\"", "derive = true")
+        .replace("[time]", "[time]\nresample_hz = 200");
+    let logs = imported("burst", &mapping, &[("log.csv", log)]).unwrap();
+    for cycle in &logs.train[0].cycles {
+        let error = cycle.trace.pose[0] - cycle.trace.time_s.sin();
+        assert!(error.abs() < 0.005, "{}: {error}", cycle.trace.time_s);
+    }
+}
+
 #[test]
 fn gaps_are_cut_or_bridged() {
     // Rows 100 to 109 are missing.

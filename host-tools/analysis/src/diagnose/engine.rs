@@ -251,9 +251,23 @@ impl WrenchFinding {
         } else {
             self.form()
         };
-        let other = other.filter(|other| other.score() > self.score() + form);
-        let other = other.and_then(|other| other.found.accepted);
-        other.filter(|t| t.effects.iter().any(|e| is_shape(e.id)))
+        let other = other.filter(|other| other.score() > self.score() + form)?;
+        let share = 1.0 / other.prepared.problem.chi2;
+        let curve = other.found.accepted?;
+        let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
+        is_curve.then(|| curve.scaled(share * self.chi2_as_tried()))
+    }
+
+    /// χ² beside the noise with which most hypotheses were tried. Beside another one it counts otherwise; the share of it that
+    /// is explained does not.
+    fn chi2_as_tried(&self) -> f64 {
+        let all = self.prepared.problem.chi2;
+        let accepted = self.found.accepted.as_ref().filter(|t| t.gain > 0.0);
+        let as_tried = accepted.and_then(|now| {
+            let same = |t: &&wrench::Tested| t.effects_in_order() == now.effects_in_order();
+            Some(self.found.ranked.iter().find(same)?.gain / now.gain)
+        });
+        all * as_tried.unwrap_or(1.0)
     }
 
     /// Whether another search leaves as little, but for errors of form.
@@ -265,6 +279,9 @@ impl WrenchFinding {
     pub(super) fn remember(&mut self, tried: Vec<wrench::Tested>) {
         if let Some(accepted) = &self.found.accepted {
             let ids = accepted.ids();
+            // Evidence counts beside the noise with which it was found.
+            let same = |t: &&wrench::Tested| t.effects_in_order() == accepted.effects_in_order();
+            let own = tried.iter().find(same).unwrap_or(accepted).evidence;
             let support = ids.iter().zip(&mut self.found.support);
             for (id, support) in support {
                 let others = |t: &&wrench::Tested| {
@@ -275,7 +292,7 @@ impl WrenchFinding {
                 };
                 let rivals = tried.iter().filter(others).map(|t| t.evidence);
                 let best = rivals.fold(f64::NEG_INFINITY, f64::max);
-                *support = support.with_rival(accepted.evidence - best);
+                *support = support.with_rival(own - best);
             }
         }
         self.found.ranked.extend(tried);

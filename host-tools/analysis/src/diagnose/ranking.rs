@@ -107,6 +107,14 @@ fn fall(ranked: &Ranked) -> f64 {
 
 /// Hypotheses on the reading, with their evidence.
 fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64, Ranked)> {
+    let ranked = &stage.found.ranked;
+    // As it was tried beside the others, with their noise.
+    let accepted = stage.found.accepted.as_ref().map(Tested::effects_in_order);
+    let answer = ranked
+        .iter()
+        .find(|t| accepted.as_ref() == Some(&t.effects_in_order()));
+    let answer = answer.filter(|_| stage.left().is_structured());
+    let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
     let of = move |tested: &Tested| {
         let forbidden = tested.wrong.join(", ");
         let ranked = Ranked {
@@ -116,12 +124,29 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
             gain_train: tested.gains.iter().take(fitted).sum(),
             gain_test: tested.gains.iter().skip(fitted).sum(),
             parameters: tested.parameters,
-            as_good_as: None,
+            as_good_as: answer.and_then(|answer| foretells_alike(answer, tested, &error)),
             refused: (!forbidden.is_empty()).then(|| format!("physics forbids {forbidden}")),
         };
         (tested.evidence, ranked)
     };
-    stage.found.ranked.iter().map(of)
+    ranked.iter().map(of)
+}
+
+/// The effect of an answer that has another in its place in a hypothesis, if that foretells the unseen logs as well and
+/// explains nearly as much: beside what no law describes the form of an error decides between such two, not the noise.
+fn foretells_alike(
+    answer: &Tested,
+    tested: &Tested,
+    error: &dyn Fn(&Tested) -> f64,
+) -> Option<String> {
+    let [named, ids] = [answer, tested].map(Tested::effects_in_order);
+    let missing: Vec<&&str> = named.iter().filter(|id| !ids.contains(id)).collect();
+    let [of] = missing[..] else {
+        return None;
+    };
+    let exchanged = ids.len() == named.len() && tested.gain > NEARLY_AS_GOOD * answer.gain;
+    let alike = exchanged && error(tested) <= evidence::RISES * error(answer);
+    alike.then(|| (*of).to_owned())
 }
 
 /// The largest evidence of any effect of each stage.
@@ -242,13 +267,16 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
 pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
-        let alone = |r: &&Ranked| r.beside == rival.beside && r.effects == [of.clone()];
-        Some((
-            of,
-            ranked.iter().find(alone)?,
-            rival,
-            rival.effects.first()?,
-        ))
+        let other = rival.effects.iter().find(|id| !named.contains(id))?;
+        let with_it = |r: &&Ranked| {
+            let back = rival
+                .effects
+                .iter()
+                .map(|id| if id == other { of } else { id });
+            let back: BTreeSet<&String> = back.collect();
+            r.beside == rival.beside && r.effects.iter().collect::<BTreeSet<_>>() == back
+        };
+        Some((of, ranked.iter().find(with_it)?, rival, other))
     });
     let (of, winner, rival, other) = tie.or_else(|| {
         let less = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
@@ -324,11 +352,13 @@ fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -
         let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
         others.filter_map(move |r| {
             let other = r.effects.iter().find(|e| !named.contains(e))?;
-            if is_shape(other) || takes_another_place(other, id, named) {
+            let ties = r.as_good_as.as_ref() == Some(id);
+            if is_shape(other) || (!ties && takes_another_place(other, id, named)) {
                 return None;
             }
             // With more parameters and no better fit it is refused by its price.
-            if r.parameters > winner.parameters && fall(r) - fall(winner) < TOLD_APART {
+            let dearer = r.parameters > winner.parameters;
+            if !ties && dearer && fall(r) - fall(winner) < TOLD_APART {
                 return None;
             }
             let kept = |e: &String| e == id || r.effects.contains(e);

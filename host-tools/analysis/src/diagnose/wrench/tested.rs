@@ -51,6 +51,14 @@ impl Tested {
         }
     }
 
+    /// With χ² in other units.
+    pub(crate) fn scaled(mut self, by: f64) -> Self {
+        self.gain *= by;
+        self.evidence *= by;
+        self.gains.iter_mut().for_each(|gain| *gain *= by);
+        self
+    }
+
     /// Ids by the alphabet: those of the same effects are equal.
     pub(crate) fn effects_in_order(&self) -> Vec<&'static str> {
         let mut ids: Vec<&'static str> = self.effects.iter().map(|e| e.id).collect();
