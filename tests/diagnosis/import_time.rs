@@ -233,7 +233,9 @@ fn shaft(torque: impl Fn(f64) -> f64) -> (Model, Vec<String>, Summary, VelocityM
 fn a_model_to_start_from_has_a_noise_of_the_size_of_the_signal() {
     let command = |speed: f64| -1e-3 * speed.signum() - 2e-5 * speed;
     let rounded = |speed: f64| (command(speed) * 2e3).round() / 2e3;
-    for torque in [&command as &dyn Fn(f64) -> f64, &rounded] {
+    // A random telegraph: as white as noise, which would have larger values.
+    let jumps = |speed: f64| 4e-3 * (1e7 * speed).sin().signum();
+    for torque in [&command as &dyn Fn(f64) -> f64, &rounded, &jumps] {
         let (model, guessed, summary, meaning) = shaft(torque);
         let (noise, bias) = (model.noise.torque_n_m, model.tolerance.bias[3]);
         assert!((1e-6..4e-6).contains(&noise), "{noise}");

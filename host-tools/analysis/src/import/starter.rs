@@ -40,6 +40,10 @@ const PLAIN_BITS: i32 = 10;
 /// commanded force leave.
 const FINEST_BITS: i32 = 16;
 
+/// By how much the largest of independent normal deviates may exceed its expected value, √(2 ln N) of their standard
+/// deviation: of 100 or more, with a probability of less than a thousandth.
+const LARGEST: f64 = 1.5;
+
 /// A model to start from.
 #[derive(Clone, Debug)]
 pub struct Starter {
@@ -66,14 +70,24 @@ pub fn starter(recordings: &[Recording], filter: Option<FilterModel>) -> anyhow:
     model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
     model.sensor.filter = filter;
     let mut guessed = Vec::new();
+    let rows = recordings
+        .iter()
+        .map(|log| log.cycles.len())
+        .sum::<usize>()
+        .max(2);
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
         let largest = seen.iter().map(|log| log.largest[kind]).fold(0.0, f64::max);
         let floor = median(seen.iter().map(|log| log.wrench[kind]));
-        floor.filter(|floor| *floor >= largest * step(FINEST_BITS)).or_else(|| {
+        let is_noise = |floor: &f64| {
+            // Noise of that size would have read more: what jumps from row to row is an input.
+            let highest = largest * LARGEST / (2.0 * (rows as f64).ln()).sqrt();
+            (largest * step(FINEST_BITS)..=highest).contains(floor)
+        };
+        floor.filter(is_noise).or_else(|| {
             let guess = two_digits(largest * step(PLAIN_BITS) / 12.0_f64.sqrt())?;
             guessed.push(format!(
                 "[noise] {key} = {guess:e} {unit} is a guess, what {PLAIN_BITS} bits resolve: the log shows no noise, as where it \
-                 was commanded or is coarsely rounded; write the standard deviation that you know"
+                 was commanded, jumps or is coarsely rounded; write the standard deviation that you know"
             ));
             Some(guess)
         })
@@ -93,12 +107,14 @@ pub fn starter(recordings: &[Recording], filter: Option<FilterModel>) -> anyhow:
         // What the digits of the log hide is no noise of zero.
         *of_model = of_log.unwrap_or(*of_model);
     }
-    // A zero is known to a part of the noise, as by default.
+    // A zero and a weight are known to a part of the noise, as by default.
     let (force, torque) = (noise.force_n / default.0, noise.torque_n_m / default.1);
     for (axis, tolerance) in model.tolerance.bias.iter_mut().enumerate() {
         let scale = if axis < 3 { force } else { torque };
         *tolerance = two_digits(*tolerance * scale.min(1.0)).unwrap_or(*tolerance);
     }
+    let mass = &mut model.tolerance.tool_mass_kg;
+    *mass = two_digits(*mass * force.min(1.0)).unwrap_or(*mass);
     let origin = first.header.identity.trim_start_matches("imported from ");
     let text = commented(&model, origin);
     Ok(Starter {

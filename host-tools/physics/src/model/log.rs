@@ -126,6 +126,12 @@ impl Log {
         self.turned[n].map_or(rates, |turned| turned.velocity(&rates))
     }
 
+    /// Axes on which the wrench was measured: no sensor reads exactly 0 throughout.
+    pub fn measured(&self) -> [bool; 6] {
+        let reads = |series: &Vec<f64>| series.iter().any(|value| *value != 0.0);
+        self.wrench.each_ref().map(reads)
+    }
+
     /// Number of cycles.
     pub fn cycle_count(&self) -> usize {
         self.time_s.len()

@@ -43,8 +43,12 @@ pub(crate) struct PreparedLog {
 impl PreparedLog {
     /// Prepares a log.
     pub(crate) fn new(model: &Model, log: &Log, scene: Scene, sampling: &mut Sampling) -> Self {
+        let measured = log.measured();
         let mut residual = Column::of(log.cycle_count(), |n| {
-            std::array::from_fn(|axis| log.wrench[axis][n] - scene.reading.at(axis, n))
+            std::array::from_fn(|axis| match measured[axis] {
+                true => log.wrench[axis][n] - scene.reading.at(axis, n),
+                false => 0.0,
+            })
         });
         let mean = |series: &Vec<f64>| series.iter().sum::<f64>() / series.len().max(1) as f64;
         sampling.look_at_zero(&residual.0.each_ref().map(mean));
@@ -59,6 +63,7 @@ impl PreparedLog {
             *sigma = sigma.hypot(sampling.lsb[axis / 3] / 12.0_f64.sqrt());
         }
         let tolerances = nuisance::columns(model, &scene);
+        let tolerances: Vec<Column> = tolerances.into_iter().map(|c| scene.shown(c)).collect();
         let fresh = without_stiction(&scene, &after_gaps(&sampling.fresh));
         let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &fresh);
         let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);

@@ -309,7 +309,7 @@ impl LoadEffect {
     fn part(&self, scene: &Scene, p: Values<'_>) -> Option<Column> {
         let part = self.change(scene, &scene.reading, p)?;
         Some(match self.acts_on_reading() {
-            true => part,
+            true => scene.shown(part),
             false => as_read(scene, part, &[]),
         })
     }
@@ -363,7 +363,7 @@ pub fn added(scene: &Scene, others: &[Valued<'_>], effect: Valued<'_>) -> Column
 fn as_read(scene: &Scene, load: Column, whole: &[&Valued<'_>]) -> Column {
     let known = known(&scene.model, &scene.model.effects, true);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
-        return load;
+        return scene.shown(load);
     }
     let mut reading = scene.load.clone();
     reading.add(&load.0);
@@ -371,9 +371,9 @@ fn as_read(scene: &Scene, load: Column, whole: &[&Valued<'_>]) -> Column {
         let change = law.change_if_any(scene, &reading, p);
         reading.add(&change.0);
     }
-    Column::of(scene.len(), |n| {
+    scene.shown(Column::of(scene.len(), |n| {
         std::array::from_fn(|axis| reading.at(axis, n) - scene.reading.at(axis, n))
-    })
+    }))
 }
 
 /// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.

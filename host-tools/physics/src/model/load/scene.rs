@@ -158,6 +158,8 @@ pub struct Scene {
     pub axis: Vector3<f64>,
     /// The log is of a rig, not of any machine.
     pub of_a_rig: bool,
+    /// Axes of the reading that were measured.
+    measured: [bool; 6],
     /// Position along the guide, m; of a bearing the angle, rad.
     pub position: Vec<f64>,
     /// Acceleration along the guide, m/s² or rad/s².
@@ -272,6 +274,7 @@ impl Scene {
             nominal,
             bias: model.sensor.bias,
             of_a_rig: true,
+            measured: [true; 6],
             m_from_s: load.m_from_s,
             sensor: load.m_from_s.translation.vector,
             s_from_m: load
@@ -310,6 +313,21 @@ impl Scene {
         scene.acceleration = scene.accelerations();
         scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
         scene
+    }
+
+    /// With a sensor of fewer than six axes: on the others nothing is read, whatever loads them.
+    pub fn with_sensor(mut self, measured: [bool; 6]) -> Self {
+        self.measured = measured;
+        self
+    }
+
+    /// What the sensor shows of a reading.
+    pub fn shown(&self, mut reading: Column) -> Column {
+        let hidden = reading.0.iter_mut().zip(self.measured);
+        hidden
+            .filter(|(_, measured)| !measured)
+            .for_each(|(series, _)| series.clear());
+        reading
     }
 
     fn accelerations(&self) -> Vec<f64> {
@@ -362,9 +380,9 @@ impl Scene {
 
     /// What effects of the model file make of the reading.
     pub fn known(&self) -> Column {
-        Column::of(self.len(), |n| {
+        self.shown(Column::of(self.len(), |n| {
             std::array::from_fn(|axis| self.reading.at(axis, n) - self.nominal.at(axis, n))
-        })
+        }))
     }
 
     /// Reading of a force in C on a point of M.

@@ -62,11 +62,10 @@ impl ChannelPrediction {
         residual.is_finite().then_some(residual)
     }
 
-    /// Axes on which anything was measured or is predicted: of a joint's log one of six.
-    fn axes_with_values(&self) -> Vec<Axis> {
-        let rows = || self.measured.iter().chain(self.predicted.iter().flatten());
-        let has_values = |axis: &Axis| rows().any(|row| row[axis.index()] != 0.0);
-        Axis::ALL.into_iter().filter(has_values).collect()
+    /// Axes on which anything was measured: of a joint's log one of six, of a load cell those that it has.
+    fn measured_axes(&self) -> Vec<Axis> {
+        let reads = |axis: &Axis| self.measured.iter().any(|row| row[axis.index()] != 0.0);
+        Axis::ALL.into_iter().filter(reads).collect()
     }
 
     /// Noise that the residual should have.
@@ -84,7 +83,7 @@ pub struct Prediction {
     pub cycle_s: f64,
     /// The channels, in the order of [`Channel::ALL`].
     pub channels: [ChannelPrediction; 4],
-    /// Axes that are judged, per channel: the active ones, and of the wrench those with any values.
+    /// Axes that are judged, per channel: the active ones, and of the wrench those that were measured.
     pub judged: [Vec<Axis>; 4],
     /// What could not be predicted, and why; sentences.
     pub notes: Vec<String>,
@@ -188,7 +187,7 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
     }
     notes.extend(drowned(model, signals));
     let active = &model.rig.active_axes;
-    let loaded = channels[Channel::Wrench as usize].axes_with_values();
+    let loaded = channels[Channel::Wrench as usize].measured_axes();
     Prediction {
         time_s: signals.cycles.iter().map(|c| c.trace.time_s).collect(),
         cycle_s: signals.cycle_s,
