@@ -69,3 +69,34 @@ fn a_guessed_scale_of_the_current_is_found_beside_friction() {
         );
     }
 }
+
+/// A damper that softens, at speeds at which it is far from its level: it is a viscous friction, and no dry one that nobody saw.
+#[test]
+fn a_damper_that_softens_is_no_dry_friction() {
+    const LEVEL_N: f64 = 300.0;
+    let rig = OneAxis {
+        cycle_s: 0.004,
+        turns: false,
+        swings: [(0.002, 1.1), (0.0005, 2.9), (0.0001, 11.0)],
+        noise: (1e-9, 0.2),
+        late_s: 0.0,
+    };
+    let log = |seconds: f64, phase: f64, seed: u64| {
+        rig.record(seconds, phase, seed, |[x, v, a]| {
+            KNOWN.0 * a + KNOWN.1 * x + LEVEL_N * (v / 0.005).tanh()
+        })
+    };
+    let model = MODEL.replace("\"unscaled\"", "\"measured\"");
+    let model = Model::from_toml(&model.replace("0.5", "0.2"), "model.toml").unwrap();
+    let (train, test) = (log(20.0, 0.0, 1), log(12.0, 2.0, 2));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let named = |id: &str| found.effects.iter().any(|effect| effect == id);
+    assert!(named("guide_viscous"), "{}", found.sentence);
+    for parameters in found.parameters.values() {
+        for (name, said) in parameters {
+            let is_level = name == "force_n" && (said.value / LEVEL_N - 1.0).abs() < 0.2;
+            assert!(!is_level, "{name}: {said:?}, {}", found.sentence);
+        }
+    }
+}

@@ -281,7 +281,8 @@ impl WrenchFinding {
             let ids = accepted.ids();
             // Evidence counts beside the noise with which it was found.
             let same = |t: &&wrench::Tested| t.effects_in_order() == accepted.effects_in_order();
-            let own = tried.iter().find(same).unwrap_or(accepted).evidence;
+            let own = tried.iter().filter(same).map(|t| t.evidence);
+            let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
             let support = ids.iter().zip(&mut self.found.support);
             for (id, support) in support {
                 let others = |t: &&wrench::Tested| {

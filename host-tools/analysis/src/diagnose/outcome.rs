@@ -123,9 +123,13 @@ pub(crate) fn conclude(
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
     }
     // Of two that the logs do not tell apart none is certain.
-    let against = |named: &Named| match &runner_up {
-        Some(rival) if rival.of == named.effect.id => named.support.against.min(rival.against()),
-        _ => named.support.against,
+    let against = |named: &Named| {
+        // A rival that fits better, but in whose place a simpler one was taken, is as likely.
+        let own = named.support.against.max(0.0);
+        match &runner_up {
+            Some(rival) if rival.of == named.effect.id => own.min(rival.against()),
+            _ => own,
+        }
     };
     let mut diagnosis = Diagnosis {
         sentence: String::new(),

@@ -56,8 +56,9 @@ pub enum CheckError {
     },
     /// The time is the same in two rows, or runs backwards.
     #[error(
-        "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises \
-         in every row (are two logs in one file, or are its rows not in order?)"
+        "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises in \
+         every row, counted from 1 as they are read (are two logs in one file, are its rows not in order, or have its stamps too few digits? With \
+         `sample_time_s` for `column` in [time] of a mapping the rows are equally far apart)"
     )]
     TimeNotRising {
         /// The recording.

@@ -449,6 +449,10 @@ impl Joint {
         places: &[usize],
         around: &[f64],
     ) -> Option<Vec<Column>> {
+        let is_none = |log: &PreparedLog| effect.never_reaches_its_level(&log.scene, shapes);
+        if self.logs.iter().all(is_none) {
+            return None;
+        }
         let build = |(k, log): (usize, &PreparedLog)| {
             let counts = problem.counts(k);
             counts.then(|| effect.columns_at(&log.scene, shapes, places, around))?

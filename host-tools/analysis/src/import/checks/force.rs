@@ -25,6 +25,9 @@ const COLLINEAR: f64 = 1e-4;
 const STICKS: f64 = 0.01;
 /// A mass is known better than by this factor; a wrong scale is farther off.
 const FACTOR: f64 = 1.5;
+/// Least share of the moving rows in either direction: what moves one way shows no friction that is told from a load which
+/// changes with the place.
+const BOTH_WAYS: f64 = 0.05;
 /// Half of a 95 % interval, in standard errors.
 const HALF_95: f64 = 1.96;
 
@@ -110,7 +113,12 @@ fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
     // The ends have no neighbours on both sides.
     let rows: Vec<_> = (1..signals.len() - 1).filter_map(row).collect();
     let count = rows.len() as f64;
-    if highest == 0.0 || rows.len() < 10 * Vector5::<f64>::zeros().len() {
+    let [back, forth] = [-1.0, 1.0].map(|sign| {
+        let moves = rows.iter().filter(|(t, _)| sign * t[2] >= 1.0);
+        moves.count() as f64
+    });
+    let one_way = back.min(forth) < BOTH_WAYS * (back + forth);
+    if highest == 0.0 || one_way || rows.len() < 10 * Vector5::<f64>::zeros().len() {
         return None;
     }
     let mean = rows.iter().fold(Vector5::zeros(), |sum, (t, _)| sum + t) / count;

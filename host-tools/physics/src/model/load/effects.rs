@@ -5,7 +5,7 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, laws};
-use crate::effects::{CATALOGUE, Effect, Law, Parameter, Role, Values};
+use crate::effects::{CATALOGUE, Effect, Law, Parameter, Reversal, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
@@ -228,6 +228,20 @@ impl LoadEffect {
         };
         let columns: Option<Vec<Column>> = places.iter().map(column).collect();
         columns.filter(|columns| !columns.iter().all(Column::is_zero))
+    }
+
+    /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
+    /// one by another name.
+    pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
+        /// Speed over the smoothing one at which tanh is within 3 % of 1, to which laws are right.
+        const LEVEL: f64 = 2.1;
+        let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
+            return false;
+        };
+        match (law.reversal)(&self.values(shapes, &[])) {
+            Some(Reversal::OverSpeed(speed)) => LEVEL * speed > scene.rms_speed(),
+            _ => false,
+        }
     }
 
     /// The columns around given coefficients: times these they are the effect exactly, also where

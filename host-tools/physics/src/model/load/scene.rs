@@ -203,8 +203,21 @@ pub fn count_turns<'a>(angles: impl Iterator<Item = &'a mut f64>) {
 struct Guided {
     /// Its velocity along the guide, m/s; of a bearing rad/s.
     velocity: Vec<f64>,
+    /// Root mean square of it.
+    rms_speed: f64,
     /// Reading of a force of 1 N along the guide; of a torque of 1 N·m about a bearing.
     unit: Column,
+}
+
+impl Guided {
+    fn new(velocity: Vec<f64>, unit: Column) -> Self {
+        let squares: f64 = velocity.iter().map(|v| v * v).sum();
+        Self {
+            rms_speed: (squares / velocity.len().max(1) as f64).sqrt(),
+            velocity,
+            unit,
+        }
+    }
 }
 
 impl Scene {
@@ -343,20 +356,16 @@ impl Scene {
             // What turns about an axis of its own has it in M, too.
             let along = |motion: &Motion<f64>| self.axis.dot(&motion.velocity.angular);
             let torque = |n: usize| self.s_from_m * self.m_from_c[n] * self.axis;
-            return Guided {
-                velocity: self.motion.iter().map(along).collect(),
-                unit: Column::of(self.len(), |n| {
-                    let torque = torque(n);
-                    [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
-                }),
-            };
+            let unit = Column::of(self.len(), |n| {
+                let torque = torque(n);
+                [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
+            });
+            return Guided::new(self.motion.iter().map(along).collect(), unit);
         }
         let at = self.point_of_action(acts_at);
         let along = |n| self.axis.dot(&self.point(n, &at).1);
-        Guided {
-            velocity: (0..self.len()).map(along).collect(),
-            unit: Column::of(self.len(), |n| self.reading_of(n, &at, &self.axis)),
-        }
+        let unit = Column::of(self.len(), |n| self.reading_of(n, &at, &self.axis));
+        Guided::new((0..self.len()).map(along).collect(), unit)
     }
 
     fn guided(&self, acts_at: f64) -> &Guided {
@@ -405,6 +414,14 @@ impl Scene {
     /// Velocity along the guide of the point where its force acts, m/s.
     pub fn along(&self, n: usize, acts_at: f64) -> f64 {
         self.guided(acts_at).velocity[n]
+    }
+
+    /// The largest root mean square of the velocity along the guide of any point where its force may act, m/s.
+    pub fn rms_speed(&self) -> f64 {
+        self.guided
+            .iter()
+            .map(|at| at.rms_speed)
+            .fold(0.0, f64::max)
     }
 
     /// Column of a force along the guide, N in its positive direction.
