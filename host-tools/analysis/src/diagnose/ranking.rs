@@ -353,7 +353,9 @@ fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -
         others.filter_map(move |r| {
             let other = r.effects.iter().find(|e| !named.contains(e))?;
             let ties = r.as_good_as.as_ref() == Some(id);
-            if is_shape(other) || (!ties && takes_another_place(other, id, named)) {
+            let is_excluded =
+                is_in_another(other, id, named) || (!ties && takes_another_place(other, id, named));
+            if is_shape(other) || is_excluded {
                 return None;
             }
             // With more parameters and no better fit it is refused by its price.
@@ -382,6 +384,13 @@ fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
         |name: &str| other.kind.is_some() && by_id(name).is_some_and(|e| e.kind == other.kind);
     let others = named.iter().filter(|name| *name != id);
     others.into_iter().any(|name| contains(name) || alike(name))
+}
+
+/// Whether a named one other than `id` contains an effect: beside it that one is no effect of its own.
+fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
+    let others = named.iter().filter(|name| *name != id);
+    let mut details = others.filter_map(|name| Some(by_id(name)?.detail_of));
+    details.any(|detail_of| detail_of.iter().any(|(of, _)| *of == other))
 }
 
 /// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
