@@ -88,7 +88,7 @@ fn a_damper_that_softens_is_no_dry_friction() {
     };
     let model = MODEL.replace("\"unscaled\"", "\"measured\"");
     let model = Model::from_toml(&model.replace("0.5", "0.2"), "model.toml").unwrap();
-    let (train, test) = (log(20.0, 0.0, 1), log(12.0, 2.0, 2));
+    let (train, test) = (log(9.0, 0.0, 1), log(7.0, 2.0, 2));
     let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
     let found = found.diagnosis;
     let named = |id: &str| found.effects.iter().any(|effect| effect == id);
