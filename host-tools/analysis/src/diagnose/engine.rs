@@ -444,6 +444,8 @@ pub(crate) struct Question<'a> {
     pub shapes: bool,
     /// All are tried beside this remainder.
     pub beside: Option<&'a Arc<wrench::Smooth>>,
+    /// Nothing is searched: others are tried in the place of each effect of this answer.
+    pub in_place_of: Option<&'a wrench::Tested>,
     /// All logs are parts of one, of which it makes no sense to say that they are of different machines.
     pub of_one_log: bool,
     /// Is told each hypothesis that was tried.

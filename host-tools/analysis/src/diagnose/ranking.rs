@@ -289,7 +289,7 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
     let mut ties: Vec<Tie> = Vec::new();
     for (_, winner, rival, effect) in others {
         let is_new = effect != other && ties.iter().all(|tie| tie.effect != *effect);
-        if is_new && !is_told_apart(winner, rival) {
+        if is_new && !is_told_apart(winner, rival) && does_as_much(of, winner, rival, ranked) {
             ties.push(Tie {
                 effect: effect.clone(),
                 behind: behind(winner, rival),
@@ -358,9 +358,7 @@ fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -
             if is_shape(other) || is_excluded {
                 return None;
             }
-            // With more parameters and no better fit it is refused by its price.
-            let dearer = r.parameters > winner.parameters;
-            if !ties && dearer && fall(r) - fall(winner) < TOLD_APART {
+            if !ties && is_refused_by_its_price(r, winner, other, id) {
                 return None;
             }
             let kept = |e: &String| e == id || r.effects.contains(e);
@@ -386,6 +384,17 @@ fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
     others.into_iter().any(|name| contains(name) || alike(name))
 }
 
+/// Whether a rival has more parameters, and neither fits better for it nor is within an error of form of the winner: what has all
+/// that the winner has always is.
+fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &str) -> bool {
+    let further = rival.parameters.saturating_sub(winner.parameters) as f64;
+    let better = fall(rival) - fall(winner);
+    let details = by_id(other).map_or(&[][..], |effect| effect.detail_of);
+    let contains = details.iter().any(|(of, _)| *of == id);
+    let by_form = !contains && further * TOLD_APART - better <= evidence::LAW * fall(winner);
+    further > 0.0 && better < TOLD_APART && !by_form
+}
+
 /// Whether a named one other than `id` contains an effect: beside it that one is no effect of its own.
 fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
     let others = named.iter().filter(|name| *name != id);
@@ -393,17 +402,27 @@ fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
     details.any(|detail_of| detail_of.iter().any(|(of, _)| *of == other))
 }
 
+/// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much.
+fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) -> bool {
+    let rest = without_it(id, winner, ranked);
+    fall(rival) - rest > 0.5 * (fall(winner) - rest)
+}
+
 /// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
 /// everything.
 fn explains(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> bool {
+    fall(with_it) - without_it(id, with_it, ranked) > TOLD_APART
+}
+
+/// Fall of χ² with the others of a hypothesis, 0 where it was not tried.
+fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     let rest: Vec<&String> = with_it.effects.iter().filter(|e| *e != id).collect();
     let is_rest = |r: &&Ranked| {
         r.beside == with_it.beside
             && r.effects.len() == rest.len()
             && rest.iter().all(|e| r.effects.contains(e))
     };
-    let without = ranked.iter().find(is_rest).map_or(0.0, fall);
-    fall(with_it) - without > TOLD_APART
+    ranked.iter().find(is_rest).map_or(0.0, fall)
 }
 
 /// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.

@@ -3,7 +3,7 @@
 use super::actuator::{self, Candidate, Cost, Term};
 use super::beside::{self, Asking};
 use super::clock::{self, CommonDelay, PoseScatter};
-use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding};
+use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
 use super::evidence::FORETELLS;
 use super::finding::NoiseFloor;
 use super::named;
@@ -223,8 +223,48 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     if is_whole && finding.found.disagreeing.is_empty() {
         finding = without_late(finding, asking)?;
         finding = without_drift(finding, asking)?;
+        beside_rivals(&mut finding, asking);
     }
     Some(finding)
+}
+
+/// Where more is not explained an answer has lost effects that a search had beside others, and what stood in the place of one of its
+/// own was tried beside those: others are tried in each place once more.
+fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
+    /// Relative difference of χ² that shapes which were refined anew make, and another noise does not.
+    const SAME_NOISE: f64 = 0.01;
+    let beside = finding.beside.clone();
+    let asks = beside.is_some() || finding.left().is_structured();
+    let Some(answer) = finding.found.accepted.clone().filter(|_| asks) else {
+        return;
+    };
+    if answer.effects.len() < 2 || !finding.earlier.0.is_empty() {
+        return;
+    }
+    let question = Question {
+        in_place_of: Some(&answer),
+        beside: beside.as_ref(),
+        ..*asking.question
+    };
+    let tried = asking.ask(&question).map(|others| others.found.ranked);
+    let tried = tried.unwrap_or_default();
+    let itself = |all: &[wrench::Tested]| -> Option<f64> {
+        let same = |t: &&wrench::Tested| t.effects_in_order() == answer.effects_in_order();
+        all.iter().find(same).map(|t| t.gain)
+    };
+    let Some(now) = itself(&tried) else {
+        return;
+    };
+    let ranked = &mut finding.found.ranked;
+    // χ² beside another noise is no evidence for or against what was tried now.
+    let before = itself(ranked).unwrap_or(f64::INFINITY);
+    if (before / now - 1.0).abs() > SAME_NOISE {
+        let count = answer.effects.len();
+        let is_curve = |t: &wrench::Tested| t.effects.iter().any(|e| is_shape(e.id));
+        ranked.retain(|other| other.effects.len() != count || is_curve(other));
+    }
+    ranked.extend(tried);
+    ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }
 
 /// Where the logs show effects that move the reading in time, no dry friction and more that is not explained: what they say

@@ -99,7 +99,13 @@ pub(super) fn wrench_stage(
         each_log: is_whole && question.beside.is_none() && !question.of_one_log,
         watch: question.watch,
     };
-    let mut found = wrench::search(&mut prepared, &ask);
+    let mut found = match question.in_place_of {
+        Some(answer) => wrench::Found {
+            ranked: wrench::exchanged(&prepared, answer, &ask),
+            ..wrench::Found::default()
+        },
+        None => wrench::search(&mut prepared, &ask),
+    };
     if let Some(smooth) = question.beside {
         prepared.stand_alone(smooth);
         found.accepted = found.accepted.map(|accepted| prepared.valued(accepted));

@@ -23,7 +23,7 @@ pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
 pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};
-pub(crate) use stage::{Ask, Disagreement, Found, search};
+pub(crate) use stage::{Ask, Disagreement, Found, exchanged, search};
 pub(crate) use tested::Tested;
 
 /// White noise of a standard deviation.

@@ -39,6 +39,7 @@ const STEPS: usize = 4 * MOST;
 const NEGLIGIBLE_GAIN: f64 = 15.0;
 
 /// Result of the search on the reading.
+#[derive(Default)]
 pub(crate) struct Found {
     /// What is accepted, if anything: its parameters are those of the logs of the fit.
     pub accepted: Option<Tested>,
@@ -129,6 +130,16 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
         before_late: if is_later { accepted.ids() } else { Vec::new() },
         ..work.concluded(vec![(end, came_to_end)], found.ranked, ask)
     }
+}
+
+/// A hypothesis, and the best with another effect in the place of one of its own, all beside the same noise.
+pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
+    let library = Library::new(joint, ask.excluded);
+    let of_fit = joint.of_fit();
+    let work = Work::new(joint, &library, &of_fit, ask);
+    let itself = evaluate(&library, work.parts(of), work.price);
+    work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
+    work.exchanges(of, TRIED)
 }
 
 /// From the best effects alone and in pairs.
@@ -366,14 +377,19 @@ impl Work<'_> {
     /// More than two effects and the best others of as many: those of fewer come first in a search and are listed anyway. Each
     /// effect has others in its place, with which the search may not have gone on.
     fn alike(&self, accepted: &Tested) -> Vec<Tested> {
-        let count = accepted.effects.len();
-        if count < 3 {
-            return Vec::new();
+        match accepted.effects.len() < 3 {
+            true => Vec::new(),
+            false => self.exchanges(accepted, TRIED_LATER),
         }
+    }
+
+    /// The best of as many effects, with some others in each place.
+    fn exchanges(&self, accepted: &Tested, others_each: usize) -> Vec<Tested> {
+        let count = accepted.effects.len();
         let parts = self.parts(accepted);
         for place in 0..count {
             let others = with_one_more(self.library, &without(&parts, place), self.price);
-            self.tested(&others, TRIED_LATER);
+            self.tested(&others, others_each);
         }
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let alike = known.values().filter(|t| t.effects.len() == count);
@@ -381,7 +397,7 @@ impl Work<'_> {
         alike.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         let mut seen = BTreeSet::new();
         alike.retain(|t| seen.insert(t.effects_in_order()));
-        alike.truncate(1 + 2 * TRIED_LATER);
+        alike.truncate(1 + 2 * others_each);
         alike
     }
 
