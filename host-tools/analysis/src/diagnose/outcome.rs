@@ -468,11 +468,12 @@ fn notes(
     }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
-        // The filter of an import leaves nothing that is faster than its cutoff.
+        // The filter of an import leaves nothing that is faster than its cutoff; nor does a log have it beyond half of its rate.
         let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
         let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
         let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
-        if !has_none && ratio > sentence::MORE_THAN_NOISE {
+        let is_slow = 0.5 / stages.logs.shown().cycle_s <= SLOW_HZ;
+        if !has_none && !is_slow && ratio > sentence::MORE_THAN_NOISE {
             let filter = match floor.channel {
                 Channel::Wrench if differentiates(stages) => {
                     " If that is the acceleration of differentiated positions, what follows from it is not told from \
