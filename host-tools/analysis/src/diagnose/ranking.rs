@@ -389,9 +389,12 @@ fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
 fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &str) -> bool {
     let further = rival.parameters.saturating_sub(winner.parameters) as f64;
     let better = fall(rival) - fall(winner);
-    let details = by_id(other).map_or(&[][..], |effect| effect.detail_of);
-    let contains = details.iter().any(|(of, _)| *of == id);
-    let by_form = !contains && further * TOLD_APART - better <= evidence::LAW * fall(winner);
+    let contains = by_id(other).zip(by_id(id)).is_some_and(|(other, one)| {
+        let is_kin = other.kind.is_some() && other.kind == one.kind;
+        is_kin || other.detail_of.iter().any(|(of, _)| *of == id)
+    });
+    let is_form = winner.channel == Channel::Wrench && !contains;
+    let by_form = is_form && further * TOLD_APART - better <= evidence::LAW * fall(winner);
     further > 0.0 && better < TOLD_APART && !by_form
 }
 
