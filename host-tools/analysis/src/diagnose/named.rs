@@ -5,7 +5,7 @@ use super::engine::Stages;
 use super::evidence::Support;
 use super::finding::Estimate;
 use super::wrench::Fitted;
-use softdock_physics::effects::by_id;
+use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, EffectModel, Model};
@@ -124,6 +124,33 @@ impl Named {
             })
             .collect();
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
+    }
+
+    /// Shapes, such as a time constant, that stand where their range ends, in words; none if there are none.
+    pub(super) fn at_its_end(&self) -> Option<String> {
+        /// Part of the end that is the end.
+        const END: f64 = 0.99;
+        let effect = by_id(&self.effect.id)?;
+        let ends = self.estimates.iter().filter_map(|(name, estimate)| {
+            let parameter = &effect.parameters[effect.place(name)?];
+            let is_shape = matches!(parameter.role, Role::Shape(_));
+            let is_at_end = is_shape && estimate.value >= END * parameter.high;
+            is_at_end.then(|| {
+                let end = number::significant(parameter.high, 3);
+                format!(
+                    "{name} stands at the end of what was tried, {end} {}",
+                    estimate.unit
+                )
+            })
+        });
+        let ends: Vec<String> = ends.collect();
+        (!ends.is_empty()).then(|| {
+            format!(
+                "Of `{}` {}: the true one may lie beyond, and what is left of it may be named by another name.",
+                self.effect.id,
+                ends.join(", ")
+            )
+        })
     }
 
     /// Ends each interval where its parameter's range ends: a curvature knows nothing of a time

@@ -121,6 +121,7 @@ pub(crate) fn conclude(
     }));
     if !unnamed {
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
+        notes.extend(reduction.named.iter().filter_map(|(n, _)| n.at_its_end()));
     }
     // Of two that the logs do not tell apart none is certain.
     let against = |named: &Named| {
