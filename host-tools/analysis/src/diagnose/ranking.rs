@@ -144,8 +144,12 @@ fn foretells_alike(
     let [of] = missing[..] else {
         return None;
     };
+    let has_more = tested.parameters > answer.parameters
+        && ids
+            .iter()
+            .any(|id| !named.contains(id) && is_more_than(id, of));
     let exchanged = ids.len() == named.len() && tested.gain > NEARLY_AS_GOOD * answer.gain;
-    let alike = exchanged && error(tested) <= evidence::RISES * error(answer);
+    let alike = exchanged && !has_more && error(tested) <= evidence::RISES * error(answer);
     alike.then(|| (*of).to_owned())
 }
 
@@ -389,13 +393,17 @@ fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
 fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &str) -> bool {
     let further = rival.parameters.saturating_sub(winner.parameters) as f64;
     let better = fall(rival) - fall(winner);
-    let contains = by_id(other).zip(by_id(id)).is_some_and(|(other, one)| {
-        let is_kin = other.kind.is_some() && other.kind == one.kind;
-        is_kin || other.detail_of.iter().any(|(of, _)| *of == id)
-    });
-    let is_form = winner.channel == Channel::Wrench && !contains;
+    let is_form = winner.channel == Channel::Wrench && !is_more_than(other, id);
     let by_form = is_form && further * TOLD_APART - better <= evidence::LAW * fall(winner);
     further > 0.0 && better < TOLD_APART && !by_form
+}
+
+/// Whether an effect contains another, or is of its kind: with more parameters it fits as well by itself.
+fn is_more_than(other: &str, id: &str) -> bool {
+    by_id(other).zip(by_id(id)).is_some_and(|(other, one)| {
+        let is_kin = other.kind.is_some() && other.kind == one.kind;
+        is_kin || other.detail_of.iter().any(|(of, _)| *of == id)
+    })
 }
 
 /// Whether a named one other than `id` contains an effect: beside it that one is no effect of its own.
