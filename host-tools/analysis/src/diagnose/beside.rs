@@ -102,7 +102,7 @@ pub(super) fn better(
     let both = [&first, &anew].map(WrenchFinding::whole);
     let [error, of_anew] = both.each_ref().map(|of| nothing.error_on_unseen(of));
     // Of two forms of the same effects the error says which is better.
-    let same = both[0].effects_in_order() == both[1].effects_in_order();
+    let same = both[0].is_same(&both[1]);
     let alike = if same { 1.0 } else { RISES };
     let is_better = if error.max(of_anew) > alike * error.min(of_anew) {
         of_anew < error

@@ -252,22 +252,17 @@ impl WrenchFinding {
             self.form()
         };
         let other = other.filter(|other| other.score() > self.score() + form)?;
-        let share = 1.0 / other.prepared.problem.chi2;
         let curve = other.found.accepted?;
         let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
-        is_curve.then(|| curve.scaled(share * self.chi2_as_tried()))
+        is_curve.then(|| curve.beside_noise(self.chi2_as_tried()))
     }
 
-    /// χ² beside the noise with which most hypotheses were tried. Beside another one it counts otherwise; the share of it that
-    /// is explained does not.
+    /// χ² of all there was to explain beside the noise with which what is accepted was tried. Beside another one χ² counts
+    /// otherwise; the share of it that is explained does not.
     fn chi2_as_tried(&self) -> f64 {
-        let all = self.prepared.problem.chi2;
-        let accepted = self.found.accepted.as_ref().filter(|t| t.gain > 0.0);
-        let as_tried = accepted.and_then(|now| {
-            let same = |t: &&wrench::Tested| t.effects_in_order() == now.effects_in_order();
-            Some(self.found.ranked.iter().find(same)?.gain / now.gain)
-        });
-        all * as_tried.unwrap_or(1.0)
+        let accepted = self.found.accepted.as_ref();
+        let as_tried = accepted.and_then(|now| self.found.ranked.iter().find(|t| t.is_same(now)));
+        as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
     /// Whether another search leaves as little, but for errors of form.
@@ -280,8 +275,8 @@ impl WrenchFinding {
         if let Some(accepted) = &self.found.accepted {
             let ids = accepted.ids();
             // Evidence counts beside the noise with which it was found.
-            let same = |t: &&wrench::Tested| t.effects_in_order() == accepted.effects_in_order();
-            let own = tried.iter().filter(same).map(|t| t.evidence);
+            let same = tried.iter().filter(|t| t.is_same(accepted));
+            let own = same.map(|t| t.evidence);
             let own = own.reduce(f64::max).unwrap_or(accepted.evidence);
             let support = ids.iter().zip(&mut self.found.support);
             for (id, support) in support {

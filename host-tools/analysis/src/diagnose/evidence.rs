@@ -15,6 +15,9 @@
 //! | [`STRAINED`] | 6e-5 | probability with which nominal parameters are off by more than one of them by four tolerances: of 100 logs with 20 parameters off by one tolerance (1 σ) none is |
 //! | [`RISES`] | 1.01 | by so much p parameters raise the error (rms) on unseen data that are fitted to 50 p rows of noise; logs of a machine have many more. The likelihood weighs slow and fast errors as the noise has them: where it disagrees with the error itself, the form of the effect is wrong. Of two answers whose errors differ by less the likelier one is taken |
 //! | [`FORETELLS`] | 1.1 | an error on unseen data that is a tenth larger without an effect is what no smooth remainder says: that is fitted to each log; nor an error of the form of other laws, a slow drift, or an interval that holds 0. Set by hand on public logs of joints; no answer of hidden-effects-hard is another one with it, nor, for the remainder, of `--seed 901`, for the rest, of `--seed 902 --count 100` |
+//! | [`TOLD_APART`] | 12 | odds of 400 for an effect over another in its place, 2 ln 400, and of two forms of a law or two scopes of axes, where neither price nor error of form decides. Set by hand |
+//! | [`NEARLY_AS_GOOD`] | 0.85 | what another hypothesis explains, as a share of what the answer does, from which both are right but for errors of form: laws of real machines leave up to 15 % of χ² to others. Set by hand |
+//! | [`AS_MUCH`] | 0.5 | what does less than half of what a named effect does beside the others does not stand for it: it is behind by little only because neither does much. Set by hand |
 //! | [`DIFFERS`] | 0.04 | logs disagree about an effect if what amounts of their own explain is this share of what its common amount does: the square of a fifth, one shows half as much again as the other. Amounts of four legs of one robot differ by 3 to 24 % between two runs; set by hand, and effects in one of two generated logs are told as before (`--seed 902`) |
 
 use softdock_physics::effects::CATALOGUE;
@@ -41,6 +44,15 @@ pub(crate) const RISES: f64 = 1.01;
 /// By how much the error on unseen data is larger, as a factor, without an effect that is named although something else (a
 /// smooth remainder, an error of the form of others, nothing at all by its interval) would explain it, too.
 pub(crate) const FORETELLS: f64 = 1.1;
+
+/// χ² by which a rival has to be behind to be told apart.
+pub(crate) const TOLD_APART: f64 = 12.0;
+
+/// What a hypothesis explains, as a share of what the answer does, from which errors of form may be all that is between them.
+pub(crate) const NEARLY_AS_GOOD: f64 = 0.85;
+
+/// What a rival does beside the others, as a share of what the effect in whose place it is does there, from which it is one.
+pub(crate) const AS_MUCH: f64 = 0.5;
 
 /// Share of what an effect explains in common that amounts of each log's own have to add before the logs disagree about it.
 pub(crate) const DIFFERS: f64 = 0.04;

@@ -94,6 +94,13 @@ pub struct Ranked {
     pub refused: Option<String>,
 }
 
+impl Ranked {
+    /// Fall of χ² over all logs.
+    pub(super) fn fall(&self) -> f64 {
+        self.gain_train + self.gain_test
+    }
+}
+
 /// The closest rival of what is named.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunnerUp {

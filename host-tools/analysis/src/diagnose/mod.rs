@@ -23,6 +23,7 @@ mod actuator;
 mod beside;
 mod body;
 mod clock;
+mod closest_rival;
 mod engine;
 mod equivalent;
 mod error_reduction;

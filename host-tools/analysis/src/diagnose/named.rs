@@ -2,7 +2,7 @@
 
 use super::actuator::{Candidate, Search, Term};
 use super::engine::Stages;
-use super::evidence::Support;
+use super::evidence::{NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use softdock_physics::effects::{Role, by_id};
@@ -315,9 +315,6 @@ fn actuator(stages: &Stages) -> Vec<Named> {
     }
     named
 }
-
-/// Gain of a hypothesis, as a share of the accepted one's, from which its estimates count.
-pub(crate) const NEARLY_AS_GOOD: f64 = 0.85;
 
 /// A parameter of a pair whose value depends on what else is believed has no narrower interval than
 /// the estimates of all hypotheses that explain nearly as much.

@@ -10,7 +10,7 @@ use super::named::{INTERVAL_95, Named};
 use super::structure::{self, Left, SLOW_HZ, Structure};
 use super::verdict::Grounds;
 use super::wrench::{Disagreement, PreparedLog};
-use super::{ranking, regions, sentence};
+use super::{closest_rival, ranking, regions, sentence};
 use crate::compare::sentence::listed;
 use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
@@ -75,7 +75,7 @@ pub(crate) fn conclude(
     let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
-    let runner_up = ranking::runner_up(&found, &ranked);
+    let runner_up = closest_rival::runner_up(&found, &ranked);
     // A curve beside which nothing is left says nothing.
     let curves = match left.iter().any(Left::is_structured) {
         true => ranking::shapes(stages),
@@ -137,7 +137,7 @@ pub(crate) fn conclude(
         verdict,
         experiment: runner_up
             .as_ref()
-            .and_then(|r| ranking::experiment(named_effects.first(), r)),
+            .and_then(|r| closest_rival::experiment(named_effects.first(), r)),
         parameters: reduction
             .named
             .iter()

@@ -1,19 +1,16 @@
-//! Hypotheses with their evidence, and the closest rival of what is named.
+//! Hypotheses of all stages with their evidence.
 
 use super::actuator::Candidate;
 use super::clock::Jitter;
+use super::closest_rival::is_more_than;
 use super::engine::{Stages, WrenchFinding, is_shape};
-use super::evidence;
-use super::finding::{Experiment, Ranked, RunnerUp, StrongestEvidence, Tie};
-use super::named::NEARLY_AS_GOOD;
+use super::evidence::{self, NEARLY_AS_GOOD, TOLD_APART};
+use super::finding::{Ranked, StrongestEvidence};
 use super::rivals::ClockRival;
 use super::wrench::Tested;
-use softdock_physics::effects::by_id;
 use softdock_physics::model::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// χ² by which a rival has to be behind to be told apart.
-const TOLD_APART: f64 = 12.0;
 /// Hypotheses that are reported.
 const REPORTED: usize = 12;
 /// Hypotheses that are reported of each later round.
@@ -80,7 +77,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     let price = evidence::price(stages.logs.all.iter().map(|log| log.cycle_count()).sum());
     let worth = |r: &Ranked| {
         let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;
-        fall(r) - paid
+        r.fall() - paid
     };
     let mut all: Vec<(f64, Ranked)> = all.into_iter().map(|r| (worth(&r), r)).collect();
     all.extend(stages.wrench.iter().flat_map(|w| of_wrench(w, fitted)));
@@ -96,23 +93,16 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         seen.push(key);
         new
     });
-    all.retain(|one| fall(one) > 10.0);
+    all.retain(|one| one.fall() > 10.0);
     shortened(all)
-}
-
-/// Fall of χ² over all logs.
-fn fall(ranked: &Ranked) -> f64 {
-    ranked.gain_train + ranked.gain_test
 }
 
 /// Hypotheses on the reading, with their evidence.
 fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64, Ranked)> {
     let ranked = &stage.found.ranked;
     // As it was tried beside the others, with their noise.
-    let accepted = stage.found.accepted.as_ref().map(Tested::effects_in_order);
-    let answer = ranked
-        .iter()
-        .find(|t| accepted.as_ref() == Some(&t.effects_in_order()));
+    let accepted = stage.found.accepted.as_ref();
+    let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
     let answer = answer.filter(|_| stage.left().is_structured());
     let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
     let of = move |tested: &Tested| {
@@ -264,187 +254,6 @@ fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
         }
     }
     kept
-}
-
-/// The closest rival of what is named: one that explains as much in the place of a named effect, else
-/// the one that is the least behind in such a place.
-pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
-    let tie = ranked.iter().find_map(|rival| {
-        let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
-        let other = rival.effects.iter().find(|id| !named.contains(id))?;
-        let with_it = |r: &&Ranked| {
-            let back = rival
-                .effects
-                .iter()
-                .map(|id| if id == other { of } else { id });
-            let back: BTreeSet<&String> = back.collect();
-            r.beside == rival.beside && r.effects.iter().collect::<BTreeSet<_>>() == back
-        };
-        Some((of, ranked.iter().find(with_it)?, rival, other))
-    });
-    let (of, winner, rival, other) = tie.or_else(|| {
-        let less = |place: &InPlace<'_>| fall(place.1) - fall(place.2);
-        let each = named
-            .iter()
-            .flat_map(|id| in_the_place_of(id, named, ranked));
-        each.min_by(|a, b| less(a).total_cmp(&less(b)))
-    })?;
-    let others = in_the_place_of(of, named, ranked).into_iter();
-    let mut ties: Vec<Tie> = Vec::new();
-    for (_, winner, rival, effect) in others {
-        let is_new = effect != other && ties.iter().all(|tie| tie.effect != *effect);
-        if is_new && !is_told_apart(winner, rival) && does_as_much(of, winner, rival, ranked) {
-            ties.push(Tie {
-                effect: effect.clone(),
-                behind: behind(winner, rival),
-                evidence: evidence_against(winner, rival),
-            });
-        }
-    }
-    Some(RunnerUp {
-        effect: other.clone(),
-        of: of.clone(),
-        behind: behind(winner, rival),
-        told_apart: is_told_apart(winner, rival),
-        evidence: evidence_against(winner, rival),
-        ties,
-    })
-}
-
-/// By how much less χ² falls with a rival. What fits a little better, and was not taken for other reasons, ties.
-fn behind(winner: &Ranked, rival: &Ranked) -> f64 {
-    (fall(winner) - fall(rival)).max(0.0)
-}
-
-fn is_told_apart(winner: &Ranked, rival: &Ranked) -> bool {
-    rival.as_good_as.is_none() && behind(winner, rival) > by_form(winner)
-}
-
-/// χ² that tells a rival from what explains so much: more than noise makes, and than an error of the form of a law.
-fn by_form(winner: &Ranked) -> f64 {
-    TOLD_APART.max(evidence::LAW * fall(winner))
-}
-
-/// Evidence against a rival, beside which errors of form are what noise is where there are none.
-fn evidence_against(winner: &Ranked, rival: &Ranked) -> f64 {
-    let behind = behind(winner, rival);
-    let by_form = match rival.as_good_as.is_some() && behind > TOLD_APART {
-        // Where more is left than noise.
-        true => (1.0 - NEARLY_AS_GOOD) * fall(winner),
-        false => by_form(winner),
-    };
-    behind * TOLD_APART / by_form.max(TOLD_APART)
-}
-
-/// A named effect, a hypothesis with it, the one with another effect in its place, and that effect.
-type InPlace<'a> = (&'a String, &'a Ranked, &'a Ranked, &'a String);
-
-/// The best hypothesis of most effects with one and nothing that is not named for which any with another effect in its place
-/// was tried, with each of these.
-fn in_the_place_of<'a>(id: &'a String, named: &[String], ranked: &'a [Ranked]) -> Vec<InPlace<'a>> {
-    let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
-    let with_it = ranked.iter().filter(is_named);
-    let with_it = with_it.filter(|r| r.effects.contains(id) && explains(id, r, ranked));
-    // What is left to fewer of them, others may explain.
-    let with_it: Vec<&Ranked> = with_it.collect();
-    let most = with_it.iter().map(|r| r.effects.len()).max();
-    let with_it = with_it
-        .into_iter()
-        .filter(|r| Some(r.effects.len()) == most);
-    let rivals_of = |winner: &'a Ranked| {
-        let alike = move |r: &&Ranked| r.channel == winner.channel && r.beside == winner.beside;
-        let others = ranked.iter().filter(|r| r.refused.is_none()).filter(alike);
-        others.filter_map(move |r| {
-            let other = r.effects.iter().find(|e| !named.contains(e))?;
-            let ties = r.as_good_as.as_ref() == Some(id);
-            let is_excluded =
-                is_in_another(other, id, named) || (!ties && takes_another_place(other, id, named));
-            if is_shape(other) || is_excluded {
-                return None;
-            }
-            if !ties && is_refused_by_its_price(r, winner, other, id) {
-                return None;
-            }
-            let kept = |e: &String| e == id || r.effects.contains(e);
-            let exchanged = r.effects.len() == winner.effects.len();
-            (exchanged && winner.effects.iter().all(kept)).then_some((id, winner, r, other))
-        })
-    };
-    let mut pairs: Vec<InPlace<'a>> = with_it.flat_map(rivals_of).collect();
-    let best = pairs.iter().map(|place| fall(place.1)).fold(0.0, f64::max);
-    pairs.retain(|place| fall(place.1) >= best);
-    pairs
-}
-
-/// Whether an effect contains a named one other than `id`, or is of its kind: it is that one's rival.
-fn takes_another_place(other: &str, id: &str, named: &[String]) -> bool {
-    let Some(other) = by_id(other) else {
-        return false;
-    };
-    let contains = |name: &str| other.detail_of.iter().any(|(of, _)| *of == name);
-    let alike =
-        |name: &str| other.kind.is_some() && by_id(name).is_some_and(|e| e.kind == other.kind);
-    let others = named.iter().filter(|name| *name != id);
-    others.into_iter().any(|name| contains(name) || alike(name))
-}
-
-/// Whether a rival has more parameters, and neither fits better for it nor is within an error of form of the winner: what has all
-/// that the winner has always is.
-fn is_refused_by_its_price(rival: &Ranked, winner: &Ranked, other: &str, id: &str) -> bool {
-    let further = rival.parameters.saturating_sub(winner.parameters) as f64;
-    let better = fall(rival) - fall(winner);
-    let is_form = winner.channel == Channel::Wrench && !is_more_than(other, id);
-    let by_form = is_form && further * TOLD_APART - better <= evidence::LAW * fall(winner);
-    further > 0.0 && better < TOLD_APART && !by_form
-}
-
-/// Whether an effect contains another, or is of its kind: with more parameters it fits as well by itself.
-fn is_more_than(other: &str, id: &str) -> bool {
-    by_id(other).zip(by_id(id)).is_some_and(|(other, one)| {
-        let is_kin = other.kind.is_some() && other.kind == one.kind;
-        is_kin || other.detail_of.iter().any(|(of, _)| *of == id)
-    })
-}
-
-/// Whether a named one other than `id` contains an effect: beside it that one is no effect of its own.
-fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
-    let others = named.iter().filter(|name| *name != id);
-    let mut details = others.filter_map(|name| Some(by_id(name)?.detail_of));
-    details.any(|detail_of| detail_of.iter().any(|(of, _)| *of == other))
-}
-
-/// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much.
-fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) -> bool {
-    let rest = without_it(id, winner, ranked);
-    fall(rival) - rest > 0.5 * (fall(winner) - rest)
-}
-
-/// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
-/// everything.
-fn explains(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> bool {
-    fall(with_it) - without_it(id, with_it, ranked) > TOLD_APART
-}
-
-/// Fall of χ² with the others of a hypothesis, 0 where it was not tried.
-fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
-    let rest: Vec<&String> = with_it.effects.iter().filter(|e| *e != id).collect();
-    let is_rest = |r: &&Ranked| {
-        r.beside == with_it.beside
-            && r.effects.len() == rest.len()
-            && rest.iter().all(|e| r.effects.contains(e))
-    };
-    ranked.iter().find(is_rest).map_or(0.0, fall)
-}
-
-/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
-pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
-    let effect = by_id(&rival.of).or_else(|| by_id(first?))?;
-    Some(Experiment {
-        sentence: effect.tell_apart.to_owned(),
-        separation_now: rival.behind,
-        separation_then: None,
-        command: format!("softdock demo --effect {}", effect.id),
-    })
 }
 
 /// Phenomenological shapes that would fit.

@@ -8,6 +8,7 @@
 
 use super::clock::{Jitter, PoseScatter};
 use super::engine::{ClockFinding, Logs, Question};
+use super::evidence::TOLD_APART;
 use super::stage_results::StageResults;
 use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
@@ -17,8 +18,6 @@ use softdock_physics::effects::body::clock_jitter::Scatter;
 use softdock_physics::model::Model;
 use softdock_physics::model::stage::Stage;
 
-/// χ² by which the better of two is believed.
-const TOLD_APART: f64 = 12.0;
 /// What a parameter costs in χ².
 const PRICE: f64 = 10.0;
 /// Share of the excess over the noise that recovered instants have to take away.

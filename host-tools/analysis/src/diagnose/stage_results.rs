@@ -231,7 +231,7 @@ fn rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
 /// Where more is not explained an answer has lost effects that a search had beside others, and what stood in the place of one of its
 /// own was tried beside those: others are tried in each place once more.
 fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
-    /// Relative difference of χ² that shapes which were refined anew make, and another noise does not.
+    /// Relative difference of all there is to explain that noise which was estimated anew makes, and another noise does not.
     const SAME_NOISE: f64 = 0.01;
     let beside = finding.beside.clone();
     let asks = beside.is_some() || finding.left().is_structured();
@@ -248,21 +248,18 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     };
     let tried = asking.ask(&question).map(|others| others.found.ranked);
     let tried = tried.unwrap_or_default();
-    let itself = |all: &[wrench::Tested]| -> Option<f64> {
-        let same = |t: &&wrench::Tested| t.effects_in_order() == answer.effects_in_order();
-        all.iter().find(same).map(|t| t.gain)
-    };
-    let Some(now) = itself(&tried) else {
+    let Some(now) = tried.iter().find(|t| t.is_same(&answer)) else {
         return;
     };
-    let ranked = &mut finding.found.ranked;
     // χ² beside another noise is no evidence for or against what was tried now.
-    let before = itself(ranked).unwrap_or(f64::INFINITY);
-    if (before / now - 1.0).abs() > SAME_NOISE {
-        let count = answer.effects.len();
-        let is_curve = |t: &wrench::Tested| t.effects.iter().any(|e| is_shape(e.id));
-        ranked.retain(|other| other.effects.len() != count || is_curve(other));
-    }
+    let (to_explain, count) = (now.to_explain, answer.effects.len());
+    let ranked = &mut finding.found.ranked;
+    ranked.retain(|other| {
+        let is_curve = other.effects.iter().any(|e| is_shape(e.id));
+        other.effects.len() != count
+            || is_curve
+            || (other.to_explain / to_explain - 1.0).abs() < SAME_NOISE
+    });
     ranked.extend(tried);
     ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
 }

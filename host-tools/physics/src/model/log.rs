@@ -63,6 +63,11 @@ pub struct Log {
     pub whole_turns: i32,
 }
 
+/// Whether values are readings: no sensor reads exactly 0 throughout.
+pub(super) fn is_measured(mut values: impl Iterator<Item = f64>) -> bool {
+    values.any(|value| value != 0.0)
+}
+
 impl Log {
     /// From a recording.
     ///
@@ -126,10 +131,10 @@ impl Log {
         self.turned[n].map_or(rates, |turned| turned.velocity(&rates))
     }
 
-    /// Axes on which the wrench was measured: no sensor reads exactly 0 throughout.
+    /// Axes on which the wrench was measured.
     pub fn measured(&self) -> [bool; 6] {
-        let reads = |series: &Vec<f64>| series.iter().any(|value| *value != 0.0);
-        self.wrench.each_ref().map(reads)
+        let of_axis = |series: &Vec<f64>| is_measured(series.iter().copied());
+        self.wrench.each_ref().map(of_axis)
     }
 
     /// Number of cycles.

@@ -11,14 +11,12 @@ use super::refine::{improved, refined};
 use super::steps::best_step;
 use super::tried::specs;
 use crate::diagnose::engine::Watch;
-use crate::diagnose::evidence::{self, Support, threshold};
+use crate::diagnose::evidence::{self, Support, TOLD_APART, threshold};
 use crate::diagnose::finding::Trial;
 use rayon::prelude::*;
 use softdock_physics::model::Channel;
 use softdock_physics::model::stage::Stage;
 
-/// Fall of χ² below which two forms or scopes of a stage are equal.
-const TOLD_APART: f64 = 10.0;
 /// Gain on the grid below which a stage is not searched further.
 const NEGLIGIBLE_GAIN: f64 = 5.0;
 /// Residual over noise at which nothing is left to explain.

@@ -244,6 +244,7 @@ impl Joint {
         let gain = self.problem.gain_of(&white);
         Tested {
             evidence: tested.evidence - tested.gain + gain,
+            to_explain: self.problem.chi2,
             gain,
             gains,
             ..tested

@@ -27,6 +27,9 @@ pub(crate) struct Tested {
     pub effects: Vec<Fitted>,
     /// Ids of what the model had already.
     pub beside: Vec<String>,
+    /// χ² of all there was to explain. Its unit is the noise beside which the hypothesis was tried: that is the same where
+    /// this is.
+    pub to_explain: f64,
     /// Fall of χ² over all logs.
     pub gain: f64,
     /// Fall of χ² of each log.
@@ -51,12 +54,19 @@ impl Tested {
         }
     }
 
-    /// With χ² in other units.
-    pub(crate) fn scaled(mut self, by: f64) -> Self {
+    /// With χ² in the unit in which there is so much to explain.
+    pub(crate) fn beside_noise(mut self, to_explain: f64) -> Self {
+        let by = to_explain / self.to_explain;
+        self.to_explain = to_explain;
         self.gain *= by;
         self.evidence *= by;
         self.gains.iter_mut().for_each(|gain| *gain *= by);
         self
+    }
+
+    /// Whether its effects are those of another hypothesis, in whatever order.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.effects_in_order() == other.effects_in_order()
     }
 
     /// Ids by the alphabet: those of the same effects are equal.
@@ -260,6 +270,7 @@ pub(super) fn fitted_to(
     Tested {
         effects,
         beside: known.map(|e| e.id.clone()).collect(),
+        to_explain: problem.chi2,
         gain: solution.gain,
         gains: problem.gains(&white),
         evidence: hypothesis.evidence + improvement,

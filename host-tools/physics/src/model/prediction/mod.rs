@@ -25,7 +25,7 @@ pub mod wrench;
 
 use super::load::Scene;
 use super::load::effects::add_known;
-use super::log::Log;
+use super::log::{Log, is_measured};
 use super::{Axis, Channel, Model, clock};
 use crate::effects::body::clock_jitter::Scatter;
 use signals::Signals;
@@ -64,8 +64,8 @@ impl ChannelPrediction {
 
     /// Axes on which anything was measured: of a joint's log one of six, of a load cell those that it has.
     fn measured_axes(&self) -> Vec<Axis> {
-        let reads = |axis: &Axis| self.measured.iter().any(|row| row[axis.index()] != 0.0);
-        Axis::ALL.into_iter().filter(reads).collect()
+        let of_axis = |axis: &Axis| is_measured(self.measured.iter().map(|row| row[axis.index()]));
+        Axis::ALL.into_iter().filter(of_axis).collect()
     }
 
     /// Noise that the residual should have.
