@@ -1,7 +1,7 @@
 //! What the stages accepted, as effects of a model file.
 
 use super::actuator::{Candidate, Search, Term};
-use super::engine::Stages;
+use super::engine::{Stages, WrenchFinding};
 use super::evidence::{NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
@@ -127,16 +127,18 @@ impl Named {
     }
 
     /// Shapes, such as a time constant, that stand where their range ends, in words; none if there are none.
-    pub(super) fn at_its_end(&self) -> Option<String> {
+    pub(super) fn at_its_end(&self, found: &WrenchFinding) -> Option<String> {
         /// Part of the end that is the end.
         const END: f64 = 0.99;
-        let effect = by_id(&self.effect.id)?;
+        let joint = &found.prepared;
+        let effect = LoadEffect::find(&joint.logs.first()?.scene.model, &self.effect.id)?;
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
-            let parameter = &effect.parameters[effect.place(name)?];
+            let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
-            let is_at_end = is_shape && estimate.value >= END * parameter.high;
+            let [_, end] = effect.searched(parameter, joint.cycle_s());
+            let is_at_end = is_shape && estimate.value >= END * end;
             is_at_end.then(|| {
-                let end = number::significant(parameter.high, 3);
+                let end = number::significant(end, 3);
                 format!(
                     "{name} stands at the end of what was tried, {end} {}",
                     estimate.unit

@@ -121,7 +121,11 @@ pub(crate) fn conclude(
     }));
     if !unnamed {
         notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
-        notes.extend(reduction.named.iter().filter_map(|(n, _)| n.at_its_end()));
+        let ends = stages.wrench.iter().flat_map(|found| {
+            let named = reduction.named.iter();
+            named.filter_map(|(one, _)| one.at_its_end(found))
+        });
+        notes.extend(ends);
     }
     // Of two that the logs do not tell apart none is certain.
     let against = |named: &Named| {

@@ -150,6 +150,12 @@ fn top(up: f64, down: f64) -> f64 {
 }
 
 impl Joint {
+    /// Length of a cycle of the slowest log, s.
+    pub(crate) fn cycle_s(&self) -> f64 {
+        let cycles = self.logs.iter().map(|log| log.scene.cycle_s);
+        cycles.fold(0.0, f64::max)
+    }
+
     /// All logs together.
     pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize) -> Self {
         let problem = problem(&logs, &[], |_, _| true);

@@ -456,7 +456,10 @@ impl<'a> Shaped<'a> {
                 let moved = before[i][k] * (share * of_shape(n).clamp(-LONGEST, LONGEST)).exp();
                 let known = effect.parameters.iter();
                 let known = known.filter(|p| p.name == effect.shapes[k].name);
-                shapes[i][k] = known.fold(moved, |moved, p| moved.clamp(p.low, p.high));
+                shapes[i][k] = known.fold(moved, |moved, p| {
+                    let [low, high] = effect.searched(p, self.joint.cycle_s());
+                    moved.clamp(low, high)
+                });
             }
             self.set_all(shapes);
             let next = self.solution().map(|next| next.gain);

@@ -177,10 +177,10 @@ pub(super) fn fitted_to(
                 }
                 let gain = |own: &[f64]| shaped.gain_with(i, own);
                 let range = match round {
-                    0 => neighbours(shapes[i][k], shape.tried),
+                    0 => neighbours(shapes[i][k], &effect.tried(shape, joint.cycle_s())),
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
-                let range = plausible(effect, shape, shapes[i][k], range);
+                let range = plausible(effect, shape, shapes[i][k], range, joint.cycle_s());
                 let sigma = refine(&mut shapes[i], k, range, care.resolution(), &gain);
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
@@ -338,11 +338,18 @@ pub(super) fn has_size(shape: &Shape, value: f64) -> bool {
     shape.continuous && value > 0.0
 }
 
-/// The part of a range around a value that the catalogue allows.
-fn plausible(effect: &LoadEffect, shape: &Shape, at: f64, (low, high): (f64, f64)) -> (f64, f64) {
+/// The part of a range around a value in which a search looks in logs with such cycles.
+fn plausible(
+    effect: &LoadEffect,
+    shape: &Shape,
+    at: f64,
+    (low, high): (f64, f64),
+    cycle_s: f64,
+) -> (f64, f64) {
     let known = effect.parameters.iter().find(|p| p.name == shape.name);
     known.map_or((low, high), |p| {
-        (low.max(p.low).min(at), high.min(p.high).max(at))
+        let [least, most] = effect.searched(p, cycle_s);
+        (low.max(least).min(at), high.min(most).max(at))
     })
 }
 

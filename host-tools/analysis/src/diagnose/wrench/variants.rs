@@ -57,7 +57,10 @@ impl Library {
         };
         let wanted: Vec<(&LoadEffect, Vec<f64>)> = all
             .filter(is_tried)
-            .flat_map(|effect| combinations(effect).into_iter().map(move |s| (effect, s)))
+            .flat_map(|effect| {
+                let shapes = combinations(effect, joint.cycle_s());
+                shapes.into_iter().map(move |shapes| (effect, shapes))
+            })
             .collect();
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
@@ -269,20 +272,16 @@ impl Store {
     }
 }
 
-/// All combinations of the shapes that are tried.
-fn combinations(effect: &LoadEffect) -> Vec<Vec<f64>> {
+/// All combinations of the shapes that are tried in logs with such cycles.
+fn combinations(effect: &LoadEffect, cycle_s: f64) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
-        all = all
-            .into_iter()
-            .flat_map(|head| {
-                shape.tried.iter().map(move |value| {
-                    let mut row = head.clone();
-                    row.push(*value);
-                    row
-                })
-            })
-            .collect();
+        let tried = effect.tried(shape, cycle_s);
+        let with = |head: &Vec<f64>, value: &f64| head.iter().chain([value]).copied().collect();
+        let each = all
+            .iter()
+            .flat_map(|head| tried.iter().map(move |value| with(head, value)));
+        all = each.collect();
     }
     all
 }

@@ -5,11 +5,21 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, laws};
-use crate::effects::{CATALOGUE, Effect, Law, Parameter, Reversal, Role, Values};
+use crate::effects::{CATALOGUE, Effect, Kind, Law, Parameter, Reversal, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
 use std::sync::{LazyLock, Mutex, PoisonError};
+
+/// Latest that a reading is looked for in logs of 100 Hz and more.
+const LATEST_S: f64 = 0.1;
+/// The same in cycles, in slower logs.
+const LATEST_CYCLES: f64 = 10.0;
+
+/// By how much later than in fast logs a reading is looked for in one with such cycles.
+fn slower(cycle_s: f64) -> f64 {
+    (cycle_s * LATEST_CYCLES / LATEST_S).max(1.0)
+}
 
 /// What a coefficient may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,6 +182,33 @@ impl LoadEffect {
             self.effect.law,
             Law::Late(_) | Law::Apart(_) | Law::Actuator(Some(_))
         )
+    }
+
+    /// Range of a parameter in which a search looks in a log with such cycles. What is late is late by some cycles of a sensor,
+    /// a bus or a clock; what is slower than that is something else.
+    pub fn searched(&self, parameter: &Parameter, cycle_s: f64) -> [f64; 2] {
+        let Parameter { low, high, .. } = *parameter;
+        match self.is_late_reading() && parameter.tried().is_some() {
+            true => [low, high].map(|end| {
+                let latest = LATEST_S * slower(cycle_s);
+                end.clamp(-latest, latest)
+            }),
+            false => [low, high],
+        }
+    }
+
+    /// Values of a shape that are tried in a log with such cycles.
+    pub fn tried(&self, shape: &Shape, cycle_s: f64) -> Vec<f64> {
+        let factor = match self.is_late_reading() {
+            true => slower(cycle_s),
+            false => 1.0,
+        };
+        shape.tried.iter().map(|value| factor * value).collect()
+    }
+
+    /// Whether readings and motion are of different times.
+    fn is_late_reading(&self) -> bool {
+        self.effect.kind == Some(Kind::LateReading)
     }
 
     /// Whether it follows the time and nothing else: a zero with a shape, which is how it changes.
