@@ -306,7 +306,7 @@ pub fn words(line: &str) -> Vec<&str> {
 /// and what it said.
 ///
 /// # Panics
-/// As [`softdock`].
+/// As [`softdock()`].
 pub fn demonstration() -> &'static (PathBuf, Finished) {
     static DEMONSTRATION: OnceLock<(PathBuf, Finished)> = OnceLock::new();
     DEMONSTRATION.get_or_init(|| {

@@ -6,7 +6,7 @@ use softdock_physics::model::{Axis, Channel};
 
 /// An error counts as one if its root mean square is this multiple of the expected noise: data
 /// sheets are not better than that.
-const TOLERATED_NOISE: f64 = 1.25;
+pub const TOLERATED_NOISE: f64 = 1.25;
 /// ... and if the sum of squares is so many standard deviations above what noise would give.
 /// For white Gaussian noise the sum of n squares is n ± √(2n); what is differenced is less white.
 const SIGNIFICANT: f64 = 6.0;

@@ -26,6 +26,7 @@ mod tests;
 
 use contact::Contacts;
 use errors::AxisError;
+pub use errors::TOLERATED_NOISE;
 pub use explain::{Estimate, Explanation};
 pub use failure::{Failure, PhaseShare};
 pub use free_simulation::FreeSimulation;

@@ -178,14 +178,22 @@ fn without_it(id: &str, with_it: &Ranked, ranked: &[Ranked]) -> f64 {
     ranked.iter().find(is_rest).map_or(0.0, Ranked::fall)
 }
 
-/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival.
-pub(super) fn experiment(first: Option<&String>, rival: &RunnerUp) -> Option<Experiment> {
+/// What the catalogue says tells an effect and its rival apart; `first` where there is no rival. Who has a rig can try it on the
+/// simulated one.
+pub(super) fn experiment(
+    first: Option<&String>,
+    rival: &RunnerUp,
+    of_a_rig: bool,
+) -> Option<Experiment> {
     let effect = by_id(&rival.of).or_else(|| by_id(first?))?;
     Some(Experiment {
         sentence: effect.tell_apart.to_owned(),
         separation_now: rival.behind,
         separation_then: None,
-        command: format!("softdock demo --effect {}", effect.id),
+        command: match of_a_rig {
+            true => format!("softdock demo --effect {}", effect.id),
+            false => String::new(),
+        },
     })
 }
 

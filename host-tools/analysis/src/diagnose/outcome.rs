@@ -1,7 +1,7 @@
 //! From what the stages found to a verdict.
 
 use super::actuator::{Candidate, Search};
-use super::engine::{ActuatorFinding, Logs, Question, Stages};
+use super::engine::{ActuatorFinding, Logs, Question, Stages, WrenchFinding};
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence::{self, NAMED};
@@ -141,7 +141,7 @@ pub(crate) fn conclude(
         verdict,
         experiment: runner_up
             .as_ref()
-            .and_then(|r| closest_rival::experiment(named_effects.first(), r)),
+            .and_then(|r| closest_rival::experiment(named_effects.first(), r, of_a_rig(stages))),
         parameters: reduction
             .named
             .iter()
@@ -230,6 +230,11 @@ const NO_SPACECRAFT: &str =
 /// Number of things that a log may lack.
 const TESTED: usize = 3;
 
+/// Whether the controller of a rig wrote any of the logs.
+fn of_a_rig(stages: &Stages) -> bool {
+    stages.logs.all.iter().any(|log| log.of_a_rig)
+}
+
 /// What cannot be tested on these logs, and why.
 fn lacking(stages: &Stages) -> Vec<&'static str> {
     let mut all = Vec::new();
@@ -252,7 +257,7 @@ fn lacking(stages: &Stages) -> Vec<&'static str> {
 /// Nominal parameters beside what was found.
 fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
     let found = stages.wrench.iter();
-    let all = found.flat_map(|w| w.prepared.nominal(w.found.accepted.as_ref()));
+    let all = found.flat_map(WrenchFinding::nominal);
     let of = |(name, value, sigma, tolerances): (String, f64, f64, f64)| {
         let reach = INTERVAL_95 * sigma;
         let nominal = Nominal {
@@ -410,9 +415,8 @@ fn notes(
     in_sample: bool,
 ) -> Vec<String> {
     let mut notes = stages.before.shown().notes.clone();
-    let of_a_rig = stages.logs.all.iter().any(|log| log.of_a_rig);
     let lacking = lacking(stages).into_iter();
-    let lacking = lacking.filter(|lack| of_a_rig || *lack != NO_SPACECRAFT);
+    let lacking = lacking.filter(|lack| of_a_rig(stages) || *lack != NO_SPACECRAFT);
     notes.extend(lacking.map(str::to_owned));
     if stages.logs.have_own_origins() {
         let turns = model.bearing().is_some();

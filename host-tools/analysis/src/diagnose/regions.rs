@@ -17,13 +17,13 @@ pub(super) fn left_over(left: &[Left], stages: &Stages) -> Vec<Region> {
         .flat_map(Left::structured)
         .filter_map(|(channel, axis, each)| {
             let shown = each.get(shown)?;
-            let (from, length) = shown.burst_at;
+            let ((from, length), regime) = shown.strongest();
             Some(Region {
                 channel: *channel,
                 axis: *axis,
                 from_s: at(from),
                 to_s: at(from + length),
-                regime: shown.words(),
+                regime,
             })
         })
         .collect()

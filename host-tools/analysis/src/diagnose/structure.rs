@@ -206,10 +206,14 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
         .filter_map(|n| white.get(*n).copied())
         .collect();
     let mut found = Structure::of(&series, log.scene.cycle_s, level);
-    let (first, length) = found.burst_at;
     let place = |n: usize| places.get(n).copied().unwrap_or_default();
-    let last = place(first + length.saturating_sub(1));
-    found.burst_at = (place(first), last.saturating_sub(place(first)) + 1);
+    let of_all = |(first, length): (usize, usize)| {
+        let last = place(first + length.saturating_sub(1));
+        (place(first), last.saturating_sub(place(first)) + 1)
+    };
+    found.burst_at = of_all(found.burst_at);
+    found.line_at = of_all(found.line_at);
+    found.count = log.fresh.len();
     found
 }
 
@@ -250,6 +254,10 @@ pub(crate) struct Structure {
     pub burst_at: (usize, usize),
     /// Strongest line over the median of the spectrum, and its frequency, Hz.
     pub line: (f64, f64),
+    /// First cycle of the piece that has it, and its length.
+    pub line_at: (usize, usize),
+    /// Number of cycles.
+    pub count: usize,
     /// Root mean square before whitening over the data sheet's noise.
     pub level: f64,
 }
@@ -271,6 +279,7 @@ impl Structure {
         if white.len() < 64 {
             return Self {
                 level,
+                count: white.len(),
                 ..Self::default()
             };
         }
@@ -281,11 +290,14 @@ impl Structure {
         // The median of an exponential variable is ln 2 of its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
+        let (line, line_at) = strongest_line(white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
             burst,
             burst_at,
-            line: strongest_line(white, cycle_s),
+            line,
+            line_at,
+            count: white.len(),
             level,
         }
     }
@@ -303,20 +315,28 @@ impl Structure {
     pub(crate) fn of_size(self) -> Self {
         Self {
             level: self.level,
+            count: self.count,
             ..Self::default()
         }
     }
 
     /// What fires, in words.
     pub(crate) fn words(&self) -> String {
+        self.strongest().1
+    }
+
+    /// The same, with the first cycle of where it is strongest, and the length of that.
+    pub(crate) fn strongest(&self) -> ((usize, usize), String) {
+        let whole = (0, self.count);
         if self.line.0 > LINE {
-            format!("a spectral line at {:.1} Hz", self.line.1)
+            let line = format!("a spectral line at {:.1} Hz", self.line.1);
+            (self.line_at, line)
         } else if self.burst > BURST {
-            "bursts".to_owned()
+            (self.burst_at, "bursts".to_owned())
         } else if self.slow > SLOW {
-            format!("slow, below {SLOW_HZ:.0} Hz")
+            (whole, format!("slow, below {SLOW_HZ:.0} Hz"))
         } else {
-            "spread over the whole log".to_owned()
+            (whole, "spread over the whole log".to_owned())
         }
     }
 }
@@ -343,18 +363,19 @@ fn usual(mut powers: Vec<f64>) -> f64 {
     median(&mut powers).unwrap_or(0.0)
 }
 
-fn strongest_line(white: &[f64], cycle_s: f64) -> (f64, f64) {
+fn strongest_line(white: &[f64], cycle_s: f64) -> ((f64, f64), (usize, usize)) {
     let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
-    let mut best = (0.0, 0.0);
-    for piece in white.chunks_exact(length) {
+    let (mut best, mut at) = ((0.0, 0.0), (0, length));
+    for (n, piece) in white.chunks_exact(length).enumerate() {
         let power = periodogram(piece);
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         for (k, p) in power.iter().enumerate() {
             let ratio = p / usual.max(1e-12);
             if ratio > best.0 {
                 best = (ratio, (k + 1) as f64 / (cycle_s * length as f64));
+                at = (n * length, length);
             }
         }
     }
-    best
+    (best, at)
 }

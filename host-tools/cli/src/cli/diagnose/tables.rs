@@ -1,5 +1,6 @@
 //! A diagnosis for the terminal: the sentence first, then the numbers behind it.
 
+use softdock_analysis::compare::TOLERATED_NOISE;
 use softdock_analysis::diagnose::{Diagnosis, NAMED, Parameters};
 use softdock_analysis::levels::{BeforeAfter, ChannelLevels};
 use softdock_physics::model::Channel;
@@ -66,14 +67,14 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
         Cell::number(before, DIGITS),
         after_cell(before, after),
     ]);
-    table.explained("✓ it fell, ✗ it rose")
+    table.explained("✓ at the noise, ✗ it rose")
 }
 
 fn after_cell(before: f64, after: f64) -> Cell {
     let cell = Cell::number(after, DIGITS);
     match after / before - 1.0 {
-        change if change < -CHANGED => cell.marked(Mark::Good),
         change if change > CHANGED => cell.marked(Mark::Bad),
+        _ if after <= TOLERATED_NOISE => cell.marked(Mark::Good),
         _ => cell,
     }
 }

@@ -7,7 +7,7 @@ use crate::effects::{Effect, Group, Guide, Law, Naming, Parameter, Reversal, Sli
 pub const EFFECT: Effect = Effect {
     id: "guide_asymmetry",
     title: "Friction that differs by direction",
-    summary: "the guide brakes more in one direction than in the other",
+    summary: "the guide or joint brakes more in one direction than in the other",
     group: Group::Mechanism,
     naming: Naming::Cause,
     equation: "F = -forward_n - d |v| for v > 0, +backward_n - d |v| for v < 0, with the viscous difference d",

@@ -6,8 +6,8 @@ use crate::effects::{Effect, Group, Guide, Kind, Law, Naming, Parameter, Reversa
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "guide_coulomb",
-    title: "Dry friction of the guide",
-    summary: "the guide brakes with a constant force against the motion",
+    title: "Dry friction of a guide or joint",
+    summary: "the guide or joint brakes with a constant force against the motion",
     group: Group::Mechanism,
     naming: Naming::Cause,
     equation: "F = -force_n sign(v)",

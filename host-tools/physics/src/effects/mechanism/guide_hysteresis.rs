@@ -5,7 +5,7 @@ use crate::effects::{Effect, Group, Guide, Kind, Law, Naming, Parameter, Reversa
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "guide_hysteresis",
-    title: "Hysteresis of the guide",
+    title: "Hysteresis of a guide or joint",
     summary: "friction that builds up over a distance after each reversal",
     group: Group::Mechanism,
     naming: Naming::Shape,

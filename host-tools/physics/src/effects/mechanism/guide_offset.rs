@@ -6,7 +6,7 @@ use crate::effects::{Effect, Group, Guide, Law, Naming, Parameter, Reversal, Sli
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "guide_offset",
-    title: "Constant force along the guide",
+    title: "Constant force along a guide, or torque of a joint",
     summary: "a constant force pulls the moving side in one direction",
     group: Group::Mechanism,
     naming: Naming::Cause,
@@ -22,9 +22,8 @@ pub const EFFECT: Effect = Effect {
         ACTS_AT,
     ],
     confused_with: &["ft_bias", "guide_asymmetry", "base_tilt", "cable_stiffness"],
-    tell_apart: "turn the sensor, and move both ways: a bias stays in the sensor's axes, the force stays in the guide's, a dry \
-                 friction changes its sign; a cable \
-                 pulls differently at each position",
+    tell_apart: "move both ways: a dry friction changes its sign; move to several positions: a cable pulls differently at each; turn the \
+                 sensor: a bias stays in its axes, the force in those of the guide",
     law: Law::Guide(Guide {
         force,
         reversal: Reversal::sharp,

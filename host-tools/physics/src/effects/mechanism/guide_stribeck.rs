@@ -7,7 +7,7 @@ use crate::effects::{Effect, Group, Guide, Kind, Law, Naming, Parameter, Reversa
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "guide_stribeck",
-    title: "Stribeck friction of the guide",
+    title: "Stribeck friction of a guide or joint",
     summary: "dry friction that is higher at low speed, until the lubricant carries",
     group: Group::Mechanism,
     naming: Naming::Cause,

@@ -6,8 +6,8 @@ use crate::effects::{Effect, Group, Guide, Law, Naming, Parameter, Reversal, Sli
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
     id: "guide_viscous",
-    title: "Viscous friction of the guide",
-    summary: "the guide brakes in proportion to the velocity",
+    title: "Viscous friction of a guide or joint",
+    summary: "the guide or joint brakes in proportion to the velocity",
     group: Group::Mechanism,
     naming: Naming::Cause,
     equation: "F = -damping_n_s_per_m v",
