@@ -353,7 +353,7 @@ impl Parameter {
         }
     }
 
-    /// The same of a bearing, where forces are torques and displacements are angles: those that a point at [`LEVER_M`]
+    /// The same of a bearing, where forces are torques and displacements are angles: those that a point at `LEVER_M`
     /// from the axis turns by. The numbers of all other ranges stay. A torque acts at no point.
     pub fn of_a_bearing(&self) -> Self {
         if self.name == ACTS_AT.name {
