@@ -3,6 +3,7 @@
 use crate::levels::{BeforeAfter, Step};
 use serde::{Deserialize, Serialize};
 use softdock_physics::model::{Axis, Channel};
+use softdock_report::number;
 use std::collections::BTreeMap;
 
 /// How a diagnosis ends.
@@ -121,6 +122,14 @@ pub struct RunnerUp {
 }
 
 impl RunnerUp {
+    /// By how much less χ² falls with it, in words.
+    pub fn compared(&self) -> String {
+        match self.behind >= 1.0 {
+            true => format!("{} less", number::significant(self.behind, 3)),
+            false => "as much".to_owned(),
+        }
+    }
+
     /// Evidence against all that may be in the place of the named one, each as likely as its own says.
     pub(super) fn against(&self) -> f64 {
         let each = self.ties.iter().map(|tie| tie.evidence);

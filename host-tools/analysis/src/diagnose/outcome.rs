@@ -477,6 +477,12 @@ fn notes(
     }
     for floor in &stages.noise {
         let ratio = floor.measured / floor.data_sheet;
+        if ratio < 1.0 / sentence::MORE_THAN_NOISE {
+            notes.push(format!(
+                "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file, which is too large: errors in                  its units look small. Evidence and intervals take the noise from the log.",
+                floor.channel, floor.axis
+            ));
+        }
         // The filter of an import leaves nothing that is faster than its cutoff; nor does a log have it beyond half of its rate.
         let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
         let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);

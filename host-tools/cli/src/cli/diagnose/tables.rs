@@ -197,14 +197,10 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
         }
         false => "this log does not tell the two apart",
     };
-    let compared = if rival.behind > 0.0 {
-        format!("{} less", number::significant(rival.behind, DIGITS))
-    } else {
-        "as much".to_owned()
-    };
     let mut text = format!(
-        "Runner-up: {}; with it χ² falls by {compared}, {told}.",
-        rival.effect
+        "Runner-up: {}; with it χ² falls by {}, {told}.",
+        rival.effect,
+        rival.compared()
     );
     if let Some(experiment) = &diagnosis.experiment {
         text.push_str(&format!("\nTo be sure: {}", experiment.sentence));

@@ -5,7 +5,7 @@ use softdock_analysis::compare::ROUND_OFF_SIGMA;
 use softdock_analysis::diagnose::{Ranked, Verdict};
 use softdock_analysis::levels::{BeforeAfter, ChannelLevels};
 use softdock_physics::model::Channel;
-use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table, number};
+use softdock_report::{Bar, BarChart, Cell, Column, Format, Hue, Mark, Page, Table};
 
 /// Hypotheses that are shown; the number of the others is said.
 const SHOWN: usize = 10;
@@ -182,19 +182,15 @@ impl Source<'_> {
             "The experiment that would tell more"
         });
         if let Some(rival) = &diagnosis.runner_up {
-            let behind = if rival.behind > 0.0 {
-                format!("{} less", number::significant(rival.behind, 3))
-            } else {
-                "as much".to_owned()
-            };
             let verdict = if rival.told_apart {
                 "this log tells the two apart"
             } else {
                 "this log cannot tell the two apart"
             };
             page.paragraph(&format!(
-                "The closest rival is {}: with it, χ² falls by {behind} on the data of the fit; {verdict}.",
-                rival.effect
+                "The closest rival is {}: with it, χ² falls by {} over all logs; {verdict}.",
+                rival.effect,
+                rival.compared()
             ));
         }
         if let Some(experiment) = &diagnosis.experiment {
