@@ -347,13 +347,14 @@ impl WrenchFinding {
         }
     }
 
-    /// An effect that the logs do not determine, or without which another hypothesis is likelier by far: the search had
-    /// ended beside it.
-    pub(super) fn unsure(&self) -> Option<String> {
+    /// An effect, but for some, that the logs do not determine, or without which another hypothesis is likelier by far: the
+    /// search had ended beside it.
+    pub(super) fn unsure(&self, but: &[String]) -> Option<String> {
         let model = &self.prepared.logs.first()?.scene.model;
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
-        let mut each = accepted.zip(&self.found.support);
+        let each = accepted.zip(&self.found.support);
         let unsure = each
+            .filter(|(effect, _)| but.iter().all(|id| id != effect.id))
             .find(|(effect, support)| support.against < -UNLIKELY || !effect.is_determined(model));
         unsure.map(|(effect, _)| effect.id.to_owned())
     }

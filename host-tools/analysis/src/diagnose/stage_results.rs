@@ -350,11 +350,15 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         return Some(finding);
     }
     let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
-    while let Some(gone) = finding.unsure().filter(|_| is_whole) {
+    let mut foretelling: Vec<String> = Vec::new();
+    while let Some(gone) = finding.unsure(&foretelling).filter(|_| is_whole) {
         let ids = finding.ids_without(std::slice::from_ref(&gone));
         let fewer = asking.among(&ids);
         let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
         match fewer {
+            Some(fewer) if fewer.foretells_worse_than(finding.error_on_unseen()) => {
+                foretelling.push(gone);
+            }
             Some(fewer) => finding = fewer,
             None => break,
         }

@@ -363,6 +363,11 @@ impl Joint {
     /// Root mean square of what a hypothesis leaves of the logs that no fit has seen, of all if there are none, in units of
     /// the data sheet's noise.
     pub(crate) fn error_on_unseen(&self, tested: &Tested) -> f64 {
+        self.errors(tested)[1]
+    }
+
+    /// The same of the logs of the fit, and of those that no fit has seen.
+    pub(crate) fn errors(&self, tested: &Tested) -> [f64; 2] {
         let first = if self.fitted < self.logs.len() {
             self.fitted
         } else {
@@ -379,9 +384,15 @@ impl Joint {
             let rows = log.fresh.iter().filter(|fresh| **fresh).count();
             (axes.map(of_axis).sum::<f64>(), rows)
         };
-        let each = self.logs[first..].iter().map(of_log);
-        let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-        (squares / rows.max(1) as f64).sqrt()
+        let of_logs = |logs: &[PreparedLog]| {
+            let each = logs.iter().map(of_log);
+            let (squares, rows) = each.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+            (squares / rows.max(1) as f64).sqrt()
+        };
+        [
+            of_logs(&self.logs[..self.fitted]),
+            of_logs(&self.logs[first..]),
+        ]
     }
 
     /// Says so of an effect whose error of form would be as large as all that was measured and all that the model lacks: others

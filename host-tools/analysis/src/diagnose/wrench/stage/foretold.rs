@@ -112,7 +112,7 @@ impl Work<'_> {
     pub(super) fn with_small(&self, accepted: Tested) -> Tested {
         /// Most effects with those.
         const MOST_IN_ALL: usize = 8;
-        let mut now = accepted.clone();
+        let mut now = accepted;
         // Beside a remainder, which holds such errors, the search asks for no more.
         while now.effects.len() < MOST_IN_ALL && self.joint.explained(now.gain) > 0.0 {
             let parts = self.parts(&now);
@@ -131,19 +131,18 @@ impl Work<'_> {
             };
             now = next;
         }
-        // Where more is left, the others' errors of form are a part of it.
-        match self.joint.has_much_left(now.gain) {
-            true => accepted,
-            false => now,
-        }
+        now
     }
 
-    /// Whether more effects foretell the unseen logs much better.
+    /// Whether more effects foretell the unseen logs much better, and, where more than noise is left, of which errors of form are a
+    /// part, those that they are fitted to as well.
     fn foretells(&self, less: &Tested, more: &Tested) -> bool {
-        let error = |t: &Tested| Some(self.joint.error_on_unseen(&self.of_the_fit(self.parts(t))?));
-        error(less)
-            .zip(error(more))
-            .is_some_and(|(less, more)| more * FORETELLS < less)
+        let errors = |t: &Tested| Some(self.joint.errors(&self.of_the_fit(self.parts(t))?));
+        let much = self.joint.has_much_left(more.gain);
+        errors(less).zip(errors(more)).is_some_and(|(less, more)| {
+            let falls = |k: usize| more[k] * FORETELLS < less[k];
+            falls(1) && (!much || falls(0))
+        })
     }
 
     /// A hypothesis that is fitted to the logs of the fit; none if there are no others.
