@@ -102,7 +102,7 @@ fn settings_and_image_go_to_the_board() {
     let to_settings = "download --chip STM32H743ZITx --binary-format bin --base-address 0x81c0000";
     assert!(download.starts_with(to_settings), "{download}");
     assert!(start.starts_with("run --chip STM32H743ZITx "), "{start}");
-    assert!(start.ends_with("softdock-nucleo-h743zi"), "{start}");
+    assert!(start.ends_with("softdock-nucleo-h743zi.elf"), "{start}");
 
     // What was written is what the board reads: the newer of two slots of 128 KiB.
     let written = fs::read(folder.join("written")).unwrap();

@@ -5,6 +5,7 @@ use softdock_control::delay::LawName;
 use softdock_lockstep::Session;
 use softdock_tests::contact::{KINDS, run_cases, soak_law};
 use softdock_tests::lockstep::Board;
+use softdock_tests::process::in_a_process_of_its_own;
 use std::thread;
 
 /// Cycles of an hour.
@@ -50,11 +51,13 @@ fn soak(cycles: u64) {
 
 #[test]
 fn two_minutes_of_faults_and_operators() {
-    soak(HOUR * 2 / 60);
+    let test = "faults::contact::two_minutes_of_faults_and_operators";
+    in_a_process_of_its_own(test, || soak(HOUR * 2 / 60));
 }
 
 #[test]
 #[ignore = "long: a day of faults and operators in virtual time"]
 fn a_day_of_faults_and_operators() {
-    soak(24 * HOUR);
+    let test = "faults::contact::a_day_of_faults_and_operators";
+    in_a_process_of_its_own(test, || soak(24 * HOUR));
 }

@@ -302,6 +302,32 @@ pub fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
 }
 
+/// Runs a test of the integration tests, by its whole name, in a process of its own: what it measures of the memory of its
+/// process is not what the tests beside it take.
+///
+/// # Panics
+/// If the test fails.
+pub fn in_a_process_of_its_own(test: &str, run: impl FnOnce()) {
+    const ALONE: &str = "SOFTDOCK_TEST_ALONE";
+    if std::env::var(ALONE).is_ok_and(|name| name == test) {
+        return run();
+    }
+    let this = std::env::current_exe().unwrap();
+    let alone = Command::new(this)
+        .args([test, "--exact", "--include-ignored", "--nocapture"])
+        .env(ALONE, test)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&alone.stdout);
+    print!("{said}");
+    let failed = String::from_utf8_lossy(&alone.stderr);
+    assert!(alone.status.success(), "{said}{failed}");
+    assert!(
+        said.contains("1 passed"),
+        "no test is called {test}: {said}"
+    );
+}
+
 /// `softdock demo` as it is by default, with `--json`, run once for all tests: its folder, in which it wrote to `demo`,
 /// and what it said.
 ///

@@ -120,7 +120,12 @@ impl Named {
             .map(|(name, value)| {
                 let word = by_id(id).and_then(|e| e.parameters[e.place(name)?].word(*value));
                 let word = word.map_or_else(String::new, |word| format!(" ({word})"));
-                format!("{name} = {}{word}", number::significant(*value, 3))
+                // The number of a leg.
+                let value = match value.fract() == 0.0 {
+                    true => format!("{value:.0}"),
+                    false => number::significant(*value, 3),
+                };
+                format!("{name} = {value}{word}")
             })
             .collect();
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
