@@ -5,6 +5,7 @@ use super::engine::{Stages, WrenchFinding};
 use super::evidence::{NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
+use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::stage::Stage;
@@ -110,12 +111,14 @@ impl Named {
         self
     }
 
-    /// What was chosen for it and has no interval, such as the number of a leg, in words; none if everything is fitted.
-    pub(super) fn choice(&self) -> Option<String> {
+    /// What was chosen for it and has no interval, such as the number of a leg, in words; none if everything is fitted. Where on a
+    /// tool a force acts is a question of a rig: an axis has one point.
+    pub(super) fn choice(&self, of_a_rig: bool) -> Option<String> {
         let EffectModel { id, parameters, .. } = &self.effect;
         let chosen = parameters
             .iter()
-            .filter(|(name, _)| !self.estimates.contains_key(*name));
+            .filter(|(name, _)| !self.estimates.contains_key(*name))
+            .filter(|(name, _)| of_a_rig || *name != ACTS_AT.name);
         let chosen: Vec<String> = chosen
             .map(|(name, value)| {
                 let word = by_id(id).and_then(|e| e.parameters[e.place(name)?].word(*value));

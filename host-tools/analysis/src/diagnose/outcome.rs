@@ -77,7 +77,7 @@ pub(crate) fn conclude(
     let ranked = ranking::ranked(stages);
     let runner_up = closest_rival::runner_up(&found, &ranked);
     // A curve beside which nothing is left says nothing.
-    let curves = match left.iter().any(Left::is_structured) {
+    let curves = match !asked && left.iter().any(Left::is_structured) {
         true => ranking::shapes(stages),
         false => Vec::new(),
     };
@@ -120,7 +120,8 @@ pub(crate) fn conclude(
         )
     }));
     if !unnamed {
-        notes.extend(reduction.named.iter().filter_map(|(n, _)| n.choice()));
+        let choices = reduction.named.iter();
+        notes.extend(choices.filter_map(|(n, _)| n.choice(of_a_rig(stages))));
         let ends = stages.wrench.iter().flat_map(|found| {
             let named = reduction.named.iter();
             named.filter_map(|(one, _)| one.at_its_end(found))

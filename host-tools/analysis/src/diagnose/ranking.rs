@@ -88,7 +88,8 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
     let mut all: Vec<Ranked> = all.into_iter().map(|(_, one)| one).collect();
     all.retain(|one| {
-        let key = (one.effects.clone(), one.beside.clone());
+        let mut key = (one.effects.clone(), one.beside.clone());
+        key.0.sort_unstable();
         let new = !seen.contains(&key);
         seen.push(key);
         new

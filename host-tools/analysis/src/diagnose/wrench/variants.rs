@@ -21,19 +21,6 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    /// Whether it is the same but for a form that makes no difference.
-    fn is_another_form_of(&self, other: &Self) -> bool {
-        let shapes = self
-            .effect
-            .shapes
-            .iter()
-            .zip(self.shapes.iter().zip(&other.shapes));
-        let mut sizes = shapes.filter(|(shape, _)| !shape.choice);
-        self.effect.id == other.effect.id
-            && self.columns == other.columns
-            && sizes.all(|(_, (own, of_other))| own == of_other)
-    }
-
     /// Shape parameters that were scanned count as parameters.
     pub(crate) fn scanned(&self) -> usize {
         self.effect.shapes.iter().filter(|s| !s.choice).count()
@@ -95,19 +82,12 @@ impl Library {
                 [] => vec![Sign::One; columns.len()],
                 some => some.iter().map(|c| c.sign).collect(),
             };
-            let variant = Variant {
+            variants.push(Variant {
                 effect,
                 shapes,
                 columns: columns.into_iter().map(|c| store.place(c)).collect(),
                 signs,
-            };
-            // What these logs do not tell they do not choose.
-            if !variants
-                .iter()
-                .any(|other| variant.is_another_form_of(other))
-            {
-                variants.push(variant);
-            }
+            });
         }
         let products = joint.problem.all_products(&store.columns);
         let (gram, right) = joint.problem.after_tolerances(&products);

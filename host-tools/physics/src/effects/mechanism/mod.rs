@@ -12,7 +12,7 @@ const PRESLIDING: Parameter = Parameter::new("presliding_m", "m", 0.0, 5e-4)
     .form_size(&[0.0, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5], 0.0);
 
 /// Where the force acts; at the sensor's origin it reads no torque.
-pub(super) const ACTS_AT: Parameter = Parameter::choice(
+pub const ACTS_AT: Parameter = Parameter::choice(
     "acts_at",
     &["at the flange M", "at the tip", "at the sensor's origin"],
 );
