@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | [`prior`] | 2 ln M | M effects are in the catalogue, none of which is likelier than others |
 //! | [`NAMED`] | 20 | `softdock bench diagnose --nothing-hidden 450`: of 450 logs, whatever the noise of their wrench and of their velocity, none shows more than 7.8, and by the law of the tail of those whose velocity has white noise one in 1,000 reaches 10. The 10 above it are odds of 150 for noise that the generator does not have |
-//! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained beyond a constant may be the error of a law's form, not a further effect, nor what tells two effects apart; it is not asked beside a smooth remainder, which holds such errors, nor where only noise is left and the unseen error says [`FORETELLS`] |
+//! | [`LAW`] | 0.001 | the laws of the catalogue are right to 3 % of a force: this share of what is explained beyond a constant may be the error of a law's form, not a further effect, nor what tells two effects apart; it is not asked beside a smooth remainder, which holds such errors, nor where the unseen error says [`FORETELLS`] and, if more than noise is left, the error of the fit, too |
 //! | [`RIGHT`] | 0.98 | `softdock bench diagnose --seed 41`: of 257 effects that were named in logs of one machine 253 were hidden, whatever their evidence |
 //! | [`RIGHT_BESIDE_REST`] | 0.87 | of 24 effects that were named on ten public logs of machines, each of which leaves structure, 21 are those of a careful fit by hand; counted by hand |
 //! | [`UNLIKELY`] | 6 | odds of twenty for another hypothesis, 2 ln 20: an effect that it does without goes, if as little is left without it; set by hand |
