@@ -5,7 +5,7 @@ use softdock_control::delay::LawName;
 use softdock_lockstep::Session;
 use softdock_tests::contact::{KINDS, run_cases, soak_law};
 use softdock_tests::lockstep::Board;
-use softdock_tests::process::in_a_process_of_its_own;
+use softdock_tests::process::each_in_its_own_process;
 use std::thread;
 
 /// Cycles of an hour.
@@ -39,25 +39,20 @@ fn no_fault_in_any_of_10_000_contacts_moves_what_it_should_not() {
 }
 
 /// All laws, so many cycles in all.
-fn soak(cycles: u64) {
+fn soak(test: &str, cycles: u64) {
     let each = cycles / LawName::ALL.len() as u64;
-    thread::scope(|scope| {
-        for laws in LawName::ALL.chunks(LawName::ALL.len() / 2) {
-            let soak = move || laws.iter().for_each(|law| soak_law(*law, each, &mut host));
-            scope.spawn(soak);
-        }
-    });
+    each_in_its_own_process(test, &LawName::ALL, |law| soak_law(*law, each, &mut host));
 }
 
 #[test]
 fn two_minutes_of_faults_and_operators() {
     let test = "faults::contact::two_minutes_of_faults_and_operators";
-    in_a_process_of_its_own(test, || soak(HOUR * 2 / 60));
+    soak(test, HOUR * 2 / 60);
 }
 
 #[test]
 #[ignore = "long: a day of faults and operators in virtual time"]
 fn a_day_of_faults_and_operators() {
     let test = "faults::contact::a_day_of_faults_and_operators";
-    in_a_process_of_its_own(test, || soak(24 * HOUR));
+    soak(test, 24 * HOUR);
 }

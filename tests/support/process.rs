@@ -1,6 +1,7 @@
 //! Child processes of the tests: what they say, bounded waits, and an end in every case.
 
 use serde_json::Value;
+use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -302,30 +303,38 @@ pub fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
 }
 
-/// Runs a test of the integration tests, by its whole name, in a process of its own: what it measures of the memory of its
-/// process is not what the tests beside it take.
+/// Runs a test of the integration tests, by its whole name, once for each case, in processes of their own beside each
+/// other: what it measures of the memory of its process is not what others take.
 ///
 /// # Panics
 /// If the test fails.
-pub fn in_a_process_of_its_own(test: &str, run: impl FnOnce()) {
+pub fn each_in_its_own_process<T: Debug>(test: &str, cases: &[T], run: impl Fn(&T)) {
     const ALONE: &str = "SOFTDOCK_TEST_ALONE";
-    if std::env::var(ALONE).is_ok_and(|name| name == test) {
-        return run();
+    let named = |case: &T| format!("{case:?}");
+    if let Ok(alone) = std::env::var(ALONE) {
+        return cases.iter().filter(|c| named(c) == alone).for_each(run);
     }
-    let this = std::env::current_exe().unwrap();
-    let alone = Command::new(this)
-        .args([test, "--exact", "--include-ignored", "--nocapture"])
-        .env(ALONE, test)
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&alone.stdout);
-    print!("{said}");
-    let failed = String::from_utf8_lossy(&alone.stderr);
-    assert!(alone.status.success(), "{said}{failed}");
-    assert!(
-        said.contains("1 passed"),
-        "no test is called {test}: {said}"
-    );
+    let start = |case: &T| {
+        Command::new(std::env::current_exe().unwrap())
+            .args([test, "--exact", "--include-ignored", "--nocapture"])
+            .env(ALONE, named(case))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let started: Vec<Child> = cases.iter().map(start).collect();
+    for child in started {
+        let alone = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&alone.stdout);
+        print!("{said}");
+        let failed = String::from_utf8_lossy(&alone.stderr);
+        assert!(alone.status.success(), "{said}{failed}");
+        assert!(
+            said.contains("1 passed"),
+            "no test is called {test}: {said}"
+        );
+    }
 }
 
 /// `softdock demo` as it is by default, with `--json`, run once for all tests: its folder, in which it wrote to `demo`,
