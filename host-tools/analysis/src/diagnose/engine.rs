@@ -265,16 +265,9 @@ impl WrenchFinding {
         as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
-    /// Nominal parameters beside what is accepted, with its parameters from all logs: those of the logs of the fit alone would leave
-    /// the difference to them.
+    /// Nominal parameters beside what is accepted.
     pub(super) fn nominal(&self) -> Vec<(String, f64, f64, f64)> {
-        let accepted = self.found.accepted.as_ref();
-        let same = |t: &&wrench::Tested| {
-            let noise = t.to_explain == self.prepared.problem.chi2;
-            noise && accepted.is_some_and(|accepted| accepted.is_same(t))
-        };
-        let of_all = self.found.ranked.iter().find(same);
-        self.prepared.nominal(of_all.or(accepted))
+        self.prepared.nominal(self.found.accepted.as_ref())
     }
 
     /// Whether another search leaves as little, but for errors of form.

@@ -296,7 +296,7 @@ impl Joint {
 
     /// Takes tolerances away that a hypothesis strains; returns whether there are any.
     pub(super) fn freeze_strained(&mut self, tested: Option<&Tested>) -> bool {
-        let taken = self.taken(tested);
+        let taken = self.problem.tolerances_with(&self.white_part(tested));
         let open: Vec<usize> = self.open_tolerances().collect();
         let strained = strained(taken.as_slice(), self.problem.informed());
         let strained: Vec<usize> = strained.iter().map(|k| open[*k]).collect();
@@ -318,25 +318,25 @@ impl Joint {
         (0..self.all_tolerances()).filter(|i| !self.frozen.contains(i))
     }
 
-    /// What the tolerances take beside a hypothesis, in tolerances.
-    fn taken(&self, tested: Option<&Tested>) -> DVector<f64> {
-        self.problem.tolerances_with(&self.white_part(tested))
-    }
-
     /// Nominal parameters beside a hypothesis: value and standard deviation, and by how many tolerances
-    /// it is off. Those that the logs say nothing about are left out.
+    /// it is off. Those that the logs say nothing about are left out, and those that an effect of the hypothesis stands for:
+    /// its amounts are estimated with them.
     pub(crate) fn nominal(&self, tested: Option<&Tested>) -> Vec<(String, f64, f64, f64)> {
         /// Share of a tolerance that the logs have to take away to say something.
         const SAYS: f64 = 0.05;
         let Some(first) = self.logs.first() else {
             return Vec::new();
         };
-        let taken = self.taken(tested);
-        let known = self.problem.tolerance_deviations();
-        let all = nuisance::all(&first.scene.model);
+        let model = &first.scene.model;
+        let terms = tested.into_iter().flat_map(|tested| {
+            let terms = tested.effects.iter().flat_map(|one| one.terms(model));
+            terms.map(|term| self.white_part_of(tested, &term))
+        });
+        let after = self.problem.tolerances_beside(&terms.collect::<Vec<_>>());
+        let all = nuisance::all(model);
         let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
             let nuisance = all.get(i)?;
-            let (off, sigma) = (taken[k], known[k]);
+            let [off, sigma] = after[k];
             let value = nuisance.value + off * nuisance.tolerance;
             let says = sigma < 1.0 - SAYS;
             says.then(|| {

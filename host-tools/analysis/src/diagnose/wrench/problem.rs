@@ -225,14 +225,35 @@ impl Problem {
         size as f64 - kept
     }
 
-    /// Standard deviation of each tolerance after the logs, in tolerances.
-    pub(crate) fn tolerance_deviations(&self) -> Vec<f64> {
-        let size = self.factor.nrows();
-        let below = self
-            .factor
-            .solve_lower_triangular(&DMatrix::identity(size, size));
-        let below = below.unwrap_or_else(|| DMatrix::identity(size, size));
-        below.column_iter().map(|column| column.norm()).collect()
+    /// Mean and standard deviation of each tolerance after the logs, in tolerances, beside a contribution of which the logs
+    /// say no more than its form: of each of its columns there may be more or less. All in units of the noise.
+    pub(crate) fn tolerances_beside(&self, columns: &[Column]) -> Vec<[f64; 2]> {
+        /// Share of a column's square that keeps the sum definite where columns are the same.
+        const RIDGE: f64 = 1e-9;
+        let size = self.tolerances.len();
+        let white = columns.iter().fold(Column::default(), |mut sum, column| {
+            sum.add(&column.0);
+            sum
+        });
+        let left = self.less(&white);
+        let all = self.all_products(columns);
+        let last = all.nrows() - 1;
+        let mut normal = all.view((0, 0), (last, last)).into_owned();
+        for i in 0..last {
+            normal[(i, i)] += if i < size {
+                1.0
+            } else {
+                RIDGE * normal[(i, i)]
+            };
+        }
+        let both = self.tolerances.iter().chain(columns);
+        let right = DVector::from_iterator(last, both.map(|column| dot(column, &left)));
+        let Some(factor) = normal.cholesky() else {
+            return vec![[0.0, 1.0]; size];
+        };
+        let (mean, variance) = (factor.solve(&right), factor.inverse());
+        let of = |i: usize| [mean[i], variance[(i, i)].sqrt()];
+        (0..size).map(of).collect()
     }
 
     /// A column with its products with the tolerances and the residual.
