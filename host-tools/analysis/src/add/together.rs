@@ -125,15 +125,8 @@ pub(super) fn is_sure(report: &Report, id: &str) -> bool {
 /// The model with an effect in its plain form that does nothing yet.
 fn with_plain(model: &Model, id: &str) -> Result<Model> {
     let entry = model.effect(id)?;
-    let parameters = known_parameters(model, entry).into_iter().map(|allowed| {
-        let known = entry
-            .place(allowed.name)
-            .map(|place| &entry.parameters[place]);
-        (
-            allowed.name.to_owned(),
-            known.map_or(0.0, |parameter| parameter.default()),
-        )
-    });
+    let parameters = known_parameters(model, entry).into_iter();
+    let parameters = parameters.map(|allowed| (allowed.name.to_owned(), allowed.default));
     let plain = EffectModel {
         id: id.to_owned(),
         parameters: parameters.collect(),
@@ -211,4 +204,27 @@ fn moved(model: &Model, now: &Parameters) -> Vec<Refitted> {
         })
     });
     effects.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Those of a bearing have names and ranges of their own.
+    #[test]
+    fn a_plain_form_is_one_that_a_model_file_may_hold() {
+        for axis in ["x", "rx"] {
+            let text = format!("[rig]\nactive_axes = [\"{axis}\"]\n");
+            let model = Model::from_toml(&text, "model.toml").unwrap();
+            for id in ["guide_coulomb", "guide_stribeck", "guide_hysteresis"] {
+                let plain = with_plain(&model, id).unwrap();
+                let values = &plain.effects[0].parameters;
+                for allowed in known_parameters(&model, model.effect(id).unwrap()) {
+                    let value = values[allowed.name];
+                    let range = allowed.low..=allowed.high;
+                    assert!(range.contains(&value), "{id}: {allowed:?} is {value}");
+                }
+            }
+        }
+    }
 }
