@@ -11,6 +11,7 @@ use super::wrench::{self, Joint};
 use softdock_physics::effects::by_id;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{Axis, Model};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most searches beside a remainder, each beside that of the last one's answer.
@@ -167,7 +168,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     let beside = first.beside.clone();
     let mut finding = first;
     let mut imitated = Vec::new();
-    let mut foretelling: Vec<String> = Vec::new();
+    let mut foretelling = BTreeMap::new();
     let mut least = finding.error_on_unseen();
     while let Some((place, one)) = weakest(&mut finding, &foretelling) {
         let gone = finding.ids().swap_remove(place);
@@ -185,7 +186,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
             break;
         };
         if is_law && fewer.foretells_worse_than(least) {
-            foretelling.push(gone);
+            foretelling.insert(gone, fewer.error_on_unseen() / least);
             continue;
         }
         imitated.push(one);
@@ -211,6 +212,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
     }
     // What is there may be less or more beside what lacks the evidence to be named.
     unrefuted.iter().for_each(|other| finding.hold(other));
+    finding.foretell(&foretelling);
     if finding.found.accepted.is_none() && finding.prepared.known > 0.0 {
         finding.stand_alone();
     }
@@ -254,7 +256,10 @@ fn simplest(model: &Model, id: &str) -> Option<&'static str> {
 
 /// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or
 /// nothing is left, there is none. Those that foretell stand anyway.
-fn weakest(finding: &mut WrenchFinding, foretelling: &[String]) -> Option<(usize, Imitated)> {
+fn weakest(
+    finding: &mut WrenchFinding,
+    foretelling: &BTreeMap<String, f64>,
+) -> Option<(usize, Imitated)> {
     let accepted = finding.found.accepted.as_ref()?;
     let axes = finding.structured_axes();
     if axes.is_empty() {
@@ -274,7 +279,7 @@ fn weakest(finding: &mut WrenchFinding, foretelling: &[String]) -> Option<(usize
     };
     // What others imitate is undetermined only as long as they are there.
     let asked = places.enumerate();
-    let asked = asked.filter(|(_, one)| !foretelling.contains(&one.id));
+    let asked = asked.filter(|(_, one)| !foretelling.contains_key(&one.id));
     let (weak, strong): (Vec<_>, Vec<_>) = asked.partition(|(_, one)| one.evidence < NAMED);
     let undetermined = strong.into_iter().filter(|(_, one)| !one.determined);
     let fails = least(weak).or_else(|| least(undetermined.collect()));

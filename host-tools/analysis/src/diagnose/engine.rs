@@ -19,6 +19,7 @@ use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::{Prediction, predict};
 use softdock_physics::model::{Axis, Model};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Something for each log. The first ones are those of the fit, the others are unseen.
@@ -340,14 +341,24 @@ impl WrenchFinding {
         }
     }
 
+    /// The intervals of effects end where unseen data would be foretold much worse. Of each is given how much worse they are
+    /// without it.
+    pub(super) fn foretell(&mut self, each: &BTreeMap<String, f64>) {
+        let accepted = self.found.accepted.iter_mut().flat_map(|t| &mut t.effects);
+        for effect in accepted.chain(&mut self.earlier.0) {
+            let worse = each.get(effect.id).copied();
+            worse.into_iter().for_each(|worse| effect.foretells(worse));
+        }
+    }
+
     /// An effect, but for some, that the logs do not determine, or without which another hypothesis is likelier by far: the
     /// search had ended beside it.
-    pub(super) fn unsure(&self, but: &[String]) -> Option<String> {
+    pub(super) fn unsure(&self, but: &BTreeMap<String, f64>) -> Option<String> {
         let model = &self.prepared.logs.first()?.scene.model;
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
         let each = accepted.zip(&self.found.support);
         let unsure = each
-            .filter(|(effect, _)| but.iter().all(|id| id != effect.id))
+            .filter(|(effect, _)| !but.contains_key(effect.id))
             .find(|(effect, support)| support.against < -UNLIKELY || !effect.is_determined(model));
         unsure.map(|(effect, _)| effect.id.to_owned())
     }
@@ -397,7 +408,7 @@ impl WrenchFinding {
         if !axes.is_empty() {
             let nothing = wrench::Tested::default();
             let remainder = wrench::remainder(&self.prepared, &[], &nothing, &axes);
-            self.stand(&[], remainder, &[]);
+            self.stand(&[], remainder, &BTreeMap::new());
         }
     }
 
@@ -407,7 +418,7 @@ impl WrenchFinding {
         &mut self,
         each: &[Standing],
         remainder: wrench::Remainder,
-        foretelling: &[String],
+        foretelling: &BTreeMap<String, f64>,
     ) {
         self.beside_remainder = Some(BesideRemainder {
             imitated: Vec::new(),
@@ -418,7 +429,7 @@ impl WrenchFinding {
         let support = self.earlier.1.iter_mut().chain(&mut self.found.support);
         let each = effects.zip(support).zip(each);
         for ((effect, support), standing) in each {
-            if foretelling.iter().any(|id| id == effect.id) {
+            if foretelling.contains_key(effect.id) {
                 continue;
             }
             *support = match self.beside {

@@ -15,6 +15,7 @@ use super::wrench_stage::{Motion, wrench_stage};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
+use std::collections::BTreeMap;
 
 /// What was found in logs with one belief about their clock.
 pub(super) struct StageResults {
@@ -350,19 +351,21 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         return Some(finding);
     }
     let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
-    let mut foretelling: Vec<String> = Vec::new();
+    let mut foretelling = BTreeMap::new();
     while let Some(gone) = finding.unsure(&foretelling).filter(|_| is_whole) {
         let ids = finding.ids_without(std::slice::from_ref(&gone));
         let fewer = asking.among(&ids);
         let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
         match fewer {
             Some(fewer) if fewer.foretells_worse_than(finding.error_on_unseen()) => {
-                foretelling.push(gone);
+                let worse = fewer.error_on_unseen() / finding.error_on_unseen();
+                foretelling.insert(gone, worse);
             }
             Some(fewer) => finding = fewer,
             None => break,
         }
     }
+    finding.foretell(&foretelling);
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
     if is_asked {

@@ -1,5 +1,6 @@
 //! An effect with the parameters that the logs give it.
 
+use crate::diagnose::evidence::FORETELLS;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
@@ -17,6 +18,8 @@ pub(crate) struct Fitted {
     pub beside_remainder: f64,
     /// Values of its parameters in other answers that the logs do not refute.
     pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
+    /// By what share of itself its only amount can be off before unseen data are foretold much worse.
+    pub foretold: f64,
 }
 
 impl Fitted {
@@ -84,6 +87,16 @@ impl Fitted {
         LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
+    /// Unseen data are foretold so many times worse without it, which is much: its amount is near enough to the fitted one that
+    /// they are not. The square of their error rises with the square of what the amount is off, and by this ratio at 0.
+    pub(crate) fn foretells(&mut self, worse: f64) {
+        let rise = |ratio: f64| ratio * ratio - 1.0;
+        let free = self.parameters.values().filter(|p| p.1 > 0.0);
+        if free.count() == 1 {
+            self.foretold = (rise(FORETELLS) / rise(worse)).sqrt().min(1.0);
+        }
+    }
+
     /// From now on the intervals hold the values of another answer, too.
     pub(crate) fn hold(&mut self, other: &Self) {
         for (name, (value, _, _)) in &other.parameters {
@@ -92,7 +105,7 @@ impl Fitted {
     }
 
     /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, and beside what else may be
-    /// there. 0 for one that it has not.
+    /// there, as far as that foretells unseen data. 0 for one that it has not.
     pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
         let Some((value, sigma, _)) = self.parameters.get(name) else {
             return [0.0; 2];
@@ -101,9 +114,11 @@ impl Fitted {
         let reach = INTERVAL_95 * sigma;
         let own = [value.min(beside) - reach, value.max(beside) + reach];
         let others = self.elsewhere.get(name).into_iter().flatten();
-        others.fold(own, |[low, high], other| {
+        let [low, high] = others.fold(own, |[low, high], other| {
             [low.min(*other), high.max(*other)]
-        })
+        });
+        let reach = self.foretold * value.abs();
+        [low.max(value - reach), high.min(value + reach)]
     }
 }
 
@@ -119,6 +134,7 @@ mod tests {
             parameters: BTreeMap::from([("force_n", (value, 0.1, "N"))]),
             beside_remainder: 0.9,
             elsewhere: BTreeMap::new(),
+            foretold: f64::INFINITY,
         };
         let mut fitted = of(2.0);
         let reach = 0.1 * INTERVAL_95;
@@ -128,5 +144,12 @@ mod tests {
         fitted.hold(&of(0.5));
         assert_eq!(fitted.interval("force_n"), [0.5, 2.0 + reach]);
         assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
+        // Without it the error is 1.1 times as large: so it is with twice as much, too.
+        fitted.hold(&of(-3.0));
+        fitted.foretells(1.1);
+        assert_eq!(fitted.interval("force_n"), [0.0, 2.0 + reach]);
+        fitted.foretells(1.36);
+        let [low, high] = fitted.interval("force_n");
+        assert!((low - 1.0).abs() < 0.01 && high == 2.0 + reach, "{low}");
     }
 }

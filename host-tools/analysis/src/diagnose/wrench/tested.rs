@@ -256,6 +256,7 @@ pub(super) fn fitted_to(
         effects.push(Fitted {
             beside_remainder: 1.0,
             elsewhere: BTreeMap::new(),
+            foretold: f64::INFINITY,
             id: effect.id,
             parameters,
         });
