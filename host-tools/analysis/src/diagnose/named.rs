@@ -143,7 +143,7 @@ impl Named {
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
-            let [_, end] = effect.searched(parameter, joint.cycle_s());
+            let [_, end] = effect.searched(parameter, joint.pace());
             let is_at_end = is_shape && estimate.value >= END * end;
             is_at_end.then(|| {
                 let end = number::significant(end, 3);

@@ -354,7 +354,9 @@ impl Parameter {
     }
 
     /// The same of a bearing, where forces are torques and displacements are angles: those that a point at `LEVER_M`
-    /// from the axis turns by. The numbers of all other ranges stay. A torque acts at no point.
+    /// from the axis turns by. A speed that shapes a law may be that of the bearing's surfaces or of a gear's, which turns a
+    /// multiple of it: it reaches from the numbers of a guide to those by the lever. The numbers of all other ranges stay. A torque
+    /// acts at no point.
     pub fn of_a_bearing(&self) -> Self {
         if self.name == ACTS_AT.name {
             return self.form(&[0.0], 0.0);
@@ -371,16 +373,18 @@ impl Parameter {
         let stem = self.name.strip_suffix(ending).unwrap_or(self.name);
         let stem = if stem == "force" { "torque" } else { stem };
         let name = format!("{stem}{turned}");
-        let share = match self.unit {
-            "m" => 1.0 / LEVER_M,
-            _ => 1.0,
+        const LEVER: f64 = 1.0 / LEVER_M;
+        let (low, high, role) = match (self.unit, self.role) {
+            ("m", role) => (self.low * LEVER, self.high * LEVER, role.times(LEVER)),
+            ("m/s", role @ Role::Shape(_)) => (self.low, self.high * LEVER, role),
+            (_, role) => (self.low, self.high, role),
         };
         Self {
             name: Box::leak(name.into_boxed_str()),
             unit,
-            low: self.low * share,
-            high: self.high * share,
-            role: self.role.times(share),
+            low,
+            high,
+            role,
             ..*self
         }
     }
@@ -485,14 +489,19 @@ mod tests {
         assert!(!offset.is_plausible(f64::NAN));
     }
 
-    /// 0.1 mm at 50 mm from the axis are 2 mrad; forces and their numbers become torques.
+    /// 0.1 mm at 50 mm from the axis are 2 mrad, 20 mm/s are 0.4 rad/s; forces and their numbers become torques.
     #[test]
-    fn lengths_of_a_guide_are_angles_of_a_bearing() {
+    fn lengths_and_speeds_of_a_guide_are_those_of_a_bearing() {
         let length = Parameter::new("presliding_m", "m", 0.0, 5e-4).form_size(&[0.0, 1e-4], 0.0);
         let angle = length.of_a_bearing();
         let tried = angle.tried().map(|tried| tried.values);
         assert_eq!((angle.name, angle.high), ("presliding_rad", 0.01));
         assert_eq!(tried, Some(&[0.0, 2e-3][..]));
+        let speed = Parameter::new("speed_m_s", "m/s", 1e-4, 0.1).shape(&[1e-3, 2e-2], 5e-3);
+        let turning = speed.of_a_bearing();
+        let tried = turning.tried().map(|tried| tried.values);
+        assert_eq!((turning.low, turning.high), (1e-4, 2.0));
+        assert_eq!(tried, Some(&[1e-3, 2e-2][..]));
         let torque = Parameter::new("force_n", "N", 0.0, 50.0).of_a_bearing();
         assert_eq!((torque.name, torque.high), ("torque_n_m", 50.0));
     }

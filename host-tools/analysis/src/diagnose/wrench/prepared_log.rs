@@ -11,7 +11,7 @@ use super::tested::Tested;
 use crate::diagnose::evidence::{self, strained};
 use crate::diagnose::sampling::Sampling;
 use nalgebra::DVector;
-use softdock_physics::model::load::effects::{LoadEffect, Sign, contribution};
+use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Model};
@@ -150,10 +150,16 @@ fn top(up: f64, down: f64) -> f64 {
 }
 
 impl Joint {
-    /// Length of a cycle of the slowest log, s.
-    pub(crate) fn cycle_s(&self) -> f64 {
-        let cycles = self.logs.iter().map(|log| log.scene.cycle_s);
-        cycles.fold(0.0, f64::max)
+    /// The longest cycle, and the largest usual speed.
+    pub(crate) fn pace(&self) -> Pace {
+        let most = |of: fn(&Scene) -> f64| {
+            let each = self.logs.iter().map(|log| of(&log.scene));
+            each.fold(0.0, f64::max)
+        };
+        Pace {
+            cycle_s: most(|scene| scene.cycle_s),
+            speed: most(Scene::rms_speed),
+        }
     }
 
     /// All logs together.

@@ -457,7 +457,7 @@ impl<'a> Shaped<'a> {
                 let known = effect.parameters.iter();
                 let known = known.filter(|p| p.name == effect.shapes[k].name);
                 shapes[i][k] = known.fold(moved, |moved, p| {
-                    let [low, high] = effect.searched(p, self.joint.cycle_s());
+                    let [low, high] = effect.searched(p, self.joint.pace());
                     moved.clamp(low, high)
                 });
             }

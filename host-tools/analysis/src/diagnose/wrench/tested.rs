@@ -10,7 +10,7 @@ use crate::diagnose::finding::Trial;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
 use softdock_physics::model::load::effects::{
-    Coefficient, LoadEffect, Shape, Valued, added, contribution,
+    Coefficient, LoadEffect, Pace, Shape, Valued, added, contribution,
 };
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::optimise::brent;
@@ -177,10 +177,10 @@ pub(super) fn fitted_to(
                 }
                 let gain = |own: &[f64]| shaped.gain_with(i, own);
                 let range = match round {
-                    0 => neighbours(shapes[i][k], &effect.tried(shape, joint.cycle_s())),
+                    0 => neighbours(shapes[i][k], &effect.tried(shape, joint.pace())),
                     _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
                 };
-                let range = plausible(effect, shape, shapes[i][k], range, joint.cycle_s());
+                let range = plausible(effect, shape, shapes[i][k], range, joint.pace());
                 let sigma = refine(&mut shapes[i], k, range, care.resolution(), &gain);
                 if !shape.choice {
                     sigmas.insert((i, k), sigma);
@@ -339,17 +339,17 @@ pub(super) fn has_size(shape: &Shape, value: f64) -> bool {
     shape.continuous && value > 0.0
 }
 
-/// The part of a range around a value in which a search looks in logs with such cycles.
+/// The part of a range around a value in which a search looks in such logs.
 fn plausible(
     effect: &LoadEffect,
     shape: &Shape,
     at: f64,
     (low, high): (f64, f64),
-    cycle_s: f64,
+    logs: Pace,
 ) -> (f64, f64) {
     let known = effect.parameters.iter().find(|p| p.name == shape.name);
     known.map_or((low, high), |p| {
-        let [least, most] = effect.searched(p, cycle_s);
+        let [least, most] = effect.searched(p, logs);
         (low.max(least).min(at), high.min(most).max(at))
     })
 }

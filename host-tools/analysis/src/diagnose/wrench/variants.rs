@@ -5,7 +5,7 @@ use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{
-    LoadEffect, Shape, Sign, Valued, added, contribution,
+    LoadEffect, Pace, Shape, Sign, Valued, added, contribution,
 };
 
 /// An effect with given shape parameters.
@@ -58,7 +58,7 @@ impl Library {
         let wanted: Vec<(&LoadEffect, Vec<f64>)> = all
             .filter(is_tried)
             .flat_map(|effect| {
-                let shapes = combinations(effect, joint.cycle_s());
+                let shapes = combinations(effect, joint.pace());
                 shapes.into_iter().map(move |shapes| (effect, shapes))
             })
             .collect();
@@ -272,11 +272,11 @@ impl Store {
     }
 }
 
-/// All combinations of the shapes that are tried in logs with such cycles.
-fn combinations(effect: &LoadEffect, cycle_s: f64) -> Vec<Vec<f64>> {
+/// All combinations of the shapes that are tried in such logs.
+fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for shape in &effect.shapes {
-        let tried = effect.tried(shape, cycle_s);
+        let tried = effect.tried(shape, logs);
         let with = |head: &Vec<f64>, value: &f64| head.iter().chain([value]).copied().collect();
         let each = all
             .iter()

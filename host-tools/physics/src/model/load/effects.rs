@@ -16,9 +16,20 @@ const LATEST_S: f64 = 0.1;
 /// The same in cycles, in slower logs.
 const LATEST_CYCLES: f64 = 10.0;
 
-/// By how much later than in fast logs a reading is looked for in one with such cycles.
-fn slower(cycle_s: f64) -> f64 {
-    (cycle_s * LATEST_CYCLES / LATEST_S).max(1.0)
+/// How slow and how fast logs are.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// Length of a cycle, s.
+    pub cycle_s: f64,
+    /// Root mean square of the velocity along the guide, m/s or rad/s.
+    pub speed: f64,
+}
+
+impl Pace {
+    /// By how much later than in fast logs a reading is looked for.
+    fn slower(self) -> f64 {
+        (self.cycle_s * LATEST_CYCLES / LATEST_S).max(1.0)
+    }
 }
 
 /// What a coefficient may be.
@@ -184,26 +195,38 @@ impl LoadEffect {
         )
     }
 
-    /// Range of a parameter in which a search looks in a log with such cycles. What is late is late by some cycles of a sensor,
-    /// a bus or a clock; what is slower than that is something else.
-    pub fn searched(&self, parameter: &Parameter, cycle_s: f64) -> [f64; 2] {
+    /// Range of a parameter in which a search looks. What is late is late by some cycles of a sensor, a bus or a clock; what is
+    /// slower than that is something else. A friction whose fall has not ended at half of the usual speed falls all the way.
+    pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
-        match self.is_late_reading() && parameter.tried().is_some() {
-            true => [low, high].map(|end| {
-                let latest = LATEST_S * slower(cycle_s);
-                end.clamp(-latest, latest)
-            }),
+        if parameter.tried().is_none() {
+            return [low, high];
+        }
+        if self.is_late_reading() {
+            let latest = LATEST_S * logs.slower();
+            return [low, high].map(|end| end.clamp(-latest, latest));
+        }
+        let is_speed = matches!(parameter.unit, "m/s" | "rad/s") && !parameter.is_form();
+        match is_speed && matches!(self.effect.law, Law::Guide(_)) {
+            true => [low, high.min(0.5 * logs.speed).max(low)],
             false => [low, high],
         }
     }
 
-    /// Values of a shape that are tried in a log with such cycles.
-    pub fn tried(&self, shape: &Shape, cycle_s: f64) -> Vec<f64> {
+    /// Values of a shape that are tried.
+    pub fn tried(&self, shape: &Shape, logs: Pace) -> Vec<f64> {
+        let known = self.parameters.iter().find(|p| p.name == shape.name);
+        let [low, high] = known.map_or([f64::NEG_INFINITY, f64::INFINITY], |p| {
+            self.searched(p, logs)
+        });
         let factor = match self.is_late_reading() {
-            true => slower(cycle_s),
+            true => logs.slower(),
             false => 1.0,
         };
-        shape.tried.iter().map(|value| factor * value).collect()
+        let values = shape.tried.iter().map(|value| factor * value);
+        let mut values: Vec<f64> = values.map(|value| value.clamp(low, high)).collect();
+        values.dedup();
+        values
     }
 
     /// Whether readings and motion are of different times.
