@@ -480,7 +480,7 @@ fn notes(
         let ratio = floor.measured / floor.data_sheet;
         if ratio < 1.0 / sentence::MORE_THAN_NOISE {
             notes.push(format!(
-                "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file, which is too large: errors in                  its units look small. Evidence and intervals take the noise from the log.",
+                "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
                 floor.channel, floor.axis
             ));
         }
