@@ -373,6 +373,32 @@ fn nothing_is_predicted_whose_motion_is_behind_the_end_of_the_log() {
     assert!(predicted[gap + 2].is_some());
 }
 
+/// A short run in which the link hangs elsewhere, beside a gear that no law describes: the common answer fits the long run and
+/// foretells another of its kind.
+#[test]
+fn logs_of_other_weights_disagree_beside_what_no_law_describes() {
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let elsewhere = |q: f64, v: f64| {
+        let weight = |hangs: f64| GRAVITY.0 * (q - hangs).sin();
+        gear(q, v) + weight(GRAVITY.1 + 2.5) - weight(GRAVITY.1)
+    };
+    let (long, short) = (log(20.0, 0.0, 3, gear), log(3.0, 1.0, 5, elsewhere));
+    let test = log(8.0, 2.0, 4, gear);
+    let found = diagnose(&model, &[&long, &short], &[&test], &|_, _| {});
+    let found = found.unwrap().diagnosis;
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    let about = &found.disagreeing;
+    assert!(about.iter().any(|id| id == "bearing_gravity"), "{about:?}");
+    let same = diagnose(
+        &model,
+        &[&long, &log(3.0, 1.0, 5, gear)],
+        &[&test],
+        &|_, _| {},
+    );
+    let same = same.unwrap().diagnosis;
+    assert_eq!(same.verdict, Verdict::Named, "{}", same.sentence);
+}
+
 /// One sweep up and one down. On each alone a function of the angle can be the weight, and a constant the friction; but only the laws
 /// foretell one from the other.
 #[test]

@@ -34,7 +34,7 @@ pub(crate) struct Problem {
     /// χ² with the tolerances spent.
     pub chi2: f64,
     /// The same of each log.
-    chi2_of_logs: Vec<f64>,
+    pub chi2_of_logs: Vec<f64>,
     /// Number of axes that were recorded: one that reads 0 throughout has no noise to speak of.
     pub axes: usize,
     /// Number of values that count.

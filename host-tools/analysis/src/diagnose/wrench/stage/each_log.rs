@@ -52,35 +52,80 @@ impl Work<'_> {
         let one = self.of_one_log(accepted);
         let mut all: Vec<Disagreement> = one
             .iter()
-            .filter_map(|h| Some((self.ids(h), self.of_each_log(h)?)))
+            .map(|h| (self.ids(h), self.of_each_log(h)))
+            .filter(|(_, each)| self.leave_nothing(each))
             .flat_map(|(ids, each)| ids.into_iter().map(move |id| Disagreement::new(id, &each)))
             .collect();
         let Some(accepted) = accepted else {
             return all;
         };
-        let (explained, count) = (
-            self.joint.explained(accepted.gain),
-            self.joint.problem.count,
-        );
-        let each = self
-            .joint
-            .contrasts(accepted)
-            .into_iter()
-            .zip(&accepted.effects);
-        let differing = each.filter(|([own, common], _)| {
-            evidence::disagree(*own, explained, 1, count) && *own > DIFFERS * common
-        });
-        let differing: Vec<&str> = differing.map(|(_, effect)| effect.id).collect();
-        let of_each_log = || {
-            let hypothesis = evaluate(self.library, self.parts(accepted), self.price);
-            hypothesis.and_then(|h| self.of_each_log(&h))
-        };
-        if !differing.is_empty()
-            && let Some(each) = of_each_log()
-        {
-            all.extend(differing.iter().map(|id| Disagreement::new(id, &each)));
+        let differing = self.differing(accepted);
+        let is_foreign = self.leaves_most_of_a_log(accepted);
+        if differing.is_empty() && !is_foreign {
+            return all;
         }
+        let Some(same) = evaluate(self.library, self.parts(accepted), self.price) else {
+            return all;
+        };
+        let each = self.of_each_log(&same);
+        let about = if is_foreign && self.is_of_other_logs(accepted, &each) {
+            let mut loads = self.parts(accepted);
+            loads.retain(|part| !self.library.variants[part.variant].effect.is_late());
+            let loads = loads.iter().map(|part| part.variant);
+            loads.map(|k| self.library.variants[k].effect.id).collect()
+        } else if self.leave_nothing(&each) {
+            differing
+        } else {
+            Vec::new()
+        };
+        all.extend(about.iter().map(|id| Disagreement::new(id, &each)));
         all
+    }
+
+    /// Effects of which one log shows half as much again as the others.
+    fn differing(&self, accepted: &Tested) -> Vec<&'static str> {
+        let each = self.joint.contrasts(accepted).into_iter();
+        let each = each.zip(&accepted.effects);
+        let differing = each.filter(|([own, common], _)| {
+            self.says_that_logs_disagree(*own, 1, accepted) && *own > DIFFERS * common
+        });
+        differing.map(|(_, effect)| effect.id).collect()
+    }
+
+    /// Whether so much that so many amounts of each log's own explain is more than what common ones leave by their form.
+    fn says_that_logs_disagree(&self, own: f64, amounts: usize, accepted: &Tested) -> bool {
+        let explained = self.joint.explained(accepted.gain);
+        evidence::disagree(own, explained, amounts, self.joint.problem.count)
+    }
+
+    /// Whether there is a log of which a hypothesis leaves more than half.
+    fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
+        let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
+        logs.any(|(chi2, gain)| *gain < 0.5 * chi2)
+    }
+
+    /// Whether there is such a log, and its effects in amounts of this log's own leave less than half of that: it is about the
+    /// other logs, whatever else all of them show. Nominal parameters are the same in all logs.
+    fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
+        let problem = &self.joint.problem;
+        let parts = self.contributions(each);
+        let own = problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()));
+        let amounts = accepted.parameters;
+        let mut logs = problem.chi2_of_logs.iter().zip(&accepted.gains).zip(own);
+        logs.any(|((chi2, common), own)| {
+            let (left, more) = (chi2 - common, own - common);
+            left > 0.5 * chi2
+                && more > 0.5 * left
+                && self.says_that_logs_disagree(more, amounts, accepted)
+        })
+    }
+
+    /// What each log's own amounts contribute to it.
+    fn contributions(&self, each: &[Tested]) -> Vec<Column> {
+        let parts = each.iter().zip(&self.joint.logs);
+        parts
+            .map(|(own, log)| own.contribution(&log.scene))
+            .collect()
     }
 
     fn ids(&self, hypothesis: &Hypothesis) -> Vec<&'static str> {
@@ -90,8 +135,8 @@ impl Work<'_> {
             .collect()
     }
 
-    /// The effects as each log alone has them, if these leave no structure that all logs show.
-    fn of_each_log(&self, hypothesis: &Hypothesis) -> Option<Vec<Tested>> {
+    /// The effects as each log alone has them.
+    fn of_each_log(&self, hypothesis: &Hypothesis) -> Vec<Tested> {
         let of = |log: usize| {
             let problem = self.joint.of_rows(|k, _| k == log);
             fitted_to(
@@ -102,15 +147,13 @@ impl Work<'_> {
                 Care::Estimating,
             )
         };
-        let logs = &self.joint.logs;
-        let each: Vec<Tested> = (0..logs.len()).into_par_iter().map(of).collect();
-        let parts = each.iter().zip(logs);
-        let parts: Vec<Column> = parts
-            .map(|(own, log)| own.contribution(&log.scene))
-            .collect();
+        (0..self.joint.logs.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Whether the effects as each log alone has them leave no structure that all logs show.
+    fn leave_nothing(&self, each: &[Tested]) -> bool {
         let gain = each.iter().map(|own| own.gain).sum();
-        let left = structure::left_apart(self.joint, &parts, gain);
-        (!left.any()).then_some(each)
+        !structure::left_apart(self.joint, &self.contributions(each), gain).any()
     }
 
     /// The effect that one log alone shows, if it explains more by itself than what all logs are said to
