@@ -10,12 +10,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
+use softdock_physics::effects::sensor::tool::ToolState;
 use softdock_physics::effects::{Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::{LoadModel, angles, positions};
+use softdock_physics::model::load::{LoadModel, angles, moved, nominal_tool, positions};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
-use softdock_physics::model::{Axis, Model};
+use softdock_physics::model::{Axis, EffectModel, Model};
 use softdock_report::number;
 
 /// Steps of the simulation in a cycle of the log.
@@ -54,8 +55,8 @@ impl FreeSimulation {
     }
 }
 
-/// Simulates the longest stretch of a log. None where no force drives a single axis of known inertia
-/// freely; an error says what hinders it.
+/// Simulates the longest stretch of a log. None where no recorded force drives a single axis freely; an error says what hinders
+/// it.
 pub(super) fn simulate(
     model: &Model,
     signals: &Signals<'_>,
@@ -72,9 +73,6 @@ pub(super) fn simulate(
         return None;
     }
     let body = Body::new(model, &log, axis);
-    if body.inertia(&Slide::default()) <= 0.0 {
-        return None;
-    }
     if !model.contact.docking.is_empty() {
         let why = "The motion is not simulated forward: a docking mechanism acts on it.";
         return Some(Err(why.to_owned()));
@@ -87,6 +85,10 @@ pub(super) fn simulate(
             )));
         }
     };
+    if acting.inertia(&body, &Slide::default()) <= 0.0 {
+        let why = "The motion is not simulated forward: nothing in the model has a mass or a moment of inertia along its axis.";
+        return Some(Err(why.to_owned()));
+    }
     let velocity = signals.velocity_at_pose(log.first + FIRST)?.get()[axis.index()];
     Some(run(&body, &log, acting, velocity))
 }
@@ -134,9 +136,15 @@ fn run(
     })
 }
 
-/// The nominal load, along or about one axis.
+/// A law of the tool, beside the nominal one.
+type ToolLaw = fn(&[f64], &ToolState) -> Wrench<f64>;
+
+/// What is carried, along or about one axis.
 struct Body {
     load: LoadModel,
+    /// The nominal tool, and what effects make of it.
+    tool: ToolState,
+    tool_laws: Vec<(ToolLaw, Vec<f64>)>,
     axis: Axis,
     direction: Vector3<f64>,
     first: Pose<f64>,
@@ -145,8 +153,17 @@ struct Body {
 
 impl Body {
     fn new(model: &Model, log: &Log, axis: Axis) -> Self {
+        let of_tool = |known: &EffectModel| {
+            let effect = LoadEffect::find(model, &known.id)?;
+            match effect.effect.law {
+                Law::Tool(law) => Some((law as ToolLaw, effect.given(&known.parameters))),
+                _ => None,
+            }
+        };
         let mut body = Self {
             load: LoadModel::new(model),
+            tool: nominal_tool(model),
+            tool_laws: model.effects.iter().filter_map(of_tool).collect(),
             axis,
             direction: Vector3::ith(axis.index() % 3, 1.0),
             first: log.pose[0],
@@ -185,7 +202,7 @@ impl Body {
         pose
     }
 
-    /// The nominal reading with an acceleration.
+    /// The reading of what is carried with an acceleration.
     fn reading(&self, slide: &Slide, acceleration: f64) -> f64 {
         let pose = self.pose(slide.position);
         let twist = |value: f64| {
@@ -197,7 +214,17 @@ impl Body {
             velocity: twist(slide.velocity),
             acceleration: twist(acceleration),
         };
-        self.along(&self.load.wrench(&pose, &motion), &pose)
+        let mut reading = self.load.wrench(&pose, &motion);
+        if !self.tool_laws.is_empty() {
+            let m_from_s = &self.load.m_from_s;
+            let s_from_c = (pose.rotation * m_from_s.rotation).inverse();
+            let s_from_c = s_from_c.to_rotation_matrix().into_inner();
+            let tool = moved(self.tool, s_from_c, m_from_s, &pose, &motion);
+            for (law, values) in &self.tool_laws {
+                reading = reading + law(values, &tool);
+            }
+        }
+        self.along(&reading, &pose)
     }
 
     /// What the reading loses with each m/s² or rad/s²; kg or kg·m².
@@ -252,10 +279,28 @@ impl Acting {
                     acting.late.delay_s += late.delay_s;
                     acting.late.lag_s += late.lag_s;
                 }
+                // What is carried.
+                Law::Tool(_) => {}
                 _ => return Err(id()),
             }
         }
         Ok(acting)
+    }
+
+    /// What the reading loses with each m/s² or rad/s², by what is carried and by the effects; kg or kg·m².
+    fn inertia(&self, body: &Body, slide: &Slide) -> f64 {
+        let with = |acceleration: f64| {
+            let slide = Slide {
+                acceleration,
+                ..*slide
+            };
+            let of = |part: &Part| match part {
+                Part::Along(law, _, values) => (law.force)(values, &slide),
+                Part::Spring(..) | Part::Offset(_) => 0.0,
+            };
+            self.parts.iter().map(of).sum::<f64>()
+        };
+        body.inertia(slide) + with(0.0) - with(1.0)
     }
 
     /// The recorded force along the axis, as late as it arrives.
@@ -297,7 +342,8 @@ impl Acting {
             let load = self.force(body, &at, velocity, step_s, rest);
             nominal - inertia * at.acceleration + load - force
         };
-        let velocity = root(excess, slide.velocity, step_s / inertia);
+        let per_excess = step_s / self.inertia(body, &middle);
+        let velocity = root(excess, slide.velocity, per_excess);
         let path = 0.5 * (slide.velocity + velocity) * step_s;
         for part in &mut self.parts {
             if let Part::Along(_, direction, _) = part {
@@ -447,6 +493,41 @@ mod tests {
         let comparison = compare(&right, &log(2000, 3, driven)).unwrap();
         let free = comparison.free_simulation.unwrap();
         assert!(free.relative < 0.01, "{free:?}");
+    }
+
+    /// What moves, known by an effect alone, of a bearing and of a guide, moves as if the model had it.
+    #[test]
+    fn an_inertia_may_be_an_effect() {
+        let driven = |t: f64| {
+            let (sin, cos) = (4.0 * t).sin_cos();
+            let (q, v, a) = (0.3 * sin, 1.2 * cos, -4.8 * sin);
+            [q, 0.7 * a + 0.9 * v + 6.0 * q]
+        };
+        let friction = ["damping_n_s_per_m", "damping_n_m_s_per_rad"];
+        let spring = ["stiffness_n_per_m", "stiffness_n_m_per_rad"];
+        let moved = [
+            ("tool_mass_error", "mass_error_kg"),
+            ("bearing_inertia", "inertia_error_kg_m2"),
+        ];
+        for (turns, axis) in ["x", "rx"].into_iter().enumerate() {
+            let effects = [
+                (moved[turns].0, moved[turns].1, 0.7),
+                ("guide_viscous", friction[turns], 0.9),
+                ("cable_stiffness", spring[turns], 6.0),
+            ];
+            let effects = effects.map(|(id, name, value)| {
+                format!("[[effect]]\nid = \"{id}\"\nparameters = {{ {name} = {value} }}\n")
+            });
+            let text = format!(
+                "[rig]\nactive_axes = [\"{axis}\"]\n[tool]\ndynamic_compensation = true\n\
+                 [sensor]\nwrench = \"commanded\"\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{}",
+                effects.concat()
+            );
+            let model = Model::from_toml(&text, "model.toml").unwrap();
+            let comparison = compare(&model, &log(2000, 3 * turns, driven)).unwrap();
+            let free = comparison.free_simulation.unwrap();
+            assert!(free.relative < 0.01, "{axis}: {free:?}");
+        }
     }
 
     /// Less than the dry friction does not move what rests, and more does.

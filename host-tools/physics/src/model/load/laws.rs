@@ -8,8 +8,9 @@ use crate::effects::{
     Direction, Effect, Facing, Group, Guide, Late, Lateness, Law, Penetration, Slide, Values, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
-use nalgebra::Vector3;
-use softdock_control::frames::{Wrench, matrix};
+use nalgebra::{Matrix3, Vector3};
+use softdock_control::frames::{Pose, Wrench, matrix};
+use softdock_control::wrench::Motion;
 
 /// Whether the log has what the effect acts on.
 pub(super) fn acts(scene: &Scene, effect: &Effect) -> bool {
@@ -110,10 +111,11 @@ pub(super) fn part(
             scene.docked_change(&settings)
         }
         Law::Tool(law) => {
-            let mut state = tool_state(scene);
+            let tool = nominal_tool(&scene.model);
             Column::of(scene.len(), |n| {
-                move_tool(&mut state, scene, n);
-                law(p, &state).get()
+                let s_from_c = scene.s_from_m * scene.m_from_c[n];
+                let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
+                law(p, &moved(tool, s_from_c, &scene.m_from_s, pose, motion)).get()
             })
         }
         Law::Load(law) => {
@@ -278,27 +280,35 @@ fn changed(
     })
 }
 
-/// The nominal tool.
-fn tool_state(scene: &Scene) -> ToolState {
-    let (tool, sensor) = (&scene.model.tool, &scene.model.sensor);
+/// The nominal tool at rest, with C as S.
+pub fn nominal_tool(model: &Model) -> ToolState {
+    let (tool, sensor) = (&model.tool, &model.sensor);
     ToolState {
         mass_kg: tool.mass_kg,
-        hanging_kg: hanging(&scene.model),
+        hanging_kg: hanging(model),
         com: tool.com_m.into(),
         inertia: matrix(&tool.inertia_kg_m2),
         gravity: sensor.gravity_m_s2.into(),
-        s_from_c: scene.s_from_m,
+        s_from_c: Matrix3::identity(),
         motion: LoadMotion::uniform(),
         inertial: tool.dynamic_compensation,
     }
 }
 
-/// Moves it to a cycle.
-fn move_tool(state: &mut ToolState, scene: &Scene, n: usize) {
-    let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
+/// A tool that moves with M, whose pose and motion in C are given; `s_from_c`: where that turns C to.
+pub fn moved(
+    tool: ToolState,
+    s_from_c: Matrix3<f64>,
+    m_from_s: &Pose<f64>,
+    pose: &Pose<f64>,
+    motion: &Motion<f64>,
+) -> ToolState {
     let (velocity, acceleration) = (&motion.velocity, &motion.acceleration);
-    state.s_from_c = scene.s_from_m * scene.m_from_c[n];
-    state.motion = LoadMotion::of_sensor(&scene.m_from_s, &pose.rotation, velocity, acceleration);
+    ToolState {
+        s_from_c,
+        motion: LoadMotion::of_sensor(m_from_s, &pose.rotation, velocity, acceleration),
+        ..tool
+    }
 }
 
 /// Mass that hangs on the sensor: the nominal one, or without one what the model knows by an effect
