@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Output, Stdio};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -303,11 +303,11 @@ pub fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
 }
 
-/// Runs a test of the integration tests, by its whole name, once for each case, in processes of their own beside each
-/// other: what it measures of the memory of its process is not what others take.
+/// Runs a test of the integration tests, by its whole name, once for each case, in processes of their own: what it measures of
+/// the memory of its process is not what others take. As many run beside each other as there are processors.
 ///
 /// # Panics
-/// If the test fails.
+/// If the test fails, after all that run have ended.
 pub fn each_in_its_own_process<T: Debug>(test: &str, cases: &[T], run: impl Fn(&T)) {
     const ALONE: &str = "SOFTDOCK_TEST_ALONE";
     let named = |case: &T| format!("{case:?}");
@@ -323,17 +323,23 @@ pub fn each_in_its_own_process<T: Debug>(test: &str, cases: &[T], run: impl Fn(&
             .spawn()
             .unwrap()
     };
-    let started: Vec<Child> = cases.iter().map(start).collect();
-    for child in started {
-        let alone = child.wait_with_output().unwrap();
-        let said = String::from_utf8_lossy(&alone.stdout);
-        print!("{said}");
-        let failed = String::from_utf8_lossy(&alone.stderr);
-        assert!(alone.status.success(), "{said}{failed}");
-        assert!(
-            said.contains("1 passed"),
-            "no test is called {test}: {said}"
-        );
+    let at_once = thread::available_parallelism().map_or(1, usize::from);
+    for some in cases.chunks(at_once) {
+        let started: Vec<Child> = some.iter().map(start).collect();
+        let ended: Vec<Output> = started
+            .into_iter()
+            .map(|child| child.wait_with_output().unwrap())
+            .collect();
+        for alone in ended {
+            let said = String::from_utf8_lossy(&alone.stdout);
+            print!("{said}");
+            let failed = String::from_utf8_lossy(&alone.stderr);
+            assert!(alone.status.success(), "{said}{failed}");
+            assert!(
+                said.contains("1 passed"),
+                "no test is called {test}: {said}"
+            );
+        }
     }
 }
 

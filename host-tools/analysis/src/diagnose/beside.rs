@@ -185,8 +185,8 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
             imitated.push(one);
             break;
         };
-        if is_law && fewer.foretells_worse_than(least) {
-            foretelling.insert(gone, fewer.error_on_unseen() / least);
+        if let Some(worse) = fewer.foretells_worse_by(least).filter(|_| is_law) {
+            foretelling.insert(gone, worse * least / finding.error_on_unseen());
             continue;
         }
         imitated.push(one);

@@ -268,7 +268,8 @@ impl WrenchFinding {
 
     /// Nominal parameters beside what is accepted.
     pub(super) fn nominal(&self) -> Vec<(String, f64, f64, f64)> {
-        self.prepared.nominal(self.found.accepted.as_ref())
+        let accepted = self.found.accepted.as_ref();
+        self.prepared.nominal(&self.earlier.0, accepted)
     }
 
     /// Whether another search leaves as little, but for errors of form.
@@ -319,9 +320,11 @@ impl WrenchFinding {
         self.prepared.error_on_unseen(&accepted)
     }
 
-    /// Whether its error on the logs that no fit has seen is much larger than that of a finding with more effects.
-    pub(super) fn foretells_worse_than(&self, error: f64) -> bool {
-        self.can_foretell() && error * FORETELLS < self.error_on_unseen()
+    /// How many times as large as that of a finding with more effects its error on the logs that no fit has seen is, if that is
+    /// much.
+    pub(super) fn foretells_worse_by(&self, error: f64) -> Option<f64> {
+        let worse = self.error_on_unseen() / error;
+        (self.can_foretell() && worse > FORETELLS).then_some(worse)
     }
 
     /// Whether anything follows from an error on logs that no fit has seen: not where all are those of the fit, nor where

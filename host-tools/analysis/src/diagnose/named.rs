@@ -25,6 +25,8 @@ pub(crate) struct Named {
     pub estimates: BTreeMap<String, Estimate>,
     /// What speaks for it.
     pub support: Support,
+    /// See [`Fitted`].
+    pub foretold: f64,
 }
 
 impl Named {
@@ -37,6 +39,7 @@ impl Named {
             },
             estimates: BTreeMap::new(),
             support: Support::alone(f64::INFINITY),
+            foretold: f64::INFINITY,
         }
     }
 
@@ -97,6 +100,8 @@ impl Named {
                 continue;
             };
             let [low, high] = fitted.interval_95.get(&name).copied().unwrap_or([value; 2]);
+            let most = self.foretold * value.abs();
+            let (low, high) = (low.max(value - most), high.min(value + most));
             let hull = [low.min(before.low), high.max(before.high)];
             self = self.within(&name, value, hull, &before.unit);
         }
@@ -396,7 +401,10 @@ pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
 }
 
 fn reading(fitted: &Fitted) -> Named {
-    let mut one = Named::new(fitted.id, Vec::new());
+    let mut one = Named {
+        foretold: fitted.foretold,
+        ..Named::new(fitted.id, Vec::new())
+    };
     for (name, (value, sigma, unit)) in &fitted.parameters {
         one = if *sigma > 0.0 {
             one.within(name, *value, fitted.interval(name), unit)

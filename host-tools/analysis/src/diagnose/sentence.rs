@@ -101,8 +101,8 @@ fn named(diagnosis: &Diagnosis) -> String {
 fn logs_disagree(diagnosis: &Diagnosis) -> String {
     let names: Vec<String> = diagnosis.disagreeing.iter().map(|id| title(id)).collect();
     format!(
-        "The logs disagree: one shows other amounts than the others of what looks like {}. They are not \
-         logs of one machine in one state.",
+        "The logs disagree: the amounts of what looks like {} differ from log to log. They are not logs of one machine in one \
+         state.",
         listed(&names)
     )
 }

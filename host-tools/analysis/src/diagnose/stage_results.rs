@@ -356,13 +356,15 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         let ids = finding.ids_without(std::slice::from_ref(&gone));
         let fewer = asking.among(&ids);
         let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
-        match fewer {
-            Some(fewer) if fewer.foretells_worse_than(finding.error_on_unseen()) => {
-                let worse = fewer.error_on_unseen() / finding.error_on_unseen();
+        let worse = fewer
+            .as_ref()
+            .and_then(|f| f.foretells_worse_by(finding.error_on_unseen()));
+        match (fewer, worse) {
+            (Some(_), Some(worse)) => {
                 foretelling.insert(gone, worse);
             }
-            Some(fewer) => finding = fewer,
-            None => break,
+            (Some(fewer), None) => finding = fewer,
+            (None, _) => break,
         }
     }
     finding.foretell(&foretelling);

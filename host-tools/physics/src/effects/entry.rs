@@ -195,6 +195,8 @@ pub enum Role {
 /// Distance of the parts of a bearing that slide on each other from its axis, m: a length of a guide over it is an
 /// angle of a bearing.
 const LEVER_M: f64 = 0.05;
+/// Angle by such a length, rad/m.
+const PER_LEVER: f64 = 1.0 / LEVER_M;
 
 impl Role {
     /// The same with values so many times as large.
@@ -355,7 +357,7 @@ impl Parameter {
 
     /// The same of a bearing, where forces are torques and displacements are angles: those that a point at `LEVER_M`
     /// from the axis turns by. A speed that shapes a law may be that of the bearing's surfaces or of a gear's, which turns a
-    /// multiple of it: it reaches from the numbers of a guide to those by the lever. The numbers of all other ranges stay. A torque
+    /// multiple of it: it begins as on a guide, and ends by the lever. The numbers of all other ranges stay. A torque
     /// acts at no point.
     pub fn of_a_bearing(&self) -> Self {
         if self.name == ACTS_AT.name {
@@ -373,10 +375,13 @@ impl Parameter {
         let stem = self.name.strip_suffix(ending).unwrap_or(self.name);
         let stem = if stem == "force" { "torque" } else { stem };
         let name = format!("{stem}{turned}");
-        const LEVER: f64 = 1.0 / LEVER_M;
         let (low, high, role) = match (self.unit, self.role) {
-            ("m", role) => (self.low * LEVER, self.high * LEVER, role.times(LEVER)),
-            ("m/s", role @ Role::Shape(_)) => (self.low, self.high * LEVER, role),
+            ("m", role) => (
+                self.low * PER_LEVER,
+                self.high * PER_LEVER,
+                role.times(PER_LEVER),
+            ),
+            ("m/s", role @ Role::Shape(_)) => (self.low, self.high * PER_LEVER, role),
             (_, role) => (self.low, self.high, role),
         };
         Self {
@@ -489,7 +494,7 @@ mod tests {
         assert!(!offset.is_plausible(f64::NAN));
     }
 
-    /// 0.1 mm at 50 mm from the axis are 2 mrad, 20 mm/s are 0.4 rad/s; forces and their numbers become torques.
+    /// 0.1 mm at 50 mm from the axis are 2 mrad, 0.1 m/s are 2 rad/s; forces and their numbers become torques.
     #[test]
     fn lengths_and_speeds_of_a_guide_are_those_of_a_bearing() {
         let length = Parameter::new("presliding_m", "m", 0.0, 5e-4).form_size(&[0.0, 1e-4], 0.0);

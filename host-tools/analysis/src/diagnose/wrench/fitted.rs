@@ -18,7 +18,7 @@ pub(crate) struct Fitted {
     pub beside_remainder: f64,
     /// Values of its parameters in other answers that the logs do not refute.
     pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
-    /// By what share of itself its only amount can be off before unseen data are foretold much worse.
+    /// By what share of itself its only parameter can be off before unseen data are foretold much worse.
     pub foretold: f64,
 }
 
@@ -87,13 +87,14 @@ impl Fitted {
         LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
-    /// Unseen data are foretold so many times worse without it, which is much: its amount is near enough to the fitted one that
-    /// they are not. The square of their error rises with the square of what the amount is off, and by this ratio at 0.
+    /// Unseen data are foretold so many times worse without it. Where that is much, and it has one parameter, this is near enough
+    /// to the fitted one that they are not: the square of their error rises with the square of what the parameter is off, and
+    /// by this ratio at 0.
     pub(crate) fn foretells(&mut self, worse: f64) {
         let rise = |ratio: f64| ratio * ratio - 1.0;
         let free = self.parameters.values().filter(|p| p.1 > 0.0);
-        if free.count() == 1 {
-            self.foretold = (rise(FORETELLS) / rise(worse)).sqrt().min(1.0);
+        if worse >= FORETELLS && free.count() == 1 {
+            self.foretold = (rise(FORETELLS) / rise(worse)).sqrt();
         }
     }
 
@@ -104,21 +105,23 @@ impl Fitted {
         }
     }
 
-    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, and beside what else may be
-    /// there, as far as that foretells unseen data. 0 for one that it has not.
+    /// 95 % interval of a parameter: it holds what the logs say without a remainder and beside one, as far as that foretells unseen
+    /// data, and what else may be there. 0 for one that it has not.
     pub(crate) fn interval(&self, name: &str) -> [f64; 2] {
         let Some((value, sigma, _)) = self.parameters.get(name) else {
             return [0.0; 2];
         };
         let beside = self.beside_remainder * value;
         let reach = INTERVAL_95 * sigma;
-        let own = [value.min(beside) - reach, value.max(beside) + reach];
+        let most = self.foretold * value.abs();
+        let own = [
+            (value.min(beside) - reach).max(value - most),
+            (value.max(beside) + reach).min(value + most),
+        ];
         let others = self.elsewhere.get(name).into_iter().flatten();
-        let [low, high] = others.fold(own, |[low, high], other| {
+        others.fold(own, |[low, high], other| {
             [low.min(*other), high.max(*other)]
-        });
-        let reach = self.foretold * value.abs();
-        [low.max(value - reach), high.min(value + reach)]
+        })
     }
 }
 
@@ -145,11 +148,17 @@ mod tests {
         assert_eq!(fitted.interval("force_n"), [0.5, 2.0 + reach]);
         assert_eq!(fitted.interval("smoothing_speed_m_s"), [0.0; 2]);
         // Without it the error is 1.1 times as large: so it is with twice as much, too.
-        fitted.hold(&of(-3.0));
-        fitted.foretells(1.1);
-        assert_eq!(fitted.interval("force_n"), [0.0, 2.0 + reach]);
-        fitted.foretells(1.36);
-        let [low, high] = fitted.interval("force_n");
-        assert!((low - 1.0).abs() < 0.01 && high == 2.0 + reach, "{low}");
+        let mut vague = of(2.0);
+        vague.parameters.insert("force_n", (2.0, 3.0, "N"));
+        vague.foretells(1.05);
+        assert!(vague.interval("force_n")[0] < -3.0);
+        vague.foretells(1.1);
+        assert_eq!(vague.interval("force_n"), [0.0, 4.0]);
+        vague.foretells(1.36);
+        let [low, high] = vague.interval("force_n");
+        assert!(
+            (low - 1.0).abs() < 0.01 && (high - 3.0).abs() < 0.01,
+            "{low} {high}"
+        );
     }
 }

@@ -326,19 +326,27 @@ impl Joint {
 
     /// Nominal parameters beside a hypothesis: value and standard deviation, and by how many tolerances
     /// it is off. Those that the logs say nothing about are left out, and those that an effect of the hypothesis stands for:
-    /// its amounts are estimated with them.
-    pub(crate) fn nominal(&self, tested: Option<&Tested>) -> Vec<(String, f64, f64, f64)> {
+    /// its amounts are estimated with them, as are those of the `earlier` effects, which the residual is already without.
+    pub(crate) fn nominal(
+        &self,
+        earlier: &[Fitted],
+        tested: Option<&Tested>,
+    ) -> Vec<(String, f64, f64, f64)> {
         /// Share of a tolerance that the logs have to take away to say something.
         const SAYS: f64 = 0.05;
         let Some(first) = self.logs.first() else {
             return Vec::new();
         };
         let model = &first.scene.model;
-        let terms = tested.into_iter().flat_map(|tested| {
-            let terms = tested.effects.iter().flat_map(|one| one.terms(model));
-            terms.map(|term| self.white_part_of(tested, &term))
-        });
-        let after = self.problem.tolerances_beside(&terms.collect::<Vec<_>>());
+        let nothing = Tested::default();
+        let accepted = tested.unwrap_or(&nothing);
+        let effects = earlier.iter().chain(&accepted.effects);
+        let terms = effects.flat_map(|one| one.terms(model));
+        let terms = terms.map(|term| self.white_part_of(accepted, &term));
+        let terms: Vec<Column> = terms.filter(|column| !column.is_zero()).collect();
+        let after = self
+            .problem
+            .tolerances_beside(&self.white_part(tested), &terms);
         let all = nuisance::all(model);
         let each = self.open_tolerances().enumerate().filter_map(|(k, i)| {
             let nuisance = all.get(i)?;

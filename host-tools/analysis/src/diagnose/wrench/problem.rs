@@ -225,17 +225,13 @@ impl Problem {
         size as f64 - kept
     }
 
-    /// Mean and standard deviation of each tolerance after the logs, in tolerances, beside a contribution of which the logs
-    /// say no more than its form: of each of its columns there may be more or less. All in units of the noise.
-    pub(crate) fn tolerances_beside(&self, columns: &[Column]) -> Vec<[f64; 2]> {
+    /// Mean and standard deviation of each tolerance after the logs, in tolerances, beside a contribution, and where of each of
+    /// some columns there may be more or less. All in units of the noise.
+    pub(crate) fn tolerances_beside(&self, white: &Column, columns: &[Column]) -> Vec<[f64; 2]> {
         /// Share of a column's square that keeps the sum definite where columns are the same.
         const RIDGE: f64 = 1e-9;
         let size = self.tolerances.len();
-        let white = columns.iter().fold(Column::default(), |mut sum, column| {
-            sum.add(&column.0);
-            sum
-        });
-        let left = self.less(&white);
+        let left = self.less(white);
         let all = self.all_products(columns);
         let last = all.nrows() - 1;
         let mut normal = all.view((0, 0), (last, last)).into_owned();

@@ -19,9 +19,9 @@ const LATEST_CYCLES: f64 = 10.0;
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// Length of a cycle, s.
+    /// Length of a cycle, where that is longest, s.
     pub cycle_s: f64,
-    /// Root mean square of the velocity along the guide, m/s or rad/s.
+    /// Root mean square of the velocity along the guide, in the log where that is largest, m/s or rad/s.
     pub speed: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Whether the logs are of one machine: effects whose amounts differ, and those that one log alone shows.
 
 use super::Work;
-use crate::diagnose::evidence::DIFFERS;
+use crate::diagnose::evidence::{DIFFERS, MOST};
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
 use crate::diagnose::{evidence, structure};
@@ -43,6 +43,15 @@ impl Disagreement {
             amounts: amounts.collect(),
         }
     }
+
+    /// Whether one log shows half as much again of anything as another.
+    fn is_seen(&self) -> bool {
+        self.amounts.iter().any(|(_, _, values)| {
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            least * most < 0.0 || most.abs().max(least.abs()) > 1.5 * most.abs().min(least.abs())
+        })
+    }
 }
 
 impl Work<'_> {
@@ -60,25 +69,21 @@ impl Work<'_> {
             return all;
         };
         let differing = self.differing(accepted);
-        let is_foreign = self.leaves_most_of_a_log(accepted);
-        if differing.is_empty() && !is_foreign {
+        let leaves_a_log = self.leaves_most_of_a_log(accepted);
+        if differing.is_empty() && !leaves_a_log {
             return all;
         }
         let Some(same) = evaluate(self.library, self.parts(accepted), self.price) else {
             return all;
         };
         let each = self.of_each_log(&same);
-        let about = if is_foreign && self.is_of_other_logs(accepted, &each) {
-            let mut loads = self.parts(accepted);
-            loads.retain(|part| !self.library.variants[part.variant].effect.is_late());
-            let loads = loads.iter().map(|part| part.variant);
-            loads.map(|k| self.library.variants[k].effect.id).collect()
+        let of = |effect: &&'static str| Disagreement::new(effect, &each);
+        if leaves_a_log && self.is_of_other_logs(accepted, &each) {
+            let ids = accepted.effects_in_order();
+            all.extend(ids.iter().map(of).filter(Disagreement::is_seen));
         } else if self.leave_nothing(&each) {
-            differing
-        } else {
-            Vec::new()
-        };
-        all.extend(about.iter().map(|id| Disagreement::new(id, &each)));
+            all.extend(differing.iter().map(of));
+        }
         all
     }
 
@@ -98,24 +103,27 @@ impl Work<'_> {
         evidence::disagree(own, explained, amounts, self.joint.problem.count)
     }
 
-    /// Whether there is a log of which a hypothesis leaves more than half.
+    /// Whether there is a log of which a hypothesis leaves [`MOST`], with nothing that was known before it.
     fn leaves_most_of_a_log(&self, accepted: &Tested) -> bool {
         let mut logs = self.joint.problem.chi2_of_logs.iter().zip(&accepted.gains);
-        logs.any(|(chi2, gain)| *gain < 0.5 * chi2)
+        self.joint.known <= 0.0 && logs.any(|(chi2, gain)| chi2 - gain > MOST * chi2)
     }
 
-    /// Whether there is such a log, and its effects in amounts of this log's own leave less than half of that: it is about the
-    /// other logs, whatever else all of them show. Nominal parameters are the same in all logs.
+    /// Whether the effects of a hypothesis, in amounts of its own, explain most of what their common amounts leave of a log of
+    /// which these leave most: the hypothesis is about the other logs, whatever else all of them show. Nominal parameters are
+    /// the same in all logs.
     fn is_of_other_logs(&self, accepted: &Tested, each: &[Tested]) -> bool {
         let problem = &self.joint.problem;
         let parts = self.contributions(each);
         let own = problem.gains(&problem.whitened(&parts.iter().collect::<Vec<_>>()));
         let amounts = accepted.parameters;
-        let mut logs = problem.chi2_of_logs.iter().zip(&accepted.gains).zip(own);
-        logs.any(|((chi2, common), own)| {
+        let logs = problem.chi2_of_logs.iter().zip(&accepted.gains);
+        let mut logs = logs.zip(own).zip(each);
+        logs.any(|(((chi2, common), own), alone)| {
             let (left, more) = (chi2 - common, own - common);
-            left > 0.5 * chi2
-                && more > 0.5 * left
+            alone.wrong.is_empty()
+                && left > MOST * chi2
+                && more > MOST * left
                 && self.says_that_logs_disagree(more, amounts, accepted)
         })
     }
