@@ -174,7 +174,9 @@ impl Known<'_> {
             let with = self.levels(effects)?.test;
             let others = without(effects, vague);
             self.refit(&others)?;
-            if self.can_foretell && self.levels(&others)?.test > FORETELLS * with {
+            let worse = self.levels(&others)?.test / with;
+            if self.can_foretell && worse > FORETELLS {
+                self.found[vague].foretells(worse);
                 self.refit(effects)?;
                 kept.push(vague);
                 continue;

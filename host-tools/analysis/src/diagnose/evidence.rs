@@ -61,6 +61,13 @@ pub(crate) const DIFFERS: f64 = 0.04;
 /// Share of a log that an answer leaves which is about other logs, and of that what amounts of this log's own explain.
 pub(crate) const MOST: f64 = 0.5;
 
+/// By what share of itself an only parameter can be off before unseen data are foretold [`FORETELLS`] times worse, if they are so
+/// many times worse without it; none if that is less. The square of the error rises with the square of what it is off.
+pub(crate) fn foretold(worse: f64) -> Option<f64> {
+    let rise = |ratio: f64| ratio * ratio - 1.0;
+    (worse >= FORETELLS).then(|| (rise(FORETELLS) / rise(worse)).sqrt())
+}
+
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.
 pub(crate) fn prior() -> f64 {
     2.0 * (CATALOGUE.len() as f64).ln()

@@ -2,7 +2,7 @@
 
 use super::actuator::{Candidate, Search, Term};
 use super::engine::{Stages, WrenchFinding};
-use super::evidence::{NEARLY_AS_GOOD, Support};
+use super::evidence::{self, NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use softdock_physics::effects::mechanism::ACTS_AT;
@@ -74,6 +74,26 @@ impl Named {
     pub(super) fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
         let reach = INTERVAL_95 * sigma;
         self.within(name, value, [value - reach, value + reach], unit)
+    }
+
+    /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
+    pub(super) fn foretells(&mut self, worse: f64) {
+        let [(name, estimate)] = &self.estimates.iter().collect::<Vec<_>>()[..] else {
+            return;
+        };
+        let Some(share) = evidence::foretold(worse) else {
+            return;
+        };
+        let (name, Estimate { value, unit, .. }) = ((*name).clone(), (*estimate).clone());
+        let most = share * value.abs();
+        let ends = [
+            estimate.low.max(value - most),
+            estimate.high.min(value + most),
+        ];
+        *self = Self {
+            foretold: share,
+            ..self.clone().within(&name, value, ends, &unit)
+        };
     }
 
     /// The same with the ends of its interval.

@@ -1,6 +1,6 @@
 //! An effect with the parameters that the logs give it.
 
-use crate::diagnose::evidence::FORETELLS;
+use crate::diagnose::evidence;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
@@ -87,14 +87,11 @@ impl Fitted {
         LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
-    /// Unseen data are foretold so many times worse without it. Where that is much, and it has one parameter, this is near enough
-    /// to the fitted one that they are not: the square of their error rises with the square of what the parameter is off, and
-    /// by this ratio at 0.
+    /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
     pub(crate) fn foretells(&mut self, worse: f64) {
-        let rise = |ratio: f64| ratio * ratio - 1.0;
         let free = self.parameters.values().filter(|p| p.1 > 0.0);
-        if worse >= FORETELLS && free.count() == 1 {
-            self.foretold = (rise(FORETELLS) / rise(worse)).sqrt();
+        if let Some(share) = evidence::foretold(worse).filter(|_| free.count() == 1) {
+            self.foretold = share;
         }
     }
 
