@@ -13,7 +13,7 @@ use softdock_control::wrench::Motion;
 use softdock_physics::effects::sensor::tool::ToolState;
 use softdock_physics::effects::{Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::{LoadModel, angles, moved, nominal_tool, positions};
+use softdock_physics::model::load::{LoadModel, angles, in_motion, nominal_tool, positions};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, EffectModel, Model};
@@ -219,7 +219,7 @@ impl Body {
             let m_from_s = &self.load.m_from_s;
             let s_from_c = (pose.rotation * m_from_s.rotation).inverse();
             let s_from_c = s_from_c.to_rotation_matrix().into_inner();
-            let tool = moved(self.tool, s_from_c, m_from_s, &pose, &motion);
+            let tool = in_motion(self.tool, s_from_c, m_from_s, &pose, &motion);
             for (law, values) in &self.tool_laws {
                 reading = reading + law(values, &tool);
             }

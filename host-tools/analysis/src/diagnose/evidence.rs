@@ -61,11 +61,26 @@ pub(crate) const DIFFERS: f64 = 0.04;
 /// Share of a log that an answer leaves which is about other logs, and of that what amounts of this log's own explain.
 pub(crate) const MOST: f64 = 0.5;
 
-/// By what share of itself an only parameter can be off before unseen data are foretold [`FORETELLS`] times worse, if they are so
-/// many times worse without it; none if that is less. The square of the error rises with the square of what it is off.
-pub(crate) fn foretold(worse: f64) -> Option<f64> {
-    let rise = |ratio: f64| ratio * ratio - 1.0;
-    (worse >= FORETELLS).then(|| (rise(FORETELLS) / rise(worse)).sqrt())
+/// By what share of itself an only parameter can be off before unseen data are foretold [`FORETELLS`] times worse.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foretold(f64);
+
+impl Foretold {
+    /// Unseen data say nothing of it.
+    pub(crate) const UNKNOWN: Self = Self(f64::INFINITY);
+
+    /// Of one without which unseen data are so many times worse, less than [`FORETELLS`] of which bounds nothing: the square of the
+    /// error rises with the square of what it is off.
+    pub(crate) fn bound(worse: f64) -> Option<Self> {
+        let rise = |ratio: f64| ratio * ratio - 1.0;
+        (worse >= FORETELLS).then(|| Self((rise(FORETELLS) / rise(worse)).sqrt()))
+    }
+
+    /// The interval of such a value, no further from it than unseen data allow.
+    pub(crate) fn within(self, value: f64, [low, high]: [f64; 2]) -> [f64; 2] {
+        let most = self.0 * value.abs();
+        [low.max(value - most), high.min(value + most)]
+    }
 }
 
 /// What an effect has to overcome before the logs speak, 2 ln of its prior odds.

@@ -2,7 +2,7 @@
 
 use super::actuator::{Candidate, Search, Term};
 use super::engine::{Stages, WrenchFinding};
-use super::evidence::{self, NEARLY_AS_GOOD, Support};
+use super::evidence::{Foretold, NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use softdock_physics::effects::mechanism::ACTS_AT;
@@ -26,7 +26,7 @@ pub(crate) struct Named {
     /// What speaks for it.
     pub support: Support,
     /// See [`Fitted`].
-    pub foretold: f64,
+    pub foretold: Foretold,
 }
 
 impl Named {
@@ -39,7 +39,7 @@ impl Named {
             },
             estimates: BTreeMap::new(),
             support: Support::alone(f64::INFINITY),
-            foretold: f64::INFINITY,
+            foretold: Foretold::UNKNOWN,
         }
     }
 
@@ -81,17 +81,13 @@ impl Named {
         let [(name, estimate)] = &self.estimates.iter().collect::<Vec<_>>()[..] else {
             return;
         };
-        let Some(share) = evidence::foretold(worse) else {
+        let Some(foretold) = Foretold::bound(worse) else {
             return;
         };
         let (name, Estimate { value, unit, .. }) = ((*name).clone(), (*estimate).clone());
-        let most = share * value.abs();
-        let ends = [
-            estimate.low.max(value - most),
-            estimate.high.min(value + most),
-        ];
+        let ends = foretold.within(value, [estimate.low, estimate.high]);
         *self = Self {
-            foretold: share,
+            foretold,
             ..self.clone().within(&name, value, ends, &unit)
         };
     }
@@ -119,9 +115,8 @@ impl Named {
             let Some(value) = fitted.parameters.get(&name).copied() else {
                 continue;
             };
-            let [low, high] = fitted.interval_95.get(&name).copied().unwrap_or([value; 2]);
-            let most = self.foretold * value.abs();
-            let (low, high) = (low.max(value - most), high.min(value + most));
+            let ends = fitted.interval_95.get(&name).copied();
+            let [low, high] = self.foretold.within(value, ends.unwrap_or([value; 2]));
             let hull = [low.min(before.low), high.max(before.high)];
             self = self.within(&name, value, hull, &before.unit);
         }

@@ -1,6 +1,6 @@
 //! An effect with the parameters that the logs give it.
 
-use crate::diagnose::evidence;
+use crate::diagnose::evidence::Foretold;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
@@ -18,8 +18,8 @@ pub(crate) struct Fitted {
     pub beside_remainder: f64,
     /// Values of its parameters in other answers that the logs do not refute.
     pub elsewhere: BTreeMap<&'static str, Vec<f64>>,
-    /// By what share of itself its only parameter can be off before unseen data are foretold much worse.
-    pub foretold: f64,
+    /// What unseen data say of its only parameter.
+    pub foretold: Foretold,
 }
 
 impl Fitted {
@@ -90,7 +90,7 @@ impl Fitted {
     /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
     pub(crate) fn foretells(&mut self, worse: f64) {
         let free = self.parameters.values().filter(|p| p.1 > 0.0);
-        if let Some(share) = evidence::foretold(worse).filter(|_| free.count() == 1) {
+        if let Some(share) = Foretold::bound(worse).filter(|_| free.count() == 1) {
             self.foretold = share;
         }
     }
@@ -110,11 +110,8 @@ impl Fitted {
         };
         let beside = self.beside_remainder * value;
         let reach = INTERVAL_95 * sigma;
-        let most = self.foretold * value.abs();
-        let own = [
-            (value.min(beside) - reach).max(value - most),
-            (value.max(beside) + reach).min(value + most),
-        ];
+        let said = [value.min(beside) - reach, value.max(beside) + reach];
+        let own = self.foretold.within(*value, said);
         let others = self.elsewhere.get(name).into_iter().flatten();
         others.fold(own, |[low, high], other| {
             [low.min(*other), high.max(*other)]
@@ -134,7 +131,7 @@ mod tests {
             parameters: BTreeMap::from([("force_n", (value, 0.1, "N"))]),
             beside_remainder: 0.9,
             elsewhere: BTreeMap::new(),
-            foretold: f64::INFINITY,
+            foretold: Foretold::UNKNOWN,
         };
         let mut fitted = of(2.0);
         let reach = 0.1 * INTERVAL_95;

@@ -3,6 +3,7 @@
 mod autoregressive;
 mod fitted;
 mod gram;
+mod joint;
 mod model_selection;
 mod motions;
 mod nuisance;
@@ -21,7 +22,8 @@ pub(crate) use fitted::Fitted;
 pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
-pub(crate) use prepared_log::{Joint, PreparedLog, Rest, sheet_sigma};
+pub(crate) use joint::{Joint, Rest};
+pub(crate) use prepared_log::{PreparedLog, sheet_sigma};
 pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};
 pub(crate) use stage::{Ask, Disagreement, Found, exchanged, search};
 pub(crate) use tested::Tested;

@@ -1,6 +1,7 @@
 //! The columns of a hypothesis with given shapes.
 
-use super::prepared_log::{Joint, PreparedLog};
+use super::joint::Joint;
+use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Projected, Solution, products, solve, subtract};
 use super::search::Part;
 use super::tested::{Care, has_size};

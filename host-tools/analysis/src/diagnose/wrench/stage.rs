@@ -10,8 +10,8 @@ mod foretold;
 pub(crate) use each_log::Disagreement;
 
 use super::fitted::Fitted;
+use super::joint::Joint;
 use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
-use super::prepared_log::Joint;
 use super::problem::Problem;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};

@@ -1,11 +1,12 @@
 //! A hypothesis with refined shapes.
 
 use super::fitted::Fitted;
-use super::prepared_log::Joint;
+use super::joint::Joint;
 use super::problem::{Problem, Solution};
 use super::search::{Hypothesis, Part};
 use super::shaped::{ShapeDeviations, Shaped};
 use super::variants::Library;
+use crate::diagnose::evidence::Foretold;
 use crate::diagnose::finding::Trial;
 use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
@@ -256,7 +257,7 @@ pub(super) fn fitted_to(
         effects.push(Fitted {
             beside_remainder: 1.0,
             elsewhere: BTreeMap::new(),
-            foretold: f64::INFINITY,
+            foretold: Foretold::UNKNOWN,
             id: effect.id,
             parameters,
         });

@@ -1,6 +1,7 @@
 //! All hypotheses about the reading, with every shape that is tried, as columns of one regression.
 
-use super::prepared_log::{Joint, PreparedLog};
+use super::joint::Joint;
+use super::prepared_log::PreparedLog;
 use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;

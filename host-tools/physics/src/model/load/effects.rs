@@ -15,6 +15,9 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 const LATEST_S: f64 = 0.1;
 /// The same in cycles, in slower logs.
 const LATEST_CYCLES: f64 = 10.0;
+/// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
+/// neither from one that falls all the way nor from less friction with a higher peak.
+const FALLEN: f64 = 0.5;
 
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
@@ -196,7 +199,7 @@ impl LoadEffect {
     }
 
     /// Range of a parameter in which a search looks. What is late is late by some cycles of a sensor, a bus or a clock; what is
-    /// slower than that is something else. A friction whose fall has not ended at half of the usual speed falls all the way.
+    /// slower than that is something else.
     pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
         if parameter.tried().is_none() {
@@ -208,7 +211,7 @@ impl LoadEffect {
         }
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s") && !parameter.is_form();
         match is_speed && matches!(self.effect.law, Law::Guide(_)) {
-            true => [low, high.min(0.5 * logs.speed).max(low)],
+            true => [low, high.min(FALLEN * logs.speed).max(low)],
             false => [low, high],
         }
     }

@@ -115,7 +115,7 @@ pub(super) fn part(
             Column::of(scene.len(), |n| {
                 let s_from_c = scene.s_from_m * scene.m_from_c[n];
                 let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
-                law(p, &moved(tool, s_from_c, &scene.m_from_s, pose, motion)).get()
+                law(p, &in_motion(tool, s_from_c, &scene.m_from_s, pose, motion)).get()
             })
         }
         Law::Load(law) => {
@@ -296,7 +296,7 @@ pub fn nominal_tool(model: &Model) -> ToolState {
 }
 
 /// A tool that moves with M, whose pose and motion in C are given; `s_from_c`: where that turns C to.
-pub fn moved(
+pub fn in_motion(
     tool: ToolState,
     s_from_c: Matrix3<f64>,
     m_from_s: &Pose<f64>,

@@ -9,7 +9,7 @@ mod wall;
 
 pub use docked::Docked;
 pub use guide::Guide;
-pub use laws::{moved, nominal_tool};
+pub use laws::{in_motion, nominal_tool};
 pub use scene::{Column, Scene, Touch, angles, count_turns, positions};
 pub use wall::Wall;
 

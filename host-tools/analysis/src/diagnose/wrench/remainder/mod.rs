@@ -13,7 +13,7 @@ mod functions;
 pub(crate) use functions::Quantity;
 
 use super::fitted::Fitted;
-use super::prepared_log::Joint;
+use super::joint::Joint;
 use super::problem::subtract;
 use super::tested::Tested;
 use crate::diagnose::evidence;

@@ -44,12 +44,12 @@ impl Disagreement {
         }
     }
 
-    /// Whether one log shows half as much again of anything as another.
-    fn is_seen(&self) -> bool {
+    /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much.
+    fn differs(&self) -> bool {
         self.amounts.iter().any(|(_, _, values)| {
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            least * most < 0.0 || most.abs().max(least.abs()) > 1.5 * most.abs().min(least.abs())
+            (most - least).powi(2) > DIFFERS * (most + least).powi(2)
         })
     }
 }
@@ -80,7 +80,7 @@ impl Work<'_> {
         let of = |effect: &&'static str| Disagreement::new(effect, &each);
         if leaves_a_log && self.is_of_other_logs(accepted, &each) {
             let ids = accepted.effects_in_order();
-            all.extend(ids.iter().map(of).filter(Disagreement::is_seen));
+            all.extend(ids.iter().map(of).filter(Disagreement::differs));
         } else if self.leave_nothing(&each) {
             all.extend(differing.iter().map(of));
         }
