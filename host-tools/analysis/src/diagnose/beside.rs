@@ -203,8 +203,12 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
             continue;
         };
-        if weakest(&mut more, &foretelling).is_none() {
-            finding = more;
+        let worse = finding.foretells_worse_by(more.error_on_unseen());
+        let worse = worse.filter(|_| more.is_a_law(&id));
+        let mut with_it = foretelling.clone();
+        with_it.extend(worse.map(|worse| (id.clone(), worse)));
+        if weakest(&mut more, &with_it).is_none() {
+            (finding, foretelling) = (more, with_it);
             imitated.retain(|other| other.id != id);
         } else if evidence > 0.0 {
             unrefuted.push(more.whole());

@@ -305,8 +305,9 @@ impl WrenchFinding {
     /// simpler one as long as the logs do not determine it.
     pub(super) fn is_a_law(&self, id: &str) -> bool {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
-        let mut accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
-        let fitted = accepted.find(|effect| effect.id == id).zip(model);
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let mut all = self.earlier.0.iter().chain(accepted);
+        let fitted = all.find(|effect| effect.id == id).zip(model);
         fitted.is_some_and(|(fitted, model)| {
             let effect = LoadEffect::find(model, id);
             let effect = effect.filter(|effect| !effect.effect.is_detail());
