@@ -100,3 +100,33 @@ fn a_damper_that_softens_is_no_dry_friction() {
         }
     }
 }
+
+/// A magnet pulls the more, the nearer its armature is: no spring, whose stiffness cannot be negative, but it is said what it is like.
+#[test]
+fn what_pulls_is_like_a_spring_of_the_other_sign() {
+    const STIFFNESS: f64 = -800.0;
+    let rig = OneAxis {
+        cycle_s: 0.004,
+        turns: false,
+        swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
+        noise: (1e-8, 0.5),
+        late_s: 0.0,
+    };
+    let log = |seconds, phase, seed| {
+        rig.record(seconds, phase, seed, |[x, v, a]| {
+            KNOWN.0 * a + FRICTION.1 * v + STIFFNESS * x
+        })
+    };
+    let text = MODEL.replace("unscaled", "commanded");
+    let (text, _) = text.split_once("[[effect]]").unwrap();
+    let model = Model::from_toml(text, "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 5), log(8.0, 2.0, 6));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+    let said = &found.remainder.follows;
+    let value = said.split_once("like cable_stiffness with stiffness_n_per_m = ");
+    let value = value.and_then(|(_, value)| value.split(' ').next()?.parse::<f64>().ok());
+    let stiffness = value.unwrap_or_else(|| panic!("{said}"));
+    assert!((stiffness / STIFFNESS - 1.0).abs() < 0.01, "{said}");
+}

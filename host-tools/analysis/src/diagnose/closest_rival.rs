@@ -3,7 +3,7 @@
 
 use super::engine::is_shape;
 use super::evidence::{self, AS_MUCH, NEARLY_AS_GOOD, TOLD_APART};
-use super::finding::{Experiment, Ranked, RunnerUp, Tie};
+use super::finding::{Experiment, Ranked, RunnerUp, TOGETHER, Tie};
 use softdock_physics::effects::by_id;
 use softdock_physics::model::Channel;
 use std::collections::BTreeSet;
@@ -24,6 +24,16 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         };
         Some((of, ranked.iter().find(with_it)?, rival, other))
     });
+    if let Some((of, winner, rival, both)) = tie.is_none().then(|| pair(named, ranked)).flatten() {
+        return Some(RunnerUp {
+            effect: both.join(TOGETHER),
+            of: of.clone(),
+            behind: behind(winner, rival),
+            told_apart: false,
+            evidence: evidence_against(winner, rival),
+            ties: Vec::new(),
+        });
+    }
     let (of, winner, rival, other) = tie.or_else(|| {
         let less = |place: &InPlace<'_>| place.1.fall() - place.2.fall();
         let each = named
@@ -51,6 +61,37 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         evidence: evidence_against(winner, rival),
         ties,
     })
+}
+
+/// Two effects that are not named and have the place of a named one of as many amounts, from which they are not told: over a small
+/// angle the weight of a link is an offset and a spring.
+fn pair<'a>(
+    named: &'a [String],
+    ranked: &'a [Ranked],
+) -> Option<(&'a String, &'a Ranked, &'a Ranked, Vec<&'a str>)> {
+    let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
+    let winner = ranked
+        .iter()
+        .filter(is_named)
+        .max_by_key(|r| r.effects.len())?;
+    let rivals = ranked.iter().filter(|r| {
+        let alike = r.channel == winner.channel && r.beside == winner.beside;
+        alike && r.refused.is_none()
+    });
+    let in_place = rivals.filter_map(|r| {
+        let mut gone = winner.effects.iter().filter(|e| !r.effects.contains(e));
+        let both = r.effects.iter().filter(|e| !named.contains(e));
+        let both: Vec<&str> = both.map(String::as_str).collect();
+        let of = gone.next().filter(|_| gone.next().is_none())?;
+        let is_shape = both.iter().any(|id| is_shape(id));
+        let exchanged = r.effects.len() == winner.effects.len() + 1 && both.len() == 2;
+        let is_tie = exchanged
+            && !is_shape
+            && !is_told_apart(winner, r)
+            && !is_refused_by_its_price(r, winner, both[0], of);
+        is_tie.then_some((of, winner, r, both))
+    });
+    in_place.min_by(|a, b| behind(a.1, a.2).total_cmp(&behind(b.1, b.2)))
 }
 
 /// By how much less χ² falls with a rival. What fits a little better, and was not taken for other reasons, ties.
@@ -234,6 +275,31 @@ mod tests {
         assert!(tells(1e3, 1e3 - 13.0));
         assert!(!tells(1e5, 1e5 - 99.0));
         assert!(tells(1e5, 1e5 - 101.0));
+    }
+
+    /// Weight of a link has two amounts, as have an offset and a spring.
+    #[test]
+    fn two_effects_can_have_the_place_of_one_of_two_amounts() {
+        let rival = |parameters: usize, fall: f64| {
+            let ranked = [
+                tried(&["guide_coulomb", "bearing_gravity"], 500.0, 3),
+                tried(
+                    &["guide_coulomb", "guide_offset", "cable_stiffness"],
+                    fall,
+                    parameters,
+                ),
+                tried(&["guide_coulomb", "ft_scale"], 300.0, 3),
+            ];
+            of(&["guide_coulomb", "bearing_gravity"], &ranked)
+        };
+        let tie = rival(3, 495.0);
+        assert_eq!(tie.effect, "guide_offset + cable_stiffness");
+        assert_eq!(
+            (tie.of.as_str(), tie.told_apart),
+            ("bearing_gravity", false)
+        );
+        assert_eq!(rival(4, 495.0).effect, "ft_scale", "it pays for more");
+        assert_eq!(rival(3, 480.0).effect, "ft_scale", "it is told apart");
     }
 
     #[test]

@@ -102,10 +102,13 @@ impl Ranked {
     }
 }
 
+/// Stands between the ids of effects that are a rival together.
+pub const TOGETHER: &str = " + ";
+
 /// The closest rival of what is named.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunnerUp {
-    /// Its id.
+    /// Its id, or those of two that are one together, with [`TOGETHER`] between them.
     pub effect: String,
     /// Id of the named effect whose rival it is.
     pub of: String,
@@ -122,6 +125,11 @@ pub struct RunnerUp {
 }
 
 impl RunnerUp {
+    /// What it is, and in which place.
+    pub fn in_words(&self) -> String {
+        format!("{} in the place of {}", self.effect, self.of)
+    }
+
     /// By how much less χ² falls with it, in words.
     pub fn compared(&self) -> String {
         match self.behind >= 1.0 {

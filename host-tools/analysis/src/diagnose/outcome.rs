@@ -7,9 +7,9 @@ use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence::{self, NAMED};
 use super::finding::{Diagnosis, Nominal, Remainder, Verdict};
 use super::named::{INTERVAL_95, Named};
-use super::structure::{self, Left, SLOW_HZ, Structure};
+use super::structure::{self, Left, Line, SLOW_HZ, Structure};
 use super::verdict::Grounds;
-use super::wrench::{Disagreement, PreparedLog};
+use super::wrench::{self, Disagreement, OtherSign, PreparedLog};
 use super::{closest_rival, ranking, regions, sentence};
 use crate::compare::sentence::listed;
 use crate::levels::{BeforeAfter, ChannelLevels};
@@ -90,7 +90,22 @@ pub(crate) fn conclude(
     };
     let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
-    let remainder = remainder(stages, &left);
+    let mut remainder = remainder(stages, &left);
+    let other_sign = stages
+        .wrench
+        .as_ref()
+        .filter(|_| verdict == Verdict::Unexplained);
+    let other_sign = other_sign.and_then(|found| {
+        let accepted = found.found.accepted.clone().unwrap_or_default();
+        wrench::other_sign(&found.prepared, &accepted)
+    });
+    if let Some(OtherSign { id, amount, share }) = other_sign {
+        remainder.follows = format!(
+            "{:.0} % of it is like {id} with {amount}, a sign that physics forbids it; an own hypothesis can say what acts \
+             so",
+            100.0 * share
+        );
+    }
     let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
     if verdict == Verdict::LogsDisagree {
         let all = stages.wrench.iter().flat_map(|w| &w.found.disagreeing);
@@ -381,7 +396,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
         let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
         Structure {
             slow: 0.0,
-            line: (0.0, 0.0),
+            line: Line::default(),
             ..Structure::of(&white, prediction.cycle_s, level)
         }
     };

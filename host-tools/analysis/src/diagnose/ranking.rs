@@ -107,6 +107,11 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
     let answer = answer.filter(|_| stage.left().is_structured());
     let error = |tested: &Tested| stage.prepared.error_on_unseen(tested);
     let of = move |tested: &Tested| {
+        // Searches weigh χ² by noises of their own; what they tried beside the same effects is told in that of the answer.
+        let tested = &match answer.filter(|answer| answer.beside == tested.beside) {
+            Some(answer) => tested.clone().beside_noise(answer.to_explain),
+            None => tested.clone(),
+        };
         let forbidden = tested.wrong.join(", ");
         let ranked = Ranked {
             effects: tested.ids(),

@@ -1,6 +1,6 @@
 //! The diagnosis in a sentence or two.
 
-use super::finding::{Diagnosis, Verdict};
+use super::finding::{Diagnosis, TOGETHER, Verdict};
 use super::structure::{Left, Structure};
 use crate::compare::sentence::listed;
 use softdock_report::number;
@@ -37,7 +37,12 @@ pub(crate) fn of_two_rigs(settings: &str, sentence: &str) -> String {
     )
 }
 
+/// Of an effect, or of those that are a rival together.
 fn title(id: &str) -> String {
+    if id.contains(TOGETHER) {
+        let each: Vec<String> = id.split(TOGETHER).map(title).collect();
+        return format!("{} together", listed(&each));
+    }
     softdock_physics::effects::by_id(id).map_or_else(
         || format!("your own hypothesis `{id}`"),
         |effect| format!("{} ({id})", effect.title),

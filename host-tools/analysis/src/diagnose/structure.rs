@@ -212,7 +212,7 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
         (place(first), last.saturating_sub(place(first)) + 1)
     };
     found.burst_at = of_all(found.burst_at);
-    found.line_at = of_all(found.line_at);
+    found.line.at = of_all(found.line.at);
     found.count = log.fresh.len();
     found
 }
@@ -243,6 +243,19 @@ fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6])
     (white, levels)
 }
 
+/// A line in the spectrum of a piece of a series.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Line {
+    /// Its power over the median of the spectrum.
+    pub over_usual: f64,
+    /// Its frequency, Hz.
+    pub hz: f64,
+    /// It stands out of the frequencies beside it, too: of what an import has filtered, all that is slow stands out of the rest.
+    is_narrow: bool,
+    /// First cycle of the piece, and its length.
+    at: (usize, usize),
+}
+
 /// What the tests find in one series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Structure {
@@ -252,10 +265,8 @@ pub(crate) struct Structure {
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
-    /// Strongest line over the median of the spectrum, and its frequency, Hz.
-    pub line: (f64, f64),
-    /// First cycle of the piece that has it, and its length.
-    pub line_at: (usize, usize),
+    /// Strongest line of the spectrum of a piece.
+    pub line: Line,
     /// Number of cycles.
     pub count: usize,
     /// Root mean square before whitening over the data sheet's noise.
@@ -290,13 +301,11 @@ impl Structure {
         // The median of an exponential variable is ln 2 of its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
-        let (line, line_at) = strongest_line(white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
             burst,
             burst_at,
-            line,
-            line_at,
+            line: strongest_line(white, cycle_s),
             count: white.len(),
             level,
         }
@@ -307,7 +316,7 @@ impl Structure {
         let all = |fires: &dyn Fn(&Self) -> bool| !each.is_empty() && each.iter().all(fires);
         all(&|s| s.slow > SLOW)
             || all(&|s| s.burst > BURST)
-            || all(&|s| s.line.0 > LINE)
+            || all(&|s| s.line.over_usual > LINE)
             || all(&|s| s.level > LEVEL)
     }
 
@@ -328,9 +337,9 @@ impl Structure {
     /// The same, with the first cycle of where it is strongest, and the length of that.
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
         let whole = (0, self.count);
-        if self.line.0 > LINE {
-            let line = format!("a spectral line at {:.1} Hz", self.line.1);
-            (self.line_at, line)
+        if self.line.over_usual > LINE && self.line.is_narrow {
+            let line = format!("a spectral line at {:.1} Hz", self.line.hz);
+            (self.line.at, line)
         } else if self.burst > BURST {
             (self.burst_at, "bursts".to_owned())
         } else if self.slow > SLOW {
@@ -363,19 +372,33 @@ fn usual(mut powers: Vec<f64>) -> f64 {
     median(&mut powers).unwrap_or(0.0)
 }
 
-fn strongest_line(white: &[f64], cycle_s: f64) -> ((f64, f64), (usize, usize)) {
+fn strongest_line(white: &[f64], cycle_s: f64) -> Line {
+    /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
+    const PERIODS: usize = 3;
+    /// Frequencies to either side beside which it is narrow, and by how much it stands out of these.
+    const BESIDE: usize = 8;
+    const NARROW: f64 = 10.0;
     let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
-    let (mut best, mut at) = ((0.0, 0.0), (0, length));
+    let mut best = Line {
+        at: (0, length),
+        ..Line::default()
+    };
     for (n, piece) in white.chunks_exact(length).enumerate() {
         let power = periodogram(piece);
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         for (k, p) in power.iter().enumerate() {
             let ratio = p / usual.max(1e-12);
-            if ratio > best.0 {
-                best = (ratio, (k + 1) as f64 / (cycle_s * length as f64));
-                at = (n * length, length);
+            if ratio > best.over_usual {
+                let around = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(power.len());
+                best = Line {
+                    over_usual: ratio,
+                    hz: (k + 1) as f64 / (cycle_s * length as f64),
+                    is_narrow: k + 1 >= PERIODS
+                        && *p > NARROW * self::usual(power[around].to_vec()),
+                    at: (n * length, length),
+                };
             }
         }
     }
-    (best, at)
+    best
 }

@@ -8,7 +8,7 @@ use super::telling::Telling;
 use crate::pages::diagnosis::{Identity, page};
 use anyhow::Result;
 use clap::Args;
-use softdock_analysis::diagnose::{Diagnosis, Report, diagnose};
+use softdock_analysis::diagnose::{Diagnosis, Report, TOGETHER, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_experiments::rehearsal::separation;
 use softdock_physics::model::Model;
@@ -87,7 +87,10 @@ impl Diagnose {
 /// Carries the experiment out on the simulated rig, if there is a rival.
 fn rehearse(diagnosis: &mut Diagnosis, progress: &Progress) -> Result<()> {
     let winner = diagnosis.effects.first().cloned();
+    // What two effects are together no rig hides as one.
+    let one = |effect: &String| !effect.contains(TOGETHER);
     let rival = diagnosis.runner_up.as_ref().map(|r| r.effect.clone());
+    let rival = rival.filter(one);
     let (Some(winner), Some(rival)) = (winner, rival) else {
         return Ok(());
     };

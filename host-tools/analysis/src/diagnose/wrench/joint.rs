@@ -324,9 +324,14 @@ impl Joint {
             reading.add(&log.scene.reading.0);
             there += f64::max(power(log, &reading), power(log, &log.residual));
         }
+        /// Beyond so many times the reading an amount is none that anybody would estimate.
+        const OPEN: f64 = 1e3;
         let times = (own / there).sqrt();
-        (evidence::LAW * own > there)
-            .then(|| format!("{} of {times:.0} times the reading", effect.id))
+        let times = match times > OPEN {
+            true => format!("more than {OPEN}"),
+            false => format!("{times:.0}"),
+        };
+        (evidence::LAW * own > there).then(|| format!("{} of {times} times the reading", effect.id))
     }
 
     fn white_part(&self, tested: Option<&Tested>) -> Column {

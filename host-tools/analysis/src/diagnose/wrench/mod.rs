@@ -7,6 +7,7 @@ mod joint;
 mod model_selection;
 mod motions;
 mod nuisance;
+mod other_sign;
 mod prepared_log;
 mod problem;
 mod remainder;
@@ -23,6 +24,7 @@ pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use joint::{Joint, Rest};
+pub(crate) use other_sign::{OtherSign, other_sign};
 pub(crate) use prepared_log::{PreparedLog, sheet_sigma};
 pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};
 pub(crate) use stage::{Ask, Disagreement, Found, exchanged, search};

@@ -198,6 +198,7 @@ impl Work<'_> {
         }
         let support = accepted.as_ref().map_or_else(Vec::new, |t| self.support(t));
         let rivals = accepted.as_ref().map_or_else(Vec::new, |t| self.rivals(t));
+        ranked.extend(accepted.iter().flat_map(|t| self.in_twos(t)));
         let disagreeing = match ask.each_log {
             true => self.disagreeing(accepted.as_ref()),
             false => Vec::new(),
@@ -399,6 +400,30 @@ impl Work<'_> {
         alike.retain(|t| seen.insert(t.effects_in_order()));
         alike.truncate(1 + 2 * others_each);
         alike
+    }
+
+    /// With the best two of what an effect of several amounts is confused with in its place: over a small angle the weight of a
+    /// link is a spring and an offset.
+    fn in_twos(&self, accepted: &Tested) -> Vec<Tested> {
+        let parts = self.parts(accepted);
+        let in_twos = |place: usize| -> Option<Hypothesis> {
+            let effect = self.library.variants[parts[place].variant].effect;
+            let is_confused = |hypothesis: &Hypothesis| {
+                let last = hypothesis.parts.last();
+                let id = last.map(|part| self.library.variants[part.variant].effect.id);
+                id.is_some_and(|id| effect.effect.confused_with.contains(&id))
+            };
+            let one_more = |beside: &[Part]| {
+                let more = with_one_more(self.library, beside, self.price);
+                more.into_iter().find(is_confused)
+            };
+            let asked = effect.coefficients.len() > 1;
+            let one = asked.then(|| one_more(&without(&parts, place))).flatten()?;
+            one_more(&one.parts)
+        };
+        let both: Vec<Hypothesis> = (0..parts.len()).filter_map(in_twos).collect();
+        let tested = self.tested(&both, both.len()).into_iter();
+        tested.filter(|t| self.is_possible(t)).collect()
     }
 
     fn rivals(&self, accepted: &Tested) -> Vec<Rival> {

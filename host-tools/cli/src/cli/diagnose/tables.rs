@@ -199,7 +199,7 @@ fn rival(diagnosis: &Diagnosis) -> Option<String> {
     };
     let mut text = format!(
         "Runner-up: {}; with it χ² falls by {}, {told}.",
-        rival.effect,
+        rival.in_words(),
         rival.compared()
     );
     if let Some(experiment) = &diagnosis.experiment {

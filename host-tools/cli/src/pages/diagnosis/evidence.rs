@@ -189,7 +189,7 @@ impl Source<'_> {
             };
             page.paragraph(&format!(
                 "The closest rival is {}: with it, χ² falls by {} over all logs; {verdict}.",
-                rival.effect,
+                rival.in_words(),
                 rival.compared()
             ));
         }

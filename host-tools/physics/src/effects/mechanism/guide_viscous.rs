@@ -26,8 +26,8 @@ pub const EFFECT: Effect = Effect {
         "manipulator_resistance",
         "contact_damping",
     ],
-    tell_apart: "jogs at several speeds, out of contact: the force grows in proportion to speed and there is \
-                 none without speed; contact damping acts at the wall only",
+    tell_apart: "jogs at several speeds, without contact: the force grows in proportion to speed and there is \
+                 none without speed",
     law: Law::Guide(Guide {
         force,
         reversal: Reversal::sharp,

@@ -1,0 +1,69 @@
+//! What a law would explain with the sign that physics forbids it: what pulls where a spring would push is no spring, and
+//! looks like one.
+
+use super::Tested;
+use super::joint::Joint;
+use crate::diagnose::evidence::MOST;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::{LoadEffect, Sign};
+use softdock_report::number;
+
+/// A law with a sign that it cannot have.
+pub(crate) struct OtherSign {
+    /// Id of its effect.
+    pub id: &'static str,
+    /// Its amount with the unit, in words.
+    pub amount: String,
+    /// Share of what is left of the reading that it would explain.
+    pub share: f64,
+}
+
+/// The law that would explain most of what effects leave, if it does so with a sign that physics forbids it.
+pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> {
+    let model = &joint.logs.first()?.scene.model;
+    let known: Vec<Column> = accepted
+        .effects
+        .iter()
+        .map(|one| joint.white_part_of(accepted, one))
+        .collect();
+    let gain = |columns: &[Column]| {
+        let free = vec![Sign::Free; columns.len()];
+        joint.problem.solve_whitened(columns, &free)
+    };
+    let alone = gain(&known).map_or(0.0, |solution| solution.gain);
+    let left = joint.left(alone);
+    let with = |effect: &'static LoadEffect, place: usize| -> Option<(f64, OtherSign)> {
+        let defaults: Vec<f64> = effect.shapes.iter().map(|shape| shape.tried[0]).collect();
+        let own = joint.columns(&joint.problem, effect, &defaults, &[place], &[])?;
+        let solution = gain(&[&known[..], &own].concat())?;
+        let coefficient = &effect.coefficients[place];
+        let value = *solution.coefficients.last()?;
+        let more = solution.gain - alone;
+        let one = OtherSign {
+            id: effect.id,
+            amount: format!(
+                "{} = {} {}",
+                coefficient.name,
+                number::significant(value, 3),
+                coefficient.unit
+            ),
+            share: more / left,
+        };
+        (coefficient.sign == Sign::Positive && value < 0.0 && more > MOST * left)
+            .then_some((more, one))
+    };
+    let is_simple = |effect: &&LoadEffect| {
+        let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));
+        acts && !effect.acts_on_reading() && effect.shapes.iter().all(|shape| shape.choice)
+    };
+    let new = |effect: &&LoadEffect| accepted.effects.iter().all(|one| one.id != effect.id);
+    let all = LoadEffect::all(model).filter(is_simple).filter(new);
+    let each = all.flat_map(|effect| {
+        let places = 0..effect.coefficients.len();
+        let alone = places.filter(|k| (effect.effect.is_whole)(&[*k], &|_| true));
+        alone.map(move |place| (effect, place))
+    });
+    let best = each.filter_map(|(effect, place)| with(effect, place));
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, one)| one)
+}
