@@ -15,10 +15,15 @@ const INERTIA: f64 = 0.4;
 /// Gravity torque, N·m, and where the link hangs, rad.
 const GRAVITY: (f64, f64) = (6.0, 0.3);
 /// Dry and viscous friction, N·m and N·m·s/rad.
-const FRICTION: (f64, f64) = (1.2, 0.8);
+pub(super) const FRICTION: (f64, f64) = (1.2, 0.8);
 
 /// `more`: a torque of angle and rate, asked row by row, beside weight and friction.
-fn log(seconds: f64, phase: f64, seed: u64, more: impl FnMut(f64, f64) -> f64) -> Recording {
+pub(super) fn log(
+    seconds: f64,
+    phase: f64,
+    seed: u64,
+    more: impl FnMut(f64, f64) -> f64,
+) -> Recording {
     recorded(JOINT, seconds, phase, seed, more)
 }
 
@@ -44,7 +49,7 @@ fn recorded(
     })
 }
 
-const MODEL: &str = r#"
+pub(super) const MODEL: &str = r#"
 [rig]
 active_axes = ["rx"]
 [tool]
@@ -71,7 +76,7 @@ fn logs(train: Recording, test: Recording) -> Logs {
     }
 }
 
-fn diagnosed(model: &Model, train: &Recording, test: &Recording) -> Diagnosis {
+pub(super) fn diagnosed(model: &Model, train: &Recording, test: &Recording) -> Diagnosis {
     let found = diagnose(model, &[train], &[test], &|_, _| {});
     found.unwrap().diagnosis
 }
@@ -91,7 +96,7 @@ fn none(_: f64, _: f64) -> f64 {
 const TEETH: f64 = 13.0;
 
 /// A gear whose torque ripples with its angle.
-fn gear(angle: f64, _: f64) -> f64 {
+pub(super) fn gear(angle: f64, _: f64) -> f64 {
     (TEETH * angle).sin()
 }
 
@@ -491,61 +496,4 @@ fn what_a_bearing_has_is_refused_on_a_straight_guide() {
         said.contains("acts about a bearing") && said.contains("[\"rx\"]"),
         "{said}"
     );
-}
-
-/// Dry friction that builds up over an angle, rad, after each reversal, instead of at once: dz = (dq - z |dq|)/angle (Dahl).
-fn builds_up(angle: f64) -> impl FnMut(f64, f64) -> f64 {
-    let (mut share, mut last) = (0.0, None);
-    move |q, v| {
-        let path = q - last.replace(q).unwrap_or(q);
-        let towards = path.signum();
-        share = towards + (share - towards) * (-path.abs() / angle).exp();
-        FRICTION.0 * (share - v.signum())
-    }
-}
-
-/// A belt: 5 mrad after each reversal before the joint slides.
-#[test]
-fn the_friction_of_a_joint_builds_up_over_an_angle() {
-    let model = Model::from_toml(MODEL, "model.toml").unwrap();
-    let train = log(12.0, 0.0, 5, builds_up(0.005));
-    let test = log(8.0, 2.0, 6, builds_up(0.005));
-    let found = diagnosed(&model, &train, &test);
-    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
-    let friction = found.parameters.get("guide_coulomb");
-    let friction = friction.unwrap_or_else(|| panic!("{} {:?}", found.sentence, found.parameters));
-    let dry = &friction["torque_n_m"];
-    assert!((dry.low..dry.high).contains(&FRICTION.0), "{dry:?}");
-    let chosen = found.notes.iter().find_map(|note| {
-        let (_, value) = note.split_once("presliding_rad = ")?;
-        let value: String = value
-            .chars()
-            .take_while(|c| c.is_ascii_digit() || *c == '.')
-            .collect();
-        value.trim_end_matches('.').parse::<f64>().ok()
-    });
-    let angle = chosen.unwrap_or_else(|| panic!("{:?}", found.notes));
-    assert!((angle / 0.005 - 1.0).abs() < 0.05, "{angle}");
-}
-
-/// A hose: what is left looks like a curve that fits many mechanisms; which is said, and how to add it.
-#[test]
-#[ignore = "long: a hose on a joint"]
-fn what_looks_like_a_hysteresis_is_said_to() {
-    let model = Model::from_toml(MODEL, "model.toml").unwrap();
-    let train = log(12.0, 0.0, 7, builds_up(0.04));
-    let test = log(8.0, 2.0, 8, builds_up(0.04));
-    let found = diagnosed(&model, &train, &test);
-    let hysteresis = |id: &String| id == "guide_hysteresis";
-    assert!(!found.effects.iter().any(hysteresis), "{}", found.sentence);
-    // Late friction is no late command.
-    let delay = |id: &String| id == "actuation_delay";
-    assert!(!found.effects.iter().any(delay), "{}", found.sentence);
-    assert!(
-        found.looks_like.iter().any(hysteresis),
-        "{}",
-        found.sentence
-    );
-    let said = |note: &String| note.contains("add MODEL guide_hysteresis");
-    assert!(found.notes.iter().any(said), "{:?}", found.notes);
 }

@@ -15,6 +15,7 @@ mod import_mistakes;
 mod import_time;
 mod import_turns;
 mod joint;
+mod joint_friction;
 mod load_cell;
 mod one_place;
 mod own_hypothesis;

@@ -24,7 +24,7 @@ type Fitted = (Model, Parameters);
 /// A recording that cannot be predicted.
 pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<Vec<Refitted>> {
     let named = &report.diagnosis.effects;
-    if named.is_empty() || !model.effects.iter().any(was_fitted) {
+    if named.is_empty() || !model.effects.iter().any(EffectModel::was_fitted) {
         return Ok(Vec::new());
     }
     let parts = logs.parted();
@@ -66,7 +66,7 @@ pub(super) fn found_beside(
     id: &str,
     logs: &Logs,
 ) -> Result<Option<(Report, Vec<Refitted>)>> {
-    if !model.effects.iter().any(was_fitted) {
+    if !model.effects.iter().any(EffectModel::was_fitted) {
         return Ok(None);
     }
     let parts = logs.parted();
@@ -137,14 +137,13 @@ fn with_plain(model: &Model, id: &str) -> Result<Model> {
     Ok(with)
 }
 
-/// Whether an effect was fitted, and not written by hand.
-fn was_fitted(effect: &EffectModel) -> bool {
-    !effect.interval_95.is_empty()
-}
-
 /// A search among all of them, which chooses their forms anew, and whether it finds them all.
 fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)> {
-    let (fitted, others) = model.effects.iter().cloned().partition(was_fitted);
+    let (fitted, others) = model
+        .effects
+        .iter()
+        .cloned()
+        .partition(EffectModel::was_fitted);
     let (fitted, others): (Vec<EffectModel>, Vec<EffectModel>) = (fitted, others);
     let bare = Model {
         effects: others,
@@ -162,7 +161,7 @@ fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)
 /// written by hand stays.
 fn refitted(after: &Model, new: usize, train: &[&Recording]) -> Result<Fitted> {
     let of_effect = |parameter: &Parameter| match parameter.id {
-        ParameterId::Effect(place, _) => place >= new || was_fitted(&after.effects[place]),
+        ParameterId::Effect(place, _) => place >= new || after.effects[place].was_fitted(),
         _ => false,
     };
     let found = refit_those(after, train, &of_effect, &|_, _| {})?;

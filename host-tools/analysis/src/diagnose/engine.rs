@@ -367,6 +367,15 @@ impl WrenchFinding {
         unsure.map(|(effect, _)| effect.id.to_owned())
     }
 
+    /// Effects of which the intervals say more than that they may not be there: those that will be named.
+    pub(super) fn told(&self) -> Vec<String> {
+        let model = self.prepared.logs.first().map(|log| &log.scene.model);
+        let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);
+        let all = self.earlier.0.iter().chain(accepted);
+        let told = all.filter(|effect| model.is_some_and(|model| effect.is_told(model)));
+        told.map(|effect| effect.id.to_owned()).collect()
+    }
+
     /// Accepted effects that move the reading in time.
     pub(super) fn late(&self) -> Vec<String> {
         self.those(LoadEffect::is_late)

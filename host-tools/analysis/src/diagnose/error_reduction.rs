@@ -42,7 +42,18 @@ impl ErrorReduction {
         asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
         let wrench = stages.wrench.as_ref();
-        let found = named::all(model, stages);
+        let mut found = named::all(model, stages);
+        // Where no structure is left, the two likelihoods agree.
+        let leaves_structure = wrench.is_some_and(|w| w.beside_remainder.is_some());
+        let can_foretell = wrench.is_some_and(WrenchFinding::can_foretell);
+        let mut turned = None;
+        if let Some(w) = wrench.filter(|_| leaves_structure && can_foretell) {
+            let speed = w.prepared.pace().speed;
+            let better = for_prediction::with_reversals(model, recordings, &found, speed)?;
+            if let Some((better, errors)) = better {
+                (found, turned) = (better, Some(errors));
+            }
+        }
         let mut known = Known {
             model,
             recordings,
@@ -50,9 +61,8 @@ impl ErrorReduction {
             found,
             refitted: None,
             predictions: HashMap::new(),
-            // Where no structure is left, the two likelihoods agree.
-            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
-            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
+            leaves_structure,
+            can_foretell,
         };
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
@@ -94,7 +104,7 @@ impl ErrorReduction {
             .iter()
             .map(|(k, share)| (known.all[*k].clone(), *share));
         let named = named.collect();
-        let refitted = known.refitted;
+        let refitted = known.refitted.or(turned);
         let predictions = known.taken(&order)?;
         let reduction = Self {
             named,

@@ -43,27 +43,13 @@ impl Named {
         }
     }
 
-    /// Whether the interval of any of its amounts leaves out 0, or, where it has none, of its time. An effect with amounts
-    /// and a shape to which they are tied has other judges: of a slow drift only the slope is known.
+    /// Whether its intervals say more than that it may not be there.
     pub(super) fn is_determined(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
             estimate.is_some_and(|e| e.low * e.high > 0.0)
         };
-        let Some(effect) = LoadEffect::find(model, &self.effect.id) else {
-            return true;
-        };
-        let mut shapes = effect.shapes.iter().filter(|shape| !shape.choice);
-        match self.is_late(model) {
-            true => shapes.any(|shape| is_sure(shape.name)),
-            false => shapes.next().is_some() || effect.is_determined(is_sure),
-        }
-    }
-
-    /// Whether it moves the reading in time and has no amount.
-    pub(super) fn is_late(&self, model: &Model) -> bool {
-        let effect = LoadEffect::find(model, &self.effect.id);
-        effect.is_some_and(|effect| effect.is_late() && effect.coefficients.is_empty())
+        LoadEffect::find(model, &self.effect.id).is_none_or(|effect| effect.is_told(is_sure))
     }
 
     fn with_support(self, support: Support) -> Self {
@@ -121,6 +107,17 @@ impl Named {
             self = self.within(&name, value, hull, &before.unit);
         }
         self
+    }
+
+    /// The same with a friction that turns round over a speed, rad/s or m/s, and over no distance; none if it cannot.
+    pub(super) fn turning_over(mut self, model: &Model, speed: f64) -> Option<Self> {
+        let effect = LoadEffect::find(model, &self.effect.id)?;
+        let mut sizes = effect.parameters.iter().filter(|p| p.is_form_size());
+        let over = sizes.find(|p| matches!(p.unit, "m/s" | "rad/s") && p.is_plausible(speed))?;
+        for other in effect.parameters.iter().filter(|p| p.is_form_size()) {
+            self.effect.parameters.remove(other.name);
+        }
+        Some(self.choosing(over.name, speed))
     }
 
     /// Adds a parameter that is a choice: it has no interval. The usual choice is left out.

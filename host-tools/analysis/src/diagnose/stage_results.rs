@@ -181,7 +181,7 @@ fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let (model, new) = (asking.model, finding.ids());
     let was_added = |effect: &EffectModel| {
         let load = LoadEffect::find(model, &effect.id);
-        !effect.interval_95.is_empty()
+        effect.was_fitted()
             && load.is_some_and(|load| !load.is_late() || model.sensor.wrench.drives())
     };
     let (added, other): (Vec<EffectModel>, Vec<EffectModel>) =
@@ -199,7 +199,7 @@ fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         question: asking.question,
         search: &mut *asking.search,
     })?;
-    let mut all = fresh.ids();
+    let mut all = fresh.told();
     let finds = |id: &String| all.contains(id);
     let finds_the_same = new.iter().all(finds) && agrees(&finding);
     let finds_added = added.iter().all(|effect| finds(&effect.id)) && agrees(&fresh);

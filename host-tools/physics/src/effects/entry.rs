@@ -356,7 +356,7 @@ impl Parameter {
     }
 
     /// The same of a bearing, where forces are torques and displacements are angles: those that a point at `LEVER_M`
-    /// from the axis turns by. A speed that shapes a law may be that of the bearing's surfaces or of a gear's, which turns a
+    /// from the axis turns by. A speed that shapes or forms a law may be that of the bearing's surfaces or of a gear's, which turns a
     /// multiple of it: it begins as on a guide, and ends by the lever. The numbers of all other ranges stay. A torque
     /// acts at no point.
     pub fn of_a_bearing(&self) -> Self {
@@ -381,7 +381,9 @@ impl Parameter {
                 self.high * PER_LEVER,
                 role.times(PER_LEVER),
             ),
-            ("m/s", role @ Role::Shape(_)) => (self.low, self.high * PER_LEVER, role),
+            ("m/s", role @ (Role::Shape(_) | Role::Form(_))) => {
+                (self.low, self.high * PER_LEVER, role)
+            }
             (_, role) => (self.low, self.high, role),
         };
         Self {
@@ -407,6 +409,11 @@ impl Parameter {
     /// Whether it says which form the law has.
     pub fn is_form(&self) -> bool {
         matches!(self.role, Role::Form(_))
+    }
+
+    /// Whether it does so by its size.
+    pub fn is_form_size(&self) -> bool {
+        matches!(self.role, Role::Form(tried) if tried.continuous)
     }
 
     /// Where its search begins; None if it is linear.

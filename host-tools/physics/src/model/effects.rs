@@ -30,6 +30,13 @@ pub struct EffectModel {
     pub fitted_on: Option<String>,
 }
 
+impl EffectModel {
+    /// Whether its parameters are those of a fit, and not somebody's.
+    pub fn was_fitted(&self) -> bool {
+        !self.interval_95.is_empty()
+    }
+}
+
 /// One `[[history]]` of `model.toml`: the error after a step, in units of the noise.
 ///
 /// The error is the root of the sum of squares over the four channels, each in units of the data

@@ -87,6 +87,15 @@ impl Fitted {
         LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
     }
 
+    /// Whether its intervals say more than that it may not be there.
+    pub(crate) fn is_told(&self, model: &Model) -> bool {
+        let is_sure = |name: &str| {
+            let [low, high] = self.interval(name);
+            low * high > 0.0
+        };
+        LoadEffect::find(model, self.id).is_none_or(|effect| effect.is_told(is_sure))
+    }
+
     /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.
     pub(crate) fn foretells(&mut self, worse: f64) {
         let free = self.parameters.values().filter(|p| p.1 > 0.0);

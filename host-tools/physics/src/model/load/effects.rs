@@ -18,6 +18,9 @@ const LATEST_CYCLES: f64 = 10.0;
 /// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
 /// neither from one that falls all the way nor from less friction with a higher peak.
 const FALLEN: f64 = 0.5;
+/// Beyond so many times the largest speed that is tried a friction does not turn round by what its reversals alone say: over more
+/// it is a viscous one for most of them.
+const SHARP: f64 = 10.0;
 
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
@@ -209,8 +212,13 @@ impl LoadEffect {
             let latest = LATEST_S * logs.slower();
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
-        let is_speed = matches!(parameter.unit, "m/s" | "rad/s") && !parameter.is_form();
-        match is_speed && matches!(self.effect.law, Law::Guide(_)) {
+        let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
+        match matches!(self.effect.law, Law::Guide(_)) && is_speed {
+            true if parameter.is_form() => {
+                let largest = parameter.tried().map_or(&[][..], |tried| tried.values);
+                let largest = largest.iter().copied().fold(0.0, f64::max);
+                [low, high.min(SHARP * largest)]
+            }
             true => [low, high.min(FALLEN * logs.speed).max(low)],
             false => [low, high],
         }
@@ -266,6 +274,17 @@ impl LoadEffect {
         let sure: Vec<usize> = sure.collect();
         self.coefficients.is_empty()
             || (!sure.is_empty() && (self.effect.is_whole)(&sure, &|_| true))
+    }
+
+    /// Whether intervals say more of it than that it may not be there: that of any of its amounts leaves out 0, or, where it has
+    /// none, that of its time. An effect with amounts and a shape to which they are tied has other judges: of a slow drift only
+    /// the slope is known.
+    pub fn is_told(&self, is_sure: impl Fn(&str) -> bool) -> bool {
+        let mut shapes = self.shapes.iter().filter(|shape| !shape.choice);
+        match self.is_late() && self.coefficients.is_empty() {
+            true => shapes.any(|shape| is_sure(shape.name)),
+            false => shapes.next().is_some() || self.is_determined(is_sure),
+        }
     }
 
     /// Whether it is another, simpler effect without some of its coefficients.
