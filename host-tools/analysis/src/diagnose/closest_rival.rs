@@ -8,9 +8,30 @@ use softdock_physics::effects::by_id;
 use softdock_physics::model::Channel;
 use std::collections::BTreeSet;
 
-/// The closest rival of what is named: one that explains as much in the place of a named effect, else
-/// the one that is the least behind in such a place.
+/// The closest rival of what is named: one effect, or two in whose place is one of several amounts, if these are a tie where no one is.
+/// Of one effect a tie is joined by two that have its place.
 pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+    let alone = one_in_place(named, ranked);
+    let Some(two) = two_in_place(named, ranked) else {
+        return alone;
+    };
+    match alone.filter(|alone| !alone.told_apart) {
+        Some(mut alone) => {
+            if alone.of == two.of {
+                alone.ties.push(Tie {
+                    effect: two.effect,
+                    behind: two.behind,
+                    evidence: two.evidence,
+                });
+            }
+            Some(alone)
+        }
+        None => Some(two),
+    }
+}
+
+/// The closest effect in the place of a named one: one that explains as much there, else the one that is the least behind.
+fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
         let of = rival.as_good_as.as_ref().filter(|of| named.contains(of))?;
         let other = rival.effects.iter().find(|id| !named.contains(id))?;
@@ -24,16 +45,6 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
         };
         Some((of, ranked.iter().find(with_it)?, rival, other))
     });
-    if let Some((of, winner, rival, both)) = tie.is_none().then(|| pair(named, ranked)).flatten() {
-        return Some(RunnerUp {
-            effect: both.join(TOGETHER),
-            of: of.clone(),
-            behind: behind(winner, rival),
-            told_apart: false,
-            evidence: evidence_against(winner, rival),
-            ties: Vec::new(),
-        });
-    }
     let (of, winner, rival, other) = tie.or_else(|| {
         let less = |place: &InPlace<'_>| place.1.fall() - place.2.fall();
         let each = named
@@ -63,35 +74,43 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
     })
 }
 
-/// Two effects that are not named and have the place of a named one of as many amounts, from which they are not told: over a small
-/// angle the weight of a link is an offset and a spring.
-fn pair<'a>(
-    named: &'a [String],
-    ranked: &'a [Ranked],
-) -> Option<(&'a String, &'a Ranked, &'a Ranked, Vec<&'a str>)> {
-    let is_named = |r: &&Ranked| r.effects.iter().all(|e| named.contains(e));
-    let winner = ranked
-        .iter()
-        .filter(is_named)
-        .max_by_key(|r| r.effects.len())?;
+/// Two effects that are not named in the place of a named one of several amounts, from which they are not told: over a small angle
+/// the weight of a link is an offset and a spring.
+fn two_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+    let is_named = |r: &&Ranked| {
+        let all = r.effects.iter().all(|e| named.contains(e));
+        all && r.channel == Channel::Wrench && r.refused.is_none()
+    };
+    let larger = |a: &&Ranked, b: &&Ranked| {
+        let by_size = a.effects.len().cmp(&b.effects.len());
+        by_size.then(a.fall().total_cmp(&b.fall()))
+    };
+    let winner = ranked.iter().filter(is_named).max_by(larger)?;
     let rivals = ranked.iter().filter(|r| {
         let alike = r.channel == winner.channel && r.beside == winner.beside;
-        alike && r.refused.is_none()
+        alike && r.refused.is_none() && r.effects.len() == winner.effects.len() + 1
     });
     let in_place = rivals.filter_map(|r| {
         let mut gone = winner.effects.iter().filter(|e| !r.effects.contains(e));
         let both = r.effects.iter().filter(|e| !named.contains(e));
         let both: Vec<&str> = both.map(String::as_str).collect();
         let of = gone.next().filter(|_| gone.next().is_none())?;
-        let is_shape = both.iter().any(|id| is_shape(id));
-        let exchanged = r.effects.len() == winner.effects.len() + 1 && both.len() == 2;
-        let is_tie = exchanged
-            && !is_shape
+        let is_tie = both.len() == 2
+            && !both.iter().any(|id| is_shape(id))
             && !is_told_apart(winner, r)
-            && !is_refused_by_its_price(r, winner, both[0], of);
-        is_tie.then_some((of, winner, r, both))
+            && !is_refused_by_its_price(r, winner, both[0], of)
+            && explains(of, winner, ranked)
+            && does_as_much(of, winner, r, ranked);
+        is_tie.then(|| RunnerUp {
+            effect: both.join(TOGETHER),
+            of: of.clone(),
+            behind: behind(winner, r),
+            told_apart: false,
+            evidence: evidence_against(winner, r),
+            ties: Vec::new(),
+        })
     });
-    in_place.min_by(|a, b| behind(a.1, a.2).total_cmp(&behind(b.1, b.2)))
+    in_place.min_by(|a, b| a.behind.total_cmp(&b.behind))
 }
 
 /// By how much less χ² falls with a rival. What fits a little better, and was not taken for other reasons, ties.
@@ -300,6 +319,16 @@ mod tests {
         );
         assert_eq!(rival(4, 495.0).effect, "ft_scale", "it pays for more");
         assert_eq!(rival(3, 480.0).effect, "ft_scale", "it is told apart");
+        let one = tried(&["guide_coulomb", "cable_stiffness"], 499.0, 2);
+        let both = tried(
+            &["guide_coulomb", "guide_offset", "cable_stiffness"],
+            500.0,
+            3,
+        );
+        let named = ["guide_coulomb", "bearing_gravity"];
+        let closer = of(&named, &[tried(&named, 500.0, 3), one, both]);
+        assert_eq!(closer.effect, "cable_stiffness");
+        assert_eq!(closer.ties[0].effect, "guide_offset + cable_stiffness");
     }
 
     #[test]

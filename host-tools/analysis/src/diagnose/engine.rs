@@ -367,7 +367,7 @@ impl WrenchFinding {
         unsure.map(|(effect, _)| effect.id.to_owned())
     }
 
-    /// Effects of which the intervals say more than that they may not be there: those that will be named.
+    /// Effects of which the intervals say more than that they may not be there.
     pub(super) fn told(&self) -> Vec<String> {
         let model = self.prepared.logs.first().map(|log| &log.scene.model);
         let accepted = self.found.accepted.iter().flat_map(|t| &t.effects);

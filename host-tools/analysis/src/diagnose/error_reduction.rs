@@ -28,6 +28,8 @@ pub(super) struct ErrorReduction {
     pub refused: Vec<(String, f64, f64)>,
     /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
     pub refitted: Option<[f64; 2]>,
+    /// Effects that are not named, as without them a friction that turns round over a speed foretells better.
+    pub done_without: Vec<String>,
     /// Effects that are not named, as the intervals of all their parameters hold 0.
     pub undetermined: Vec<String>,
 }
@@ -46,12 +48,15 @@ impl ErrorReduction {
         // Where no structure is left, the two likelihoods agree.
         let leaves_structure = wrench.is_some_and(|w| w.beside_remainder.is_some());
         let can_foretell = wrench.is_some_and(WrenchFinding::can_foretell);
-        let mut turned = None;
+        let (mut turned, mut alone) = (None, Vec::new());
         if let Some(w) = wrench.filter(|_| leaves_structure && can_foretell) {
             let speed = w.prepared.pace().speed;
             let better = for_prediction::with_reversals(model, recordings, &found, speed)?;
-            if let Some((better, errors)) = better {
-                (found, turned) = (better, Some(errors));
+            if let Some((better, [before, _])) = better {
+                let kept = |one: &&Named| better.iter().all(|b| b.effect.id != one.effect.id);
+                let gone = found.iter().filter(kept);
+                alone = gone.map(|one| one.effect.id.clone()).collect();
+                (found, turned) = (better, Some(before));
             }
         }
         let mut known = Known {
@@ -104,7 +109,8 @@ impl ErrorReduction {
             .iter()
             .map(|(k, share)| (known.all[*k].clone(), *share));
         let named = named.collect();
-        let refitted = known.refitted.or(turned);
+        let turned = turned.map(|before| [before, end.test]);
+        let refitted = turned.or(known.refitted);
         let predictions = known.taken(&order)?;
         let reduction = Self {
             named,
@@ -112,6 +118,7 @@ impl ErrorReduction {
             refused,
             refitted,
             undetermined,
+            done_without: alone,
         };
         Ok((reduction, predictions))
     }
@@ -176,8 +183,7 @@ impl Known<'_> {
         let mut gone = Vec::new();
         let mut kept: Vec<usize> = Vec::new();
         loop {
-            let is_vague =
-                |k: &&usize| !kept.contains(k) && !self.all[**k].is_determined(self.model);
+            let is_vague = |k: &&usize| !kept.contains(k) && !self.all[**k].is_told(self.model);
             let Some(vague) = effects.iter().find(is_vague).copied() else {
                 return Ok(gone);
             };

@@ -13,6 +13,7 @@ use crate::levels::ChannelLevels;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{Kind, by_id};
 use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LEVEL;
 
 /// Effects with other parameters, and the error on unseen data before and with them.
 pub(super) type Better = (Vec<Named>, [f64; 2]);
@@ -43,18 +44,22 @@ pub(super) fn with_reversals(
     named: &[Named],
     speed: f64,
 ) -> anyhow::Result<Option<Better>> {
-    /// Halvings of the speed from which the friction of a faster motion would be sharp.
-    const HALVINGS: i32 = 6;
+    /// Halvings, from the speed with which a friction has its level at the usual one, to one with which it is sharp.
+    const HALVINGS: i32 = 5;
+    let frictions = each_friction(named);
+    if frictions.is_empty() {
+        return Ok(None);
+    }
     let before = Errors::of(model, recordings, named)?;
     let as_found = by_least_squares(model, recordings, named)?;
     let as_found = Errors::of(model, recordings, &as_found)?;
     let (mut least, mut best) = (as_found.of_fit, None);
-    for (k, named) in each_friction(named) {
+    for (k, named) in frictions {
         let (mut last, mut rises) = (f64::INFINITY, 0);
         // From sharp ones, beyond which most leave more and more.
-        for halvings in (1..=HALVINGS).rev() {
+        for halvings in (0..=HALVINGS).rev() {
             let mut others = named.clone();
-            let speed = speed * 0.5_f64.powi(halvings);
+            let speed = speed / LEVEL * 0.5_f64.powi(halvings);
             let Some(turning) = others[k].clone().turning_over(model, speed) else {
                 continue;
             };
@@ -76,27 +81,26 @@ pub(super) fn with_reversals(
     Ok(best.map(|(named, after)| (named, [before.unseen, after.unseen])))
 }
 
-/// Place of each dry friction among effects, and these; where there are several, which imitate a rounder reversal together, each
-/// alone as well.
+/// Place of each dry friction among effects, and these; where there are others or details of any, which imitate a rounder reversal
+/// together, each alone as well.
 fn each_friction(named: &[Named]) -> Vec<(usize, Vec<Named>)> {
-    let kind = |id: &str| by_id(id).and_then(|effect| effect.kind);
-    let is_dry = |one: &Named| {
-        let id = &one.effect.id[..];
-        let details = by_id(id).map_or(&[][..], |effect| effect.detail_of);
-        let mut all = details.iter().map(|(of, _)| *of).chain([id]);
-        all.any(|id| kind(id) == Some(Kind::DryFriction))
+    let is_dry = |id: &str| by_id(id).and_then(|effect| effect.kind) == Some(Kind::DryFriction);
+    let is_detail = |one: &&Named| {
+        let details = by_id(&one.effect.id).map_or(&[][..], |effect| effect.detail_of);
+        details.iter().any(|(of, _)| is_dry(of))
     };
-    let frictions = named.iter().filter(|one| is_dry(one));
-    let several = frictions.clone().count() > 1;
     let of = |friction: &Named| {
         let id = &friction.effect.id;
         let is_it = |one: &Named| one.effect.id == *id;
-        let alone = named.iter().filter(|one| is_it(one) || !is_dry(one));
-        let alone = several.then(|| alone.cloned().collect());
+        let others = |one: &&Named| !is_it(one) && (is_dry(&one.effect.id) || is_detail(one));
+        let alone = named.iter().filter(|one| !others(one)).cloned();
+        let alone = (is_dry(id) && named.iter().any(|one| others(&one))).then(|| alone.collect());
         let sets = alone.into_iter().chain([named.to_vec()]);
         sets.filter_map(|set: Vec<Named>| Some((set.iter().position(is_it)?, set)))
             .collect::<Vec<_>>()
     };
+    let frictions = named.iter();
+    let frictions = frictions.filter(|one| is_dry(&one.effect.id) || is_detail(one));
     frictions.flat_map(of).collect()
 }
 

@@ -44,7 +44,7 @@ impl Named {
     }
 
     /// Whether its intervals say more than that it may not be there.
-    pub(super) fn is_determined(&self, model: &Model) -> bool {
+    pub(super) fn is_told(&self, model: &Model) -> bool {
         let is_sure = |name: &str| {
             let estimate = self.estimates.get(name);
             estimate.is_some_and(|e| e.low * e.high > 0.0)
@@ -114,8 +114,9 @@ impl Named {
         let effect = LoadEffect::find(model, &self.effect.id)?;
         let mut sizes = effect.parameters.iter().filter(|p| p.is_form_size());
         let over = sizes.find(|p| matches!(p.unit, "m/s" | "rad/s") && p.is_plausible(speed))?;
-        for other in effect.parameters.iter().filter(|p| p.is_form_size()) {
-            self.effect.parameters.remove(other.name);
+        let distances = effect.parameters.iter().filter(|p| p.is_form_size());
+        for distance in distances.filter(|p| matches!(p.unit, "m" | "rad")) {
+            self.effect.parameters.remove(distance.name);
         }
         Some(self.choosing(over.name, speed))
     }

@@ -91,19 +91,18 @@ pub(crate) fn conclude(
     let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let mut remainder = remainder(stages, &left);
-    let other_sign = stages
-        .wrench
-        .as_ref()
-        .filter(|_| verdict == Verdict::Unexplained);
-    let other_sign = other_sign.and_then(|found| {
+    let is_asked =
+        |found: &&WrenchFinding| verdict == Verdict::Unexplained && found.left().is_structured();
+    let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
         let accepted = found.found.accepted.clone().unwrap_or_default();
         wrench::other_sign(&found.prepared, &accepted)
     });
     if let Some(OtherSign { id, amount, share }) = other_sign {
         remainder.follows = format!(
-            "{:.0} % of it is like {id} with {amount}, a sign that physics forbids it; an own hypothesis can say what acts \
-             so",
-            100.0 * share
+            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
+             can say what acts so; {}",
+            100.0 * share,
+            remainder.follows
         );
     }
     let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
@@ -120,6 +119,9 @@ pub(crate) fn conclude(
             format!("{id} is not named: the 95 % intervals of all its parameters hold 0.")
         }),
     );
+    notes.extend(reduction.done_without.iter().map(|id| {
+        format!("{id} is not named: a friction that turns round over a speed foretells unseen data better without it.")
+    }));
     notes.extend(reduction.refused.iter().map(|(id, without, with)| {
         format!(
             "{id} is not named: with it the error on unseen data goes from {without:.2} to {with:.2}; something of \
@@ -128,7 +130,7 @@ pub(crate) fn conclude(
     }));
     notes.extend(reduction.refitted.iter().map(|[before, after]| {
         format!(
-            "The parameters are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
+            "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
              that decides on names, which weighs errors as the noise has them; the form of a law is not quite that of the machine. \
              The intervals hold both.",
             100.0 * (1.0 - after / before)
@@ -397,6 +399,7 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
         Structure {
             slow: 0.0,
             line: Line::default(),
+            narrow: Line::default(),
             ..Structure::of(&white, prediction.cycle_s, level)
         }
     };

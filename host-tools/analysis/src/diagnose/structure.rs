@@ -212,7 +212,9 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
         (place(first), last.saturating_sub(place(first)) + 1)
     };
     found.burst_at = of_all(found.burst_at);
-    found.line.at = of_all(found.line.at);
+    for line in [&mut found.line, &mut found.narrow] {
+        line.at = of_all(line.at);
+    }
     found.count = log.fresh.len();
     found
 }
@@ -243,15 +245,13 @@ fn beyond_rounding(log: &PreparedLog, rest: &Rest) -> (Column, [Option<f64>; 6])
     (white, levels)
 }
 
-/// A line in the spectrum of a piece of a series.
+/// A frequency in the spectrum of a piece of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Line {
     /// Its power over the median of the spectrum.
     pub over_usual: f64,
     /// Its frequency, Hz.
     pub hz: f64,
-    /// It stands out of the frequencies beside it, too: of what an import has filtered, all that is slow stands out of the rest.
-    is_narrow: bool,
     /// First cycle of the piece, and its length.
     at: (usize, usize),
 }
@@ -265,8 +265,11 @@ pub(crate) struct Structure {
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
-    /// Strongest line of the spectrum of a piece.
+    /// Strongest part of the spectrum of a piece.
     pub line: Line,
+    /// Strongest one that stands out of the frequencies beside it, too: of what an import has filtered, all that is slow stands out
+    /// of the rest.
+    pub narrow: Line,
     /// Number of cycles.
     pub count: usize,
     /// Root mean square before whitening over the data sheet's noise.
@@ -301,11 +304,13 @@ impl Structure {
         // The median of an exponential variable is ln 2 of its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
+        let [line, narrow] = strongest_lines(white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
             burst,
             burst_at,
-            line: strongest_line(white, cycle_s),
+            line,
+            narrow,
             count: white.len(),
             level,
         }
@@ -337,13 +342,15 @@ impl Structure {
     /// The same, with the first cycle of where it is strongest, and the length of that.
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
         let whole = (0, self.count);
-        if self.line.over_usual > LINE && self.line.is_narrow {
-            let line = format!("a spectral line at {:.1} Hz", self.line.hz);
-            (self.line.at, line)
+        if self.narrow.over_usual > LINE {
+            let line = format!("a spectral line at {:.1} Hz", self.narrow.hz);
+            (self.narrow.at, line)
         } else if self.burst > BURST {
             (self.burst_at, "bursts".to_owned())
         } else if self.slow > SLOW {
             (whole, format!("slow, below {SLOW_HZ:.0} Hz"))
+        } else if self.line.over_usual > LINE {
+            (self.line.at, format!("a band near {:.1} Hz", self.line.hz))
         } else {
             (whole, "spread over the whole log".to_owned())
         }
@@ -372,33 +379,72 @@ fn usual(mut powers: Vec<f64>) -> f64 {
     median(&mut powers).unwrap_or(0.0)
 }
 
-fn strongest_line(white: &[f64], cycle_s: f64) -> Line {
+/// The strongest part of the spectrum of any piece, and the strongest one that is narrow.
+fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
     /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
     const PERIODS: usize = 3;
-    /// Frequencies to either side beside which it is narrow, and by how much it stands out of these.
+    /// Frequencies to either side of a line of whose median it is so many times.
     const BESIDE: usize = 8;
     const NARROW: f64 = 10.0;
     let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
-    let mut best = Line {
+    let nothing = Line {
         at: (0, length),
         ..Line::default()
     };
+    let [mut strongest, mut narrow] = [nothing; 2];
     for (n, piece) in white.chunks_exact(length).enumerate() {
         let power = periodogram(piece);
-        let usual = usual(power.clone()) / std::f64::consts::LN_2;
+        let of_all = usual(power.clone()) / std::f64::consts::LN_2;
         for (k, p) in power.iter().enumerate() {
-            let ratio = p / usual.max(1e-12);
-            if ratio > best.over_usual {
-                let around = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(power.len());
-                best = Line {
-                    over_usual: ratio,
-                    hz: (k + 1) as f64 / (cycle_s * length as f64),
-                    is_narrow: k + 1 >= PERIODS
-                        && *p > NARROW * self::usual(power[around].to_vec()),
-                    at: (n * length, length),
-                };
+            let line = Line {
+                over_usual: p / of_all.max(1e-12),
+                hz: (k + 1) as f64 / (cycle_s * length as f64),
+                at: (n * length, length),
+            };
+            if line.over_usual > strongest.over_usual {
+                strongest = line;
+            }
+            let around = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(power.len());
+            let is_narrow = || *p > NARROW * usual(power[around].to_vec());
+            if line.over_usual > narrow.over_usual && k + 1 >= PERIODS && is_narrow() {
+                narrow = line;
             }
         }
     }
-    best
+    [strongest, narrow]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// What is left of 20 s at 500 Hz, with waves of so many sigma at these frequencies, Hz.
+    fn words(waves: &[(f64, f64)]) -> String {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1);
+            (state >> 40) as f64 / (1_u64 << 24) as f64 - 0.5
+        };
+        let at = |n: usize| n as f64 * 0.002;
+        let wave = |n: usize| {
+            waves
+                .iter()
+                .map(move |(hz, size)| size * (TAU * hz * at(n) + hz * hz).sin())
+        };
+        let series: Vec<f64> = (0..10_000)
+            .map(|n| 12_f64.sqrt() * uniform() + wave(n).sum::<f64>())
+            .collect();
+        Structure::of(&series, 0.002, 1.0).words()
+    }
+
+    /// A band is no line, and hides none that is lower than it.
+    #[test]
+    fn a_line_stands_out_of_what_is_beside_it() {
+        let band: Vec<(f64, f64)> = (0..24).map(|k| (20.0 + k as f64, 3.0)).collect();
+        assert_eq!(words(&[(100.0, 2.0)]), "a spectral line at 100.0 Hz");
+        assert!(words(&band).starts_with("a band near"), "{}", words(&band));
+        let both = [&band[..], &[(100.0, 2.0)]].concat();
+        assert_eq!(words(&both), "a spectral line at 100.0 Hz");
+    }
 }

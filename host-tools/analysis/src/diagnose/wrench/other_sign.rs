@@ -3,6 +3,7 @@
 
 use super::Tested;
 use super::joint::Joint;
+use crate::diagnose::engine::has;
 use crate::diagnose::evidence::MOST;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
@@ -14,7 +15,7 @@ pub(crate) struct OtherSign {
     pub id: &'static str,
     /// Its amount with the unit, in words.
     pub amount: String,
-    /// Share of what is left of the reading that it would explain.
+    /// Share of χ² that is left of the reading, and more than noise, that it would explain.
     pub share: f64,
 }
 
@@ -31,6 +32,9 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
         joint.problem.solve_whitened(columns, &free)
     };
     let alone = gain(&known).map_or(0.0, |solution| solution.gain);
+    if !joint.has_much_left(alone) {
+        return None;
+    }
     let left = joint.left(alone);
     let with = |effect: &'static LoadEffect, place: usize| -> Option<(f64, OtherSign)> {
         let defaults: Vec<f64> = effect.shapes.iter().map(|shape| shape.tried[0]).collect();
@@ -47,14 +51,17 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
                 number::significant(value, 3),
                 coefficient.unit
             ),
-            share: more / left,
+            share: (more / left).min(1.0),
         };
         (coefficient.sign == Sign::Positive && value < 0.0 && more > MOST * left)
             .then_some((more, one))
     };
     let is_simple = |effect: &&LoadEffect| {
         let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));
-        acts && !effect.acts_on_reading() && effect.shapes.iter().all(|shape| shape.choice)
+        // Less of what the model has is no other sign.
+        acts && !has(model, effect.id)
+            && !effect.acts_on_reading()
+            && effect.shapes.iter().all(|shape| shape.choice)
     };
     let new = |effect: &&LoadEffect| accepted.effects.iter().all(|one| one.id != effect.id);
     let all = LoadEffect::all(model).filter(is_simple).filter(new);

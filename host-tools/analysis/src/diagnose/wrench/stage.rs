@@ -6,12 +6,13 @@
 
 mod each_log;
 mod foretold;
+mod in_place;
 
 pub(crate) use each_log::Disagreement;
 
 use super::fitted::Fitted;
 use super::joint::Joint;
-use super::model_selection::{Rival, parts_of, rivals, widen, with_forms_reselected};
+use super::model_selection::{Rival, parts_of, widen, with_forms_reselected};
 use super::problem::Problem;
 use super::search::{Hypothesis, Part, evaluate, pairs, with_one_more};
 use super::tested::{Care, Tested, fitted_to, tested};
@@ -139,7 +140,9 @@ pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested
     let work = Work::new(joint, &library, &of_fit, ask);
     let itself = evaluate(&library, work.parts(of), work.price);
     work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
-    work.exchanges(of, TRIED)
+    let mut all = work.exchanges(of, TRIED);
+    all.extend(work.in_twos(of));
+    all
 }
 
 /// From the best effects alone and in pairs.
@@ -373,63 +376,6 @@ impl Work<'_> {
             Support::alone(beside).with_rival(now.evidence - best)
         };
         beside.into_iter().zip(&now.effects).map(of).collect()
-    }
-
-    /// More than two effects and the best others of as many: those of fewer come first in a search and are listed anyway. Each
-    /// effect has others in its place, with which the search may not have gone on.
-    fn alike(&self, accepted: &Tested) -> Vec<Tested> {
-        match accepted.effects.len() < 3 {
-            true => Vec::new(),
-            false => self.exchanges(accepted, TRIED_LATER),
-        }
-    }
-
-    /// The best of as many effects, with some others in each place.
-    fn exchanges(&self, accepted: &Tested, others_each: usize) -> Vec<Tested> {
-        let count = accepted.effects.len();
-        let parts = self.parts(accepted);
-        for place in 0..count {
-            let others = with_one_more(self.library, &without(&parts, place), self.price);
-            self.tested(&others, others_each);
-        }
-        let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let alike = known.values().filter(|t| t.effects.len() == count);
-        let mut alike: Vec<Tested> = alike.filter(|t| self.is_possible(t)).cloned().collect();
-        alike.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let mut seen = BTreeSet::new();
-        alike.retain(|t| seen.insert(t.effects_in_order()));
-        alike.truncate(1 + 2 * others_each);
-        alike
-    }
-
-    /// With the best two of what an effect of several amounts is confused with in its place: over a small angle the weight of a
-    /// link is a spring and an offset.
-    fn in_twos(&self, accepted: &Tested) -> Vec<Tested> {
-        let parts = self.parts(accepted);
-        let in_twos = |place: usize| -> Option<Hypothesis> {
-            let effect = self.library.variants[parts[place].variant].effect;
-            let is_confused = |hypothesis: &Hypothesis| {
-                let last = hypothesis.parts.last();
-                let id = last.map(|part| self.library.variants[part.variant].effect.id);
-                id.is_some_and(|id| effect.effect.confused_with.contains(&id))
-            };
-            let one_more = |beside: &[Part]| {
-                let more = with_one_more(self.library, beside, self.price);
-                more.into_iter().find(is_confused)
-            };
-            let asked = effect.coefficients.len() > 1;
-            let one = asked.then(|| one_more(&without(&parts, place))).flatten()?;
-            one_more(&one.parts)
-        };
-        let both: Vec<Hypothesis> = (0..parts.len()).filter_map(in_twos).collect();
-        let tested = self.tested(&both, both.len()).into_iter();
-        tested.filter(|t| self.is_possible(t)).collect()
-    }
-
-    fn rivals(&self, accepted: &Tested) -> Vec<Rival> {
-        rivals(self.library, accepted, self.price, &|h| {
-            self.tested(h, TRIED_LATER)
-        })
     }
 
     /// The same effects with the parameters that the logs of the fit alone give, where these

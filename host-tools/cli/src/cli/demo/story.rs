@@ -150,7 +150,7 @@ impl Story<'_> {
             };
             self.say(&format!(
                 "   The closest rival, {}, {verb}.\n",
-                rival.effect
+                rival.in_words()
             ))?;
         }
         if let Some(experiment) = &diagnosis.experiment {

@@ -22,6 +22,10 @@ const FALLEN: f64 = 0.5;
 /// it is a viscous one for most of them.
 const SHARP: f64 = 10.0;
 
+/// Speed over the one over which a friction turns round at which tanh is within 3 % of 1, to which laws are right: at usual speeds it
+/// has its level, or is none.
+pub const LEVEL: f64 = 2.1;
+
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
@@ -315,8 +319,6 @@ impl LoadEffect {
     /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
     /// one by another name.
     pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
-        /// Speed over the smoothing one at which tanh is within 3 % of 1, to which laws are right.
-        const LEVEL: f64 = 2.1;
         let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
             return false;
         };
