@@ -91,19 +91,8 @@ pub(crate) fn conclude(
     let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(reduction.named.iter().map(|n| &n.0)).filter(|_| !unnamed);
     let mut remainder = remainder(stages, &left);
-    let is_asked =
-        |found: &&WrenchFinding| verdict == Verdict::Unexplained && found.left().is_structured();
-    let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
-        let accepted = found.found.accepted.clone().unwrap_or_default();
-        wrench::other_sign(&found.prepared, &accepted)
-    });
-    if let Some(OtherSign { id, amount, share }) = other_sign {
-        remainder.follows = format!(
-            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
-             can say what acts so; {}",
-            100.0 * share,
-            remainder.follows
-        );
+    if verdict == Verdict::Unexplained {
+        say_other_sign(stages, &mut remainder);
     }
     let mut notes = notes(model, stages, &remainder, unexplained, in_sample);
     if verdict == Verdict::LogsDisagree {
@@ -320,6 +309,23 @@ fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
             true => structure.collect::<Vec<_>>().join("; "),
             false => words.join("; "),
         },
+    }
+}
+
+/// Says what law the reading follows with a sign that physics forbids it.
+fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
+    let is_asked = |found: &&WrenchFinding| found.left().is_structured();
+    let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
+        let accepted = found.found.accepted.clone().unwrap_or_default();
+        wrench::other_sign(&found.prepared, &accepted)
+    });
+    if let Some(OtherSign { id, amount, share }) = other_sign {
+        remainder.follows = format!(
+            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
+             can say what acts so; {}",
+            100.0 * share,
+            remainder.follows
+        );
     }
 }
 
