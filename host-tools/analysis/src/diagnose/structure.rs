@@ -383,9 +383,8 @@ fn usual(mut powers: Vec<f64>) -> f64 {
 fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
     /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
     const PERIODS: usize = 3;
-    /// Frequencies to either side of a line of whose median it is so many times.
-    const BESIDE: usize = 8;
-    const NARROW: f64 = 10.0;
+    /// Frequencies to either side out of which a line stands as out of the whole spectrum.
+    const BESIDE: usize = 4;
     let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
     let nothing = Line {
         at: (0, length),
@@ -405,7 +404,10 @@ fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
                 strongest = line;
             }
             let around = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(power.len());
-            let is_narrow = || *p > NARROW * usual(power[around].to_vec());
+            let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten();
+            let is_peak = beside.filter_map(|n| power.get(n)).all(|other| other < p);
+            let level = || usual(power[around].to_vec()) / std::f64::consts::LN_2;
+            let is_narrow = || is_peak && *p > LINE * level();
             if line.over_usual > narrow.over_usual && k + 1 >= PERIODS && is_narrow() {
                 narrow = line;
             }
