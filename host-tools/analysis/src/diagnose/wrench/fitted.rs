@@ -78,22 +78,22 @@ impl Fitted {
         }
     }
 
+    /// Whether the interval of a parameter leaves out 0.
+    fn is_sure(&self, name: &str) -> bool {
+        let [low, high] = self.interval(name);
+        low * high > 0.0
+    }
+
     /// Whether the logs say more of its coefficients than that they may be 0.
     pub(crate) fn is_determined(&self, model: &Model) -> bool {
-        let is_sure = |name: &str| {
-            let [low, high] = self.interval(name);
-            low * high > 0.0
-        };
-        LoadEffect::find(model, self.id).is_some_and(|effect| effect.is_determined(is_sure))
+        LoadEffect::find(model, self.id)
+            .is_some_and(|effect| effect.is_determined(|name| self.is_sure(name)))
     }
 
     /// Whether its intervals say more than that it may not be there.
     pub(crate) fn is_told(&self, model: &Model) -> bool {
-        let is_sure = |name: &str| {
-            let [low, high] = self.interval(name);
-            low * high > 0.0
-        };
-        LoadEffect::find(model, self.id).is_none_or(|effect| effect.is_told(is_sure))
+        LoadEffect::find(model, self.id)
+            .is_none_or(|effect| effect.is_told(|name| self.is_sure(name)))
     }
 
     /// Unseen data are foretold so many times worse without it: where it has one parameter, that bounds it.

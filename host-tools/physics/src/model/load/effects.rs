@@ -18,12 +18,12 @@ const LATEST_CYCLES: f64 = 10.0;
 /// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
 /// neither from one that falls all the way nor from less friction with a higher peak.
 const FALLEN: f64 = 0.5;
-/// Beyond so many times the largest speed that is tried a friction does not turn round by what its reversals alone say: over more
-/// it is a viscous one for most of them.
+/// Times the largest speed that is tried up to which a search refines that over which a friction turns round: in the likelihood a
+/// slower turn competes with other errors of form, and least squares choose it in the end.
 const SHARP: f64 = 10.0;
 
-/// Speed over the one over which a friction turns round at which tanh is within 3 % of 1, to which laws are right: at usual speeds it
-/// has its level, or is none.
+/// Ratio of a speed to the one over which a friction turns round from which the friction has its level to 3 % (tanh), to which
+/// laws are right. One that does not have it at the usual speed is not looked for.
 pub const LEVEL: f64 = 2.1;
 
 /// How slow and how fast logs are.
