@@ -2,7 +2,7 @@
 
 use super::tables::{imported, near, table};
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::import::starter::starter;
+use softdock_analysis::import::starter::{Told, starter};
 use softdock_analysis::import::summary::Summary;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
@@ -198,7 +198,7 @@ fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
     "#;
     let logs = imported("sweep", mapping, &[("log.csv", log)]).unwrap();
     let filter = logs.filter;
-    let text = starter(&logs.train, filter).unwrap().text;
+    let text = starter(&logs.train, filter, &Told::default()).unwrap().text;
     let noise = Model::from_toml(&text, "model.toml").unwrap().noise.force_n;
     // Of white noise the filter leaves a quarter.
     assert!((0.001..0.01).contains(&noise), "{noise}");
@@ -222,7 +222,7 @@ fn shaft(torque: impl Fn(f64) -> f64) -> (Model, Vec<String>, Summary, VelocityM
     });
     let logs = imported("shaft", &mapping, &[("log.csv", log)]).unwrap();
     assert_eq!(logs.warnings, Vec::<String>::new());
-    let starter = starter(&logs.train, None).unwrap();
+    let starter = starter(&logs.train, None, &Told::default()).unwrap();
     let meaning = Signals::new(&logs.train[0]).unwrap().velocity;
     let model = Model::from_toml(&starter.text, "model.toml").unwrap();
     let summary = Summary::of("log", &logs.train[0], &[]);
@@ -252,6 +252,38 @@ fn a_model_to_start_from_has_a_noise_of_the_size_of_the_signal() {
     }
 }
 
+/// What no column tells stands in the mapping, so that nobody has to edit the model after each import.
+#[test]
+fn a_mapping_says_what_the_model_to_start_from_cannot_know() {
+    let log = table("t,w,tau", 300, |n| {
+        format!("{},{},{}", 0.01 * n, n.sin(), (0.3 * n).sin())
+    });
+    let import = |says: &str| {
+        let mapping = format!("{SHAFT}\n[files]\ntrain = \"log.csv\"\n{says}");
+        let logs =
+            imported("told", &mapping, &[("log.csv", log.clone())]).map_err(anyhow::Error::msg)?;
+        let text = starter(&logs.train, None, &logs.told)?.text;
+        anyhow::Ok(Model::from_toml(&text, "model.toml")?)
+    };
+    let plain = import("").unwrap();
+    assert!(!plain.tool.dynamic_compensation && !plain.sensor.wrench.drives());
+    let told =
+        import("[starter]\nwrench = \"commanded\"\ngravity_m_s2 = [0.0, 0.0, 0.0]\nmass_kg = 12.5")
+            .unwrap();
+    assert!(told.tool.dynamic_compensation && told.sensor.wrench.drives());
+    assert_eq!(
+        (told.sensor.gravity_m_s2, told.tool.mass_kg),
+        ([0.0; 3], 12.5)
+    );
+    for (says, expected) in [
+        ("[starter]\nmass_kg = -1.0", "expected 0 or more, found -1"),
+        ("[starter]\nwrench = \"driven\"", "unscaled"),
+    ] {
+        let error = format!("{:#}", import(says).unwrap_err());
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// Two logs of a shaft whose angle nobody measured, so that its eccentric has another phase in each: no weight is looked for,
 /// about which they would disagree.
 #[test]
@@ -271,7 +303,7 @@ fn logs_without_positions_are_not_asked_what_acts_by_position() {
     let files = [("a.csv", log(0.0)), ("b.csv", log(2.0))];
     let logs = imported("no_positions", &mapping, &files).unwrap();
     let (train, test) = (&logs.train, &logs.test);
-    let text = starter(train, None).unwrap().text;
+    let text = starter(train, None, &Told::default()).unwrap().text;
     let model = Model::from_toml(&text.replace("\"measured\"", "\"commanded\""), "model.toml");
     let found = diagnose(&model.unwrap(), &[&train[0]], &[&test[0]], &|_, _| {});
     let found = found.unwrap().diagnosis;

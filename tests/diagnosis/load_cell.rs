@@ -2,7 +2,7 @@
 
 use super::tables::{imported, table};
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
-use softdock_analysis::import::starter::starter;
+use softdock_analysis::import::starter::{Told, starter};
 use softdock_physics::model::Model;
 use softdock_statistics::RandomStream;
 
@@ -35,7 +35,7 @@ fn diagnosed(test: &str, late_s: f64) -> Diagnosis {
     "#;
     let files = [("a.csv", log(0.0)), ("b.csv", log(1.0))];
     let logs = imported(test, mapping, &files).unwrap();
-    let text = starter(&logs.train, None).unwrap().text;
+    let text = starter(&logs.train, None, &Told::default()).unwrap().text;
     let model = Model::from_toml(&text, "model.toml").unwrap();
     let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {});
     found.unwrap().diagnosis

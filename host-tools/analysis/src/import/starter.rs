@@ -1,12 +1,13 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use nalgebra::{DMatrix, DVector};
+use serde::Deserialize;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
-use softdock_physics::model::{Axis, FilterModel, Model};
+use softdock_physics::model::{Axis, FilterModel, Model, WrenchMeaning};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
 
 /// What nobody but the user knows, ahead of the model. `turns`: the one axis that moves is a rotation.
@@ -27,7 +28,7 @@ fn to_fill_in(turns: bool) -> String {
 #            measured may be late itself: leave \"measured\", with a negative scale in the mapping
 #   [actuator], [[contact.walls]]   what is known of the drive and of what is touched
 #   [tolerance]          how well all of these are known
-# examples/model.toml has every key.
+# examples/model.toml has every key. [starter] in the mapping says some of this for every import.
 #
 "
     )
@@ -44,6 +45,45 @@ const FINEST_BITS: i32 = 16;
 /// deviation: of 100 or more, with a probability of less than a thousandth.
 const LARGEST: f64 = 1.5;
 
+/// What no column of a log tells of a machine, as a mapping says it.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Told {
+    /// What the wrench is.
+    pub wrench: Option<WrenchMeaning>,
+    /// Gravity in C, m/s².
+    pub gravity_m_s2: Option<[f64; 3]>,
+    /// What the sensor carries, or the moved mass of a driven axis, kg.
+    pub mass_kg: Option<f64>,
+}
+
+impl Told {
+    fn is_possible(&self) -> anyhow::Result<()> {
+        let gravity = self.gravity_m_s2.iter().flatten();
+        for value in gravity.chain(&self.mass_kg) {
+            ensure!(
+                value.is_finite(),
+                "[starter]: expected finite numbers, found {value}"
+            );
+        }
+        let mass = self.mass_kg.unwrap_or(0.0);
+        ensure!(
+            mass >= 0.0,
+            "[starter] mass_kg: expected 0 or more, found {mass}"
+        );
+        Ok(())
+    }
+
+    fn apply(&self, model: &mut Model) {
+        let (tool, sensor) = (&mut model.tool, &mut model.sensor);
+        sensor.wrench = self.wrench.unwrap_or(sensor.wrench);
+        sensor.gravity_m_s2 = self.gravity_m_s2.unwrap_or(sensor.gravity_m_s2);
+        tool.mass_kg = self.mass_kg.unwrap_or(tool.mass_kg);
+        // What drives a motion accelerates all that moves.
+        tool.dynamic_compensation |= self.mass_kg.is_some() || sensor.wrench.drives();
+    }
+}
+
 /// A model to start from.
 #[derive(Clone, Debug)]
 pub struct Starter {
@@ -58,8 +98,13 @@ pub struct Starter {
 ///
 /// # Errors
 ///
-/// A recording without cycles or a rising time, or no recording.
-pub fn starter(recordings: &[Recording], filter: Option<FilterModel>) -> anyhow::Result<Starter> {
+/// A recording without cycles or a rising time, or no recording; a number of `told` that cannot be.
+pub fn starter(
+    recordings: &[Recording],
+    filter: Option<FilterModel>,
+    told: &Told,
+) -> anyhow::Result<Starter> {
+    told.is_possible()?;
     let first = recordings.first().context("expected at least one log")?;
     let seen = recordings
         .iter()
@@ -69,6 +114,7 @@ pub fn starter(recordings: &[Recording], filter: Option<FilterModel>) -> anyhow:
     let moves = |axis: &Axis| seen.iter().any(|log| log.moving[axis.index()]);
     model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
     model.sensor.filter = filter;
+    told.apply(&mut model);
     let mut guessed = Vec::new();
     let rows = recordings
         .iter()

@@ -1,6 +1,7 @@
 //! The mapping file: what a user writes to say what the columns of a foreign table are.
 
 use super::column::{Column, ColumnName};
+use crate::import::starter::Told;
 use crate::import::table::Dialect;
 use serde::{Deserialize, Deserializer};
 use softdock_physics::model::FilterModel;
@@ -11,6 +12,8 @@ use softdock_physics::model::FilterModel;
 pub(super) struct Mapping {
     /// A model file beside the mapping that is copied to the recordings.
     pub(super) model: Option<String>,
+    /// What the model to start from says where there is none.
+    pub(super) starter: Option<Told>,
     /// Names of the tables in the folder that is imported.
     pub(super) files: Files,
     /// How the tables are written.

@@ -31,6 +31,7 @@ mod source;
 mod stamps;
 
 use super::checks::{self, Context as CheckContext};
+use super::starter::Told;
 use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
 use channels::Channels;
@@ -55,6 +56,8 @@ pub struct MappedLogs {
     pub test: Vec<Recording>,
     /// The filter that every channel went through.
     pub filter: Option<FilterModel>,
+    /// What a model to start from says that no column tells.
+    pub told: Told,
     /// Channels that were not measured, and from what they were made.
     pub derived: Vec<(&'static str, &'static str)>,
     /// What the user should know; sentences that name the file.
@@ -84,6 +87,11 @@ pub fn import_at_least(
     fewest_rows: Option<usize>,
 ) -> anyhow::Result<MappedLogs> {
     let mapping: Mapping = input::load(mapping_file)?;
+    ensure!(
+        mapping.model.is_none() || mapping.starter.is_none(),
+        "{}: `model` and [starter] exclude each other: what [starter] says stands in the model file, where there is one",
+        mapping_file.display()
+    );
     let model = match &mapping.model {
         Some(name) => {
             let file = mapping_file.with_file_name(name);
@@ -119,6 +127,7 @@ pub fn import_at_least(
     }
     Ok(MappedLogs {
         filter,
+        told: mapping.starter.clone().unwrap_or_default(),
         derived,
         model,
         train,
