@@ -2,7 +2,8 @@
 
 use super::{TRIED, Work, without};
 use crate::diagnose::evidence::{FORETELLS, NAMED};
-use crate::diagnose::wrench::search::{Part, evaluate, with_one_more};
+use crate::diagnose::wrench::model_selection::with_forms_reselected;
+use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate, with_one_more};
 use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
@@ -69,11 +70,24 @@ impl Work<'_> {
             self.misled().extend(forms);
             replaced += 1;
             let rest = evaluate(self.library, rest, self.price);
-            match rest.filter(|rest| !rest.parts.is_empty()) {
-                Some(rest) => start = self.test(&rest),
+            let rest = rest.filter(|rest| !rest.parts.is_empty());
+            match rest.and_then(|rest| self.possible(self.test(&rest))) {
+                Some(rest) => start = rest,
                 None => return (None, ended),
             }
         }
+    }
+
+    /// A hypothesis if it is possible; else the best one of the same effects in other forms, or without one of them, that is.
+    fn possible(&self, now: Tested) -> Option<Tested> {
+        if self.is_possible(&now) {
+            return Some(now);
+        }
+        let same = with_forms_reselected(self.library, self.parts(&now), self.price);
+        let others: Vec<Hypothesis> = same.into_iter().chain(self.fewer(&now)).collect();
+        let others = self.tested(&others, others.len()).into_iter();
+        let possible = others.filter(|other| self.is_possible(other));
+        possible.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
     pub(super) fn misled(&self) -> MutexGuard<'_, BTreeSet<usize>> {
