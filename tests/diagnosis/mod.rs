@@ -5,6 +5,7 @@ mod compare_regimes;
 mod docking_hypotheses;
 mod docking_mechanism;
 mod drive;
+mod each_log;
 mod hidden_effects;
 mod import_checks;
 mod import_command;

@@ -81,6 +81,7 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         residual_rms_sigma: BeforeAfter::default(),
         steps: Vec::new(),
         runner_up: None,
+        further_ties: Vec::new(),
         experiment: None,
         regions: Vec::new(),
         looks_like: Vec::new(),

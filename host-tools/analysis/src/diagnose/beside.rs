@@ -5,11 +5,10 @@
 //! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
-use super::engine::{Imitated, Question, WrenchFinding, is_shape};
+use super::engine::{Imitated, Question, WrenchFinding, simplest};
 use super::evidence::{NAMED, RISES};
 use super::wrench::{self, Joint};
 use softdock_physics::effects::by_id;
-use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{Axis, Model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -247,15 +246,6 @@ pub(super) fn simpler(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFi
         }
     }
     finding
-}
-
-/// The effect of one amount that is of the same kind as one which may be simpler.
-fn simplest(model: &Model, id: &str) -> Option<&'static str> {
-    let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
-    let kind = effect.effect.kind?;
-    let mut alike = LoadEffect::all(model).filter(|other| other.effect.kind == Some(kind));
-    let simple = alike.find(|other| other.coefficients.len() == 1 && !is_shape(other.id))?;
-    Some(simple.id)
 }
 
 /// The effect that stands weakest beside a smooth remainder, if it does not stand; where all do, or

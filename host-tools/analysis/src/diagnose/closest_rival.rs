@@ -30,6 +30,41 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
     }
 }
 
+/// What else the logs do not tell from named effects other than the one of the runner-up.
+pub(super) fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp) -> Vec<RunnerUp> {
+    let others = named.iter().filter(|id| **id != first.of);
+    let of = |id: &String| {
+        let ties = ties_of(in_the_place_of(id, named, ranked), ranked);
+        let mut ties = ties.into_iter();
+        let closest = ties.next()?;
+        Some(RunnerUp {
+            effect: closest.effect,
+            of: id.clone(),
+            behind: closest.behind,
+            told_apart: false,
+            evidence: closest.evidence,
+            ties: ties.collect(),
+        })
+    };
+    others.filter_map(of).collect()
+}
+
+/// Effects in the place of a named one that do as much there, each once.
+fn ties_of(places: Vec<InPlace<'_>>, ranked: &[Ranked]) -> Vec<Tie> {
+    let mut ties: Vec<Tie> = Vec::new();
+    for (of, winner, rival, effect) in places {
+        let is_new = ties.iter().all(|tie| tie.effect != *effect);
+        if is_new && !is_told_apart(winner, rival) && does_as_much(of, winner, rival, ranked) {
+            ties.push(Tie {
+                effect: effect.clone(),
+                behind: behind(winner, rival),
+                evidence: evidence_against(winner, rival),
+            });
+        }
+    }
+    ties
+}
+
 /// The closest effect in the place of a named one: one that explains as much there, else the one that is the least behind.
 fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let tie = ranked.iter().find_map(|rival| {
@@ -52,18 +87,8 @@ fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
             .flat_map(|id| in_the_place_of(id, named, ranked));
         each.min_by(|a, b| less(a).total_cmp(&less(b)))
     })?;
-    let others = in_the_place_of(of, named, ranked).into_iter();
-    let mut ties: Vec<Tie> = Vec::new();
-    for (_, winner, rival, effect) in others {
-        let is_new = effect != other && ties.iter().all(|tie| tie.effect != *effect);
-        if is_new && !is_told_apart(winner, rival) && does_as_much(of, winner, rival, ranked) {
-            ties.push(Tie {
-                effect: effect.clone(),
-                behind: behind(winner, rival),
-                evidence: evidence_against(winner, rival),
-            });
-        }
-    }
+    let mut ties = ties_of(in_the_place_of(of, named, ranked), ranked);
+    ties.retain(|tie| tie.effect != *other);
     Some(RunnerUp {
         effect: other.clone(),
         of: of.clone(),

@@ -216,6 +216,28 @@ impl WrenchFinding {
         }
     }
 
+    /// What differs from log to log, with the values that an answer has; `of`: of a parameter of an effect.
+    pub(super) fn log_to_log(
+        &self,
+        of: impl Fn(&str, &str) -> Option<f64>,
+    ) -> Option<wrench::LogToLog> {
+        let known = wrench::Tested {
+            effects: self.earlier.0.clone(),
+            ..wrench::Tested::default()
+        };
+        let mut all = self.whole();
+        all.effects.retain_mut(|effect| {
+            let mut is_named = false;
+            for (name, (value, _, _)) in &mut effect.parameters {
+                let answer = of(effect.id, name);
+                is_named |= answer.is_some();
+                *value = answer.unwrap_or(*value);
+            }
+            is_named
+        });
+        wrench::from_log_to_log(&self.prepared, &known, &all)
+    }
+
     /// What its effects leave.
     pub(super) fn left(&self) -> Left {
         structure::left(&self.prepared, self.found.accepted.as_ref(), &[])
@@ -311,7 +333,7 @@ impl WrenchFinding {
         fitted.is_some_and(|(fitted, model)| {
             let effect = LoadEffect::find(model, id);
             let effect = effect.filter(|effect| !effect.effect.is_detail());
-            effect.is_some_and(|effect| !effect.may_be_simpler() || fitted.is_determined(model))
+            effect.is_some() && (simplest(model, id).is_none() || fitted.is_determined(model))
         })
     }
 
@@ -552,6 +574,15 @@ pub(super) fn predict_all(
 /// Whether an effect is in the model already.
 pub(crate) fn has(model: &Model, id: &str) -> bool {
     model.effects.iter().any(|e| e.id == id)
+}
+
+/// The effect of one amount that is of the same kind as one which may be simpler.
+pub(super) fn simplest(model: &Model, id: &str) -> Option<&'static str> {
+    let effect = LoadEffect::find(model, id).filter(|effect| effect.may_be_simpler())?;
+    let kind = effect.effect.kind?;
+    let mut alike = LoadEffect::all(model).filter(|other| other.effect.kind == Some(kind));
+    let simple = alike.find(|other| other.coefficients.len() == 1 && !is_shape(other.id))?;
+    Some(simple.id)
 }
 
 /// Whether a catalogue entry is a curve that fits many mechanisms, and therefore no name.

@@ -260,6 +260,9 @@ pub struct Diagnosis {
     pub steps: Vec<Step>,
     /// The closest rival.
     pub runner_up: Option<RunnerUp>,
+    /// What else the logs do not tell from the other named effects.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub further_ties: Vec<RunnerUp>,
     /// What would tell the two apart.
     pub experiment: Option<Experiment>,
     /// Where the error shows: what is left if it is unexplained, else what was explained.

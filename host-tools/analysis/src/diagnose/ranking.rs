@@ -121,7 +121,7 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
             gain_test: tested.gains.iter().skip(fitted).sum(),
             parameters: tested.parameters,
             as_good_as: answer.and_then(|answer| foretells_alike(answer, tested, &error)),
-            refused: (!forbidden.is_empty()).then(|| format!("physics forbids {forbidden}")),
+            refused: (!forbidden.is_empty()).then_some(forbidden),
         };
         (tested.evidence, ranked)
     };

@@ -90,7 +90,7 @@ fn named(diagnosis: &Diagnosis) -> String {
         listed(&names)
     );
     text.push_str(&left_over(diagnosis));
-    if let Some(rival) = &diagnosis.runner_up {
+    for rival in diagnosis.runner_up.iter().chain(&diagnosis.further_ties) {
         let others: Vec<String> = rival.not_told_from().map(title).collect();
         if !others.is_empty() {
             let others = others.join(", nor from ");
@@ -106,8 +106,8 @@ fn named(diagnosis: &Diagnosis) -> String {
 fn logs_disagree(diagnosis: &Diagnosis) -> String {
     let names: Vec<String> = diagnosis.disagreeing.iter().map(|id| title(id)).collect();
     format!(
-        "The logs disagree: the amounts of what looks like {} differ from log to log. They are not logs of one machine in one \
-         state.",
+        "The logs disagree: the amounts of what looks like {} differ from log to log. They are not of one machine in one \
+         state, or it depends on what the catalogue does not know (a frequency, a temperature).",
         listed(&names)
     )
 }

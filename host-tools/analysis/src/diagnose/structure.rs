@@ -120,7 +120,7 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let plain = share(sum(&|e| e.plain), sum(&|e| e.removed));
+    let plain = share(sum(&|e| e.plain), removed(joint, rests));
     // What effects gain beside a remainder is no measure of what they explain.
     Left::new(
         axes,
@@ -143,8 +143,32 @@ struct Excess {
     white: f64,
     /// In units of the data sheet's: whitening can swallow what is locked to the motion.
     plain: f64,
-    /// What effects and tolerances have taken of the latter.
-    removed: f64,
+}
+
+/// What effects and tolerances have taken of χ² in units of the data sheet's noise, but for what a constant that all logs have in
+/// common would take: to remove an offset is no merit of what else is believed.
+fn removed(joint: &Joint, rests: &[Rest]) -> f64 {
+    let changes = |columns: &[Column], axis: usize| {
+        let each = joint.logs.iter().zip(columns);
+        let sums = each.map(|(log, column)| {
+            let count = log.fresh.iter().filter(|fresh| **fresh).count() as f64;
+            let (mean, level) = moments(log, column, axis);
+            (count, count * mean, count * level * level)
+        });
+        let (count, sum, power) = sums.fold((0.0, 0.0, 0.0), |all: (f64, f64, f64), one| {
+            (all.0 + one.0, all.1 + one.1, all.2 + one.2)
+        });
+        power - sum * sum / count.max(1.0)
+    };
+    let nominal = |log: &PreparedLog| {
+        let mut nominal = log.scene.known();
+        nominal.add(&log.residual.0);
+        nominal
+    };
+    let nominal: Vec<Column> = joint.logs.iter().map(nominal).collect();
+    let raw: Vec<Column> = rests.iter().map(|rest| rest.raw.clone()).collect();
+    let taken = |axis| changes(&nominal, axis) - changes(&raw, axis);
+    (0..6).map(taken).sum()
 }
 
 /// Structure of each axis of a log, and the excess of χ² over its number of values.
@@ -168,18 +192,9 @@ fn of_log(joint: &Joint, log: &PreparedLog, rest: &Rest) -> (Vec<Structure>, Exc
     let values = values as f64;
     let of_axis = values / joint.problem.axes as f64;
     let left: f64 = structures.iter().map(|s| s.level * s.level).sum();
-    let mut nominal = log.scene.known();
-    nominal.add(&log.residual.0);
-    // To remove an offset is no merit of what else is believed.
-    let changes = |column: &Column, axis| {
-        let (mean, level) = moments(log, column, axis);
-        level * level - mean * mean
-    };
-    let taken = |axis| changes(&nominal, axis) - changes(&rest.raw, axis);
     let excess = Excess {
         white: squares - values,
         plain: left * of_axis - values,
-        removed: (0..6).map(taken).sum::<f64>() * of_axis,
     };
     (structures, excess)
 }

@@ -82,7 +82,7 @@ impl Work<'_> {
             let ids = accepted.effects_in_order();
             all.extend(ids.iter().map(of).filter(Disagreement::differs));
         } else if self.leave_nothing(&each) {
-            all.extend(differing.iter().map(of));
+            all.extend(differing.iter().map(of).filter(Disagreement::differs));
         }
         all
     }
