@@ -61,10 +61,10 @@ fn a_constant_that_differs_a_little_is_said_to() {
         let found = diagnosed(&model, &train, test);
         assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
         let mut notes = found.notes.into_iter();
-        notes.find(|note| note.contains("differs from log to log"))
+        notes.find(|note| note.contains("differed from log to log"))
     };
     assert_eq!(said(&same), None);
     let note = said(&other).expect("a note");
-    let expected = "guide_offset differs from log to log: with torque_n_m = -21";
+    let expected = "guide_offset differed from log to log: with torque_n_m = -21";
     assert!(note.contains(expected), "{note}");
 }

@@ -276,7 +276,8 @@ fn a_mapping_says_what_the_model_to_start_from_cannot_know() {
         ([0.0; 3], 12.5)
     );
     for (says, expected) in [
-        ("[starter]\nmass_kg = -1.0", "expected 0 or more, found -1"),
+        ("[starter]\nmass_kg = -1.0", "[starter] of the mapping"),
+        ("[starter]\nmass = 1.0", "unknown key `mass` in [starter]"),
         ("[starter]\nwrench = \"driven\"", "unscaled"),
     ] {
         let error = format!("{:#}", import(says).unwrap_err());

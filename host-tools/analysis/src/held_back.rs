@@ -59,14 +59,16 @@ mod tests {
         };
         let (beginning, end) = held_back(&log);
         assert!(are_of_one_log(&[&beginning], &[&end]));
-        let trimmed = part(&end, 30..400);
-        assert!(are_of_one_log(&[&beginning], &[&trimmed]));
+        for trimmed in [30, 140] {
+            let trimmed = part(&end, trimmed..400);
+            assert!(are_of_one_log(&[&beginning], &[&trimmed]));
+        }
         let mut of_another = end.clone();
         of_another.header.identity = "imported from another.csv".to_owned();
         for (fitted, unseen) in [
             (&[&log][..], &[&log][..]),
             (&[&beginning], &[&of_another]),
-            (&[&beginning], &[&part(&end, 200..400)]),
+            (&[&beginning], &[&part(&end, 160..400)]),
             (&[&beginning, &log], &[&end]),
             (&[&beginning], &[]),
         ] {

@@ -40,7 +40,7 @@ impl ChannelLevels {
         }
     }
 
-    /// Error per channel as docking-rig-log/1 sums it up: all cycles of which something is predicted, and of the pose its translations.
+    /// Error per channel as docking-rig-log/1 sums it up: all cycles, and of the pose its translations.
     /// What the digits of a log make of the model's velocity, which has no other noise, is no error.
     fn of_one(prediction: &Prediction) -> Self {
         let level = |channel: Channel| -> f64 {
@@ -49,18 +49,18 @@ impl ChannelLevels {
             let axes: Vec<&Axis> = judged
                 .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
                 .collect();
-            let (mut sum, mut count) = (0.0, 0_usize);
+            let count = axes.len() * prediction.time_s.len();
+            let mut sum = 0.0;
             for axis in axes {
                 let sigma = series.sigma[axis.index()];
                 let digits = match channel {
                     Channel::ModelVelocity => variance_of_digits(series, *axis),
                     _ => 0.0,
                 };
-                let rows = 0..prediction.time_s.len();
-                for residual in rows.filter_map(|n| series.residual(n, *axis)) {
+                for n in 0..prediction.time_s.len() {
+                    let residual = series.residual(n, *axis).unwrap_or(0.0);
                     let by_digits = if residual == 0.0 { 0.0 } else { digits };
                     sum += (residual * residual - by_digits) / (sigma * sigma);
-                    count += 1;
                 }
             }
             (sum.max(0.0) / count.max(1) as f64).sqrt()

@@ -18,11 +18,7 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
     match alone.filter(|alone| !alone.told_apart) {
         Some(mut alone) => {
             if alone.of == two.of {
-                alone.ties.push(Tie {
-                    effect: two.effect,
-                    behind: two.behind,
-                    evidence: two.evidence,
-                });
+                alone.join(two);
             }
             Some(alone)
         }
@@ -46,7 +42,14 @@ pub(super) fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp
             ties: ties.collect(),
         })
     };
-    others.filter_map(of).collect()
+    let mut all: Vec<RunnerUp> = others.filter_map(of).collect();
+    if let Some(two) = two_in_place(named, ranked).filter(|two| two.of != first.of) {
+        match all.iter_mut().find(|one| one.of == two.of) {
+            Some(one) => one.join(two),
+            None => all.push(two),
+        }
+    }
+    all
 }
 
 /// Effects in the place of a named one that do as much there, each once.
@@ -319,6 +322,36 @@ mod tests {
         assert!(tells(1e3, 1e3 - 13.0));
         assert!(!tells(1e5, 1e5 - 99.0));
         assert!(tells(1e5, 1e5 - 101.0));
+    }
+
+    /// Of two named effects each has its tie: one is the runner-up, the other is told as well.
+    #[test]
+    fn each_named_effect_has_its_ties() {
+        let named = ["guide_asymmetry", "ft_low_pass"];
+        let ranked = [
+            tried(&named, 1000.0, 2),
+            tried(&["guide_asymmetry", "ft_latency"], 995.0, 2),
+            tried(&["guide_offset", "ft_low_pass"], 992.0, 2),
+            tried(&["guide_viscous", "ft_low_pass"], 900.0, 2),
+            tried(&["guide_asymmetry"], 800.0, 1),
+            tried(&["ft_low_pass"], 500.0, 1),
+        ];
+        let first = of(&named, &ranked);
+        let of_first: Vec<&str> = first.not_told_from().collect();
+        assert_eq!(
+            (first.of.as_str(), &of_first[..]),
+            ("ft_low_pass", &["ft_latency"][..])
+        );
+        let named = named.map(str::to_owned);
+        let further = further_ties(&named, &ranked, &first);
+        let [other] = &further[..] else {
+            panic!("{further:?}")
+        };
+        let of_other: Vec<&str> = other.not_told_from().collect();
+        assert_eq!(
+            (other.of.as_str(), &of_other[..]),
+            ("guide_asymmetry", &["guide_offset"][..])
+        );
     }
 
     /// Weight of a link has two amounts, as have an offset and a spring.

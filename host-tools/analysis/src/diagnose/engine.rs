@@ -216,28 +216,6 @@ impl WrenchFinding {
         }
     }
 
-    /// What differs from log to log, with the values that an answer has; `of`: of a parameter of an effect.
-    pub(super) fn log_to_log(
-        &self,
-        of: impl Fn(&str, &str) -> Option<f64>,
-    ) -> Option<wrench::LogToLog> {
-        let known = wrench::Tested {
-            effects: self.earlier.0.clone(),
-            ..wrench::Tested::default()
-        };
-        let mut all = self.whole();
-        all.effects.retain_mut(|effect| {
-            let mut is_named = false;
-            for (name, (value, _, _)) in &mut effect.parameters {
-                let answer = of(effect.id, name);
-                is_named |= answer.is_some();
-                *value = answer.unwrap_or(*value);
-            }
-            is_named
-        });
-        wrench::from_log_to_log(&self.prepared, &known, &all)
-    }
-
     /// What its effects leave.
     pub(super) fn left(&self) -> Left {
         structure::left(&self.prepared, self.found.accepted.as_ref(), &[])

@@ -138,6 +138,15 @@ impl RunnerUp {
         }
     }
 
+    /// With another that has the same place.
+    pub(super) fn join(&mut self, other: Self) {
+        self.ties.push(Tie {
+            effect: other.effect,
+            behind: other.behind,
+            evidence: other.evidence,
+        });
+    }
+
     /// Evidence against all that may be in the place of the named one, each as likely as its own says.
     pub(super) fn against(&self) -> f64 {
         let each = self.ties.iter().map(|tie| tie.evidence);
@@ -260,7 +269,7 @@ pub struct Diagnosis {
     pub steps: Vec<Step>,
     /// The closest rival.
     pub runner_up: Option<RunnerUp>,
-    /// What else the logs do not tell from the other named effects.
+    /// What else the logs do not tell from the other named effects, each in [`RunnerUp::of`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub further_ties: Vec<RunnerUp>,
     /// What would tell the two apart.

@@ -12,8 +12,9 @@ use crate::fit::refit_effects;
 use crate::levels::ChannelLevels;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::{Kind, by_id};
-use softdock_physics::model::Model;
 use softdock_physics::model::load::effects::LEVEL;
+use softdock_physics::model::prediction::Prediction;
+use softdock_physics::model::{Channel, Model};
 
 /// Effects with other parameters, and the error on unseen data before and with them.
 pub(super) type Better = (Vec<Named>, [f64; 2]);
@@ -120,7 +121,13 @@ fn by_least_squares(
     Ok(refitted.collect())
 }
 
-/// Errors with some effects, in units of the noise.
+/// Whether a delay leaves less than half of a log to compare: where nothing is predicted there is no error.
+fn predicts_little(prediction: &Prediction) -> bool {
+    let rows = &prediction.channel(Channel::Wrench).predicted;
+    2 * rows.iter().flatten().count() < rows.len()
+}
+
+/// Errors with some effects, in units of the noise; NaN where too little is predicted.
 struct Errors {
     of_fit: f64,
     unseen: f64,
@@ -129,6 +136,12 @@ struct Errors {
 impl Errors {
     fn of(model: &Model, recordings: &Logs<&Recording>, named: &[Named]) -> anyhow::Result<Self> {
         let predictions = predict_all(&with_effects(model, named.iter()), recordings)?;
+        if predictions.all.iter().any(predicts_little) {
+            return Ok(Self {
+                of_fit: f64::NAN,
+                unseen: f64::NAN,
+            });
+        }
         Ok(Self {
             of_fit: ChannelLevels::of(predictions.train()).rms(),
             unseen: ChannelLevels::of(predictions.test()).rms(),

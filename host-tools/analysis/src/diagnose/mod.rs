@@ -31,6 +31,7 @@ pub(crate) mod evidence;
 mod finding;
 mod for_prediction;
 mod left_over;
+mod log_to_log;
 mod named;
 mod notes;
 mod outcome;

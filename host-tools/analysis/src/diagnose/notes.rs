@@ -5,9 +5,10 @@ use super::engine::Stages;
 use super::error_reduction::ErrorReduction;
 use super::evidence::NAMED;
 use super::finding::{Equivalent, NoiseFloor, Remainder, Verdict};
+use super::log_to_log::LogToLog;
 use super::sentence;
 use super::structure::SLOW_HZ;
-use super::wrench::{Disagreement, LogToLog, PreparedLog};
+use super::wrench::{Disagreement, PreparedLog};
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::prediction::Prediction;
@@ -26,6 +27,8 @@ pub(super) struct Answer<'a> {
     pub verdict: Verdict,
     /// What is named, and what is not.
     pub reduction: &'a ErrorReduction,
+    /// What differs from log to log.
+    pub log_to_log: Option<LogToLog>,
     /// What is left.
     pub remainder: &'a Remainder,
     /// Curves that fit many mechanisms, and this one.
@@ -141,15 +144,7 @@ impl Answer<'_> {
                 all.flat_map(|one| amounts_of_logs(one, self.fitted))
                     .collect()
             }
-            Verdict::Named => {
-                let value = |id: &str, name: &str| {
-                    let mut named = self.reduction.named.iter().map(|(named, _)| named);
-                    let named = named.find(|named| named.effect.id == id)?;
-                    named.estimates.get(name).map(|estimate| estimate.value)
-                };
-                let differs = wrench.and_then(|w| w.log_to_log(value));
-                differs.iter().map(from_log_to_log).collect()
-            }
+            Verdict::Named => self.log_to_log.iter().map(from_log_to_log).collect(),
             _ => Vec::new(),
         }
     }
@@ -244,8 +239,8 @@ fn from_log_to_log(one: &LogToLog) -> String {
     let [with, own] = one.errors;
     let unseen: Vec<String> = one.unseen.iter().map(digits).collect();
     format!(
-        "Most of what is left of the unseen data is that {} differs from log to log: with {} = {}{unit} instead of {}{unit} the error \
-         there is {own:.2} units of noise rather than {with:.2}.",
+        "Most of what is left of the unseen data is as if {} differed from log to log: with {} = {}{unit} instead of {}{unit} the error of the \
+         wrench there would be {own:.2} units of noise, and is {with:.2}.",
         one.effect,
         one.parameter.0,
         listed(&unseen),

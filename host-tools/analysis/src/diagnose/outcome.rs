@@ -6,6 +6,7 @@ use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
 use super::finding::{Diagnosis, Nominal, Remainder, RunnerUp, Verdict};
 use super::left_over::left_over;
+use super::log_to_log::from_log_to_log;
 use super::named::{INTERVAL_95, Named};
 use super::notes::{Answer, TESTED, lacking, of_a_rig};
 use super::structure::{Left, Structure};
@@ -96,6 +97,10 @@ pub(crate) fn conclude(
         fitted: recordings.fitted,
         verdict,
         reduction: &reduction,
+        log_to_log: match verdict == Verdict::Named && !question.of_one_log {
+            true => from_log_to_log(&after, recordings, &predictions, &named),
+            false => None,
+        },
         remainder: &remainder,
         curves: &curves,
         equivalent: same.as_ref(),

@@ -106,8 +106,8 @@ fn named(diagnosis: &Diagnosis) -> String {
 fn logs_disagree(diagnosis: &Diagnosis) -> String {
     let names: Vec<String> = diagnosis.disagreeing.iter().map(|id| title(id)).collect();
     format!(
-        "The logs disagree: the amounts of what looks like {} differ from log to log. They are not of one machine in one \
-         state, or it depends on what the catalogue does not know (a frequency, a temperature).",
+        "The logs disagree: the amounts of what looks like {} differ from log to log. The logs are not of one machine in \
+         one state, or the machine depends on something that the catalogue does not know (a frequency, a temperature).",
         listed(&names)
     )
 }

@@ -100,15 +100,24 @@ impl Left {
 /// What effects, and a smooth remainder of each log if there is one, leave of the wrench.
 pub(crate) fn left(joint: &Joint, tested: Option<&Tested>, smooth: &[Column]) -> Left {
     let gain = tested.map_or(0.0, |t| t.gain);
-    of_rests(joint, &joint.rests(tested, smooth), gain)
+    of_rests(joint, &joint.rests(tested, smooth), gain, Constant::Common)
 }
 
 /// What effects leave that each log has in amounts of its own, which together gain so much.
 pub(crate) fn left_apart(joint: &Joint, own: &[Column], gain: f64) -> Left {
-    of_rests(joint, &joint.rests(None, own), gain)
+    of_rests(joint, &joint.rests(None, own), gain, Constant::Own)
 }
 
-fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
+/// What an offset is that nothing else has the merit of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Constant {
+    /// All logs share it.
+    Common,
+    /// Each log has one of its own.
+    Own,
+}
+
+fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Left {
     let each = joint.logs.iter().zip(rests);
     let of_logs: Vec<(Vec<Structure>, Excess)> =
         each.map(|(log, rest)| of_log(joint, log, rest)).collect();
@@ -120,7 +129,7 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64) -> Left {
         })
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
-    let plain = share(sum(&|e| e.plain), removed(joint, rests));
+    let plain = share(sum(&|e| e.plain), removed(joint, rests, constant));
     // What effects gain beside a remainder is no measure of what they explain.
     Left::new(
         axes,
@@ -145,9 +154,9 @@ struct Excess {
     plain: f64,
 }
 
-/// What effects and tolerances have taken of χ² in units of the data sheet's noise, but for what a constant that all logs have in
-/// common would take: to remove an offset is no merit of what else is believed.
-fn removed(joint: &Joint, rests: &[Rest]) -> f64 {
+/// What effects and tolerances have taken of χ² in units of the data sheet's noise, but for what a constant would take: to remove an
+/// offset is no merit of what else is believed.
+fn removed(joint: &Joint, rests: &[Rest], constant: Constant) -> f64 {
     let changes = |columns: &[Column], axis: usize| {
         let each = joint.logs.iter().zip(columns);
         let sums = each.map(|(log, column)| {
@@ -155,10 +164,13 @@ fn removed(joint: &Joint, rests: &[Rest]) -> f64 {
             let (mean, level) = moments(log, column, axis);
             (count, count * mean, count * level * level)
         });
-        let (count, sum, power) = sums.fold((0.0, 0.0, 0.0), |all: (f64, f64, f64), one| {
-            (all.0 + one.0, all.1 + one.1, all.2 + one.2)
-        });
-        power - sum * sum / count.max(1.0)
+        let about_mean = |(count, sum, power): (f64, f64, f64)| power - sum * sum / count.max(1.0);
+        match constant {
+            Constant::Own => sums.map(about_mean).sum(),
+            Constant::Common => about_mean(sums.fold((0.0, 0.0, 0.0), |all, one| {
+                (all.0 + one.0, all.1 + one.1, all.2 + one.2)
+            })),
+        }
     };
     let nominal = |log: &PreparedLog| {
         let mut nominal = log.scene.known();

@@ -17,9 +17,6 @@ struct Row {
     axis: Axis,
     cycle: usize,
     sigma: f64,
-    /// Residual of the model as given, which counts where another model predicts nothing: one that moves all that is measured out
-    /// of the log would leave nothing.
-    given: f64,
 }
 
 /// What a fit makes small.
@@ -71,7 +68,7 @@ impl<'a> Residuals<'a> {
         self.rows.len()
     }
 
-    /// The residuals of a model; those of the model as given where it predicts nothing.
+    /// The residuals of a model; 0 where it predicts nothing.
     pub(super) fn of(&self, model: &Model) -> Vec<f64> {
         self.relative(model)
             .zip(&self.rows)
@@ -99,7 +96,7 @@ impl<'a> Residuals<'a> {
             .collect();
         self.rows.iter().map(move |row| {
             let residual = logs[row.log][row.channel as usize].residual(row.cycle, row.axis);
-            residual.unwrap_or(row.given) / row.sigma
+            residual.unwrap_or(0.0) / row.sigma
         })
     }
 
@@ -129,15 +126,15 @@ fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {
         for axis in prediction.judged(channel).iter().copied() {
             for cycle in (0..prediction.time_s.len()).step_by(every) {
                 let sigma = series.expected_sigma(cycle, axis);
-                let residual = series.residual(cycle, axis).filter(|_| sigma > 0.0);
-                rows.extend(residual.map(|given| Row {
-                    log,
-                    channel,
-                    axis,
-                    cycle,
-                    sigma,
-                    given,
-                }));
+                if series.residual(cycle, axis).is_some() && sigma > 0.0 {
+                    rows.push(Row {
+                        log,
+                        channel,
+                        axis,
+                        cycle,
+                        sigma,
+                    });
+                }
             }
         }
     }

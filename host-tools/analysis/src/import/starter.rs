@@ -1,7 +1,7 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use nalgebra::{DMatrix, DVector};
 use serde::Deserialize;
 use softdock_app::record::CycleRecord;
@@ -58,22 +58,6 @@ pub struct Told {
 }
 
 impl Told {
-    fn is_possible(&self) -> anyhow::Result<()> {
-        let gravity = self.gravity_m_s2.iter().flatten();
-        for value in gravity.chain(&self.mass_kg) {
-            ensure!(
-                value.is_finite(),
-                "[starter]: expected finite numbers, found {value}"
-            );
-        }
-        let mass = self.mass_kg.unwrap_or(0.0);
-        ensure!(
-            mass >= 0.0,
-            "[starter] mass_kg: expected 0 or more, found {mass}"
-        );
-        Ok(())
-    }
-
     fn apply(&self, model: &mut Model) {
         let (tool, sensor) = (&mut model.tool, &mut model.sensor);
         sensor.wrench = self.wrench.unwrap_or(sensor.wrench);
@@ -104,7 +88,6 @@ pub fn starter(
     filter: Option<FilterModel>,
     told: &Told,
 ) -> anyhow::Result<Starter> {
-    told.is_possible()?;
     let first = recordings.first().context("expected at least one log")?;
     let seen = recordings
         .iter()
@@ -115,6 +98,7 @@ pub fn starter(
     model.rig.active_axes = Axis::ALL.into_iter().filter(moves).collect();
     model.sensor.filter = filter;
     told.apply(&mut model);
+    model.validate().context("[starter] of the mapping")?;
     let mut guessed = Vec::new();
     let rows = recordings
         .iter()

@@ -47,7 +47,7 @@ fn top(up: f64, down: f64) -> f64 {
 }
 
 impl Joint {
-    /// The longest cycle, and the largest usual speed.
+    /// The longest cycle, the largest usual speed, and the shortest duration.
     pub(crate) fn pace(&self) -> Pace {
         let most = |of: fn(&Scene) -> f64| {
             let each = self.logs.iter().map(|log| of(&log.scene));
@@ -56,6 +56,11 @@ impl Joint {
         Pace {
             cycle_s: most(|scene| scene.cycle_s),
             speed: most(Scene::rms_speed),
+            shortest_s: self
+                .logs
+                .iter()
+                .map(|log| log.scene.cycle_s * log.fresh.len() as f64)
+                .fold(f64::INFINITY, f64::min),
         }
     }
 

@@ -4,7 +4,6 @@ mod autoregressive;
 mod fitted;
 mod gram;
 mod joint;
-mod log_to_log;
 mod model_selection;
 mod motions;
 mod nuisance;
@@ -25,7 +24,6 @@ pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};
 
 pub(crate) use joint::{Joint, Rest};
-pub(crate) use log_to_log::{LogToLog, from_log_to_log};
 pub(crate) use other_sign::{OtherSign, other_sign};
 pub(crate) use prepared_log::{PreparedLog, sheet_sigma};
 pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};

@@ -99,14 +99,6 @@ impl Tested {
         contribution(scene, &self.valued(scene))
     }
 
-    /// The part of one of them, or of one of its terms, with what those do to it that act on the whole reading.
-    pub(super) fn on_reading(&self, scene: &Scene, one: &Fitted) -> Column {
-        let mut whole = self.valued(scene);
-        whole.retain(|(effect, _)| effect.acts_on_reading());
-        let one = one.valued(scene);
-        one.map_or_else(Column::default, |one| added(scene, &whole, one))
-    }
-
     /// The part of one of them, or of one of its terms, so that the parts are the whole: what moves the reading in time
     /// does so to what the others load the sensor with.
     pub(crate) fn part(&self, scene: &Scene, one: &Fitted) -> Column {
@@ -304,6 +296,7 @@ fn forbidden(effect: &LoadEffect, coefficient: &Coefficient, value: f64) -> Stri
         .find(|p| p.name == coefficient.name);
     let farthest = known.map_or(f64::INFINITY, |p| p.low.abs().max(p.high.abs()));
     let is_beyond = known.is_some_and(|p| value > p.high);
+    let is_of_the_tool = known.is_some_and(|p| p.of_the_tool != 0.0 && p.is_plausible(value));
     let (compared, value) = match value.abs() > OPEN * farthest {
         true => (
             if value < 0.0 { "<" } else { ">" },
@@ -314,9 +307,7 @@ fn forbidden(effect: &LoadEffect, coefficient: &Coefficient, value: f64) -> Stri
     let digits = number::significant(value, 3);
     let amount = format!("{} {compared} {digits}{unit}", coefficient.name);
     match known {
-        Some(p) if p.of_the_tool != 0.0 && p.is_plausible(value) => {
-            format!("{amount} does not go with the tool of the model")
-        }
+        Some(_) if is_of_the_tool => format!("{amount} is too little for the tool of the model"),
         Some(p) if p.low < 0.0 || is_beyond => format!(
             "{amount} is not plausible ({} to {}{unit})",
             number::significant(p.low, 3),

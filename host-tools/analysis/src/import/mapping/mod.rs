@@ -255,6 +255,12 @@ impl Importer<'_> {
         let mapping = self.mapping;
         let source = Source::read(self.folder, files, mapping)?;
         let name = source.name();
+        let of_one_table = mapping.rows.test.is_some() && mapping.files.test.0.is_empty();
+        let said = match (of_one_table, part) {
+            (false, _) => name.clone(),
+            (true, Part::Train) => format!("{name}, [rows.train]"),
+            (true, Part::Test) => format!("{name}, [rows.test]"),
+        };
         let at_rest = self.at_rest();
         let shaped = || -> anyhow::Result<_> {
             let rows = mapping.rows.of(part);
@@ -262,11 +268,11 @@ impl Importer<'_> {
             if !at_rest {
                 let cutoff_hz = mapping.filter.map(|filter| filter.cutoff_hz);
                 let told = &mut self.warnings;
-                stamps::regular(&mut channels, &mapping.time, cutoff_hz, &name, told)?;
+                stamps::regular(&mut channels, &mapping.time, cutoff_hz, &said, told)?;
             }
             self.derived.extend(cycles::derived(&channels, at_rest));
             if let Some(filter) = &mapping.filter {
-                shape::filter(&mut channels, filter, &name, &mut self.warnings)?;
+                shape::filter(&mut channels, filter, &said, &mut self.warnings)?;
             }
             let cycles = cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)?;
             Ok((cycles, channels))

@@ -164,7 +164,10 @@ fn hypotheses(diagnosis: &Diagnosis) -> Table {
             Cell::text(ranked.refused.as_deref().unwrap_or_default()),
         ]);
     }
-    table.explained("✓ named, alone or with others; ✗ refused")
+    table.explained(
+        "✓ named, alone or with others; ✗ refused; what unmarked ones have more than the answer is not worth its price, unless a \
+         note says otherwise",
+    )
 }
 
 fn regions(diagnosis: &Diagnosis) -> Table {

@@ -15,6 +15,8 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 const LATEST_S: f64 = 0.1;
 /// The same in cycles, in slower logs.
 const LATEST_CYCLES: f64 = 10.0;
+/// The same as a share of the shortest log: of what is later too little is left to compare.
+const LATEST_SHARE: f64 = 0.25;
 /// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
 /// neither from one that falls all the way nor from less friction with a higher peak.
 const FALLEN: f64 = 0.5;
@@ -33,6 +35,8 @@ pub struct Pace {
     pub cycle_s: f64,
     /// Root mean square of the velocity along the guide, in the log where that is largest, m/s or rad/s.
     pub speed: f64,
+    /// Duration of the shortest log, s.
+    pub shortest_s: f64,
 }
 
 impl Pace {
@@ -213,7 +217,7 @@ impl LoadEffect {
             return [low, high];
         }
         if self.is_late_reading() {
-            let latest = LATEST_S * logs.slower();
+            let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
             return [low, high].map(|end| end.clamp(-latest, latest));
         }
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
