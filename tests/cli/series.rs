@@ -57,6 +57,15 @@ fn the_series_are_those_that_the_comparison_judges() {
         "0.8",
     ];
     assert_eq!(softdock(&folder, &short).code, Some(0));
+    let both = ["compare", "model.toml", "run.mcap", "short.mcap"];
+    let compared = softdock(&folder, &both);
+    assert_eq!(compared.code, Some(0), "{}", compared.stderr);
+    for name in ["== run.mcap\n", "\n== short.mcap\n"] {
+        assert!(compared.stdout.contains(name), "{}", compared.stdout);
+    }
+    let refused = softdock(&folder, &[&both[..], &["--report", "both.html"]].concat());
+    let expected = "--report, --series and --json expect one recording, received 2";
+    assert!(refused.stderr.contains(expected), "{}", refused.stderr);
     let short = softdock(&folder, &["compare", "model.toml", "short.mcap", "--json"]);
     let short: Value = serde_json::from_str(&short.stdout).unwrap();
     let curves = short["curves"].as_object().unwrap();

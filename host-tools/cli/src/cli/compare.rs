@@ -2,7 +2,7 @@
 
 use super::outputs::html_file;
 use super::{print, print_json};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde::Serialize;
 use softdock_analysis::compare::{Comparison, SeriesFile, compare};
@@ -19,14 +19,16 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock compare model.toml run.mcap --report compare.html
+         softdock compare model.toml test1.mcap test2.mcap
 
 softdock compare model.toml run.mcap --series series.parquet
 (time, measured, predicted, residual and sigma of each channel and axis as numbers)")]
 pub(super) struct Compare {
     /// Model file (TOML)
     model: PathBuf,
-    /// Recording (MCAP)
-    recording: PathBuf,
+    /// Recordings (MCAP), each compared by itself; --report, --series and --json take one
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
     /// Report to write (one HTML page)
     #[arg(long, value_name = "FILE.html", value_parser = html_file)]
     report: Option<PathBuf>,
@@ -68,16 +70,34 @@ fn curves(comparison: &Comparison) -> Option<BTreeMap<String, Values>> {
 
 impl Compare {
     fn refuse_overwrite(&self, output: &Path) -> Result<()> {
-        refuse_overwrite_of(&[&self.model, &self.recording], output, self.force)
+        let mut inputs = vec![self.model.as_path()];
+        inputs.extend(self.recordings.iter().map(PathBuf::as_path));
+        refuse_overwrite_of(&inputs, output, self.force)
     }
 
     pub(super) fn execute(self) -> Result<()> {
+        let several = self.recordings.len() > 1;
+        ensure!(
+            !several || !(self.json || self.report.is_some() || self.series.is_some()),
+            "--report, --series and --json expect one recording, received {}; call compare for each",
+            self.recordings.len()
+        );
         let model = Model::load(&self.model)?;
-        let recording = Recording::open(&self.recording)?;
+        for path in &self.recordings {
+            if several {
+                print(&format!("== {}\n", path.display()))?;
+            }
+            self.compared(&model, path)?;
+        }
+        Ok(())
+    }
+
+    fn compared(&self, model: &Model, path: &Path) -> Result<()> {
+        let recording = Recording::open(path)?;
         for note in recording.notes() {
             say!("note: {note}");
         }
-        let comparison = compare(&model, &recording)?;
+        let comparison = compare(model, &recording)?;
         if let Some(path) = &self.report {
             self.refuse_overwrite(path)?;
             let page = crate::pages::comparison::page(&comparison)?;
