@@ -71,6 +71,12 @@ fn irregular_stamps_are_refused_or_resampled_and_the_loss_is_said() {
     let lost: f64 = lost.split(' ').next().unwrap().parse().unwrap();
     // Of an amplitude of 0.1: it and its alias, which are not alike.
     assert!((0.07..0.11).contains(&lost), "{told}");
+    // Rows that are at the samples already need no word.
+    let regular = table("t,p,v", 2000, |n| {
+        format!("{},{}", 0.01 * n, motion(0.01 * n))
+    });
+    let logs = imported("mapping_resampled", &mapping, &[("log.csv", regular)]).unwrap();
+    assert_eq!(logs.warnings, Vec::<String>::new());
 }
 
 /// Every tenth row comes 2 µs after the one before instead of 5 ms: its stamp is a cycle too early, its value is not.

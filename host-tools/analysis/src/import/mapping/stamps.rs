@@ -210,7 +210,7 @@ fn gaps(
     }
 }
 
-/// Interpolates to equal steps, within the stretches between gaps or across them.
+/// Interpolates to equal steps, within the stretches between gaps or across them; rows that are there already need no word.
 fn resample(
     channels: &mut Channels,
     step_s: f64,
@@ -237,6 +237,10 @@ fn resample(
         })
         .collect();
     interpolate(channels, &samples, longest_s, &pieces);
+    let share = interpolated(rows, &samples, step_s);
+    if share <= 0.0 && samples.len() == rows.len() && found.len() == 1 {
+        return;
+    }
     let largest = rows.windows(2).map(|p| p[1] - p[0]).fold(0.0, f64::max);
     let what = match (found.len() - 1, gaps) {
         (0, _) => String::new(),
@@ -250,7 +254,7 @@ fn resample(
         rows.len(),
         samples.len(),
         number::significant(1.0 / step_s, 4),
-        100.0 * interpolated(rows, &samples, step_s),
+        100.0 * share,
         number::significant(largest, 3),
         number::significant(0.5 / step_s, 3),
         losses(&before, channels, longest_s)
