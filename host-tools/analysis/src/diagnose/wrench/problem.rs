@@ -112,6 +112,8 @@ impl Problem {
             if columns.iter().all(|c| c.0[axis].is_empty()) {
                 continue;
             }
+            // A library holds hundreds of them.
+            out.reserve_exact(self.segments.iter().map(|s| s.fresh.len()).sum());
             for (segment, column) in self.segments.iter().zip(columns) {
                 let series = &column.0[axis];
                 if series.is_empty() {

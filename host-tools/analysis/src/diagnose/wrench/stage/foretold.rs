@@ -52,16 +52,19 @@ impl Work<'_> {
     pub(super) fn settled(&self, start: Tested) -> (Option<Tested>, bool) {
         /// Effects in whose place others are looked for.
         const REPLACED: usize = 3;
-        let mut start = start;
+        let mut starts = vec![start];
         let mut ended = true;
         let mut replaced = 0;
         loop {
-            let (end, came_to_end) = match replaced <= REPLACED {
+            let ends = starts.into_iter().map(|start| match replaced <= REPLACED {
                 true => self.climbed(start),
                 false => (start, true),
-            };
-            ended &= came_to_end;
-            let Some(accepted) = self.pruned(end) else {
+            });
+            let ends: Vec<(Tested, bool)> = ends.collect();
+            ended &= ends.iter().all(|(_, came_to_end)| *came_to_end);
+            let ends = ends.into_iter().filter_map(|(end, _)| self.possible(end));
+            let end = ends.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+            let Some(accepted) = end.and_then(|end| self.pruned(end)) else {
                 return (None, ended);
             };
             let Some((rest, forms)) = self.misleading(&accepted) else {
@@ -70,11 +73,19 @@ impl Work<'_> {
             self.misled().extend(forms);
             replaced += 1;
             let rest = evaluate(self.library, rest, self.price);
-            let rest = rest.filter(|rest| !rest.parts.is_empty());
-            match rest.and_then(|rest| self.possible(self.test(&rest))) {
-                Some(rest) => start = rest,
-                None => return (None, ended),
-            }
+            let Some(rest) = rest.filter(|rest| !rest.parts.is_empty()) else {
+                return (None, ended);
+            };
+            // Signs that physics forbids may be right beside one more effect.
+            let rest = self.test(&rest);
+            starts = match self.is_possible(&rest) {
+                true => vec![rest],
+                false => self
+                    .possible(rest.clone())
+                    .into_iter()
+                    .chain([rest])
+                    .collect(),
+            };
         }
     }
 
