@@ -21,7 +21,7 @@ pub(super) struct LogToLog {
     pub parameter: (&'static str, &'static str),
     /// Its value in the logs of the fit.
     pub fitted: f64,
-    /// The value that each unseen log would have it.
+    /// The value that fits each unseen log.
     pub unseen: Vec<f64>,
     /// Error of the wrench on unseen data with the first, and with the others, in units of the noise.
     pub errors: [f64; 2],

@@ -15,7 +15,7 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 const LATEST_S: f64 = 0.1;
 /// The same in cycles, in slower logs.
 const LATEST_CYCLES: f64 = 10.0;
-/// The same as a share of the shortest log: of what is later too little is left to compare.
+/// The same as a share of the shortest log: of what is later too little is left to compare. Set by hand.
 const LATEST_SHARE: f64 = 0.25;
 /// Share of the usual speed (rms) of the logs at which the fall of a friction has ended: one that still falls beyond it is told
 /// neither from one that falls all the way nor from less friction with a higher peak.
