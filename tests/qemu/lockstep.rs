@@ -18,10 +18,10 @@ const CYCLES: usize = 25_000;
 const CHAPTER: usize = 2_500;
 /// Instructions for a whole answer: 1/16 ms at 480 MHz, if an instruction takes a cycle.
 const ANSWER_BUDGET: u32 = 30_000;
-/// The same with the predictor: 1/6 ms.
-const PREDICTOR_BUDGET: u32 = 80_000;
+/// The same with the predictor: 1/7 ms.
+const PREDICTOR_BUDGET: u32 = 68_000;
 /// The same with a lag and a servo believed behind the delay: 1/5 ms.
-const SERVO_BUDGET: u32 = 100_000;
+const SERVO_BUDGET: u32 = 95_000;
 /// Instructions for dynamics and delay law.
 const CONTROL_BUDGET: u32 = 6_000;
 /// Instructions of the Cortex-M3 for a whole answer: 3.5 of 4 ms at 100 MHz, if an instruction takes a

@@ -127,31 +127,61 @@ impl Decimal {
     /// The text of a number with at most [`Self::MAX_DECIMALS`] digits behind the point (more are taken for that
     /// many). Answering a telegram writes twelve numbers; this is several times cheaper than formatting them.
     pub(crate) fn text<'a>(&self, buffer: &'a mut [u8; Self::MAX_TEXT_BYTES]) -> &'a [u8] {
-        let mut rest = self.counts.unsigned_abs();
-        let decimals = usize::from(self.decimals.min(Self::MAX_DECIMALS));
-        let mut written = 0;
-        for place in buffer.iter_mut().rev() {
-            // The digit before the point is written even if it is zero.
-            let digits = written - usize::from(decimals > 0 && written > decimals);
-            if rest == 0 && digits > decimals {
-                if self.counts < 0 {
-                    *place = b'-';
-                    written += 1;
-                }
-                break;
-            }
-            if decimals > 0 && written == decimals {
-                *place = b'.';
-            } else {
-                // A remainder of ten fits.
-                *place = b'0' + (rest % 10) as u8;
-                rest /= 10;
-            }
-            written += 1;
-        }
-        let start = buffer.len() - written;
-        buffer.get(start..).unwrap_or_default()
+        let decimals = self.decimals.min(Self::MAX_DECIMALS);
+        let sign = (self.counts < 0).then_some(b'-');
+        text(sign, self.counts.unsigned_abs(), decimals.into(), buffer)
     }
+}
+
+/// The text of a whole number: as cheap as that of a [`Decimal`].
+pub(crate) fn count_text(count: u64, buffer: &mut [u8; Decimal::MAX_TEXT_BYTES]) -> &[u8] {
+    text(None, count, 0, buffer)
+}
+
+/// Sign, digits and point of `magnitude * 10^-decimals`, at the end of the buffer.
+fn text(
+    sign: Option<u8>,
+    magnitude: u64,
+    decimals: usize,
+    buffer: &mut [u8; Decimal::MAX_TEXT_BYTES],
+) -> &[u8] {
+    let (mut rest, mut written) = (magnitude, 0);
+    for place in buffer.iter_mut().rev() {
+        // The digit before the point is written even if it is zero.
+        let digits = written - usize::from(decimals > 0 && written > decimals);
+        if rest == 0 && digits > decimals {
+            if let Some(sign) = sign {
+                *place = sign;
+                written += 1;
+            }
+            break;
+        }
+        *place = if decimals > 0 && written == decimals {
+            b'.'
+        } else {
+            b'0' + last_digit(&mut rest)
+        };
+        written += 1;
+    }
+    let start = buffer.len() - written;
+    buffer.get(start..).unwrap_or_default()
+}
+
+/// Takes the last digit off a number. A microcontroller divides 32 bits by an instruction and 64 by a program.
+fn last_digit(number: &mut u64) -> u8 {
+    let digit = match u32::try_from(*number) {
+        Ok(short) => {
+            *number = (short / 10).into();
+            short % 10
+        }
+        Err(_) => {
+            let digit = *number % 10;
+            *number /= 10;
+            digit as u32
+        }
+    };
+    // A remainder of ten fits.
+    digit as u8
 }
 
 impl FromStr for Decimal {

@@ -14,8 +14,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Cycles that are handed to the writing thread at a time, and how many such batches may wait.
-const BATCH: usize = 64;
-const QUEUED_BATCHES: usize = 256;
+const BATCH: usize = 256;
+const QUEUED_BATCHES: usize = 64;
 
 /// Cycles on their way to the writing thread. It gives their memory back: what is new to a program, the kernel has to
 /// find and to clear first.

@@ -7,7 +7,7 @@ use super::{Field, RsiError};
 const SHORT_BYTES: usize = 15;
 
 /// Attribute names of a pose or a correction, in the order of the arrays in this crate.
-pub(super) const AXES: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
+pub(super) const AXES: [u8; 6] = *b"XYZABC";
 
 /// Receives the content of a telegram, element by element.
 ///
@@ -85,7 +85,7 @@ impl<T: Copy> SixAxes<T> {
         let slot = AXES
             .iter()
             .zip(&mut self.values)
-            .find(|(axis, _)| axis.as_bytes() == name);
+            .find(|(axis, _)| name == [**axis]);
         match slot {
             Some((_, slot)) => set_once(slot, parse(text, self.field)?, self.field, text.at),
             None => Ok(()),

@@ -148,7 +148,8 @@ pub fn write_rob(
         if let (Some(name), Some(stat)) = (tags.poscorr_stat, telegram.poscorr_stat) {
             write!(writer, "<{name}>{stat}</{name}>")?;
         }
-        write!(writer, "<IPOC>{}</IPOC></Rob>", telegram.ipoc)
+        writer.write_ipoc(telegram.ipoc)?;
+        writer.write_str("</Rob>")
     };
     write().map_err(|fmt::Error| RsiError::BufferTooSmall { available })?;
     Ok(writer.len())

@@ -71,7 +71,8 @@ fn write(
                 writer.write_ascii(part)?;
             }
         }
-        write!(writer, "<IPOC>{}</IPOC></Sen>", telegram.ipoc)
+        writer.write_ipoc(telegram.ipoc)?;
+        writer.write_str("</Sen>")
     };
     write().map_err(|fmt::Error| RsiError::BufferTooSmall { available })?;
     Ok(writer.len())

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::fields::AXES;
-use crate::decimal::Decimal;
+use crate::decimal::{Decimal, count_text};
 
 /// Appends text to a byte slice; fails, and leaves the rest as it is, when the slice is full.
 pub(super) struct Writer<'a> {
@@ -41,14 +41,19 @@ impl<'a> Writer<'a> {
     pub(super) fn write_axes(&mut self, element: &[u8], values: &[Decimal; 6]) -> fmt::Result {
         self.write_ascii(b"<")?;
         self.write_ascii(element)?;
-        for (axis, value) in AXES.iter().zip(values) {
-            self.write_ascii(b" ")?;
-            self.write_ascii(axis.as_bytes())?;
-            self.write_ascii(b"=\"")?;
+        for (axis, value) in AXES.into_iter().zip(values) {
+            self.write_ascii(&[b' ', axis, b'=', b'"'])?;
             self.write_ascii(value.text(&mut [0; Decimal::MAX_TEXT_BYTES]))?;
             self.write_ascii(b"\"")?;
         }
         self.write_ascii(b"/>")
+    }
+
+    /// Appends the element of the time stamp.
+    pub(super) fn write_ipoc(&mut self, ipoc: u64) -> fmt::Result {
+        self.write_ascii(b"<IPOC>")?;
+        self.write_ascii(count_text(ipoc, &mut [0; Decimal::MAX_TEXT_BYTES]))?;
+        self.write_ascii(b"</IPOC>")
     }
 
     /// Appends the first `max_chars` characters of `text` as XML character data. What is not printable ASCII, which

@@ -139,7 +139,7 @@ impl Approach {
 
     /// Runs the robot model through the commands: measured less model, and the model's rate.
     fn simulate(&self, model: &RobotModel, mut see: impl FnMut(f64, f64)) {
-        let mut axis = AxisState::default();
+        let (mut axis, mut position) = (AxisState::default(), 0.0);
         let unit = RobotModel {
             cycle_s: 1.0,
             ..model.clone()
@@ -150,8 +150,9 @@ impl Approach {
         };
         let whole = model.linear.whole;
         for k in 0..self.cycles {
-            axis.step(&unit, of(k, whole + 1), of(k, whole));
-            see(self.measured[k] - axis.position, axis.velocity);
+            let (displacement, velocity) = axis.step(&unit, of(k, whole + 1), of(k, whole));
+            position += displacement;
+            see(self.measured[k] - position, velocity);
         }
     }
 }
@@ -225,17 +226,18 @@ mod tests {
     ) -> (Approach, Vec<(usize, f64)>) {
         let start = V6::repeat(0.5) - velocity() * (2e-6 / velocity().norm());
         let mut approach = Approach::new(start, &velocity());
-        let (mut axis, mut commands, mut changes) = (AxisState::default(), Vec::new(), Vec::new());
+        let (mut axis, mut moved) = (AxisState::default(), 0.0);
+        let (mut commands, mut changes) = (Vec::new(), Vec::new());
         for k in 0..cycles {
             assert!(!approach.is_over());
             let command = (k as f64 / 20.0).min(1.0);
             commands.push(command);
             let of = |delay: usize| k.checked_sub(delay).map_or(0.0, |k| commands[k]);
             let whole = truth.linear.whole;
-            axis.step(truth, of(whole + 1), of(whole));
+            moved += axis.step(truth, of(whole + 1), of(whole)).0;
             let wave = (k as f64 * 12.9898).sin() * 43_758.545_3;
             let white = (wave - wave.floor() - 0.5) * 12.0_f64.sqrt();
-            let along = velocity() * (axis.position + noise * white / velocity().norm());
+            let along = velocity() * (moved + noise * white / velocity().norm());
             let position = V6::repeat(0.5) + along + V6::new(4.0, 0.0, 3.0, 1.0, 0.0, 0.0) * 1e-3;
             if let Some(later) = approach.take(&position, &(velocity() * command), believed) {
                 believed.linear.shift(later);

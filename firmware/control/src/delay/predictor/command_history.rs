@@ -6,7 +6,7 @@ use super::tuning::*;
 /// The velocities commanded in the last cycles.
 #[derive(Clone, Debug)]
 pub(super) struct CommandHistory {
-    ring: [[f64; 6]; COMMAND_HISTORY],
+    ring: [V6; COMMAND_HISTORY],
     /// Number of the next command.
     pub(super) next: usize,
 }
@@ -14,36 +14,28 @@ pub(super) struct CommandHistory {
 impl CommandHistory {
     pub(super) fn new() -> Self {
         Self {
-            ring: [[0.0; 6]; COMMAND_HISTORY],
+            ring: [V6::zeros(); COMMAND_HISTORY],
             next: 0,
         }
     }
 
     pub(super) fn push(&mut self, velocity: &V6) {
         if let Some(slot) = self.ring.get_mut(self.next % COMMAND_HISTORY) {
-            *slot = (*velocity).into();
+            *slot = *velocity;
         }
         self.next += 1;
     }
 
     /// The command that is executed in a cycle after a delay; zero before the first, and the newest
     /// one in place of one that is not sent yet.
-    pub(super) fn of(&self, cycle: usize, delay: usize) -> [f64; 6] {
-        let cycle = cycle.checked_sub(delay);
-        let slot = cycle.and_then(|cycle| self.slot(cycle));
-        slot.copied().unwrap_or_default()
-    }
-
-    /// The same of one axis, without a delay.
-    pub(super) fn of_axis(&self, cycle: usize, axis: usize) -> f64 {
-        let slot = self.slot(cycle).and_then(|slot| slot.get(axis));
-        slot.copied().unwrap_or_default()
-    }
-
-    fn slot(&self, cycle: usize) -> Option<&[f64; 6]> {
+    pub(super) fn of(&self, cycle: usize, delay: usize) -> V6 {
+        let Some(cycle) = cycle.checked_sub(delay) else {
+            return V6::zeros();
+        };
         let cycle = cycle.min(self.next.saturating_sub(1));
         let kept = cycle + COMMAND_HISTORY >= self.next;
-        self.ring.get(cycle % COMMAND_HISTORY).filter(|_| kept)
+        let slot = self.ring.get(cycle % COMMAND_HISTORY).filter(|_| kept);
+        slot.copied().unwrap_or_default()
     }
 }
 
@@ -55,7 +47,7 @@ mod tests {
     #[test]
     fn commands_are_remembered_for_as_long_as_the_longest_dead_time() {
         let mut commands = CommandHistory::new();
-        assert_eq!(commands.of(0, 0), [0.0; 6]);
+        assert_eq!(commands.of(0, 0), V6::zeros());
         for n in 0..200 {
             commands.push(&V6::from_fn(|axis, _| f64::from(n) + axis as f64 / 8.0));
         }
@@ -67,11 +59,9 @@ mod tests {
             (199, 76, None),
             (10, 20, None),
         ] {
-            let expected = |axis: usize| newest.map_or(0.0, |n| f64::from(n) + axis as f64 / 8.0);
-            assert_eq!(commands.of(cycle, delay), core::array::from_fn(expected));
-            if cycle >= delay {
-                assert_eq!(commands.of_axis(cycle - delay, 3), expected(3));
-            }
+            let expected =
+                |axis: usize, _| newest.map_or(0.0, |n| f64::from(n) + axis as f64 / 8.0);
+            assert_eq!(commands.of(cycle, delay), V6::from_fn(expected));
         }
     }
 }

@@ -59,15 +59,18 @@ impl ControlProblem<'_> {
         let now = self.cycle as f64;
         let taken: Deviations = self.reference.deviations(now, cycle_s);
         let ahead: Deviations = self.reference.deviations(now + self.delay(), cycle_s);
-        let damping_cycles = self.contact.map_or(0.0, |contact| {
-            contact.damping / (contact.stiffness * cycle_s)
+        let tracked = self.contact.map(|contact| {
+            let damping_cycles = contact.damping / (contact.stiffness * cycle_s);
+            (contact, self.matrix.tracking(damping_cycles))
         });
-        let tracking = self.matrix.tracking(damping_cycles);
-        let gradient = self.contact.map_or(V6::zeros(), |contact| contact.gradient);
-        let free = FreeResponse::new(self, &taken, &ahead, &gradient, &tracking.first_row);
+        let first_row = match &tracked {
+            Some((_, tracking)) => tracking.first_row,
+            None => self.matrix.undamped_row(),
+        };
+        let free = FreeResponse::new(self, &taken, &ahead, &first_row);
         let moves = free.first_move / cycle_s;
-        let preload_rate = self.contact.map_or(0.0, |contact| {
-            self.preload_rate(&contact, &free, &tracking, &taken)
+        let preload_rate = tracked.as_ref().map_or(0.0, |(contact, tracking)| {
+            self.preload_rate(contact, &free, tracking, &taken)
         });
         let preload = self.reference.push * preload_rate;
         let base = self.base(&ahead);
@@ -462,7 +465,7 @@ mod tests {
                     ..robot.clone()
                 };
                 let mut scene = Scene::straight(&actuator, (21.0, 0.0), since);
-                scene.robot.shift(&V6::repeat(1e-3));
+                scene.robot.position += V6::repeat(1e-3);
                 let command = scene.ask(|problem| problem.solve());
                 let sum = scene.velocity + command.tracking + command.preload;
                 let (mut expected, _) = limited(sum, &scene.reference.velocity);
@@ -489,7 +492,7 @@ mod tests {
             ((13.0, 0.0), 15.8, true),
         ] {
             let mut scene = Scene::straight(&actuator, contact, since);
-            scene.robot.shift(&V6::repeat(1e-3));
+            scene.robot.position += V6::repeat(1e-3);
             let velocity = scene.ask(|problem| problem.solve().velocity);
             assert_eq!(velocity[0] < 0.0, turns, "{contact:?} {since}: {velocity}");
         }

@@ -37,8 +37,8 @@ impl DelayTracker {
     /// A cycle: measured position less the model's without feedback (m), and the robot model.
     #[inline(never)]
     pub(super) fn add(&mut self, residual: &V6, robot: &RobotState, cycle_s: f64) {
-        for (i, (mean, axis)) in self.means.iter_mut().zip(&robot.0).enumerate() {
-            let rate = axis.velocity * cycle_s;
+        for (i, mean) in self.means.iter_mut().enumerate() {
+            let rate = robot.velocity[i] * cycle_s;
             mean.peak = (mean.peak * PEAK_FORGETTING).max(rate.abs());
             if rate.abs() < REVERSAL_BAND * mean.peak {
                 mean.weight = 0.0;
@@ -94,7 +94,7 @@ mod tests {
             let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
             let mut residual = V6::zeros();
             for (i, speed) in [(0, 0.005), (4, -0.002)] {
-                robot.0[i].velocity = speed * rate;
+                robot.velocity[i] = speed * rate;
                 let apart = if rate.abs() < 0.25 {
                     1.0
                 } else {
@@ -152,7 +152,7 @@ mod tests {
             let mut robot = RobotState::default();
             for n in 0..16 {
                 let rate = (f64::from(n) * core::f64::consts::PI / 40.0).cos();
-                robot.0[2].velocity = 0.005 * rate;
+                robot.velocity[2] = 0.005 * rate;
                 let later = if n < 8 { all } else { all - shifted };
                 if n == 8 {
                     tracker.shift(shifted);
@@ -193,7 +193,7 @@ mod tests {
         let (mut weight, mut sums) = (0.0, [0.0; 2]);
         for n in 0..50 {
             let (rate, residual) = (1.0 + 0.1 * f64::from(n % 7), 1e-5 * f64::from(n % 5));
-            robot.0[2].velocity = rate / CYCLE_S;
+            robot.velocity[2] = rate / CYCLE_S;
             tracker.add(&V6::new(0.0, 0.0, residual, 0.0, 0.0, 0.0), &robot, CYCLE_S);
             weight = weight * (63.0 / 64.0) + 1.0;
             for (sum, value) in sums.iter_mut().zip([residual, rate]) {
@@ -210,7 +210,7 @@ mod tests {
     fn an_axis_near_its_reversal_is_left_out_until_its_peak_is_forgotten() {
         let (mut tracker, mut robot) = (DelayTracker::default(), RobotState::default());
         let mut add = |rate: f64| {
-            robot.0[0].velocity = rate / CYCLE_S;
+            robot.velocity[0] = rate / CYCLE_S;
             tracker.add(&V6::zeros(), &robot, CYCLE_S);
             tracker.means[0].weight > 0.0
         };

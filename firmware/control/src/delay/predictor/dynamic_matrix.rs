@@ -31,6 +31,8 @@ pub(super) struct DynamicMatrix {
     dead: usize,
     /// Gᵀ G, lower triangle.
     gram: SMatrix<f64, CONTROL_HORIZON, CONTROL_HORIZON>,
+    /// [`Self::undamped_row`], once it was asked for.
+    undamped_row: Option<Trajectory>,
 }
 
 /// The tracking law with the move suppression of this cycle.
@@ -63,7 +65,21 @@ impl DynamicMatrix {
             response,
             dead,
             gram,
+            undamped_row: None,
         }
+    }
+
+    /// Finds what each cycle in free flight needs, once; not where the matrix is made, which may be deep in the stack.
+    pub(super) fn prepare(&mut self) {
+        if self.undamped_row.is_none() {
+            self.undamped_row = Some(self.tracking(0.0).first_row);
+        }
+    }
+
+    /// [`Tracking::first_row`] without a damping.
+    pub(super) fn undamped_row(&self) -> Trajectory {
+        self.undamped_row
+            .unwrap_or_else(|| self.tracking(0.0).first_row)
     }
 
     /// For a contact of this damping over stiffness, in cycles.

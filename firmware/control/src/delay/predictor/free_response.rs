@@ -20,14 +20,13 @@ pub(super) struct FreeResponse {
 }
 
 impl FreeResponse {
-    /// With what the contact takes away of the reference from now on, and from a delay ahead on, along a gradient; each error
-    /// counts in the first moves as the row of the tracking law says.
+    /// With what the contact takes away of the reference from now on, and from a delay ahead on; each error counts in the first
+    /// moves as the row of the tracking law says.
     #[inline(never)]
     pub(super) fn new(
         problem: &ControlProblem<'_>,
         taken: &Deviations,
         ahead: &Deviations,
-        gradient: &V6,
         first_row: &Trajectory,
     ) -> Self {
         let reference = &problem.reference;
@@ -39,71 +38,53 @@ impl FreeResponse {
             later += first * t as f64;
             lost += first * taken.displacement;
         }
-        let mut free = Self {
-            first_move: start * sum + per_cycle * later - push * lost,
-            error: [0.0; PREDICTION_HORIZON + 1],
-            position: [0.0; PREDICTION_HORIZON + 1],
-        };
-        let mut robot = problem.robot;
-        let changes = changes(problem, ahead);
-        let mut commands = [0.0; PREDICTION_HORIZON + 1];
-        for (i, axis) in robot.0.iter_mut().enumerate() {
-            executed(problem, i, &changes, &mut commands);
-            let mut path = [axis.position; PREDICTION_HORIZON + 1];
-            let [_, ahead @ ..] = &mut path;
-            axis.follow(problem.model, &commands, ahead);
-            let (mut moved, gradient) = (0.0, gradient[i]);
-            for ((first, position), at) in first_row.iter().zip(&mut free.position).zip(path) {
-                moved += first * at;
-                *position += gradient * at;
+        let gradient = problem.contact.map(|contact| contact.gradient);
+        let mut position = [0.0; PREDICTION_HORIZON + 1];
+        let (mut robot, mut moved) = (problem.robot, V6::zeros());
+        let mut older = executed(problem, ahead, 0);
+        for (t, (first, position)) in first_row.iter().zip(&mut position).enumerate() {
+            if t > 0 {
+                let newer = executed(problem, ahead, t);
+                robot.step(problem.model, &older, &newer);
+                older = newer;
             }
-            free.first_move[i] -= moved;
+            moved += robot.position * *first;
+            if let Some(gradient) = &gradient {
+                let along = gradient.iter().zip(&robot.position);
+                *position = along.map(|(gradient, at)| gradient * at).sum();
+            }
         }
-        let (start, rate, push) = (
-            gradient.dot(&start),
-            gradient.dot(&per_cycle),
-            gradient.dot(push),
-        );
-        for (t, (error, position)) in free.error.iter_mut().zip(&free.position).enumerate() {
-            *error = start + rate * t as f64 - push * taken[t].displacement - position;
+        let error = gradient.map_or([0.0; PREDICTION_HORIZON + 1], |gradient| {
+            let along = |v: &V6| gradient.dot(v);
+            let (start, rate, push) = (along(&start), along(&per_cycle), along(push));
+            core::array::from_fn(|t| {
+                start + rate * t as f64 - push * taken[t].displacement - position[t]
+            })
+        });
+        Self {
+            first_move: start * sum + per_cycle * later - push * lost - moved,
+            error,
+            position,
         }
-        free
     }
 }
 
-/// What the contact takes away of the velocity of the reference, a delay ahead of each cycle of the
-/// horizon.
-fn changes(problem: &ControlProblem<'_>, ahead: &Deviations) -> Trajectory {
-    let per_displacement = 1.0 / problem.model.cycle_s;
-    let mut changes = [ahead[PREDICTION_HORIZON].velocity; PREDICTION_HORIZON + 1];
-    for (change, pair) in changes.iter_mut().zip(ahead.windows(2)) {
-        if let [now, next] = pair {
-            *change = (next.displacement - now.displacement) * per_displacement;
-        }
-    }
-    changes
-}
-
-/// The commands that an axis executes: each cycle of the horizon begins with one of them and ends
-/// with the next. First those that are sent, then the reference.
-fn executed(
-    problem: &ControlProblem<'_>,
-    axis: usize,
-    changes: &Trajectory,
-    commands: &mut Trajectory,
-) {
+/// The commands with which the axes end a cycle of the horizon and begin the next. First those that are sent, then the reference.
+fn executed(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> V6 {
     let reference = &problem.reference;
-    let (velocity, push) = (reference.velocity[axis], reference.push[axis]);
-    let before = problem.model.linear.whole as isize + 1 - problem.latency as isize;
-    let (sent, later) = (before.max(0) as usize, (-before).max(0) as usize);
-    let sent = sent.min(commands.len());
-    let (old, new) = commands.split_at_mut(sent);
-    for (t, command) in old.iter_mut().enumerate() {
-        let cycle = (problem.cycle + t).checked_add_signed(-before);
-        *command = cycle.map_or(0.0, |cycle| problem.commands.of_axis(cycle, axis));
-    }
-    let [.., last] = changes;
-    for (t, command) in new.iter_mut().enumerate() {
-        *command = velocity - push * changes.get(later + t).unwrap_or(last);
+    let sent = problem.model.linear.whole + 1;
+    let Some(new) = (t + problem.latency).checked_sub(sent) else {
+        let cycle = (problem.cycle + t + problem.latency).checked_sub(sent);
+        return cycle.map_or(V6::zeros(), |cycle| problem.commands.of(cycle, 0));
+    };
+    reference.velocity - reference.push * change(problem, ahead, new)
+}
+
+/// What the contact takes away of the velocity of the reference in a cycle that is a delay ahead, m/s.
+fn change(problem: &ControlProblem<'_>, ahead: &Deviations, t: usize) -> f64 {
+    let per_displacement = 1.0 / problem.model.cycle_s;
+    match (ahead.get(t), ahead.get(t + 1)) {
+        (Some(now), Some(next)) => (next.displacement - now.displacement) * per_displacement,
+        _ => ahead[PREDICTION_HORIZON].velocity,
     }
 }

@@ -7,6 +7,7 @@
 //!
 //! Times are in cycles, velocities in units of the command.
 
+use super::V6;
 use super::tuning::*;
 use crate::delay::actuator::ActuatorSettings;
 use nalgebra::{Matrix5, Vector5};
@@ -187,6 +188,12 @@ impl LinearDynamics {
         })
     }
 
+    /// Displacement of a pure dead time in a cycle, in cycles, by both segments of all axes: were there no pause.
+    #[inline]
+    pub(super) fn dead_time_displacement(&self, older: &V6, newer: &V6) -> V6 {
+        older * self.fraction + newer * (1.0 - self.fraction)
+    }
+
     /// Displacement after 0, 1, 2 ... cycles of a unit command that lasts for the first cycle alone; the
     /// `advance` cycles before it are left out.
     pub(super) fn pulse_response<const N: usize>(&self, advance: usize) -> [f64; N] {
@@ -233,7 +240,6 @@ fn exponential(m: &Matrix5<f64>) -> Matrix5<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::delay::predictor::V6;
     use crate::delay::predictor::command_history::CommandHistory;
     use crate::delay::predictor::robot_model::{RobotModel, RobotState};
     use crate::delay::predictor::scene::robot;
@@ -261,7 +267,7 @@ mod tests {
                 let response: [f64; 50] = model.linear.pulse_response(latency);
                 for n in 0..response.len() + latency {
                     if let Some(t) = n.checked_sub(latency) {
-                        let way = axes.position()[0] / CYCLE_S;
+                        let way = axes.position[0] / CYCLE_S;
                         assert!((response[t] - way).abs() < 1e-12, "{settings:?} {t}: {way}");
                     }
                     axes.step_sent(&model, &commands, n);

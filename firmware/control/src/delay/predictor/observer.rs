@@ -69,7 +69,7 @@ impl Observer {
     pub(super) fn new<S: Scalar>(input: &LawInput<'_, S>) -> Self {
         let (measured, abc) = positions(input.measured);
         let mut robot = RobotState::default();
-        robot.shift(&measured);
+        robot.position += measured;
         let at_rest = AtForce {
             position: [measured; LATENCIES],
             velocity: [V6::zeros(); LATENCIES],
@@ -111,12 +111,12 @@ impl Observer {
         self.commands.push(&command);
         self.robot.step_sent(model, &self.commands, self.cycle);
         self.cycle += 1;
-        let error = self.measured - self.robot.position();
+        let error = self.measured - self.robot.position;
         self.open_loop_error = error + self.fed_back;
         self.noise.take(&error, feedback.in_flight);
         let corrected = error * feedback.gain;
         self.fed_back += corrected;
-        self.robot.shift(&corrected);
+        self.robot.position += corrected;
         let (left, variance) = (error - corrected, self.noise.variance(feedback.noise_m));
         self.unlike_model =
             V6::from_fn(|i, _| shrunk(left[i], variance[i], INNOVATION_SIGNIFICANCE));
@@ -128,8 +128,8 @@ impl Observer {
         self.previous = self.at_force.position;
         let mut robot = self.robot;
         for l in 0..LATENCIES {
-            self.at_force.position[l] = robot.position() + self.unlike_model;
-            self.at_force.velocity[l] = robot.velocity();
+            self.at_force.position[l] = robot.position + self.unlike_model;
+            self.at_force.velocity[l] = robot.velocity;
             self.at_force.resumed[l] = robot.resumed();
             if l == believed {
                 self.believed_at_force = (l, robot);
@@ -262,7 +262,7 @@ mod tests {
             for axis in [0, 3] {
                 assert!((command[axis] - 0.005).abs() < 1e-12);
                 let left = apart * (1.0 - gain).powi(n + 1);
-                let found = observer.measured[axis] - observer.robot.position()[axis];
+                let found = observer.measured[axis] - observer.robot.position[axis];
                 assert!((found - left).abs() < 1e-15, "{n}: {found}");
                 assert!((observer.open_loop_error[axis] - apart).abs() < 1e-15);
                 // What is more than four standard deviations of noise is no noise.
@@ -299,7 +299,7 @@ mod tests {
                     "{n} {l}: {velocity} {rate}"
                 );
                 assert!(!observer.at_force.resumed[l]);
-                let robot = observer.robot_at_force(&model, l).position()[0];
+                let robot = observer.robot_at_force(&model, l).position[0];
                 assert_eq!(robot, position, "{n} {l}");
             }
         }

@@ -22,7 +22,8 @@ impl Pause {
     /// all cycles.
     #[inline]
     pub(super) fn goes_on(&self, v: f64) -> bool {
-        self.left <= 0.0 && !self.resumes && (v * self.direction > 0.0 || v == 0.0)
+        let moves_on = v * self.direction > 0.0 || v.abs() <= ZERO_VELOCITY;
+        self.left <= 0.0 && !self.resumes && moves_on
     }
 
     /// Executes a segment with pauses of `length` cycles; answers the displacement.

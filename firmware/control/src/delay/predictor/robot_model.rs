@@ -32,125 +32,57 @@ impl RobotModel {
     }
 }
 
-/// State of one axis.
+/// What an axis has in it besides position and velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AxisState {
     state: [f64; 3],
     pause: Pause,
-    /// Position, m.
-    pub(super) position: f64,
-    /// Velocity at the end of the last cycle, before the next command arrives, m/s.
-    pub(super) velocity: f64,
 }
 
 impl AxisState {
-    /// Executes a cycle with the command of its first part and that of the rest.
+    /// Executes a cycle with the command of its first part and that of the rest: its displacement (m) and the velocity at
+    /// its end (m/s).
     #[inline]
-    pub(super) fn step(&mut self, model: &RobotModel, older: f64, newer: f64) {
+    pub(super) fn step(&mut self, model: &RobotModel, older: f64, newer: f64) -> (f64, f64) {
         let first = model.linear.first_segment(older);
         let segment = model.linear.step(&mut self.state, older, newer);
-        self.execute(model, first, segment);
-    }
-
-    #[inline]
-    fn execute(&mut self, model: &RobotModel, first: Option<Segment>, segment: Segment) {
         self.pause.ended = false;
         let before = first
             .as_ref()
             .is_none_or(|first| self.pause.goes_on(first.end));
-        let displacement = if before && self.pause.goes_on(segment.end) {
-            self.velocity = segment.end;
-            first.map_or(0.0, |first| first.displacement) + segment.displacement
+        let (displacement, velocity) = if before && self.pause.goes_on(segment.end) {
+            let displacement = first.map_or(0.0, |first| first.displacement);
+            (displacement + segment.displacement, segment.end)
         } else {
             self.reverse(first.as_ref(), &segment, model.pause)
         };
-        self.position += displacement * model.cycle_s;
+        (displacement * model.cycle_s, velocity)
     }
 
-    /// Executes the cycles that begin with one of the commands and end with the next; `path` gets the position after each.
-    pub(super) fn follow(&mut self, model: &RobotModel, commands: &[f64], path: &mut [f64]) {
-        if !model.linear.is_dead_time {
-            let [mut older, ref later @ ..] = *commands else {
-                return;
-            };
-            for (at, newer) in path.iter_mut().zip(later) {
-                let segment = model.linear.respond(&mut self.state, older, *newer);
-                self.execute(model, None, segment);
-                *at = self.position;
-                older = *newer;
-            }
-            return;
-        }
-        let mut done = 0;
-        while let (Some(commands @ [older, newer, ..]), Some(left)) =
-            (commands.get(done..), path.get_mut(done..))
-        {
-            let steady = self.go_on(model, commands, left);
-            if let (0, Some(at)) = (steady, left.first_mut()) {
-                self.step(model, *older, *newer);
-                *at = self.position;
-            }
-            done += steady.max(1);
-        }
-    }
-
-    /// The same of a pure dead time, up to the first cycle in which it turns, stands or starts; how many cycles that are.
-    fn go_on(&mut self, model: &RobotModel, commands: &[f64], path: &mut [f64]) -> usize {
-        let fraction = model.linear.fraction;
-        let [first, later @ ..] = commands else {
-            return 0;
-        };
-        let goes_on = |command: &f64| self.pause.goes_on(*command);
-        if fraction > 0.0 && !goes_on(first) {
-            return 0;
-        }
-        let possible = later.iter().take(path.len());
-        let count = possible.take_while(|newer| goes_on(newer)).count();
-        let (mut position, mut older) = (self.position, *first);
-        for (at, newer) in path.iter_mut().zip(later).take(count) {
-            let before = if fraction > 0.0 {
-                older * fraction
-            } else {
-                0.0
-            };
-            position += (before + newer * (1.0 - fraction)) * model.cycle_s;
-            *at = position;
-            older = *newer;
-        }
-        if count > 0 {
-            self.pause.ended = false;
-            (self.position, self.velocity) = (position, older);
-        }
-        count
-    }
-
-    /// A cycle with a reversal, a pause or a start; the displacement.
+    /// A cycle with a reversal, a pause or a start: displacement, in cycles, and velocity.
     #[inline(never)]
-    fn reverse(&mut self, first: Option<&Segment>, segment: &Segment, pause: f64) -> f64 {
+    fn reverse(&mut self, first: Option<&Segment>, segment: &Segment, pause: f64) -> (f64, f64) {
         let mut displacement = first.map_or(0.0, |first| self.pause.execute(first, pause));
         displacement += self.pause.execute(segment, pause);
         let stands = self.pause.left > 0.0;
-        self.velocity = if stands { 0.0 } else { segment.end };
-        displacement
+        (displacement, if stands { 0.0 } else { segment.end })
     }
 }
 
 /// State of the six axes at one instant.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RobotState(pub(super) [AxisState; 6]);
+pub(super) struct RobotState {
+    /// Positions, m.
+    pub(super) position: V6,
+    /// Velocities at the end of the last cycle, before the next command arrives, m/s.
+    pub(super) velocity: V6,
+    axes: [AxisState; 6],
+}
 
 impl RobotState {
-    pub(super) fn position(&self) -> V6 {
-        V6::from(self.0.map(|axis| axis.position))
-    }
-
-    pub(super) fn velocity(&self) -> V6 {
-        V6::from(self.0.map(|axis| axis.velocity))
-    }
-
     /// Whether an axis came out of a pause within the last cycle: its velocity is not that of the cycle.
     pub(super) fn resumed(&self) -> bool {
-        self.0.iter().any(|axis| axis.pause.ended)
+        self.axes.iter().any(|axis| axis.pause.ended)
     }
 
     /// Executes the cycle of that number with the commands that were sent.
@@ -162,16 +94,36 @@ impl RobotState {
     ) {
         let newer = commands.of(cycle, model.linear.whole);
         let older = commands.of(cycle, model.linear.whole + 1);
-        for (i, axis) in self.0.iter_mut().enumerate() {
-            axis.step(model, older[i], newer[i]);
+        self.step(model, &older, &newer);
+    }
+
+    /// Executes a cycle with the commands of its first part and those of the rest.
+    #[inline]
+    pub(super) fn step(&mut self, model: &RobotModel, older: &V6, newer: &V6) {
+        if model.linear.is_dead_time && self.goes_on(model, older, newer) {
+            self.position += model.linear.dead_time_displacement(older, newer) * model.cycle_s;
+            self.velocity = *newer;
+            self.axes
+                .iter_mut()
+                .for_each(|axis| axis.pause.ended = false);
+            return;
+        }
+        for (i, axis) in self.axes.iter_mut().enumerate() {
+            let (displacement, velocity) = axis.step(model, older[i], newer[i]);
+            self.position[i] += displacement;
+            self.velocity[i] = velocity;
         }
     }
 
-    /// Moves the positions.
-    pub(super) fn shift(&mut self, by: &V6) {
-        for (axis, by) in self.0.iter_mut().zip(by.iter()) {
-            axis.position += by;
-        }
+    /// Whether no axis turns, stands or starts with these commands: nearly all cycles, which all axes together execute at a
+    /// fraction of the instructions.
+    #[inline]
+    fn goes_on(&self, model: &RobotModel, older: &V6, newer: &V6) -> bool {
+        let begins = model.linear.fraction > 0.0;
+        let mut axes = self.axes.iter().zip(older).zip(newer);
+        axes.all(|((axis, older), newer)| {
+            axis.pause.goes_on(*newer) && (!begins || axis.pause.goes_on(*older))
+        })
     }
 }
 
@@ -215,7 +167,7 @@ mod tests {
             robot.step_sent(&model, &commands, cycle);
             plant.step(command);
             let truth = plant.log().moments[cycle].position;
-            let error = robot.position() - V6::from(truth);
+            let error = robot.position - V6::from(truth);
             let near = error.iter().all(|error| error.abs() < bound);
             assert!(near, "{actuator:?} in cycle {cycle}: {error}");
         }
@@ -249,29 +201,32 @@ mod tests {
             }
         }
     }
-    /// In every bit, whatever the robot and wherever it turns, rests and starts; from rest, and from the last cycle before one.
+    /// In every bit, whatever the robot and wherever its axes turn, rest and start; from rest, and from the last cycle before one.
     #[test]
-    fn following_commands_is_executing_each() {
-        let commands: [f64; 120] = core::array::from_fn(|n| {
+    fn all_axes_at_once_move_as_each_does() {
+        let command = |n: usize, axis: usize| {
             let t = n as f64 * CYCLE_S;
             let command = 0.005 * (9.0 * t).sin() + 0.002 * (61.0 * t).cos();
-            if n % 40 < 9 { 0.0 } else { command }
-        });
+            let rests = (n + 7 * axis) % 40 < 9;
+            if rests { 0.0 } else { command }
+        };
+        let commands = |n| V6::from_fn(|axis, _| command(n, axis));
         for (delay, lag_s) in [(2.0, 0.0), (2.3, 0.0), (0.0, 0.0), (1.5, 0.016)] {
             for (pause, first) in [(0.0, 0), (0.4, 0), (4.0, 0), (0.4, 79), (4.0, 79)] {
                 let model = RobotModel::new(&robot(delay, pause, lag_s, 0.0), CYCLE_S, 0.0);
-                let commands = &commands[first..];
-                let mut each = AxisState::default();
-                let expected = commands.windows(2).map(|pair| {
-                    each.step(&model, pair[0], pair[1]);
-                    each.position.to_bits()
-                });
-                let expected: Vec<u64> = expected.collect();
-                let (mut at_once, mut path) = (AxisState::default(), vec![0.0; expected.len()]);
-                at_once.follow(&model, commands, &mut path);
-                let found: Vec<u64> = path.into_iter().map(f64::to_bits).collect();
-                assert_eq!(found, expected);
-                assert_eq!(format!("{at_once:?}"), format!("{each:?}"));
+                let (mut at_once, mut each) = (RobotState::default(), RobotState::default());
+                for n in first..120 {
+                    let (older, newer) = (commands(n), commands(n + 1));
+                    at_once.step(&model, &older, &newer);
+                    for i in 0..6 {
+                        let (displacement, velocity) =
+                            each.axes[i].step(&model, older[i], newer[i]);
+                        each.position[i] += displacement;
+                        each.velocity[i] = velocity;
+                    }
+                    // Its text has all digits.
+                    assert_eq!(format!("{at_once:?}"), format!("{each:?}"), "{n}");
+                }
             }
         }
     }
@@ -305,7 +260,7 @@ mod tests {
                     let now = n as f64 + 1.0;
                     let rest = (now - turns - pause).max(0.0) * if again { 1.0 } else { -1.0 };
                     let position = (now.min(turns) - delay).max(0.0) + rest;
-                    let found = axes.position()[0] / CYCLE_S;
+                    let found = axes.position[0] / CYCLE_S;
                     let place = format!("{delay} {pause} {again} at {now}: {found}");
                     assert!((found - position).abs() < 1e-9, "{place}, not {position}");
                     let ends = turns + pause;
@@ -316,7 +271,7 @@ mod tests {
                         _ if now <= turns + 1e-9 || again => 1.0,
                         _ => -1.0,
                     };
-                    assert_eq!(axes.velocity()[0], velocity, "{place}");
+                    assert_eq!(axes.velocity[0], velocity, "{place}");
                     let ended = pause > 0.0 && ends < now + 1e-9 && ends > now - 1.0 + 1e-9;
                     assert_eq!(axes.resumed(), ended, "{place}");
                 }
@@ -331,14 +286,5 @@ mod tests {
         assert!((model.linear.mean_delay - 13.0).abs() < 1e-9);
         assert!((model.execution_delay(3) - 10.0).abs() < 1e-9);
         assert_eq!(model.execution_delay(14), 0.0);
-    }
-
-    #[test]
-    fn a_state_that_is_shifted_has_moved() {
-        let mut state = RobotState::default();
-        let by = V6::new(1.0, -2.0, 3.0, 0.1, 0.2, -0.3);
-        state.shift(&by);
-        state.shift(&by);
-        assert_eq!(state.position(), by * 2.0);
     }
 }

@@ -44,7 +44,7 @@ impl Scene {
         let mut robot = RobotState::default();
         (0..CYCLE + latency).for_each(|n| robot.step_sent(&model, &commands, n));
         let place = reference.position_at(CYCLE as f64, CYCLE_S) + V6::repeat(1e-6);
-        robot.shift(&(place - robot.position()));
+        robot.position += place - robot.position;
         let [taken] = reference.deviations(CYCLE as f64, CYCLE_S);
         Self {
             model,
@@ -82,7 +82,7 @@ impl Scene {
         }
         scene.commands.next = CYCLE;
         let place = scene.reference.position_at(CYCLE as f64, CYCLE_S);
-        scene.robot.shift(&(place - scene.robot.position()));
+        scene.robot.position += place - scene.robot.position;
         scene
     }
 
@@ -116,7 +116,7 @@ impl Scene {
         let (mut commands, mut robot) = (self.commands.clone(), self.robot);
         let mut positions = Vec::new();
         for t in 0..=PREDICTION_HORIZON {
-            positions.push(robot.position());
+            positions.push(robot.position);
             let sent = self.base(t) + more.get(t).copied().unwrap_or_default();
             commands.push(&sent);
             // A robot without a dead time whose pose is late executes what is sent later still.

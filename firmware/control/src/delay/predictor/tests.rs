@@ -176,8 +176,8 @@ fn a_robot_that_is_later_than_believed_is_noticed_on_the_approach() {
             docking.status
         );
         let observer = observer(&docking);
-        let apart = observer.robot.position()[0]
-            - docking.plant.log().moments[docking.cycle - 2].position[0];
+        let apart =
+            observer.robot.position[0] - docking.plant.log().moments[docking.cycle - 2].position[0];
         assert!(apart.abs() < 1e-9, "{apart}");
         let restitution = docking.bounce();
         assert!((restitution - 1.0).abs() < 2e-3, "{delay_s}: {restitution}");
@@ -289,7 +289,7 @@ fn a_contact_that_is_not_understood_is_kept_passive_and_the_next_led_by_the_fall
             assert!(speed.contains(&restitution), "{guard} {n}: {restitution}");
             // It was not where the model is; from now on the model is where it is.
             let observer = observer(&docking);
-            let apart = observer.model - observer.robot.position();
+            let apart = observer.model - observer.robot.position;
             assert!(n == 0 || apart[0].abs() < 2e-4, "{n}: {apart}");
             assert!(!docking.seen.has(LawFlags::MEMORY));
         }

@@ -29,7 +29,7 @@ impl Supervisor {
         }
         // Until the approach is known the model is where the robot is: both are in phase.
         if contact.is_none() && !self.has_started() {
-            observer.model = robot.position() + velocity * cycle_s;
+            observer.model = robot.position + velocity * cycle_s;
             return self.output(LawOutput::of(input.model_end));
         }
         let (reference, estimate) = match &contact {
@@ -39,6 +39,9 @@ impl Supervisor {
             ),
             None => self.reference_ahead(observer, &velocity),
         };
+        if estimate.is_none() {
+            self.matrix.prepare();
+        }
         let problem = ControlProblem {
             cycle: observer.cycle,
             model: &self.model,
@@ -66,7 +69,7 @@ impl Supervisor {
             contact.preload.advance(command.preload_rate * cycle_s);
         }
         if self.fallback.trust <= 0.0 {
-            observer.model = robot.position();
+            observer.model = robot.position;
         }
         observer.model += velocity * cycle_s;
         let mut output = LawOutput::of(observer.map.twist(&command.velocity));

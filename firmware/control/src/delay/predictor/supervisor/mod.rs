@@ -154,8 +154,8 @@ impl Supervisor {
     fn change_delay(&mut self, observer: &mut Observer, later: f64) {
         self.model.linear.shift(later);
         // The robot has gone straight for a while: its model is so much further behind.
-        let behind = observer.robot.velocity() * (-later * self.model.cycle_s);
-        observer.robot.shift(&behind);
+        let behind = observer.robot.velocity * (-later * self.model.cycle_s);
+        observer.robot.position += behind;
         self.matrix = DynamicMatrix::new(&self.model, self.latency);
     }
 
@@ -244,10 +244,10 @@ mod tests {
                 .robot
                 .step_sent(&supervisor.model, &observer.commands, cycle);
         }
-        let before = observer.robot.position()[0];
+        let before = observer.robot.position[0];
         supervisor.change_delay(&mut observer, 1.5);
         assert_near(
-            before - observer.robot.position()[0],
+            before - observer.robot.position[0],
             1.5 * 0.005 * CYCLE_S,
             1e-9,
         );
