@@ -148,6 +148,9 @@ impl Direction {
     /// The direction at the next instant, `step_s` later; the velocity (m/s) is straight between the two.
     pub fn advance(&mut self, velocity: f64, step_s: f64) -> f64 {
         let before = std::mem::replace(&mut self.velocity, velocity);
+        if matches!(self.reversal, Reversal::Sharp | Reversal::OverSpeed(_)) {
+            return self.at(velocity);
+        }
         let path = |v: f64, share: f64| 0.5 * v * share * step_s;
         if before * velocity < 0.0 {
             // Cut where the motion turns.
