@@ -25,10 +25,10 @@ pub struct LimitSettings: "limits" {
     pub acceleration_m_s2: f64 = 10.0 => 1e-3..=1e3,
     /// Largest angular acceleration, rad/s².
     pub acceleration_rad_s2: f64 = 20.0 => 1e-3..=1e3,
-    /// Half-widths of the box around the start position, axes of C, m. Smaller than the robot's
+    /// Half-widths of the box around the position in which the robot began, axes of C, m. Smaller than the robot's
     /// own limits, which may clamp silently (POSCORR).
     pub box_m: [f64; 3] = [0.25; 3] => 1e-4..=5.0,
-    /// Largest rotation away from the start orientation, rad.
+    /// Largest rotation away from the orientation in which the robot began, rad.
     pub box_rad: f64 = 0.35 => 1e-3..=1.5,
     /// Contact force that latches a fault, N.
     pub force_n: f64 = 3000.0 => 1.0..=1e5,
@@ -48,7 +48,7 @@ pub struct LimitFlags {
     0 => SPEED,
     /// Acceleration.
     1 => ACCELERATION,
-    /// Box around the start pose, or B near ±90°.
+    /// Box around the pose in which the robot began, or B near ±90°.
     2 => BOX,
     /// The robot reports that it clamps; the model's integration is frozen.
     3 => ROBOT_CLAMP,

@@ -97,7 +97,7 @@ impl<S: Scalar> Plan<S> {
             model_velocity: settings.delay.model_velocity,
             zero_cycles: start.zero_cycles,
             ramp_cycles: start.ramp_cycles,
-            stop_cycles: ((start.stop_time_s / cycle_s) as u32).max(1),
+            stop_cycles: ((start.stop_time_s / cycle_s + 0.5) as u32).max(1),
             clamp_fault_cycles: settings.limits.clamp_fault_cycles,
             gimbal_lock: robot.gimbal_lock.map(|lock| (lock, lock.largest_sine(0.0))),
             authority_step: S::of(1.0 / f64::from(grace.max(1))),
@@ -145,25 +145,44 @@ impl<S: Scalar> Run<S> {
     /// The same as a new one, in place: a second state of the law would be large for the stack of a
     /// microcontroller.
     #[inline(never)]
-    pub(crate) fn restart(&mut self, settings: &Settings, start: &Pose<S>, box_center: &Pose<S>) {
-        self.state = TwoBodyState {
+    pub(crate) fn restart(&mut self, settings: &Settings, start: &Pose<S>, center: &Pose<S>) {
+        // Each field by name: one that is new cannot be forgotten.
+        let Self {
+            state,
+            last_sent,
+            travelled,
+            displacement,
+            orientation,
+            law,
+            sent,
+            held,
+            last_relative: _,
+            c_from_q,
+            start: started,
+            box_center,
+            cycles,
+            authority,
+            clamped_cycles,
+            fade,
+        } = self;
+        *state = TwoBodyState {
             k: BodyState::initial(&settings.body_k),
             q: BodyState::initial(&settings.body_q),
         };
-        self.last_sent = Twist::zero();
-        self.travelled = VelocitySum::zero();
-        self.displacement = Vector3::zeros();
-        self.orientation = start.rotation;
-        self.law.restart(&settings.delay, settings.robot.cycle_s);
-        self.sent.clear();
-        self.held = Twist::zero();
-        self.c_from_q = start.rotation * self.state.q_from_k().rotation.inverse();
-        self.start = *start;
-        self.box_center = *box_center;
-        self.cycles = 0;
-        self.authority = S::one();
-        self.clamped_cycles = 0;
-        self.fade = (Twist::zero(), 0);
+        *last_sent = Twist::zero();
+        *travelled = VelocitySum::zero();
+        *displacement = Vector3::zeros();
+        *orientation = start.rotation;
+        law.restart(&settings.delay, settings.robot.cycle_s);
+        sent.clear();
+        *held = Twist::zero();
+        *c_from_q = start.rotation * state.q_from_k().rotation.inverse();
+        *started = *start;
+        *box_center = *center;
+        *cycles = 0;
+        *authority = S::one();
+        *clamped_cycles = 0;
+        *fade = (Twist::zero(), 0);
         self.last_relative = self.relative();
     }
 
@@ -229,7 +248,7 @@ impl<S: Scalar> Run<S> {
         self.send(plan, self.held * (share * authority), flags, trace)
     }
 
-    /// After the loop was opened: the last velocity fades out without a jerk. False at rest.
+    /// After the loop was opened: the last velocity fades out at constant deceleration. False at rest.
     pub(crate) fn fade_out(&mut self, plan: &Plan<S>, trace: &mut Trace) -> Result<bool, Fault> {
         let (step, left) = match self.fade {
             (_, 0) if self.last_sent == Twist::zero() => return Ok(false),

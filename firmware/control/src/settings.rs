@@ -109,7 +109,8 @@ pub struct SensorSettings: "sensor" {
     pub dynamic_compensation: DynamicCompensation = DynamicCompensation::Off,
     /// Bandwidth of the estimate of the tool's acceleration from the robot's pose, Hz.
     pub acceleration_bandwidth_hz: f64 = 10.0 => 0.1..=60.0,
-    /// Cycles without a new sample after which the correction is ramped to zero.
+    /// Cycles without a new sample after which the correction is ramped to zero, which it is at
+    /// `fault_after_cycles`.
     pub stale_after_cycles: u32 = 2 => 1.0..=100.0,
     /// Cycles without a new sample that latch a fault (20 ms by default).
     pub fault_after_cycles: u32 = 5,
@@ -199,7 +200,7 @@ pub struct StartSettings: "start" {
     pub zero_cycles: u32 = 2 => 2.0..=1e4,
     /// Cycles in which the velocity then rises to the initial velocity.
     pub ramp_cycles: u32 = 25 => 1.0..=1e5,
-    /// Time in which a stop or a stale sensor brings the velocity to zero, s.
+    /// Time in which a stop brings the velocity to zero, at constant deceleration, s.
     pub stop_time_s: f64 = 0.1,
 }
 }

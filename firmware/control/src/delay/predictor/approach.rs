@@ -26,6 +26,8 @@ pub(super) struct Findings {
     pub(super) deviation: f64,
     /// It was at the end of its range.
     pub(super) at_bound: bool,
+    /// What the extra delay would be without that range, cycles.
+    wanted: f64,
     /// Standard deviation of a measured progress, m.
     pub(super) noise_m: f64,
     /// Misfit, as a part of the displacement in a delay.
@@ -35,10 +37,18 @@ pub(super) struct Findings {
 }
 
 impl Findings {
+    /// How much the robot is unlike its model, as a part of the displacement in a mean delay (cycles): by its misfit, or by what
+    /// its delay is beyond the range.
+    pub(super) fn unlike(&self, mean_delay: f64) -> f64 {
+        let beyond = (self.wanted - self.extra_delay).abs() / mean_delay.max(1.0);
+        let at_bound = if self.at_bound { beyond } else { 0.0 };
+        self.misfit.max(at_bound)
+    }
+
     /// An extra delay within the range in which the delay is followed, cycles.
     fn bounded(&mut self, wanted: f64) -> f64 {
         let within = wanted.clamp(DELAY_RANGE[0], DELAY_RANGE[1]);
-        self.at_bound = within != wanted;
+        (self.at_bound, self.wanted) = (within != wanted, wanted);
         within
     }
 }

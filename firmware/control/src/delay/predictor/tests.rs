@@ -231,6 +231,7 @@ fn a_robot_that_is_none_of_those_believed_does_not_get_into_a_contact() {
         let noise = law.supervisor.approach.findings.noise_m / displacement;
         assert!((fault.expected - 0.0035 - noise).abs() < 1e-9, "{fault:?}");
         assert_eq!(docking.seen.has(LawFlags::DELAY_AT_BOUND), at_bound);
+        assert_eq!(docking.status.confidence, ConfidenceLevel::Unverified);
         assert_eq!(fault.code, FaultCode::ActuatorUnlike);
         let mut settings = believed(LawName::Predictor, &robot());
         settings.predictor.interlock = false;

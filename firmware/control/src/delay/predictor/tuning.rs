@@ -79,7 +79,7 @@ pub(super) const NOISE_SAMPLES: f64 = 16.0;
 pub(super) const APPROACH_WINDOW: usize = 88;
 /// First fit and cycles between fits, the last at the end of the window: six. ↑ saves time; ↓ corrects the
 /// delay sooner.
-pub(super) const APPROACH_FIRST_FIT: usize = 44;
+pub(super) const APPROACH_FIRST_FIT: usize = 48;
 pub(super) const APPROACH_FIT_PERIOD: usize = 8;
 /// Range in which the delay is followed around the configured one, cycles: 8 to 72 ms around 32. ↑ explains
 /// other structures by a delay.

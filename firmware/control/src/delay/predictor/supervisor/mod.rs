@@ -116,16 +116,17 @@ impl Supervisor {
             self.change_delay(observer, later);
         }
         let findings = &self.approach.findings;
-        self.misfit = findings.misfit;
+        self.misfit = findings.unlike(self.model.linear.mean_delay);
         if findings.at_bound {
             self.flags.set(LawFlags::DELAY_AT_BOUND);
         }
         if findings.complete {
-            self.confidence = ConfidenceLevel::Verified;
             let most = INTERLOCK_MISFIT + findings.noise_m / self.delayed(self.approach.speed);
-            if self.settings.interlock && (findings.misfit > most || findings.at_bound) {
+            if self.misfit <= most {
+                self.confidence = ConfidenceLevel::Verified;
+            } else if self.settings.interlock {
                 let code = FaultCode::ActuatorUnlike;
-                self.fault = Some(Fault::new(code, most, findings.misfit));
+                self.fault = Some(Fault::new(code, most, self.misfit));
             }
         }
     }
