@@ -48,23 +48,24 @@ pub(crate) struct Jitter {
 }
 
 impl Clock {
-    /// What several logs of one clock say together.
+    /// Whether the log says anything: one whose velocity is the difference of its poses does not.
+    pub(crate) fn says_something(&self) -> bool {
+        self.rate.1 > 0.0
+    }
+
+    /// What several logs of one clock say together, each by how well it knows it.
     pub(crate) fn common(all: &[Self]) -> Self {
-        let count = all.len().max(1) as f64;
-        // Estimates of equal weight: their deviation is that of a mean.
-        let mean = |of: &dyn Fn(&Self) -> (f64, f64)| {
-            let sum = all.iter().map(of);
-            let (value, variance) = sum.fold((0.0, 0.0), |(v, s), (w, t)| (v + w, s + t * t));
-            (value / count, variance.sqrt() / count)
-        };
-        let squares: f64 = all.iter().map(|c| c.duration_s * c.duration_s).sum();
+        let said: Vec<&Self> = all.iter().filter(|clock| clock.says_something()).collect();
+        let count = said.len().max(1) as f64;
+        let squares: f64 = said.iter().map(|c| c.duration_s * c.duration_s).sum();
+        let variance: f64 = said.iter().map(|c| c.sigma_s * c.sigma_s).sum();
         Self {
             duration_s: (squares / count).sqrt(),
-            sigma_s: mean(&|c| (0.0, c.sigma_s)).1,
-            correlation: all.iter().map(|c| c.correlation).sum::<f64>() / count,
-            jitter_gain: all.iter().map(|c| c.jitter_gain).sum(),
-            rate: mean(&|c| c.rate),
-            offset_s: mean(&|c| c.offset_s),
+            sigma_s: variance.sqrt() / count,
+            correlation: said.iter().map(|c| c.correlation).sum::<f64>() / count,
+            jitter_gain: said.iter().map(|c| c.jitter_gain).sum(),
+            rate: weighed(said.iter().map(|c| c.rate)),
+            offset_s: weighed(said.iter().map(|c| c.offset_s)),
         }
     }
 
@@ -86,6 +87,19 @@ impl Clock {
     /// Whether pose and velocity belong to different instants.
     pub(crate) fn has_offset(&self, tolerance_s: f64) -> bool {
         beyond(self.offset_s, tolerance_s)
+    }
+}
+
+/// The mean of values by the inverse of their variances, with its standard deviation.
+fn weighed(values: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    let known = values.filter(|(_, sigma)| *sigma > 0.0);
+    let (sum, weight) = known.fold((0.0, 0.0), |(sum, weight), (value, sigma)| {
+        let own = 1.0 / (sigma * sigma);
+        (sum + own * value, weight + own)
+    });
+    match weight > 0.0 {
+        true => (sum / weight, 1.0 / weight.sqrt()),
+        false => (0.0, 0.0),
     }
 }
 

@@ -10,13 +10,18 @@ use softdock_physics::model::load::Column;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel};
 use softdock_statistics::{median, periodogram};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Power below [`SLOW_HZ`] over the median power (noise: at most 1.9).
 const SLOW: f64 = 3.0;
 /// Below this frequency most effects live, Hz.
 pub(crate) const SLOW_HZ: f64 = 6.0;
-/// Strongest window over the median window (noise: at most 1.7).
+/// Strongest window over the median window, at the least (noise of 4 ms cycles: at most 1.7).
 const BURST: f64 = 2.5;
+/// Probability with which white noise has a burst in any window of a log: windows of few samples vary more.
+const BURST_BY_CHANCE: f64 = 1e-3;
+/// Fewest cycles of a log in which bursts and slow parts are looked for.
+const SHORTEST: usize = 64;
 /// Duration of a window, s.
 const BURST_S: f64 = 0.25;
 /// Strongest line of the spectrum over its median (noise: at most 15).
@@ -288,7 +293,7 @@ pub(crate) struct Line {
 pub(crate) struct Structure {
     /// Power below 6 Hz over the median power.
     pub slow: f64,
-    /// Strongest window over the median window.
+    /// Strongest window over the median window, by what noise may have: more than 1 is none.
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
@@ -317,7 +322,7 @@ impl Structure {
 
     /// Tests a series: `white` in units of its noise, `level` its size over the data sheet's.
     pub(crate) fn of(white: &[f64], cycle_s: f64, level: f64) -> Self {
-        if white.len() < 64 {
+        if white.len() < SHORTEST {
             return Self {
                 level,
                 count: white.len(),
@@ -343,13 +348,15 @@ impl Structure {
         }
     }
 
-    /// Whether the same test fires on all logs.
+    /// Whether the same test fires on all logs; one that is too short for it has no say.
     pub(crate) fn in_all(each: &[Self]) -> bool {
-        let all = |fires: &dyn Fn(&Self) -> bool| !each.is_empty() && each.iter().all(fires);
+        let has_level = !each.is_empty() && each.iter().all(|s| s.level > LEVEL);
+        let long: Vec<&Self> = each.iter().filter(|s| s.count >= SHORTEST).collect();
+        let all = |fires: &dyn Fn(&Self) -> bool| !long.is_empty() && long.iter().all(|s| fires(s));
         all(&|s| s.slow > SLOW)
-            || all(&|s| s.burst > BURST)
+            || all(&|s| s.burst > 1.0)
             || all(&|s| s.line.over_usual > LINE)
-            || all(&|s| s.level > LEVEL)
+            || has_level
     }
 
     /// Only its size counts: for what is left of a clock whose jitter was recovered but for noise.
@@ -372,7 +379,7 @@ impl Structure {
         if self.narrow.over_usual > LINE {
             let line = format!("a spectral line at {:.1} Hz", self.narrow.hz);
             (self.narrow.at, line)
-        } else if self.burst > BURST {
+        } else if self.burst > 1.0 {
             (self.burst_at, "bursts".to_owned())
         } else if self.slow > SLOW {
             (whole, format!("slow, below {SLOW_HZ:.0} Hz"))
@@ -384,6 +391,7 @@ impl Structure {
     }
 }
 
+/// The strongest window by what noise may have, with its first cycle and its length.
 fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
     let length = ((BURST_S / cycle_s) as usize).clamp(8, white.len());
     let powers: Vec<(usize, f64)> = white
@@ -398,7 +406,17 @@ fn strongest_window(white: &[f64], cycle_s: f64) -> (f64, (usize, usize)) {
         .copied()
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or_default();
-    (strongest.1 / usual.max(1e-12), (strongest.0, length))
+    let most = most_of_windows(length, powers.len()).max(BURST);
+    (strongest.1 / usual.max(1e-12) / most, (strongest.0, length))
+}
+
+/// Power of a window of white noise over the median one that the strongest of so many exceeds by [`BURST_BY_CHANCE`].
+fn most_of_windows(length: usize, windows: usize) -> f64 {
+    let Ok(law) = ChiSquared::new(length as f64) else {
+        return f64::INFINITY;
+    };
+    let chance = BURST_BY_CHANCE / windows.max(1) as f64;
+    law.inverse_cdf(1.0 - chance) / law.inverse_cdf(0.5)
 }
 
 /// Median of powers; 0 of nothing.
@@ -446,6 +464,7 @@ fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_statistics::RandomStream;
     use std::f64::consts::TAU;
 
     /// What is left of 20 s at 500 Hz, with waves of so many sigma at these frequencies, Hz.
@@ -475,5 +494,43 @@ mod tests {
         assert!(words(&band).starts_with("a band near"), "{}", words(&band));
         let both = [&band[..], &[(100.0, 2.0)]].concat();
         assert_eq!(words(&both), "a spectral line at 100.0 Hz");
+    }
+
+    fn white(seed: u64, count: usize) -> Vec<f64> {
+        let mut noise = RandomStream::new(seed, 0);
+        (0..count).map(|_| noise.normal()).collect()
+    }
+
+    /// Of a log of five minutes at 10 Hz, whose windows have eight samples, and of 100 s at 250 Hz.
+    #[test]
+    fn white_noise_has_no_bursts_however_few_samples_a_window_has() {
+        for (cycle_s, count) in [(0.1, 3000), (0.02, 5000), (0.004, 25_000)] {
+            for seed in 0..20 {
+                let burst = Structure::of(&white(seed, count), cycle_s, 1.0).burst;
+                assert!(burst < 1.0, "{cycle_s} s, {seed}: {burst}");
+            }
+        }
+        let mut loud = white(1, 3000);
+        loud[1000..1010].iter_mut().for_each(|value| *value *= 5.0);
+        let found = Structure::of(&loud, 0.1, 1.0);
+        assert_eq!(found.words(), "bursts");
+        assert!((990..1010).contains(&found.burst_at.0));
+    }
+
+    /// A line that all long logs show is one, whatever a log of 50 cycles can say.
+    #[test]
+    fn a_log_that_is_too_short_has_no_say() {
+        let line = |n: usize| 2.0 * (TAU * 0.2 * n as f64).sin();
+        let mut series = white(2, 10_000);
+        series
+            .iter_mut()
+            .enumerate()
+            .for_each(|(n, value)| *value += line(n));
+        let long = Structure::of(&series, 0.002, 1.0);
+        let short = Structure::of(&white(3, 50), 0.002, 1.0);
+        let quiet = Structure::of(&white(4, 10_000), 0.002, 1.0);
+        assert!(Structure::in_all(&[long.clone(), short.clone()]));
+        assert!(!Structure::in_all(&[long, short.clone(), quiet]));
+        assert!(!Structure::in_all(&[short]));
     }
 }

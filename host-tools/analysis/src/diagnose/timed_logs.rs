@@ -123,7 +123,8 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
     let found = logs.map_at_once(|log| clock::test(model, log)).all;
     let apart_s = SAMPLED_APART * logs.all[0].cycle_s;
     let tries = |id: &str| question.tries(model, id);
-    let each = |of: &dyn Fn(&Clock) -> bool| found.iter().all(of);
+    let said = || found.iter().filter(|clock| clock.says_something());
+    let each = |of: &dyn Fn(&Clock) -> bool| said().next().is_some() && said().all(of);
     let train = Clock::common(&found[..logs.fitted]);
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
     let jitters = tries("clock_jitter") && gain > clock::SIGNIFICANT;
