@@ -25,5 +25,5 @@ pub use noise_floor::{LowPassed, Noise, median, noise_floor};
 pub use products::dot;
 pub use random::RandomStream;
 pub use sample_time::sample_time;
-pub use significance::{chi_square_p, f_p, normal_p};
+pub use significance::{DEVIATIONS_95, chi_square_p, f_p, normal_p};
 pub use spectrum::{periodogram, shape_of};

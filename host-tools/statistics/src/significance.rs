@@ -2,6 +2,9 @@
 
 use statrs::function::{beta, erf, gamma};
 
+/// Standard deviations of a normal variable to either side that hold 95 % of it.
+pub const DEVIATIONS_95: f64 = 1.959_963_984_540_054;
+
 /// Of a chi-square variable with `freedom` degrees of freedom; 1 where it is not defined.
 pub fn chi_square_p(statistic: f64, freedom: f64) -> f64 {
     if statistic.is_infinite() && statistic > 0.0 {

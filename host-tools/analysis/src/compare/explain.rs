@@ -9,6 +9,7 @@ use serde::Serialize;
 use softdock_physics::model::prediction::{ChannelPrediction, executed};
 use softdock_physics::model::{Axis, Channel};
 use softdock_physics::optimise::lowest_valley;
+use softdock_statistics::DEVIATIONS_95;
 
 /// Share of the error beyond the noise that a description has to account for.
 const EXPLAINED: f64 = 0.8;
@@ -18,8 +19,6 @@ const LATE_S: (f64, f64) = (-0.02, 0.2);
 const TOLERANCE: f64 = 1e-3;
 /// Share of a cycle to which a delay can be known.
 const INSIDE_A_CYCLE: f64 = 0.05;
-/// Half width of a 95 % interval in standard errors.
-const TWO_SIDED_95: f64 = 1.96;
 
 /// An estimated number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -178,7 +177,7 @@ fn determined(
     let correlation = (neighbours / squares.max(f64::MIN_POSITIVE)).clamp(0.0, 0.98);
     let variance = (squares / n.max(1.0)).max(1.0);
     let inflation = (1.0 + correlation) / (1.0 - correlation);
-    let half = TWO_SIDED_95 * (variance * inflation / normal.max(f64::MIN_POSITIVE)).sqrt();
+    let half = DEVIATIONS_95 * (variance * inflation / normal.max(f64::MIN_POSITIVE)).sqrt();
     let before: f64 = samples.iter().map(|s| s.error * s.error * s.weight).sum();
     let explained = 1.0 - (squares - n).max(0.0) / (before - n).max(f64::MIN_POSITIVE);
     let estimate = Estimate {

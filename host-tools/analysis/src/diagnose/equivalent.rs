@@ -1,7 +1,8 @@
 //! Effects that are others in other words: no log can tell them apart, or not this one.
 
 use super::finding::{Equivalent, Estimate, Parameters};
-use super::named::{INTERVAL_95, Named};
+use super::named::Named;
+use softdock_statistics::DEVIATIONS_95;
 
 /// The effect of the catalogue that is the same as some of the named ones.
 pub(super) fn of<'a>(named: impl Iterator<Item = &'a Named> + Clone) -> Option<Equivalent> {
@@ -79,9 +80,9 @@ fn friction_by_direction(coulomb: &Named, offset: &Named) -> Option<Equivalent> 
 
 /// One estimate plus another, or minus it.
 fn sum(one: &Estimate, other: &Estimate, sign: f64) -> Estimate {
-    let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / INTERVAL_95;
+    let deviation = |e: &Estimate| 0.5 * (e.high - e.low) / DEVIATIONS_95;
     let value = one.value + sign * other.value;
-    let reach = INTERVAL_95 * deviation(one).hypot(deviation(other));
+    let reach = DEVIATIONS_95 * deviation(one).hypot(deviation(other));
     Estimate {
         value,
         unit: one.unit.clone(),
@@ -127,7 +128,7 @@ mod tests {
             said.sentence
         );
         let forward = &said.parameters["guide_asymmetry"]["forward_n"];
-        assert!((forward.high - 2.0 - 1.96 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
+        assert!((forward.high - 2.0 - DEVIATIONS_95 * 0.1 * 2.0_f64.sqrt()).abs() < 1e-9);
         // Against the motion in one direction only: no friction does so.
         let strong = named("guide_offset", 2.0, 0.0);
         let elsewhere = named("guide_offset", 0.5, 1.0);

@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 pub enum Verdict {
     /// Effects of the catalogue account for the error.
     Named,
-    /// What remains is noise.
+    /// What remains is noise or, beside effects that the model file has, nothing that an effect of the catalogue describes
+    /// better than a smooth remainder.
     NothingMissing,
     /// There is structure left that no effect of the catalogue accounts for.
     Unexplained,

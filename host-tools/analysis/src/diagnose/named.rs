@@ -11,10 +11,8 @@ use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Axis, EffectModel, Model};
 use softdock_report::number;
+use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
-
-/// Standard deviations to either side of a 95 % interval.
-pub(crate) const INTERVAL_95: f64 = 1.96;
 
 /// An accepted effect.
 #[derive(Clone, Debug)]
@@ -58,7 +56,7 @@ impl Named {
 
     /// Adds a fitted parameter.
     pub(super) fn with(self, name: &str, (value, sigma): (f64, f64), unit: &str) -> Self {
-        let reach = INTERVAL_95 * sigma;
+        let reach = DEVIATIONS_95 * sigma;
         self.within(name, value, [value - reach, value + reach], unit)
     }
 

@@ -7,7 +7,7 @@ use super::evidence;
 use super::finding::{Diagnosis, Nominal, Remainder, RunnerUp, Verdict};
 use super::left_over::left_over;
 use super::log_to_log::from_log_to_log;
-use super::named::{INTERVAL_95, Named};
+use super::named::Named;
 use super::notes::{Answer, TESTED, lacking, of_a_rig};
 use super::structure::{Left, Structure};
 use super::verdict::Grounds;
@@ -17,6 +17,7 @@ use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
+use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// Share of a smooth remainder from which it is said what it follows.
@@ -189,7 +190,7 @@ fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
     let found = stages.wrench.iter();
     let all = found.flat_map(WrenchFinding::nominal);
     let of = |(name, value, sigma, tolerances): (String, f64, f64, f64)| {
-        let reach = INTERVAL_95 * sigma;
+        let reach = DEVIATIONS_95 * sigma;
         let nominal = Nominal {
             value,
             low: value - reach,

@@ -17,6 +17,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::effects::body::clock_jitter::Scatter;
 use softdock_physics::model::Model;
 use softdock_physics::model::stage::Stage;
+use softdock_statistics::DEVIATIONS_95;
 
 /// What a parameter costs in χ².
 const PRICE: f64 = 10.0;
@@ -142,10 +143,7 @@ fn alternatives(
         let mut of_stage = terms.filter(|(term, _)| term.stage == stage && everywhere(&term.axes));
         let (term, intervals) = of_stage.next()?;
         let [low, high] = *intervals.first()?;
-        Some((
-            *term.values.first()?,
-            (high - low) / (2.0 * super::named::INTERVAL_95),
-        ))
+        Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
     };
     let jitter = found.timed.clock.jitter;
     let alone = |id: &str| question.only == Some(id);

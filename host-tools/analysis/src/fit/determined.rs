@@ -4,10 +4,10 @@
 //! the end of its range, or if another parameter does the same: then only the two together are
 //! known.
 
-use super::INTERVAL_95;
 use super::least_squares::{Solution, norm};
 use super::parameter::Parameter;
 use softdock_report::number;
+use softdock_statistics::DEVIATIONS_95;
 
 /// The recording has to know a nominal parameter at least to so many tolerances.
 const FEEBLE: f64 = 10.0;
@@ -52,7 +52,7 @@ impl Doubt {
             }
             Self::Invisible(sigma) => format!(
                 "not determined by this log, because it would be known to ±{} only",
-                shown(INTERVAL_95 * sigma)
+                shown(DEVIATIONS_95 * sigma)
             ),
             Self::AtEnd(end) => format!(
                 "not determined by this log, because its best value lies beyond {}, which physics \

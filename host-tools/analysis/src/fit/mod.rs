@@ -33,9 +33,8 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::prediction::signals::Signals;
+use softdock_statistics::DEVIATIONS_95;
 
-/// Standard deviations to either side of a 95 % interval.
-const INTERVAL_95: f64 = 1.96;
 /// Why a file keeps its value: the rig's controller has a copy of it, with which it computes the
 /// model velocity; an error of it is an effect of its own, such as `tool_mass_error`.
 const CONTROLLERS: &str = "kept: the controller's own";
@@ -183,7 +182,7 @@ fn result(
     let mut parameters = Vec::new();
     for (k, parameter) in free.iter().enumerate() {
         let (value, sigma) = (rounded(solution.values[k]), solution.sigma(k));
-        let reach = (INTERVAL_95 * sigma).max(parameter.resolution);
+        let reach = (DEVIATIONS_95 * sigma).max(parameter.resolution);
         let interval = [value - reach, value + reach].map(rounded);
         let nominal = parameter.tolerance.is_some();
         let kept = if believed && parameter.is_of_the_reading() {

@@ -6,9 +6,7 @@ use super::misfit::{DELAY, Fit, Limit, Response, Structure};
 use super::outcome::{AxisActuator, Estimate, Evidence};
 use super::track::Track;
 use nalgebra::{DMatrix, DVector};
-
-/// Two-sided 95 % of a normal variable.
-const DEVIATIONS_95: f64 = 1.96;
+use softdock_statistics::DEVIATIONS_95;
 
 /// What is needed to write the answer.
 pub(super) struct Answer<'a> {

@@ -3,10 +3,9 @@
 //! All intervals hold with 95 %; none assumes a distribution of the outcome.
 
 use serde::Serialize;
+use softdock_statistics::DEVIATIONS_95 as Z;
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-/// Quantile of the standard normal distribution at 97.5 %.
-const Z: f64 = 1.959_963_984_540_054;
 /// Probability outside of an interval, on each side.
 const TAIL: f64 = 0.025;
 

@@ -11,11 +11,10 @@ use super::tried::plateau_step;
 use nalgebra::DMatrix;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::optimise::brent;
+use softdock_statistics::DEVIATIONS_95;
 
 /// 2 Δ log L at the ends of a 95 % interval of one parameter (χ² with one degree of freedom).
-const LIKELY_95: f64 = 3.84;
-/// Standard deviations to either side of a 95 % interval.
-const DEVIATIONS_95: f64 = 1.96;
+const LIKELY_95: f64 = DEVIATIONS_95 * DEVIATIONS_95;
 /// A scan ends after this many values outside of the interval.
 const OUTSIDE: usize = 8;
 /// Most values of a scan to one side: two and a half cycles, or a width once more.

@@ -1,10 +1,10 @@
 //! An effect with the parameters that the logs give it.
 
 use crate::diagnose::evidence::Foretold;
-use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Model;
 use softdock_physics::model::load::Scene;
 use softdock_physics::model::load::effects::{LoadEffect, Valued};
+use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// An effect with fitted parameters.
@@ -118,7 +118,7 @@ impl Fitted {
             return [0.0; 2];
         };
         let beside = self.beside_remainder * value;
-        let reach = INTERVAL_95 * sigma;
+        let reach = DEVIATIONS_95 * sigma;
         let said = [value.min(beside) - reach, value.max(beside) + reach];
         let own = self.foretold.within(*value, said);
         let others = self.elsewhere.get(name).into_iter().flatten();
@@ -143,7 +143,7 @@ mod tests {
             foretold: Foretold::UNKNOWN,
         };
         let mut fitted = of(2.0);
-        let reach = 0.1 * INTERVAL_95;
+        let reach = 0.1 * DEVIATIONS_95;
         assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);
         fitted.hold(&of(1.9));
         assert_eq!(fitted.interval("force_n"), [1.8 - reach, 2.0 + reach]);

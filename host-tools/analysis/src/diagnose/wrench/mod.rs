@@ -10,6 +10,7 @@ mod nuisance;
 mod other_sign;
 mod prepared_log;
 mod problem;
+mod refined;
 mod remainder;
 mod saturated;
 mod search;

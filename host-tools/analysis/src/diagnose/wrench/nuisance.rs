@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::{Model, docking};
+use softdock_statistics::DEVIATIONS_95;
 
 /// A nominal parameter that may move within its tolerance.
 pub(crate) struct Nuisance {
@@ -171,8 +172,6 @@ fn guide_of(model: &mut Model, change: impl Fn(&mut softdock_physics::model::Gui
 
 /// Fitted coefficients of effects that the model has already may move within their intervals.
 fn added_effects(model: &Model, scene: &Scene) -> Vec<Column> {
-    /// Half of a 95 % interval in standard deviations.
-    const HALF_OF_95: f64 = 1.96;
     let mut all = Vec::new();
     for added in &model.effects {
         let Some(effect) = LoadEffect::find(model, &added.id) else {
@@ -182,7 +181,7 @@ fn added_effects(model: &Model, scene: &Scene) -> Vec<Column> {
             let Some([low, high]) = added.interval_95.get(coefficient.name) else {
                 continue;
             };
-            let sigma = 0.5 * (high - low) / HALF_OF_95;
+            let sigma = 0.5 * (high - low) / DEVIATIONS_95;
             let mut alone = added.parameters.clone();
             for other in &effect.coefficients {
                 alone.insert(other.name.to_owned(), 0.0);

@@ -3,8 +3,8 @@
 use super::joint::Joint;
 use super::prepared_log::PreparedLog;
 use super::problem::{Problem, Projected, Solution, products, solve, subtract};
+use super::refined::{Care, has_size};
 use super::search::Part;
-use super::tested::{Care, has_size};
 use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;

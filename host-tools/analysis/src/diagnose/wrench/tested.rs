@@ -3,23 +3,19 @@
 use super::fitted::Fitted;
 use super::joint::Joint;
 use super::problem::{Problem, Solution};
+use super::refined::{Care, Refined};
 use super::search::{Hypothesis, Part};
-use super::shaped::{ShapeDeviations, Shaped};
+use super::shaped::Shaped;
 use super::variants::Library;
 use crate::diagnose::evidence::Foretold;
 use crate::diagnose::finding::Trial;
-use crate::diagnose::named::INTERVAL_95;
 use softdock_physics::model::Channel;
 use softdock_physics::model::load::effects::{
-    Coefficient, LoadEffect, Pace, Shape, Valued, added, contribution,
+    Coefficient, LoadEffect, Valued, added, contribution,
 };
 use softdock_physics::model::load::{Column, Scene};
-use softdock_physics::optimise::brent;
 use softdock_report::number;
 use std::collections::BTreeMap;
-
-/// Gain in χ² below which shapes are not worth refining.
-const WORTH_REFINING: f64 = 40.0;
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
 #[derive(Clone, Debug, Default)]
@@ -59,8 +55,9 @@ impl Tested {
     pub(crate) fn beside_noise(mut self, to_explain: f64) -> Self {
         let by = to_explain / self.to_explain;
         self.to_explain = to_explain;
+        // Price and prior odds stay what they are.
+        self.evidence += self.gain * (by - 1.0);
         self.gain *= by;
-        self.evidence *= by;
         self.gains.iter_mut().for_each(|gain| *gain *= by);
         self
     }
@@ -117,34 +114,6 @@ pub(super) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) 
     tested
 }
 
-/// How carefully shapes are refined.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Care {
-    /// Once, one after the other.
-    Screening,
-    /// Until they fit each other, with the covariance of everything together.
-    Estimating,
-}
-
-impl Care {
-    /// Share of a shape to which its best value is known: χ² hardly changes on the way there.
-    fn resolution(self) -> f64 {
-        match self {
-            Self::Screening => 10.0 * RESOLVED,
-            Self::Estimating => RESOLVED,
-        }
-    }
-
-    /// Rise of the gain in χ² below which steps of Gauss and Newton end: a parameter costs more by far than what
-    /// screening leaves.
-    pub(super) fn rise(self) -> f64 {
-        match self {
-            Self::Screening => 1.0,
-            Self::Estimating => 1e-3,
-        }
-    }
-}
-
 /// The same, fitted to some rows of the logs.
 pub(super) fn fitted_to(
     problem: &Problem,
@@ -153,95 +122,75 @@ pub(super) fn fitted_to(
     joint: &Joint,
     care: Care,
 ) -> Tested {
-    /// Rounds over all shapes.
-    const ROUNDS: usize = 3;
-    let parts = &hypothesis.parts;
-    let mut shapes: Vec<Vec<f64>> = parts
-        .iter()
-        .map(|p| library.variants[p.variant].shapes.clone())
-        .collect();
-    let mut shaped = Shaped::new(joint, problem, library, parts);
-    let mut sigmas = ShapeDeviations::new();
-    let mut stepped = ShapeDeviations::new();
-    // Shapes of a hopeless hypothesis are not worth refining.
-    let rounds = match care {
-        _ if hypothesis.solution.gain <= WORTH_REFINING => 0,
-        Care::Screening => 1,
-        Care::Estimating => ROUNDS,
-    };
-    for round in 0..rounds {
-        for (i, part) in parts.iter().enumerate() {
-            let effect = library.variants[part.variant].effect;
-            for (k, shape) in effect.shapes.iter().enumerate() {
-                if !has_size(shape, shapes[i][k]) {
-                    continue;
-                }
-                let gain = |own: &[f64]| shaped.gain_with(i, own);
-                let range = match round {
-                    0 => neighbours(shapes[i][k], &effect.tried(shape, joint.pace())),
-                    _ => (NEAR.recip() * shapes[i][k], NEAR * shapes[i][k]),
-                };
-                let range = plausible(effect, shape, shapes[i][k], range, joint.pace());
-                let sigma = refine(&mut shapes[i], k, range, care.resolution(), &gain);
-                if !shape.choice {
-                    sigmas.insert((i, k), sigma);
-                }
-                shaped.set(i, &shapes[i]);
-            }
-        }
+    let mut shaped = Shaped::new(joint, problem, library, &hypothesis.parts);
+    let mut refined = Refined::of(hypothesis, &mut shaped, library, joint, care);
+    let (solution, white) = solved(hypothesis, &mut shaped, library, &refined, care);
+    if care == Care::Estimating {
+        refined.estimate(&shaped, &solution);
     }
-    if rounds > 0 && care == Care::Estimating {
-        shaped.refine_together(&mut shapes);
-        for (&(i, k), sigma) in &sigmas {
-            let gain = |own: &[f64]| shaped.gain_with(i, own);
-            if let Some((middle, half)) = step_around(&shapes[i], k, &gain)
-                && half > STEP_WIDENS * sigma
-            {
-                shapes[i][k] = middle;
-                stepped.insert((i, k), half);
-                shaped.set(i, &shapes[i]);
-            }
-        }
+    let (effects, wrong) = effects_of(hypothesis, &solution, library, refined, joint);
+    let first = joint.logs.iter().take(1);
+    let known = first.flat_map(|log| &log.scene.model.effects);
+    Tested {
+        effects,
+        beside: known.map(|e| e.id.clone()).collect(),
+        to_explain: problem.chi2,
+        gain: solution.gain,
+        gains: problem.gains(&white),
+        evidence: hypothesis.evidence + (solution.gain - hypothesis.solution.gain),
+        parameters: hypothesis.parameters,
+        wrong,
+        beyond_rounding: f64::INFINITY,
     }
+}
+
+/// The coefficients with refined shapes, and what they make of the whitened reading.
+fn solved(
+    hypothesis: &Hypothesis,
+    shaped: &mut Shaped<'_>,
+    library: &Library,
+    refined: &Refined,
+    care: Care,
+) -> (Solution, Column) {
+    let shapes = &refined.shapes;
     let solution = shaped.solution().unwrap_or_else(|| Solution {
         gain: 0.0,
         ..hypothesis.solution.clone()
     });
     let linear = |part: &Part| library.variants[part.variant].effect.is_linear();
-    let solution = if parts.iter().all(linear) {
+    let solution = if hypothesis.parts.iter().all(linear) {
         solution
     } else {
-        exact(solution, &mut shaped, &shapes)
+        exact(solution, shaped, shapes)
     };
-    let steps = if rounds > 0 { ROUNDS } else { 0 };
-    let (solution, white) = match shaped.together(&solution, &shapes, steps, care) {
+    match shaped.together(&solution, shapes, refined.steps(), care) {
         Some(together) => together,
         None => {
             let white = shaped.sum(&solution.coefficients);
             (solution, white)
         }
-    };
-    let mut deviations = solution.sigma.clone();
-    if care == Care::Estimating
-        && let Some((own, of_shapes)) = shaped.deviations(&solution.coefficients, &shapes)
-    {
-        deviations = own;
-        for (place, sigma) in &mut sigmas {
-            *sigma = of_shapes.get(place).copied().unwrap_or(*sigma);
-            *sigma = sigma.max(stepped.get(place).copied().unwrap_or(0.0));
-        }
     }
-    let mut effects = Vec::new();
-    let mut wrong = Vec::new();
+}
+
+/// The effects with their parameters, and which of these cannot be.
+fn effects_of(
+    hypothesis: &Hypothesis,
+    solution: &Solution,
+    library: &Library,
+    refined: Refined,
+    joint: &Joint,
+) -> (Vec<Fitted>, Vec<String>) {
+    let model = &joint.logs[0].scene.model;
+    let (mut effects, mut wrong) = (Vec::new(), Vec::new());
     let mut at = 0;
-    for (i, part) in parts.iter().enumerate() {
+    for (i, part) in hypothesis.parts.iter().enumerate() {
         let effect = library.variants[part.variant].effect;
         let mut parameters = BTreeMap::new();
         for &k in &part.used {
             if let Some(coefficient) = effect.coefficients.get(k) {
                 let value = solution.coefficients[at];
-                parameters.insert(coefficient.name, (value, deviations[at], coefficient.unit));
-                let model = &joint.logs[0].scene.model;
+                let deviation = refined.deviations.get(at).unwrap_or(&solution.sigma[at]);
+                parameters.insert(coefficient.name, (value, *deviation, coefficient.unit));
                 if solution.wrong.contains(&at)
                     || effect.is_implausible(model, coefficient.name, value)
                 {
@@ -251,8 +200,8 @@ pub(super) fn fitted_to(
             at += 1;
         }
         for (k, shape) in effect.shapes.iter().enumerate() {
-            let sigma = sigmas.get(&(i, k)).copied().unwrap_or(0.0);
-            parameters.insert(shape.name, (shapes[i][k], sigma, shape.unit));
+            let sigma = refined.sigmas.get(&(i, k)).copied().unwrap_or(0.0);
+            parameters.insert(shape.name, (refined.shapes[i][k], sigma, shape.unit));
         }
         effects.push(Fitted {
             beside_remainder: 1.0,
@@ -263,23 +212,7 @@ pub(super) fn fitted_to(
         });
     }
     wrong.extend(effects.iter().filter_map(|effect| joint.oversized(effect)));
-    let improvement = solution.gain - hypothesis.solution.gain;
-    let known = joint
-        .logs
-        .iter()
-        .take(1)
-        .flat_map(|l| &l.scene.model.effects);
-    Tested {
-        effects,
-        beside: known.map(|e| e.id.clone()).collect(),
-        to_explain: problem.chi2,
-        gain: solution.gain,
-        gains: problem.gains(&white),
-        evidence: hypothesis.evidence + improvement,
-        parameters: hypothesis.parameters,
-        wrong,
-        beyond_rounding: f64::INFINITY,
-    }
+    (effects, wrong)
 }
 
 /// Why an amount is refused; of one that the logs leave open, the end of its range is said.
@@ -341,100 +274,4 @@ fn exact(start: Solution, shaped: &mut Shaped<'_>, shapes: &[Vec<f64>]) -> Solut
     }
     shaped.set_around(&best.coefficients, shapes);
     best
-}
-
-/// A shape around which a later round looks goes from one over this to this times its value.
-const NEAR: f64 = 1.15;
-
-/// Whether a shape has a size that can be refined: a form of no size has none.
-pub(super) fn has_size(shape: &Shape, value: f64) -> bool {
-    shape.continuous && value > 0.0
-}
-
-/// The part of a range around a value in which a search looks in such logs.
-fn plausible(
-    effect: &LoadEffect,
-    shape: &Shape,
-    at: f64,
-    (low, high): (f64, f64),
-    logs: Pace,
-) -> (f64, f64) {
-    let known = effect.parameters.iter().find(|p| p.name == shape.name);
-    known.map_or((low, high), |p| {
-        let [least, most] = effect.searched(p, logs);
-        (low.max(least).min(at), high.min(most).max(at))
-    })
-}
-
-/// The values of a grid on either side.
-fn neighbours(at: f64, tried: &[f64]) -> (f64, f64) {
-    let positive = || tried.iter().copied().filter(|t| *t > 0.0);
-    let lower = positive().filter(|t| *t < at).fold(f64::NAN, f64::max);
-    let upper = positive().filter(|t| *t > at).fold(f64::NAN, f64::min);
-    (
-        if lower.is_nan() { at / 2.0 } else { lower },
-        if upper.is_nan() { at * 2.0 } else { upper },
-    )
-}
-
-/// Deviation by the width of a step over that by the curvature from which χ² counts as moving in steps: on a smooth χ²
-/// both are the same, to what [`RESOLVED`] leaves open.
-const STEP_WIDENS: f64 = 1.5;
-/// Share of a shape to which its best value is known.
-const RESOLVED: f64 = 5e-4;
-
-/// Middle of the step of χ² on which the best value near by is, and half of it as a deviation; none if it is no wider than
-/// the values are apart. What a play does to a row depends on which side of its end the row is on: χ² moves in steps as the end
-/// passes rows, no value on a step is better than another, and the curvature says nothing.
-fn step_around(shapes: &[f64], k: usize, gain: &dyn Fn(&[f64]) -> f64) -> Option<(f64, f64)> {
-    /// Values on each side, [`RESOLVED`] apart.
-    const SIDE: i32 = 40;
-    /// By how much χ² is larger at the ends of a 95 % interval.
-    const RISE: f64 = INTERVAL_95 * INTERVAL_95;
-    let values: Vec<f64> = (-SIDE..=SIDE)
-        .map(|step| shapes[k] * (RESOLVED * f64::from(step)).exp())
-        .collect();
-    let mut trial = shapes.to_vec();
-    let gains = values.iter().map(|value| {
-        trial[k] = *value;
-        gain(&trial)
-    });
-    let gains: Vec<f64> = gains.collect();
-    let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
-    let on = |place: &usize| gains[*place] > gains[best] - RISE;
-    let low = (0..=best).rev().take_while(on).last()?;
-    let high = (best..gains.len()).take_while(on).last()?;
-    let (middle, half) = (
-        0.5 * (values[low] + values[high]),
-        0.5 * (values[high] - values[low]),
-    );
-    (high > low + 1).then_some((middle, half / INTERVAL_95))
-}
-
-/// Moves one shape to its best value in a range; returns its deviation with all else as it is.
-fn refine(
-    shapes: &mut [f64],
-    k: usize,
-    (low, high): (f64, f64),
-    resolution: f64,
-    gain: &dyn Fn(&[f64]) -> f64,
-) -> f64 {
-    let at = shapes[k];
-    let mut trial = shapes.to_vec();
-    let mut cost = |log_value: f64| {
-        trial[k] = log_value.exp();
-        -gain(&trial)
-    };
-    let range = (low.ln(), at.ln(), high.ln());
-    let (best, least) = brent(range, resolution, &mut cost);
-    shapes[k] = best.exp();
-    let centre = shapes[k];
-    // Curvature of χ² over a step of 5 %: half a unit of log L is one standard deviation.
-    let step = 0.05;
-    let bend = cost(best + step) + cost(best - step) - 2.0 * least;
-    if bend > 0.0 {
-        centre * step * (2.0 / bend).sqrt()
-    } else {
-        0.5 * (high - low)
-    }
 }

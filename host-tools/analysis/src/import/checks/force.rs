@@ -12,7 +12,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, Model};
 use softdock_report::number;
-use softdock_statistics::{correlated_cycles, normal_p};
+use softdock_statistics::{DEVIATIONS_95, correlated_cycles, normal_p};
 
 /// Probability of a term by chance from which on it counts: a hint that is wrong costs more than
 /// one that is missing.
@@ -28,8 +28,6 @@ const FACTOR: f64 = 1.5;
 /// Least share of the moving rows in either direction: what moves one way shows no friction that is told from a load which
 /// changes with the place.
 const BOTH_WAYS: f64 = 0.05;
-/// Half of a 95 % interval, in standard errors.
-const HALF_95: f64 = 1.96;
 
 /// Coefficients of position, velocity, its sign, acceleration, and their standard errors.
 struct Fitted {
@@ -195,7 +193,7 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
     }
     let (factor, half) = (
         -fitted.mass.0 / tool.mass_kg,
-        HALF_95 * fitted.mass.1 / tool.mass_kg,
+        DEVIATIONS_95 * fitted.mass.1 / tool.mass_kg,
     );
     let far = factor - half > FACTOR || factor + half < 1.0 / FACTOR;
     // A slow slide shows the corners of its friction as a mass of any sign; of units only a positive one speaks.

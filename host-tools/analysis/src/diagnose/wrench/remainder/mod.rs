@@ -17,12 +17,11 @@ use super::joint::Joint;
 use super::problem::subtract;
 use super::tested::Tested;
 use crate::diagnose::evidence;
-use crate::diagnose::named::INTERVAL_95;
 use crate::diagnose::structure::SLOW_HZ;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use softdock_physics::model::load::Column;
 use softdock_physics::model::{Axis, Model};
-use softdock_statistics::periodogram;
+use softdock_statistics::{DEVIATIONS_95, periodogram};
 use std::ops::Range;
 
 /// Rounds in which the variances are found.
@@ -46,7 +45,7 @@ impl Standing {
         let (amount, deviation) = self.amount;
         let mut effect = effect.clone();
         effect.stand(self.amount);
-        amount > INTERVAL_95 * deviation && effect.is_determined(model)
+        amount > DEVIATIONS_95 * deviation && effect.is_determined(model)
     }
 }
 

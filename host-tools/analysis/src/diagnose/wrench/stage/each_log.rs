@@ -2,8 +2,9 @@
 
 use super::Work;
 use crate::diagnose::evidence::{DIFFERS, MOST};
+use crate::diagnose::wrench::refined::Care;
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate};
-use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
+use crate::diagnose::wrench::tested::{Tested, fitted_to};
 use crate::diagnose::{evidence, structure};
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;

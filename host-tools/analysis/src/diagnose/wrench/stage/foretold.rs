@@ -3,8 +3,9 @@
 use super::{TRIED, Work, without};
 use crate::diagnose::evidence::{FORETELLS, NAMED};
 use crate::diagnose::wrench::model_selection::with_forms_reselected;
+use crate::diagnose::wrench::refined::Care;
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate, with_one_more};
-use crate::diagnose::wrench::tested::{Care, Tested, fitted_to};
+use crate::diagnose::wrench::tested::{Tested, fitted_to};
 use rayon::prelude::*;
 use softdock_physics::model::load::Column;
 use std::collections::BTreeSet;
