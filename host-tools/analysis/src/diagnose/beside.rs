@@ -5,9 +5,11 @@
 //! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
-use super::engine::{Imitated, Question, WrenchFinding, simplest};
+use super::engine::simplest;
 use super::evidence::{NAMED, RISES};
+use super::question::Question;
 use super::wrench::{self, Joint};
+use super::wrench_finding::{Imitated, WrenchFinding};
 use softdock_physics::effects::by_id;
 use softdock_physics::model::{Axis, Model};
 use std::collections::BTreeMap;

@@ -5,8 +5,8 @@
 //! it), the same for each rotation, and what the prediction changes by with a resistance of one
 //! unit, in which it is linear.
 
-use super::engine::Logs;
 use super::evidence::{self, threshold};
+use super::logs::Logs;
 use super::wrench::{Problem, Segment, Solution, white};
 use softdock_io::recording::Recording;
 use softdock_physics::model::load::Column;

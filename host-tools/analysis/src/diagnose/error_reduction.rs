@@ -1,9 +1,11 @@
 //! The fall of the error as one effect after the other is added.
 
-use super::engine::{Logs, Stages, WrenchFinding, predict_all};
+use super::engine::{Stages, predict_all};
 use super::evidence::{FORETELLS, RISES};
 use super::for_prediction;
+use super::logs::Logs;
 use super::named::{self, Named};
+use super::wrench_finding::WrenchFinding;
 use crate::levels::{ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;

@@ -4,9 +4,10 @@
 //! law's form is wrong, that likelihood fits the parameters to the fast part of what is left, and others foretell the wrench
 //! better: those of least squares, in which each error counts as it is.
 
-use super::engine::{Logs, predict_all};
+use super::engine::predict_all;
 use super::error_reduction::with_effects;
 use super::evidence::RISES;
+use super::logs::Logs;
 use super::named::Named;
 use crate::fit::refit_effects;
 use crate::levels::ChannelLevels;

@@ -1,6 +1,7 @@
 //! What a diagnosis leaves of each channel.
 
-use super::engine::{ActuatorFinding, Logs, Stages};
+use super::engine::{ActuatorFinding, Stages};
+use super::logs::Logs;
 use super::structure::{self, Left, Line, Structure};
 use crate::levels::ChannelLevels;
 use softdock_physics::model::prediction::Prediction;

@@ -3,8 +3,8 @@
 //! Whether logs disagree is decided by the noise, in which what changes slowly weighs little, and by what an effect explains: a
 //! constant that differs by a twentieth is a disagreement by neither, and can be most of the error on unseen data.
 
-use super::engine::Logs;
 use super::evidence::MOST;
+use super::logs::Logs;
 use super::named::Named;
 use super::sentence::MORE_THAN_NOISE;
 use softdock_io::recording::Recording;

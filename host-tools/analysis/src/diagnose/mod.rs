@@ -32,9 +32,11 @@ mod finding;
 mod for_prediction;
 mod left_over;
 mod log_to_log;
+mod logs;
 mod named;
 mod notes;
 mod outcome;
+mod question;
 mod ranking;
 mod regions;
 mod rivals;
@@ -47,21 +49,23 @@ mod structure;
 mod timed_logs;
 mod verdict;
 mod wrench;
+mod wrench_finding;
 mod wrench_stage;
 
 pub use evidence::NAMED;
 pub use finding::*;
+pub use logs::Logs;
 
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{are_of_one_log, held_back};
 use anyhow::{bail, ensure};
-pub use engine::Logs;
-use engine::{Question, Watch, WrenchFinding};
+use question::{Question, Watch};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
 use std::time::Instant;
+use wrench_finding::WrenchFinding;
 
 /// A diagnosis with what its report draws.
 #[derive(Clone, Debug)]
@@ -160,7 +164,8 @@ pub fn fit_effect(
     }
 }
 
-/// Why the fall of χ² over so many rows does not suffice.
+/// Why the fall of χ² over so many rows does not suffice: by what a name takes of evidence and of the price of its parameters,
+/// of which the search counts the rows that it has looked at.
 fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
     let cost = evidence::threshold(0.0)
         + evidence::prior()
@@ -172,12 +177,12 @@ fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
     );
     if ranked.gain_train + ranked.gain_test < cost {
         return format!(
-            "{falls}, together less than its price of {cost:.0} (fitted parameters: {fitted}); take a log that excites it (softdock effects \
+            "{falls}, together less than the {cost:.0} or so that a name takes (fitted parameters: {fitted}); take a log that excites it (softdock effects \
              show {id})"
         );
     }
     format!(
-        "{falls}, together more than its price of {cost:.0} (fitted parameters: {fitted}), but fitted to the one it does not foretell the \
+        "{falls}, together more than the {cost:.0} or so that a name takes (fitted parameters: {fitted}), but fitted to the one it does not foretell the \
          other, or an error of the form of what the model has already may be as large; if something else is missing as well, \
          `softdock add` without an effect looks for all of it, and --force adds this one alone"
     )

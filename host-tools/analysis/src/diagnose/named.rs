@@ -1,10 +1,11 @@
 //! What the stages accepted, as effects of a model file.
 
 use super::actuator::{Candidate, Search, Term};
-use super::engine::{Stages, WrenchFinding};
+use super::engine::Stages;
 use super::evidence::{Foretold, NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
+use super::wrench_finding::WrenchFinding;
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;

@@ -1,17 +1,20 @@
 //! From what the stages found to a verdict.
 
-use super::engine::{Logs, Question, Stages, WrenchFinding};
+use super::engine::Stages;
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
 use super::finding::{Diagnosis, Nominal, Remainder, RunnerUp, Verdict};
 use super::left_over::left_over;
 use super::log_to_log::from_log_to_log;
+use super::logs::Logs;
 use super::named::Named;
 use super::notes::{Answer, TESTED, lacking, of_a_rig};
+use super::question::Question;
 use super::structure::{Left, Structure};
 use super::verdict::Grounds;
 use super::wrench::{self, OtherSign};
+use super::wrench_finding::WrenchFinding;
 use super::{closest_rival, ranking, regions, sentence};
 use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;

@@ -3,11 +3,12 @@
 use super::actuator::Candidate;
 use super::clock::Jitter;
 use super::closest_rival::is_more_than;
-use super::engine::{Stages, WrenchFinding, is_shape};
+use super::engine::{Stages, is_shape};
 use super::evidence::{self, NEARLY_AS_GOOD, TOLD_APART};
 use super::finding::{Ranked, StrongestEvidence};
 use super::rivals::ClockRival;
 use super::wrench::Tested;
+use super::wrench_finding::WrenchFinding;
 use softdock_physics::model::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -72,8 +73,8 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
             refused: None,
         });
     }
-    // By the price by which the search decides, so that what is named stands before what only fits a
-    // little better with more effects.
+    // By the price of a stage in cycles, so that what is named stands before what only fits a little
+    // better with more effects; the reading has the evidence of its search.
     let price = evidence::price(stages.logs.all.iter().map(|log| log.cycle_count()).sum());
     let worth = |r: &Ranked| {
         let paid = price * r.parameters as f64 + evidence::prior() * r.effects.len() as f64;

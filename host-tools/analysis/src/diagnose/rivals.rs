@@ -7,8 +7,10 @@
 //! velocity and wrench is believed; where neither does they are tied.
 
 use super::clock::{Jitter, PoseScatter};
-use super::engine::{ClockFinding, Logs, Question};
+use super::engine::ClockFinding;
 use super::evidence::TOLD_APART;
+use super::logs::Logs;
+use super::question::Question;
 use super::stage_results::StageResults;
 use super::timed_logs::TimedLogs;
 use super::wrench::subtract;

@@ -3,14 +3,17 @@
 use super::actuator::{self, Candidate, Cost, Term};
 use super::beside::{self, Asking};
 use super::clock::{self, CommonDelay, PoseScatter};
-use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
+use super::engine::{ActuatorFinding, is_shape};
 use super::evidence::FORETELLS;
 use super::finding::NoiseFloor;
+use super::logs::Logs;
 use super::named;
+use super::question::Question;
 use super::sampling::Sampling;
 use super::structure::{Left, Structure};
 use super::timed_logs::TimedLogs;
 use super::wrench;
+use super::wrench_finding::WrenchFinding;
 use super::wrench_stage::{Motion, wrench_stage};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;

@@ -1,6 +1,6 @@
 //! Which part of its logs a diagnosis looks at.
 
-use super::engine::Logs;
+use super::logs::Logs;
 use crate::held_back::part;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;

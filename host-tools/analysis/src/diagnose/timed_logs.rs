@@ -1,7 +1,9 @@
 //! Logs with what is believed of their clock.
 
 use super::clock::{self, Clock};
-use super::engine::{ClockFinding, Logs, Question};
+use super::engine::ClockFinding;
+use super::logs::Logs;
+use super::question::Question;
 use softdock_actuator::Reading;
 use softdock_io::recording::Recording;
 use softdock_physics::effects::body::clock_jitter::Scatter;

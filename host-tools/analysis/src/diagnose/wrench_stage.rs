@@ -1,11 +1,14 @@
 //! The search on the reading, with the motion that the sensor felt.
 
 use super::actuator::{self, Cost, Term};
-use super::engine::{ActuatorFinding, Logs, Question, WrenchFinding, is_shape};
+use super::engine::{ActuatorFinding, is_shape};
 use super::evidence::NAMED;
+use super::logs::Logs;
+use super::question::Question;
 use super::sampling::Sampling;
 use super::structure::LEVEL;
 use super::wrench::{self, Joint, PreparedLog};
+use super::wrench_finding::WrenchFinding;
 use rayon::prelude::*;
 use softdock_physics::effects::by_id;
 use softdock_physics::model::Model;

@@ -1,0 +1,90 @@
+//! What there is of each log, apart by whether anything was fitted to it.
+
+use softdock_physics::model::log::Log;
+
+/// Something for each log. The first ones are those of the fit, the others are unseen.
+#[derive(Clone, Debug)]
+pub struct Logs<T> {
+    /// Of each log.
+    pub all: Vec<T>,
+    /// Number of logs of the fit.
+    pub fitted: usize,
+}
+
+impl<T> Logs<T> {
+    /// Of the logs of the fit and of the unseen ones.
+    pub fn new(fitted: Vec<T>, unseen: Vec<T>) -> Self {
+        let count = fitted.len();
+        let mut all = fitted;
+        all.extend(unseen);
+        Self { all, fitted: count }
+    }
+
+    /// Those of the fit.
+    pub fn train(&self) -> &[T] {
+        &self.all[..self.fitted]
+    }
+
+    /// Those that are unseen; those of the fit where there are no others.
+    pub fn test(&self) -> &[T] {
+        match &self.all[self.fitted..] {
+            [] => &self.all,
+            unseen => unseen,
+        }
+    }
+
+    /// The first unseen one, which is what is drawn.
+    pub fn shown(&self) -> &T {
+        &self.test()[0]
+    }
+
+    /// Number of the first unseen log.
+    pub(super) fn shown_number(&self) -> usize {
+        self.fitted % self.all.len().max(1)
+    }
+
+    /// A reference to each.
+    pub(super) fn map_refs(&self) -> Logs<&T> {
+        Logs {
+            all: self.all.iter().collect(),
+            fitted: self.fitted,
+        }
+    }
+
+    /// The same for each.
+    pub(super) fn map<U>(&self, of: impl FnMut(&T) -> U) -> Logs<U> {
+        Logs {
+            all: self.all.iter().map(of).collect(),
+            fitted: self.fitted,
+        }
+    }
+
+    /// The same for all at once.
+    pub(super) fn map_at_once<U: Send>(&self, of: impl Fn(&T) -> U + Sync + Send) -> Logs<U>
+    where
+        T: Sync,
+    {
+        use rayon::prelude::*;
+        Logs {
+            all: self.all.par_iter().map(of).collect(),
+            fitted: self.fitted,
+        }
+    }
+}
+
+impl<T> Logs<anyhow::Result<T>> {
+    /// All, or the first error.
+    pub(super) fn whole(self) -> anyhow::Result<Logs<T>> {
+        Ok(Logs {
+            all: self.all.into_iter().collect::<anyhow::Result<Vec<T>>>()?,
+            fitted: self.fitted,
+        })
+    }
+}
+
+impl Logs<Log> {
+    /// Whether each has an origin of its own: effects that act by position have other amounts in each, then.
+    pub(super) fn have_own_origins(&self) -> bool {
+        self.all.len() > 1 && self.all.iter().all(Log::has_own_origin)
+    }
+}
