@@ -6,7 +6,7 @@
 use super::evidence::MOST;
 use super::logs::Logs;
 use super::named::Named;
-use super::sentence::MORE_THAN_NOISE;
+use crate::compare::TOLERATED_NOISE;
 use softdock_io::recording::Recording;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
 use softdock_physics::model::prediction::{Prediction, predict};
@@ -40,7 +40,7 @@ pub(super) fn from_log_to_log(
     let left: f64 = rests.iter().map(|rest| dot(rest, rest)).sum();
     let count = rests.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let rms = |squares: f64| (squares.max(0.0) / count).sqrt();
-    if rms(left) <= MORE_THAN_NOISE {
+    if rms(left) <= TOLERATED_NOISE {
         return None;
     }
     let with_own = |effect: &str, name: &str, value: f64| -> Option<(f64, Vec<f64>)> {

@@ -6,9 +6,9 @@ use super::error_reduction::ErrorReduction;
 use super::evidence::NAMED;
 use super::finding::{Equivalent, NoiseFloor, Remainder, Verdict};
 use super::log_to_log::LogToLog;
-use super::sentence;
 use super::structure::SLOW_HZ;
 use super::wrench::{Disagreement, PreparedLog};
+use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
 use softdock_physics::model::prediction::Prediction;
@@ -201,7 +201,7 @@ impl Answer<'_> {
 /// What the noise of a channel is, other than that of the model file.
 fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
     let ratio = floor.measured / floor.data_sheet;
-    if ratio < 1.0 / sentence::MORE_THAN_NOISE {
+    if ratio < 1.0 / TOLERATED_NOISE {
         return Some(format!(
             "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
             floor.channel, floor.axis
@@ -212,7 +212,7 @@ fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
     let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
     let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
     let is_slow = 0.5 / stages.logs.shown().cycle_s <= SLOW_HZ;
-    if has_none || is_slow || ratio <= sentence::MORE_THAN_NOISE {
+    if has_none || is_slow || ratio <= TOLERATED_NOISE {
         return None;
     }
     let filter = match floor.channel {

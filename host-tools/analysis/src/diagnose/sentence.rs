@@ -2,11 +2,10 @@
 
 use super::finding::{Diagnosis, TOGETHER, Verdict};
 use super::structure::{Left, Structure};
+use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_report::number;
 
-/// Scatter or level of what remains, over the model file's noise, from which it is not called noise without more words.
-pub(super) const MORE_THAN_NOISE: f64 = 1.25;
 /// Share of the error that is left from which the sentence tells it.
 const TOLD: f64 = 0.01;
 /// Percentage of it that is told as all of it.
@@ -60,7 +59,7 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
             remainder.follows
         );
     }
-    if level > MORE_THAN_NOISE {
+    if level > TOLERATED_NOISE {
         return format!(
             "Nothing is missing that these logs show: what remains ({level:.2} in units of the model file's noise) is more than its \
              noise, and is not told from noise of another size or colour; `softdock compare` says where it stands."

@@ -20,134 +20,151 @@ pub(crate) struct Nuisance {
 /// Adds a step to a parameter.
 type Change = Box<dyn Fn(&mut Model, f64)>;
 
+impl Nuisance {
+    fn new(
+        name: impl Into<String>,
+        (value, tolerance): (f64, f64),
+        change: impl Fn(&mut Model, f64) + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            tolerance,
+            change: Box::new(change),
+        }
+    }
+}
+
 /// All nominal parameters with a tolerance on which a reading can depend.
 pub(crate) fn all(model: &Model) -> Vec<Nuisance> {
-    let mut all = Vec::new();
-    let mut add = |name: String, value: f64, tolerance: f64, change: Change| {
-        if tolerance > 0.0 {
-            all.push(Nuisance {
-                name,
-                value,
-                tolerance,
-                change,
-            });
-        }
-    };
+    let mut all = of_walls(model);
+    all.extend(of_guide(model));
+    all.extend(of_docking(model));
+    all.extend(of_tool_and_sensor(model));
+    all.retain(|nuisance| nuisance.tolerance > 0.0);
+    all
+}
+
+fn of_walls(model: &Model) -> Vec<Nuisance> {
     let tolerance = &model.tolerance;
-    for (i, wall) in model.contact.walls.iter().enumerate() {
+    let each = model.contact.walls.iter().enumerate();
+    let of_wall = each.flat_map(|(i, wall)| {
         let name = |what: &str| format!("contact.walls[{i}].{what}");
-        add(
-            name("stiffness_n_per_m"),
-            wall.stiffness_n_per_m,
-            tolerance.wall_stiffness(wall),
-            Box::new(move |m, step| m.contact.walls[i].stiffness_n_per_m += step),
-        );
-        add(
-            name("damping_n_s_per_m"),
-            wall.damping_n_s_per_m,
-            tolerance.wall_damping(wall),
-            Box::new(move |m, step| m.contact.walls[i].damping_n_s_per_m += step),
-        );
         let normal = Vector3::from(wall.normal).normalize();
-        add(
-            name("point_m along its normal"),
-            normal.dot(&Vector3::from(wall.point_m)),
-            tolerance.wall_position_m,
-            Box::new(move |m, step| {
-                let point = &mut m.contact.walls[i].point_m;
-                point
-                    .iter_mut()
-                    .zip(&normal)
-                    .for_each(|(p, n)| *p += step * n);
+        let depth = normal.dot(&Vector3::from(wall.point_m));
+        let moved = move |m: &mut Model, step: f64| {
+            let point = m.contact.walls[i].point_m.iter_mut();
+            point.zip(&normal).for_each(|(p, n)| *p += step * n);
+        };
+        let stiffness = (wall.stiffness_n_per_m, tolerance.wall_stiffness(wall));
+        let damping = (wall.damping_n_s_per_m, tolerance.wall_damping(wall));
+        [
+            Nuisance::new(name("stiffness_n_per_m"), stiffness, move |m, step| {
+                m.contact.walls[i].stiffness_n_per_m += step;
             }),
-        );
-    }
-    if let Some(guide) = &model.contact.guide {
-        add(
-            "contact.guide.stiffness_n_per_m".to_owned(),
-            guide.stiffness_n_per_m,
-            tolerance.guide_stiffness(guide.stiffness_n_per_m),
-            Box::new(|m, step| guide_of(m, |g| g.stiffness_n_per_m += step)),
-        );
-        add(
-            "contact.guide.damping_n_s_per_m".to_owned(),
-            guide.damping_n_s_per_m,
-            tolerance.guide_damping(guide.damping_n_s_per_m),
-            Box::new(|m, step| guide_of(m, |g| g.damping_n_s_per_m += step)),
-        );
-        for i in 0..3 {
-            add(
-                format!("contact.guide.point_m[{i}]"),
-                guide.point_m[i],
-                tolerance.guide_position_m,
-                Box::new(move |m, step| guide_of(m, |g| g.point_m[i] += step)),
-            );
-        }
-    }
+            Nuisance::new(name("damping_n_s_per_m"), damping, move |m, step| {
+                m.contact.walls[i].damping_n_s_per_m += step;
+            }),
+            Nuisance::new(
+                name("point_m along its normal"),
+                (depth, tolerance.wall_position_m),
+                moved,
+            ),
+        ]
+    });
+    of_wall.collect()
+}
+
+fn of_guide(model: &Model) -> Vec<Nuisance> {
+    let Some(guide) = &model.contact.guide else {
+        return Vec::new();
+    };
+    let (tolerance, name) = (&model.tolerance, |what: &str| {
+        format!("contact.guide.{what}")
+    });
+    let (stiffness, damping) = (guide.stiffness_n_per_m, guide.damping_n_s_per_m);
+    let stiffness = (stiffness, tolerance.guide_stiffness(stiffness));
+    let damping = (damping, tolerance.guide_damping(damping));
+    let mut all = vec![
+        Nuisance::new(name("stiffness_n_per_m"), stiffness, |m, step| {
+            guide_of(m, |g| g.stiffness_n_per_m += step);
+        }),
+        Nuisance::new(name("damping_n_s_per_m"), damping, |m, step| {
+            guide_of(m, |g| g.damping_n_s_per_m += step);
+        }),
+    ];
+    all.extend((0..3).map(|i| {
+        let at = (guide.point_m[i], tolerance.guide_position_m);
+        Nuisance::new(name(&format!("point_m[{i}]")), at, move |m, step| {
+            guide_of(m, |g| g.point_m[i] += step);
+        })
+    }));
+    all
+}
+
+fn of_docking(model: &Model) -> Vec<Nuisance> {
+    let tolerance = &model.tolerance;
+    let mut all = Vec::new();
     for (i, docking) in model.contact.docking.iter().enumerate() {
         for number in docking::numbers(docking) {
             let (name, value) = (number.name(i), number.value);
-            let moved = move |m: &mut Model, step: f64| {
+            let within = (value, tolerance.docking_share * value.abs());
+            all.push(Nuisance::new(name, within, move |m, step| {
                 docking::set(&mut m.contact.docking[i], &number.pointer, value + step);
-            };
-            add(
-                name,
-                value,
-                tolerance.docking_share * value.abs(),
-                Box::new(moved),
-            );
+            }));
         }
         for axis in 0..3 {
-            let moved = move |m: &mut Model, step| m.contact.docking[i].position_m[axis] += step;
-            add(
-                format!("contact.docking[{i}].position_m[{axis}]"),
-                docking.position_m[axis],
-                tolerance.docking_position_m,
-                Box::new(moved),
-            );
+            let name = format!("contact.docking[{i}].position_m[{axis}]");
+            let within = (docking.position_m[axis], tolerance.docking_position_m);
+            all.push(Nuisance::new(name, within, move |m, step| {
+                m.contact.docking[i].position_m[axis] += step;
+            }));
         }
     }
-    add(
-        "tool.mass_kg".to_owned(),
-        model.tool.mass_kg,
-        tolerance.tool_mass_kg,
-        Box::new(|m, step| m.tool.mass_kg += step),
-    );
+    all
+}
+
+fn of_tool_and_sensor(model: &Model) -> Vec<Nuisance> {
+    let (tool, sensor, tolerance) = (&model.tool, &model.sensor, &model.tolerance);
+    let mass = (tool.mass_kg, tolerance.tool_mass_kg);
+    let mut all = vec![Nuisance::new("tool.mass_kg", mass, |m, step| {
+        m.tool.mass_kg += step;
+    })];
     for i in 0..3 {
-        add(
-            format!("tool.com_m[{i}]"),
-            model.tool.com_m[i],
-            tolerance.tool_com_m,
-            Box::new(move |m, step| m.tool.com_m[i] += step),
-        );
-        let moment = model.tool.inertia_kg_m2[i][i];
-        add(
-            format!("tool.inertia_kg_m2[{i}][{i}]"),
-            moment,
-            tolerance.tool_inertia(moment),
-            Box::new(move |m, step| m.tool.inertia_kg_m2[i][i] += step),
-        );
-        add(
-            format!("sensor.position_m[{i}]"),
-            model.sensor.position_m[i],
-            tolerance.sensor_position_m,
-            Box::new(move |m, step| m.sensor.position_m[i] += step),
-        );
-        add(
-            format!("sensor.orientation about {}", ["x", "y", "z"][i]),
-            0.0,
-            tolerance.sensor_orientation_rad,
-            Box::new(move |m, step| m.turn_sensor(i, step)),
-        );
+        let moment = tool.inertia_kg_m2[i][i];
+        let com = (tool.com_m[i], tolerance.tool_com_m);
+        let inertia = (moment, tolerance.tool_inertia(moment));
+        let position = (sensor.position_m[i], tolerance.sensor_position_m);
+        let turn = (0.0, tolerance.sensor_orientation_rad);
+        let about = ["x", "y", "z"][i];
+        all.extend([
+            Nuisance::new(format!("tool.com_m[{i}]"), com, move |m, step| {
+                m.tool.com_m[i] += step;
+            }),
+            Nuisance::new(
+                format!("tool.inertia_kg_m2[{i}][{i}]"),
+                inertia,
+                move |m, step| m.tool.inertia_kg_m2[i][i] += step,
+            ),
+            Nuisance::new(
+                format!("sensor.position_m[{i}]"),
+                position,
+                move |m, step| m.sensor.position_m[i] += step,
+            ),
+            Nuisance::new(
+                format!("sensor.orientation about {about}"),
+                turn,
+                move |m, step| m.turn_sensor(i, step),
+            ),
+        ]);
     }
-    for (i, sigma) in tolerance.bias.into_iter().enumerate() {
-        add(
-            format!("sensor.bias[{i}]"),
-            model.sensor.bias[i],
-            sigma,
-            Box::new(move |m, step| m.sensor.bias[i] += step),
-        );
-    }
+    let zeros = tolerance.bias.into_iter().enumerate();
+    all.extend(zeros.map(|(i, sigma)| {
+        let zero = (sensor.bias[i], sigma);
+        Nuisance::new(format!("sensor.bias[{i}]"), zero, move |m, step| {
+            m.sensor.bias[i] += step;
+        })
+    }));
     all
 }
 
