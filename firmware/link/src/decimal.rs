@@ -46,7 +46,7 @@ impl Decimal {
     pub const MAX_DECIMALS: u8 = 9;
 
     /// Largest text of a number with at most [`Self::MAX_DECIMALS`] digits behind the point: sign, the 19 digits of
-    /// `i64::MIN`, point.
+    /// `i64::MIN`, point; or the 20 digits of a `u64`.
     pub const MAX_TEXT_BYTES: usize = 1 + 19 + 1;
 
     /// Counts up to this magnitude are exact in an `f64` (2^53).
@@ -250,6 +250,10 @@ mod tests {
         assert_eq!(text(i64::MIN, 9), "-9223372036.854775808");
         assert_eq!(text(i64::MIN, 9).len(), Decimal::MAX_TEXT_BYTES);
         assert_eq!(text(1, 21), "0.000000000000000000001");
+        let count = |n| count_text(n, &mut [0; Decimal::MAX_TEXT_BYTES]).to_vec();
+        for n in [0, 9, u32::MAX.into(), u64::from(u32::MAX) + 1, u64::MAX] {
+            assert_eq!(count(n), n.to_string().into_bytes());
+        }
     }
 
     #[test]

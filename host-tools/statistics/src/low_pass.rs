@@ -80,10 +80,11 @@ impl LowPass {
 
     /// Runs the filter over the values; it starts as if the first had been there for ever.
     fn run(&self, values: &mut [f64]) {
+        let start = values.first().copied().unwrap_or(0.0);
         for pair in self.sections.chunks(2) {
             match *pair {
-                [first, second] => chained(values, [first, second]),
-                [single, ..] => chained(values, [single]),
+                [first, second] => chained(values, start, [first, second]),
+                [single, ..] => chained(values, start, [single]),
                 [] => {}
             }
         }
@@ -91,14 +92,9 @@ impl LowPass {
 }
 
 /// Runs sections over the values, one behind the other in each step: while the second works on a value, the first is at the next.
-fn chained<const N: usize>(values: &mut [f64], sections: [Section; N]) {
-    let mut first = values.first().copied().unwrap_or(0.0);
-    let mut states = sections.map(|Section { b, a }| {
-        // At rest the output is the input, which fixes the state.
-        let state = [(1.0 - b[0]) * first, (b[2] - a[1]) * first];
-        first = b[0] * first + state[0];
-        state
-    });
+fn chained<const N: usize>(values: &mut [f64], start: f64, sections: [Section; N]) {
+    // At rest the output is the input, which fixes the state.
+    let mut states = sections.map(|Section { b, a }| [(1.0 - b[0]) * start, (b[2] - a[1]) * start]);
     for value in values {
         for (Section { b, a }, state) in sections.iter().zip(&mut states) {
             let input = *value;

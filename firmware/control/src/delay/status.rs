@@ -9,7 +9,8 @@ pub enum ConfidenceLevel {
     #[default]
     #[cfg_attr(feature = "serde", serde(rename = "NoLadder"))]
     NotAssessed,
-    /// The robot's answer to the approach is being compared with what is believed of it.
+    /// The robot's answer to the approach is being compared with what is believed of it, or was another one while the interlock
+    /// is off.
     #[cfg_attr(feature = "serde", serde(rename = "Watching"))]
     Unverified,
     /// The robot does as believed; the contact is identified as it happens.

@@ -53,7 +53,7 @@ impl Clock {
         self.rate.1 > 0.0
     }
 
-    /// What several logs of one clock say together, each by how well it knows it.
+    /// What several logs of one clock say together: of rate and offset each by how well it knows them, of the jitter all alike.
     pub(crate) fn common(all: &[Self]) -> Self {
         let said: Vec<&Self> = all.iter().filter(|clock| clock.says_something()).collect();
         let count = said.len().max(1) as f64;
@@ -351,6 +351,28 @@ fn jitter(errors: &[(f64, f64)], sheet: f64) -> Proportional {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A log without a velocity of its own says nothing; of two that do the sharper one counts more.
+    #[test]
+    fn what_several_logs_say_is_weighed_by_how_well_they_know_it() {
+        let log = |rate, sigma| Clock {
+            rate: (rate, sigma),
+            offset_s: (2.0 * rate, 0.0),
+            duration_s: 1e-4,
+            sigma_s: 1e-5,
+            ..Clock::default()
+        };
+        let both = Clock::common(&[log(1e-3, 1e-4), log(2e-3, 3e-4), Clock::default()]);
+        // By weights of 9 to 1.
+        assert!((both.rate.0 - 1.1e-3).abs() < 1e-12, "{both:?}");
+        assert!(
+            (both.rate.1 - 1e-4 * 0.9_f64.sqrt()).abs() < 1e-12,
+            "{both:?}"
+        );
+        assert_eq!(both.offset_s, (0.0, 0.0));
+        assert!((both.duration_s - 1e-4).abs() < 1e-15, "{both:?}");
+        assert_eq!(Clock::common(&[Clock::default()]).rate, (0.0, 0.0));
+    }
 
     #[test]
     fn a_variance_that_grows_with_speed_is_a_jitter() {

@@ -1,7 +1,7 @@
 //! Whether a residual is noise, or still has structure; four tests that look at different things.
 //!
 //! The limits are above the largest values that logs without any missing effect have shown; there is
-//! structure only if all logs say so.
+//! structure only if all logs say so that are long enough to.
 
 use super::rounding::Rounded;
 use super::wrench::{Joint, PreparedLog, Remainder, Rest, Tested, sheet_sigma};
@@ -18,9 +18,10 @@ const SLOW: f64 = 3.0;
 pub(crate) const SLOW_HZ: f64 = 6.0;
 /// Strongest window over the median window, at the least (noise of 4 ms cycles: at most 1.7).
 const BURST: f64 = 2.5;
-/// Probability with which white noise has a burst in any window of a log: windows of few samples vary more.
+/// Probability with which white noise has a burst in any window of a log: windows of few samples vary more. By their own median
+/// it is up to 0.004 where there are few windows.
 const BURST_BY_CHANCE: f64 = 1e-3;
-/// Fewest cycles of a log in which bursts and slow parts are looked for.
+/// Fewest cycles of a log in which bursts, lines and slow parts are looked for.
 const SHORTEST: usize = 64;
 /// Duration of a window, s.
 const BURST_S: f64 = 0.25;
@@ -293,7 +294,7 @@ pub(crate) struct Line {
 pub(crate) struct Structure {
     /// Power below 6 Hz over the median power.
     pub slow: f64,
-    /// Strongest window over the median window, by what noise may have: more than 1 is none.
+    /// Strongest window over the median window, divided by the most that noise has: a burst above 1.
     pub burst: f64,
     /// First cycle of the strongest window, and its length.
     pub burst_at: (usize, usize),
@@ -348,11 +349,13 @@ impl Structure {
         }
     }
 
-    /// Whether the same test fires on all logs; one that is too short for it has no say.
+    /// Whether the same test fires on all logs. One that is too short for it has no say, but of several two must have one.
     pub(crate) fn in_all(each: &[Self]) -> bool {
         let has_level = !each.is_empty() && each.iter().all(|s| s.level > LEVEL);
         let long: Vec<&Self> = each.iter().filter(|s| s.count >= SHORTEST).collect();
-        let all = |fires: &dyn Fn(&Self) -> bool| !long.is_empty() && long.iter().all(|s| fires(s));
+        let all = |fires: &dyn Fn(&Self) -> bool| {
+            long.len() >= each.len().clamp(1, 2) && long.iter().all(|s| fires(s))
+        };
         all(&|s| s.slow > SLOW)
             || all(&|s| s.burst > 1.0)
             || all(&|s| s.line.over_usual > LINE)
@@ -529,7 +532,13 @@ mod tests {
         let long = Structure::of(&series, 0.002, 1.0);
         let short = Structure::of(&white(3, 50), 0.002, 1.0);
         let quiet = Structure::of(&white(4, 10_000), 0.002, 1.0);
-        assert!(Structure::in_all(&[long.clone(), short.clone()]));
+        assert!(Structure::in_all(std::slice::from_ref(&long)));
+        assert!(Structure::in_all(&[
+            long.clone(),
+            long.clone(),
+            short.clone()
+        ]));
+        assert!(!Structure::in_all(&[long.clone(), short.clone()]));
         assert!(!Structure::in_all(&[long, short.clone(), quiet]));
         assert!(!Structure::in_all(&[short]));
     }

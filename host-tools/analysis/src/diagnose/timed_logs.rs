@@ -125,16 +125,19 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
     let found = logs.map_at_once(|log| clock::test(model, log)).all;
     let apart_s = SAMPLED_APART * logs.all[0].cycle_s;
     let tries = |id: &str| question.tries(model, id);
-    let said = || found.iter().filter(|clock| clock.says_something());
-    let each = |of: &dyn Fn(&Clock) -> bool| said().next().is_some() && said().all(of);
     let train = Clock::common(&found[..logs.fitted]);
+    // Of all that say something of it, the logs of the fit among them.
+    let each = |known: &dyn Fn(&Clock) -> f64, of: &dyn Fn(&Clock) -> bool| {
+        let mut said = found.iter().filter(|clock| known(clock) > 0.0);
+        known(&train) > 0.0 && said.all(of)
+    };
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
     let jitters = tries("clock_jitter") && gain > clock::SIGNIFICANT;
     ClockFinding {
         jitter: jitters.then(|| train.jitter(gain)),
-        rate: (tries("clock_rate") && each(&|c| c.has_rate_error(RATE_TOLERANCE)))
+        rate: (tries("clock_rate") && each(&|c| c.rate.1, &|c| c.has_rate_error(RATE_TOLERANCE)))
             .then_some(train.rate),
-        offset_s: (tries("clock_offset") && each(&|c| c.has_offset(apart_s)))
+        offset_s: (tries("clock_offset") && each(&|c| c.offset_s.1, &|c| c.has_offset(apart_s)))
             .then_some(train.offset_s),
     }
 }

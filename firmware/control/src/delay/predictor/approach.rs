@@ -37,12 +37,9 @@ pub(super) struct Findings {
 }
 
 impl Findings {
-    /// How much the robot is unlike its model, as a part of the displacement in a mean delay (cycles): by its misfit, or by what
-    /// its delay is beyond the range.
-    pub(super) fn unlike(&self, mean_delay: f64) -> f64 {
-        let beyond = (self.wanted - self.extra_delay).abs() / mean_delay.max(1.0);
-        let at_bound = if self.at_bound { beyond } else { 0.0 };
-        self.misfit.max(at_bound)
+    /// How far beyond its range the delay is, cycles.
+    pub(super) fn beyond(&self) -> f64 {
+        (self.wanted - self.extra_delay).abs()
     }
 
     /// An extra delay within the range in which the delay is followed, cycles.

@@ -156,7 +156,7 @@ impl LinearDynamics {
 
     /// The same of a lag or a servo.
     #[inline]
-    pub(super) fn respond(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
+    fn respond(&self, state: &mut [f64; 3], older: f64, newer: f64) -> Segment {
         let start = self.output(state);
         let old = *state;
         let commands = |r: usize| self.from_older[r] * older + self.from_newer[r] * newer;

@@ -211,12 +211,15 @@ mod tests {
             if rests { 0.0 } else { command }
         };
         let commands = |n| V6::from_fn(|axis, _| command(n, axis));
+        let (mut went_on, mut turned) = (0, 0);
         for (delay, lag_s) in [(2.0, 0.0), (2.3, 0.0), (0.0, 0.0), (1.5, 0.016)] {
             for (pause, first) in [(0.0, 0), (0.4, 0), (4.0, 0), (0.4, 79), (4.0, 79)] {
                 let model = RobotModel::new(&robot(delay, pause, lag_s, 0.0), CYCLE_S, 0.0);
                 let (mut at_once, mut each) = (RobotState::default(), RobotState::default());
                 for n in first..120 {
                     let (older, newer) = (commands(n), commands(n + 1));
+                    let goes_on = at_once.goes_on(&model, &older, &newer);
+                    *(if goes_on { &mut went_on } else { &mut turned }) += 1;
                     at_once.step(&model, &older, &newer);
                     for i in 0..6 {
                         let (displacement, velocity) =
@@ -229,6 +232,7 @@ mod tests {
                 }
             }
         }
+        assert!(went_on > 100 && turned > 100, "{went_on} {turned}");
     }
 
     /// A pure dead time whose command turns in cycle 10: it goes on until then and a dead time, stands for the pause, and goes

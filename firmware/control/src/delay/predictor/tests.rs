@@ -238,6 +238,29 @@ fn a_robot_that_is_none_of_those_believed_does_not_get_into_a_contact() {
         let mut docking = Docking::new(&settings, &plant, 0.005);
         docking.run(150);
         assert!(docking.fault.is_none());
+        assert_eq!(docking.status.confidence, ConfidenceLevel::Unverified);
+    }
+}
+
+/// By half a cycle, and beside noise that hides as much of a misfit.
+#[test]
+fn a_robot_just_beyond_the_range_of_the_delay_is_refused_with_a_misfit_above_the_limit() {
+    for position_noise_m in [0.0, 5e-6] {
+        let actuator = Actuator {
+            delay_s: 0.072 + 0.002,
+            ..robot()
+        };
+        let measurement = Measurement {
+            position_noise_m,
+            ..Measurement::default()
+        };
+        let plant = between_walls(actuator, 0.0, measurement);
+        let mut docking = Docking::new(&believed(LawName::Predictor, &robot()), &plant, 0.005);
+        docking.run(150);
+        let fault = docking.fault.expect("a fault");
+        assert_eq!(fault.code, FaultCode::ActuatorUnlike);
+        assert!(fault.received > fault.expected, "{fault:?}");
+        assert!(docking.seen.has(LawFlags::DELAY_AT_BOUND));
     }
 }
 

@@ -116,12 +116,15 @@ impl Supervisor {
             self.change_delay(observer, later);
         }
         let findings = &self.approach.findings;
-        self.misfit = findings.unlike(self.model.linear.mean_delay);
+        let most = INTERLOCK_MISFIT + findings.noise_m / self.delayed(self.approach.speed);
+        self.misfit = findings.misfit;
         if findings.at_bound {
             self.flags.set(LawFlags::DELAY_AT_BOUND);
+            // No delay in the range is the robot's: that is never less than the limit.
+            let beyond = findings.beyond() / self.model.linear.mean_delay.max(1.0);
+            self.misfit = self.misfit.max(most + beyond);
         }
         if findings.complete {
-            let most = INTERLOCK_MISFIT + findings.noise_m / self.delayed(self.approach.speed);
             if self.misfit <= most {
                 self.confidence = ConfidenceLevel::Verified;
             } else if self.settings.interlock {
