@@ -31,7 +31,7 @@ pub(super) struct Diagnose {
     /// Recordings to fit on (MCAP), one or several
     #[arg(required = true)]
     train: Vec<PathBuf>,
-    /// Recordings to judge on (MCAP), one or several: no parameter is fitted to them, but they take part in deciding what is
+    /// Recordings to judge on (MCAP), one or several: parameters are those of the others, but these take part in deciding what is
     /// missing; for an error that nothing was decided by, `compare` the model of `add` with another recording
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     test: Vec<PathBuf>,
