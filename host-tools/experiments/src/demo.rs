@@ -16,6 +16,9 @@ use softdock_control::delay::{DelaySettings, LawName, ModelVelocity};
 use softdock_control::modes::{Fault, FaultCode};
 use softdock_io::recording::Recording;
 use softdock_physics::effects::Group;
+use softdock_physics::effects::actuator::{
+    actuation_delay, actuation_lag, second_order_servo, zero_cross_pause,
+};
 use softdock_physics::model::{EffectModel, Model};
 use softdock_report::{Cell, Column, Mark, Table};
 use softdock_rig::rig::Hidden;
@@ -25,10 +28,10 @@ use softdock_rig::rig::hidden::{self, suggest};
 pub const BOUNCE_SPEED_M_S: f64 = 0.01;
 /// Effects that a delay law is told of.
 const LEARNED: [&str; 4] = [
-    "actuation_delay",
-    "zero_cross_pause",
-    "actuation_lag",
-    "second_order_servo",
+    actuation_delay::EFFECT.id,
+    zero_cross_pause::EFFECT.id,
+    actuation_lag::EFFECT.id,
+    second_order_servo::EFFECT.id,
 ];
 
 /// What the rig hides unless somebody asks for something else: with the 12 ms that the model knows,
@@ -39,8 +42,8 @@ pub fn default_hidden() -> Vec<Hidden> {
         parameters: [(parameter.to_owned(), value)].into(),
     };
     vec![
-        one("actuation_delay", "extra_delay_s", 0.020),
-        one("zero_cross_pause", "pause_s", 0.016),
+        one(actuation_delay::EFFECT.id, "extra_delay_s", 0.020),
+        one(zero_cross_pause::EFFECT.id, "pause_s", 0.016),
     ]
 }
 

@@ -11,7 +11,7 @@ use serde::Serialize;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
 use softdock_physics::effects::sensor::tool::ToolState;
-use softdock_physics::effects::{Direction, Guide, Late, Lateness, Law, Slide};
+use softdock_physics::effects::{Actuator, Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::load::{LoadModel, angles, in_motion, nominal_tool, positions};
 use softdock_physics::model::log::Log;
@@ -274,7 +274,9 @@ impl Acting {
                 Law::Zero(law) if law(&values, 0.0) == law(&values, 1.0) => {
                     acting.parts.push(Part::Offset(law(&values, 0.0)));
                 }
-                Law::Actuator(Some(law)) => {
+                Law::Actuator(Actuator {
+                    late: Some(law), ..
+                }) => {
                     let late = law(&values);
                     acting.late.delay_s += late.delay_s;
                     acting.late.lag_s += late.lag_s;

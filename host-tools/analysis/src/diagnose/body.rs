@@ -9,6 +9,8 @@ use super::evidence::{self, threshold};
 use super::logs::Logs;
 use super::wrench::{Problem, Segment, Solution, white};
 use softdock_io::recording::Recording;
+use softdock_physics::effects::body::{sc_inertia_error, sc_mass_error};
+use softdock_physics::effects::mechanism::manipulator_resistance;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use softdock_physics::model::prediction::signals::Signals;
@@ -60,9 +62,9 @@ pub(crate) struct BodyRegression {
     hypotheses: Vec<Hypothesis>,
 }
 
-const MASS: &str = "sc_mass_error";
-const INERTIA: &str = "sc_inertia_error";
-const RESISTANCE: &str = "manipulator_resistance";
+const MASS: &str = sc_mass_error::EFFECT.id;
+const INERTIA: &str = sc_inertia_error::EFFECT.id;
+const RESISTANCE: &str = manipulator_resistance::EFFECT.id;
 
 const MASS_ERROR: [Named; 1] = [("mass_error_kg", "kg")];
 const INERTIA_ERRORS: [Named; 3] = [

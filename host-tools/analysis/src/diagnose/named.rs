@@ -6,6 +6,7 @@ use super::evidence::{Foretold, NEARLY_AS_GOOD, Support};
 use super::finding::Estimate;
 use super::wrench::Fitted;
 use super::wrench_finding::WrenchFinding;
+use softdock_physics::effects::body::{clock_jitter, clock_offset, clock_rate};
 use softdock_physics::effects::mechanism::ACTS_AT;
 use softdock_physics::effects::{Role, by_id};
 use softdock_physics::model::load::effects::LoadEffect;
@@ -266,14 +267,15 @@ fn clock(stages: &Stages) -> Vec<Named> {
     let jitter = clock.jitter.map(|jitter| {
         let of_intervals = f64::from(u8::from(jitter.scatter.of_intervals));
         let estimate = (jitter.scatter.jitter_s, jitter.sigma_s);
-        one("clock_jitter", "jitter_s", estimate, "s").choosing("of_intervals", of_intervals)
+        one(clock_jitter::EFFECT.id, "jitter_s", estimate, "s")
+            .choosing("of_intervals", of_intervals)
     });
     let rate = clock
         .rate
-        .map(|rate| one("clock_rate", "rate_error", rate, "-"));
+        .map(|rate| one(clock_rate::EFFECT.id, "rate_error", rate, "-"));
     let offset = clock
         .offset_s
-        .map(|offset| one("clock_offset", "offset_s", offset, "s"));
+        .map(|offset| one(clock_offset::EFFECT.id, "offset_s", offset, "s"));
     // A jitter bends the estimates of the other two.
     match jitter {
         Some(jitter) => vec![jitter],

@@ -9,6 +9,7 @@ use super::finding::{Ranked, StrongestEvidence};
 use super::rivals::ClockRival;
 use super::wrench::Tested;
 use super::wrench_finding::WrenchFinding;
+use softdock_physics::effects::body::clock_jitter;
 use softdock_physics::model::Channel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -63,7 +64,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     );
     if let Some(Jitter { gain, .. }) = stages.clock.jitter {
         all.push(Ranked {
-            effects: vec!["clock_jitter".to_owned()],
+            effects: vec![clock_jitter::EFFECT.id.to_owned()],
             beside: Vec::new(),
             channel: Channel::Pose,
             gain_train: gain,

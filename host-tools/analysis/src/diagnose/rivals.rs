@@ -16,7 +16,8 @@ use super::timed_logs::TimedLogs;
 use super::wrench::subtract;
 use softdock_actuator::Reading;
 use softdock_io::recording::Recording;
-use softdock_physics::effects::body::clock_jitter::Scatter;
+use softdock_physics::effects::body::clock_jitter::{self, Scatter};
+use softdock_physics::effects::body::{clock_offset, clock_rate};
 use softdock_physics::model::Model;
 use softdock_physics::model::stage::Stage;
 use softdock_statistics::DEVIATIONS_95;
@@ -106,7 +107,7 @@ fn jitter(found: &StageResults, model: &Model, question: &Question<'_>) -> Optio
         sigma_s: first.sigma_s,
         gain,
     };
-    (shown && question.tries(model, "clock_jitter")).then_some(jitter)
+    (shown && question.tries(model, clock_jitter::EFFECT.id)).then_some(jitter)
 }
 
 /// Whether recovered instants explain most of what was left of the velocities.
@@ -152,24 +153,24 @@ fn alternatives(
     let reached = actuator.search.reached();
     let earlier = found
         .common_delay
-        .filter(|l| alone("clock_offset") || l.chi2 + TOLD_APART < reached);
+        .filter(|l| alone(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
     let late_s = value(Stage::Delay).or(earlier.map(|l| l.late_s));
-    if let Some(late_s) = late_s.filter(|_| question.tries(model, "clock_offset")) {
+    if let Some(late_s) = late_s.filter(|_| question.tries(model, clock_offset::EFFECT.id)) {
         let clock = ClockFinding {
             jitter,
             offset_s: Some(late_s),
             ..ClockFinding::default()
         };
-        all.push(("clock_offset", Stage::Delay.id(), clock));
+        all.push((clock_offset::EFFECT.id, Stage::Delay.id(), clock));
     }
-    let rate = value(Stage::Gain).or(alone("clock_rate").then_some(found.proportion));
-    if let Some(rate) = rate.filter(|_| question.tries(model, "clock_rate")) {
+    let rate = value(Stage::Gain).or(alone(clock_rate::EFFECT.id).then_some(found.proportion));
+    if let Some(rate) = rate.filter(|_| question.tries(model, clock_rate::EFFECT.id)) {
         let clock = ClockFinding {
             jitter,
             rate: Some(rate),
             ..ClockFinding::default()
         };
-        all.push(("clock_rate", Stage::Gain.id(), clock));
+        all.push((clock_rate::EFFECT.id, Stage::Gain.id(), clock));
     }
     all
 }

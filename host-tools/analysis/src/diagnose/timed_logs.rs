@@ -6,7 +6,8 @@ use super::logs::Logs;
 use super::question::Question;
 use softdock_actuator::Reading;
 use softdock_io::recording::Recording;
-use softdock_physics::effects::body::clock_jitter::Scatter;
+use softdock_physics::effects::body::clock_jitter::{self, Scatter};
+use softdock_physics::effects::body::{clock_offset, clock_rate};
 use softdock_physics::model::clock::recover;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::retimed::retimed;
@@ -97,7 +98,7 @@ impl TimedLogs {
     /// The model of logs whose poses are where they belong.
     pub(super) fn without_offset(&self) -> Model {
         let mut model = self.model.clone();
-        model.effects.retain(|e| e.id != "clock_offset");
+        model.effects.retain(|e| e.id != clock_offset::EFFECT.id);
         model
     }
 }
@@ -115,9 +116,18 @@ fn with_clock(model: &Model, clock: &ClockFinding) -> Model {
         }
     };
     let one = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
-    add("clock_jitter", clock.jitter.map(|j| j.scatter.parameters()));
-    add("clock_rate", clock.rate.map(|r| one("rate_error", r.0)));
-    add("clock_offset", clock.offset_s.map(|o| one("offset_s", o.0)));
+    add(
+        clock_jitter::EFFECT.id,
+        clock.jitter.map(|j| j.scatter.parameters()),
+    );
+    add(
+        clock_rate::EFFECT.id,
+        clock.rate.map(|r| one("rate_error", r.0)),
+    );
+    add(
+        clock_offset::EFFECT.id,
+        clock.offset_s.map(|o| one("offset_s", o.0)),
+    );
     with
 }
 
@@ -132,19 +142,24 @@ fn clock_stage(model: &Model, logs: &Logs<Log>, question: &Question<'_>) -> Cloc
         known(&train) > 0.0 && said.all(of)
     };
     let gain: f64 = found.iter().map(|clock| clock.jitter_gain).sum();
-    let jitters = tries("clock_jitter") && gain > clock::SIGNIFICANT;
+    let jitters = tries(clock_jitter::EFFECT.id) && gain > clock::SIGNIFICANT;
     ClockFinding {
         jitter: jitters.then(|| train.jitter(gain)),
-        rate: (tries("clock_rate") && each(&|c| c.rate.1, &|c| c.has_rate_error(RATE_TOLERANCE)))
-            .then_some(train.rate),
-        offset_s: (tries("clock_offset") && each(&|c| c.offset_s.1, &|c| c.has_offset(apart_s)))
-            .then_some(train.offset_s),
+        rate: (tries(clock_rate::EFFECT.id)
+            && each(&|c| c.rate.1, &|c| c.has_rate_error(RATE_TOLERANCE)))
+        .then_some(train.rate),
+        offset_s: (tries(clock_offset::EFFECT.id)
+            && each(&|c| c.offset_s.1, &|c| c.has_offset(apart_s)))
+        .then_some(train.offset_s),
     }
 }
 
 /// True durations of the cycles; empty where they are nominal.
 fn intervals(model: &Model, logs: &Logs<Log>, clock: &ClockFinding) -> Logs<Vec<f64>> {
-    let known = model.effects.iter().find(|e| e.id == "clock_jitter");
+    let known = model
+        .effects
+        .iter()
+        .find(|e| e.id == clock_jitter::EFFECT.id);
     let known = known.and_then(|e| Scatter::of(&e.parameters));
     match clock.jitter.map(|j| j.scatter).or(known) {
         Some(jitter) => logs.map_at_once(|log| recover(model, log, &jitter)),

@@ -2,6 +2,7 @@
 
 use super::nominal::nominal;
 use nalgebra::Vector3;
+use softdock_physics::effects::{Clock, Law, by_id};
 use softdock_physics::model::docking;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::{
@@ -19,8 +20,11 @@ const TOLERANCE_STEP: f64 = 0.1;
 /// Step of the length of a pause, s: its effect comes in parts of a cycle.
 const PAUSE_STEP_S: f64 = 5e-4;
 
-/// Effects whose numbers are read from the recording directly; no residual says more about them.
-const READ_DIRECTLY: [&str; 3] = ["clock_jitter", "ft_quantisation", "ft_dropout"];
+/// Whether the numbers of an effect are read from the recording directly; no residual says more about them.
+fn is_read_directly(id: &str) -> bool {
+    let of_samples = |law: Law| matches!(law, Law::Clock(Clock::Scatter(_)) | Law::Sample(_));
+    by_id(id).is_some_and(|effect| of_samples(effect.law))
+}
 
 /// A spacecraft of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,7 +130,7 @@ fn of_effect(model: &Model, k: usize, effect: &EffectModel, all: &mut Vec<Parame
     let Ok(entry) = model.effect(&effect.id) else {
         return;
     };
-    if READ_DIRECTLY.contains(&effect.id.as_str()) {
+    if is_read_directly(&effect.id) {
         return;
     }
     for allowed in known_parameters(model, entry)

@@ -7,12 +7,8 @@ use super::excitation::{
 use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
-use nalgebra::Vector3;
-use softdock_physics::effects::body::clock_jitter::ClockJitter;
-use softdock_physics::effects::body::clock_offset::ClockOffset;
-use softdock_physics::effects::body::clock_rate::ClockRate;
-use softdock_physics::effects::body::sc_inertia_error::InertiaError;
-use softdock_physics::effects::body::sc_mass_error::MassError;
+use softdock_control::settings::BodySettings;
+use softdock_physics::effects::{Clock, Effect, Law};
 use softdock_statistics::RandomStream;
 
 /// Nominal mass of the spacecraft, kg.
@@ -20,126 +16,104 @@ const SPACECRAFT_KG: f64 = 100.0;
 /// Nominal inertia of the spacecraft, kg·m².
 const INERTIA_KG_M2: [[f64; 3]; 3] = [[60.0, 0.0, 0.0], [0.0, 60.0, 0.0], [0.0, 0.0, 60.0]];
 
-pub(super) fn picture(id: &str, size: &Size) -> Result<Picture> {
-    match id {
-        "sc_mass_error" => mass(size),
-        "sc_inertia_error" => inertia(size),
-        "clock_jitter" => jitter(size),
-        "clock_offset" => offset(size),
-        "clock_rate" => rate(size),
-        other => bail!("the body's effect `{other}` has no picture"),
+pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
+    let p = size.values();
+    match effect.law {
+        Law::Spacecraft(law) => Ok(spacecraft(size, |body| law(&p, body))),
+        Law::Clock(Clock::Scatter(law)) => Ok(jitter(size, |draw| law(&p, draw))),
+        Law::Clock(Clock::Rate(law)) => Ok(rate(size, law(&p))),
+        Law::Apart(law) => Ok(offset(size, law(&p))),
+        _ => bail!("the body's effect `{}` has no picture", effect.id),
     }
 }
 
-/// The sum of an acceleration under [`push`].
-fn floating(acceleration: impl Fn(f64) -> f64) -> Curve {
-    let mut velocity = 0.0;
-    let step = |t: f64| {
-        velocity += STEP_S * acceleration(push(t));
-        (t, velocity)
+/// What the rig's model does under a push, or, where its inertia is another one, about z.
+pub(super) fn spacecraft(size: &Size, change: impl Fn(&mut BodySettings)) -> Picture {
+    let nominal = BodySettings {
+        mass_kg: SPACECRAFT_KG,
+        inertia_kg_m2: INERTIA_KG_M2,
+        ..BodySettings::default()
     };
-    instants(PUSH_S).map(step).collect()
-}
-
-fn mass(size: &Size) -> Result<Picture> {
-    let under = |spacecraft: MassError| {
-        floating(move |force| spacecraft.acceleration(&Vector3::new(force, 0.0, 0.0)).x)
+    let mut changed = nominal.clone();
+    change(&mut changed);
+    let turns = changed.inertia_kg_m2 != nominal.inertia_kg_m2;
+    let floating = |body: &BodySettings| -> Curve {
+        let (stiffness, damping) = body.arm_resistance_per_kg();
+        let (mut position, mut velocity) = (0.0, 0.0);
+        let step = |t: f64| {
+            let acceleration = match turns {
+                true => push(t) / body.inertia_kg_m2[2][2],
+                false => push(t) / body.mass_kg - stiffness * position - damping * velocity,
+            };
+            velocity += STEP_S * acceleration;
+            position += STEP_S * velocity;
+            (t, velocity)
+        };
+        instants(PUSH_S).map(step).collect()
     };
-    let spacecraft = MassError::new(SPACECRAFT_KG, size.get("mass_error_kg"))?;
-    Ok(Picture::new(
+    let velocity = match turns {
+        true => "rate of the rig's model [rad/s]",
+        false => "velocity of the rig's model [m/s]",
+    };
+    Picture::new(
         Excitation::Push,
         size,
-        ["time [s]", "velocity of the rig's model [m/s]"],
-        [
-            under(MassError::new(SPACECRAFT_KG, 0.0)?),
-            under(spacecraft),
-        ],
-    ))
-}
-
-fn inertia(size: &Size) -> Result<Picture> {
-    let under = |spacecraft: InertiaError| {
-        floating(move |torque| {
-            let torque = Vector3::new(0.0, 0.0, torque);
-            spacecraft
-                .angular_acceleration(&torque, &Vector3::zeros())
-                .z
-        })
-    };
-    let error = size.all(["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"]);
-    let spacecraft = InertiaError::new(&INERTIA_KG_M2, &error)?;
-    Ok(Picture::new(
-        Excitation::Push,
-        size,
-        ["time [s]", "rate of the rig's model [rad/s]"],
-        [
-            under(InertiaError::new(&INERTIA_KG_M2, &[0.0; 3])?),
-            under(spacecraft),
-        ],
-    ))
+        ["time [s]", velocity],
+        [floating(&nominal), floating(&changed)],
+    )
 }
 
 /// Increments of the position from cycle to cycle.
-fn jitter(size: &Size) -> Result<Picture> {
-    let increments = |clock: ClockJitter| -> Curve {
+fn jitter(size: &Size, deviation: impl Fn(f64) -> f64) -> Picture {
+    let increments = |deviation: &dyn Fn(f64) -> f64| -> Curve {
         let mut noise = RandomStream::new(1, 0);
         let cycles = (JOG_S / CYCLE_S) as u32;
         let mut last = 0.0;
         let cycle = |n: u32| {
             let nominal = f64::from(n) * CYCLE_S;
-            let now = clock.instant(nominal, noise.normal());
+            let now = nominal + deviation(noise.normal());
             let increment = steady_jog(nominal) * (now - last);
             last = now;
             (nominal, increment)
         };
         (1..=cycles).map(cycle).collect()
     };
-    let clock = ClockJitter::new(size.get("jitter_s"))?;
-    Ok(Picture::new(
+    Picture::new(
         Excitation::SteadyJog,
         size,
         ["time [s]", "position increment per cycle [m]"],
-        [increments(ClockJitter::new(0.0)?), increments(clock)],
-    ))
+        [increments(&|_| 0.0), increments(&deviation)],
+    )
 }
 
-/// Force over the penetration that the log pairs with it.
-fn offset(size: &Size) -> Result<Picture> {
-    let paired = |clock: ClockOffset| -> Curve {
-        instants(BOUNCE_S)
-            .map(|t| {
-                // The log's row at t holds the pose that was stamped t.
-                let pose_instant = t - (clock.pose_time(t) - t);
-                let force = wall_push(bounce(t).position);
-                (bounce(pose_instant).position, force)
-            })
-            .collect()
+/// Force over the penetration that the log pairs with it, where that is stamped late.
+fn offset(size: &Size, late_s: f64) -> Picture {
+    let paired = |late_s: f64| -> Curve {
+        let row = |t: f64| (bounce(t - late_s).position, wall_push(bounce(t).position));
+        instants(BOUNCE_S).map(row).collect()
     };
-    let clock = ClockOffset::new(size.get("offset_s"))?;
-    Ok(Picture::new(
+    Picture::new(
         Excitation::Bounce,
         size,
         ["penetration [m]", "force [N]"],
-        [paired(ClockOffset::new(0.0)?), paired(clock)],
-    ))
+        [paired(0.0), paired(late_s)],
+    )
 }
 
 /// Position, integrated with the real length of the cycles.
-fn rate(size: &Size) -> Result<Picture> {
-    let travelled = |clock: ClockRate| -> Curve {
+fn rate(size: &Size, second_s: f64) -> Picture {
+    let travelled = |second_s: f64| -> Curve {
         let mut position = 0.0;
         let step = |t: f64| {
-            let real_step = clock.real_time(t + STEP_S) - clock.real_time(t);
-            position += steady_jog(t) * real_step;
+            position += steady_jog(t) * second_s * STEP_S;
             (t, position)
         };
         instants(JOG_S).map(step).collect()
     };
-    let clock = ClockRate::new(size.get("rate_error"))?;
-    Ok(Picture::new(
+    Picture::new(
         Excitation::SteadyJog,
         size,
         ["time [s]", "position [m]"],
-        [travelled(ClockRate::new(0.0)?), travelled(clock)],
-    ))
+        [travelled(1.0), travelled(second_s)],
+    )
 }

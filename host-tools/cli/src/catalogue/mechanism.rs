@@ -1,23 +1,21 @@
 //! Pictures of the mechanism's effects: forces of guide, contact, cable and manipulator.
 
+use super::body::spacecraft;
 use super::docking;
 use super::excitation::{
-    BOUNCE_S, Excitation, Motion, PUSH_S, SLIDE_S, STEP_S, WALL_AT_M, between_walls, bounce,
-    instants, push, slide, wall_push,
+    BOUNCE_S, Excitation, Motion, SLIDE_S, STEP_S, WALL_AT_M, between_walls, bounce, instants,
+    slide, wall_push,
 };
 use super::picture::{Curve, Picture};
 use super::size::Size;
 use anyhow::{Result, bail};
 use nalgebra::Vector3;
-use softdock_control::manipulator::ManipulatorResistance;
 use softdock_physics::effects::{
     Direction, Effect, Facing, Law, Penetration, Reversal, Slide, Values,
 };
 
 /// What turns is pictured turning by 1.5 rad to each side, rad per m of the sliding motion.
 const TURN_PER_M: f64 = 500.0;
-/// Mass of the spacecraft that the manipulator holds, kg.
-const SPACECRAFT_KG: f64 = 100.0;
 
 pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
     let p = size.values();
@@ -61,7 +59,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
         Law::Depth(law) => both_walls(size, |nominal, facing| law(&p, nominal, facing)),
         Law::Friction(law) => contact_friction(size, law, &p),
         Law::Docking(law) => docking::picture(size, |kind| law(&p, kind))?,
-        Law::Spacecraft => manipulator(size)?,
+        Law::Spacecraft(law) => spacecraft(size, |body| law(&p, body)),
         _ => bail!("the mechanism's effect `{}` has no picture", effect.id),
     })
 }
@@ -139,24 +137,4 @@ fn contact_friction(
             instants(BOUNCE_S).map(|t| (t, across(t))).collect(),
         ],
     )
-}
-
-fn manipulator(size: &Size) -> Result<Picture> {
-    let [stiffness, damping] = size.all(["stiffness_n_per_m", "damping_n_s_per_m"]);
-    let arm = ManipulatorResistance::new(stiffness, damping)?;
-    let floating = |resistance: &dyn Fn(f64, f64) -> f64| -> Curve {
-        let (mut position, mut velocity) = (0.0, 0.0);
-        let step = |t: f64| {
-            velocity += STEP_S * (push(t) + resistance(position, velocity)) / SPACECRAFT_KG;
-            position += STEP_S * velocity;
-            (t, velocity)
-        };
-        instants(PUSH_S).map(step).collect()
-    };
-    Ok(Picture::new(
-        Excitation::Push,
-        size,
-        ["time [s]", "velocity of the rig's model [m/s]"],
-        [floating(&|_, _| 0.0), floating(&|x, v| arm.force(x, v))],
-    ))
 }

@@ -48,9 +48,9 @@ use softdock_physics::effects::{Effect, Group};
 pub fn picture(effect: &Effect) -> Result<Picture> {
     let size = Size::of(effect);
     match effect.group {
-        Group::Actuator => actuator::picture(effect.id, &size),
+        Group::Actuator => actuator::picture(effect, &size),
         Group::Mechanism => mechanism::picture(effect, &size),
         Group::Sensor => sensor::picture(effect, &size),
-        Group::Body => body::picture(effect.id, &size),
+        Group::Body => body::picture(effect, &size),
     }
 }

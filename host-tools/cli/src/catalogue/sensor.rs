@@ -56,7 +56,7 @@ pub(super) fn picture(effect: &Effect, size: &Size) -> Result<Picture> {
             let mut readings = (0..STEPS_PER_READING).cycle();
             in_a_bounce(Box::new(move |load| {
                 if readings.next() == Some(0) {
-                    sent = law(&p, &load, &sent, 1.0 - noise.uniform());
+                    sent = (law.sent)(&p, &load, &sent, 1.0 - noise.uniform());
                 }
                 sent
             }))

@@ -25,17 +25,6 @@ impl Size {
         self.parameters.iter().map(value).collect()
     }
 
-    /// The value of a parameter that is pictured; else 0.
-    pub(super) fn get(&self, parameter: &str) -> f64 {
-        let found = self.parameters.iter().find(|p| p.name == parameter);
-        found.map_or(0.0, |p| p.pictured)
-    }
-
-    /// The values of several parameters.
-    pub(super) fn all<const N: usize>(&self, parameters: [&str; N]) -> [f64; N] {
-        parameters.map(|name| self.get(name))
-    }
-
     /// The size in words, as `pause_s = 0.03`.
     pub(super) fn describe(&self) -> String {
         let pictured = self.parameters.iter().filter(|p| p.pictured != 0.0);

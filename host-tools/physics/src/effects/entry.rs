@@ -68,7 +68,7 @@ impl Effect {
         parameters: &[],
         confused_with: &[],
         tell_apart: "",
-        law: Law::Clock,
+        law: Law::Apart(|_| 0.0),
         separable: false,
         detail_of: &[],
         is_whole: |_, _| true,

@@ -4,10 +4,13 @@
 //! of what it acts on. Whoever simulates, predicts, fits or draws an effect evaluates this function;
 //! what it does over a time, a log or a picture follows from its kind.
 
+use super::actuator::AxisStage;
 use super::formula::Formula;
 use super::sensor::tool::ToolState;
 use nalgebra::Vector3;
 use softdock_control::frames::Wrench;
+use softdock_control::range::SettingsError;
+use softdock_control::settings::BodySettings;
 use softdock_mechanism::Kind;
 use std::collections::VecDeque;
 
@@ -47,17 +50,51 @@ pub enum Law {
     Apart(fn(Values<'_>) -> f64),
     /// What the sensor can read of a wrench.
     Range(fn(Values<'_>, &Wrench<f64>) -> Wrench<f64>),
-    /// What is sent of a wrench, of the sample before, and of a random number in (0, 1].
-    Sample(fn(Values<'_>, &Wrench<f64>, &Wrench<f64>, f64) -> Wrench<f64>),
-    /// From the commanded velocity to the executed one; and by how much a force that is commanded
-    /// through the same actuator comes late, if that is all it does.
-    Actuator(Option<fn(Values<'_>) -> Lateness>),
+    /// What is sent of a wrench.
+    Sample(Sampling),
+    /// From the commanded velocity to the executed one.
+    Actuator(Actuator),
     /// What a user has written.
     Formula(&'static Formula),
-    /// The simulated spacecraft.
-    Spacecraft,
+    /// What the rig integrates as the spacecraft that its robot moves, in place of the nominal one.
+    Spacecraft(fn(Values<'_>, &mut BodySettings)),
     /// The clock of the control cycle.
-    Clock,
+    Clock(Clock),
+}
+
+/// A stage of one axis, of values and the duration of a step, s.
+pub type OfAxis = fn(Values<'_>, f64) -> Result<AxisStage, SettingsError>;
+
+/// A stage of the actuator.
+#[derive(Clone, Copy, Debug)]
+pub struct Actuator {
+    /// What it makes of the velocity of an axis, by the duration of a step, s; None of what acts on the commands of all axes at
+    /// once.
+    pub axis: Option<OfAxis>,
+    /// By how much a force that is commanded through the same actuator comes late, if that is all it does.
+    pub late: Option<fn(Values<'_>) -> Lateness>,
+}
+
+/// An error of the clock.
+#[derive(Clone, Copy, Debug)]
+pub enum Clock {
+    /// By how much an instant deviates, s, of a standard normal number.
+    Scatter(fn(Values<'_>, f64) -> f64),
+    /// How long a nominal second lasts, s.
+    Rate(fn(Values<'_>) -> f64),
+}
+
+/// Force and torque, N and N·m.
+pub type Six = [f64; 6];
+
+/// What the sensor does to its samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// What is sent of a wrench, of the sample before, and of a random number in (0, 1].
+    pub sent: fn(Values<'_>, &Wrench<f64>, &Wrench<f64>, f64) -> Wrench<f64>,
+    /// What a wrench that is predicted should read where this was sent, after the sample before: the nearest that could have been sent
+    /// so; None where what was sent says nothing.
+    pub read: fn(Values<'_>, Six, &Six, Option<&Six>) -> Option<Six>,
 }
 
 /// A force along the guide.

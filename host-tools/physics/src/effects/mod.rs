@@ -24,7 +24,8 @@ pub use entry::{Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, Tri
 pub use find::hint;
 pub use find::named;
 pub use law::{
-    Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal, Slide, Values, sign,
+    Actuator, Clock, Direction, Facing, Guide, Late, Lateness, Law, Penetration, Reversal,
+    Sampling, Slide, Values, sign,
 };
 
 use softdock_control::range::{SettingsError, in_range};

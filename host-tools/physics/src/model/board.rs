@@ -1,6 +1,9 @@
 //! What a model tells the board about its robot.
 
 use super::Model;
+use crate::effects::actuator::{
+    actuation_delay, actuation_lag, second_order_servo, zero_cross_pause,
+};
 use softdock_control::delay::actuator::ActuatorSettings;
 
 impl Model {
@@ -15,15 +18,16 @@ impl Model {
         let added = |id, parameter| value(id, parameter).unwrap_or(0.0);
         let default = ActuatorSettings::default();
         let robot = ActuatorSettings {
-            delay_s: self.actuator.transport_delay_s + added("actuation_delay", "extra_delay_s"),
+            delay_s: self.actuator.transport_delay_s
+                + added(actuation_delay::EFFECT.id, "extra_delay_s"),
             lag_s: self.actuator.lag_s,
-            servo_hz: added("second_order_servo", "frequency_hz"),
-            servo_damping: value("second_order_servo", "damping_ratio")
+            servo_hz: added(second_order_servo::EFFECT.id, "frequency_hz"),
+            servo_damping: value(second_order_servo::EFFECT.id, "damping_ratio")
                 .unwrap_or(default.servo_damping),
-            pause_s: added("zero_cross_pause", "pause_s"),
+            pause_s: added(zero_cross_pause::EFFECT.id, "pause_s"),
             ..default
         };
-        with_lag(robot, added("actuation_lag", "extra_lag_s"))
+        with_lag(robot, added(actuation_lag::EFFECT.id, "extra_lag_s"))
     }
 }
 

@@ -1,5 +1,9 @@
 //! Stages of the actuator that a model file can add, one per effect.
 
+use crate::effects::actuator::{
+    actuation_delay, actuation_lag, backlash, command_quantisation, jerk_limit, rate_limit,
+    second_order_servo, structural_resonance, velocity_gain, velocity_saturation, zero_cross_pause,
+};
 use crate::model::{EffectModel, Model};
 use softdock_actuator::{Chain, PauseKind, PauseTrigger, Resonance};
 use std::collections::BTreeMap;
@@ -73,19 +77,19 @@ impl Stage {
     /// Id in the catalogue.
     pub fn id(self) -> &'static str {
         match self {
-            Self::Delay => "actuation_delay",
-            Self::Lag => "actuation_lag",
-            Self::Resonance => "structural_resonance",
-            Self::Servo | Self::ServoForLag => "second_order_servo",
-            Self::Pause(..) => "zero_cross_pause",
+            Self::Delay => actuation_delay::EFFECT.id,
+            Self::Lag => actuation_lag::EFFECT.id,
+            Self::Resonance => structural_resonance::EFFECT.id,
+            Self::Servo | Self::ServoForLag => second_order_servo::EFFECT.id,
+            Self::Pause(..) => zero_cross_pause::EFFECT.id,
             Self::DriveAcceleration | Self::LoopAcceleration | Self::PlannerAcceleration => {
-                "rate_limit"
+                rate_limit::EFFECT.id
             }
-            Self::DriveJerk | Self::PlannerJerk => "jerk_limit",
-            Self::DriveVelocity | Self::PlannerVelocity => "velocity_saturation",
-            Self::Gain => "velocity_gain",
-            Self::Backlash => "backlash",
-            Self::CommandStep => "command_quantisation",
+            Self::DriveJerk | Self::PlannerJerk => jerk_limit::EFFECT.id,
+            Self::DriveVelocity | Self::PlannerVelocity => velocity_saturation::EFFECT.id,
+            Self::Gain => velocity_gain::EFFECT.id,
+            Self::Backlash => backlash::EFFECT.id,
+            Self::CommandStep => command_quantisation::EFFECT.id,
         }
     }
 

@@ -7,9 +7,9 @@ use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
-use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
-use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_physics::effects::body::clock_rate::ClockRate;
+use softdock_physics::effects::actuator::actuation_delay::{self, TransportDelay};
+use softdock_physics::effects::actuator::command_quantisation::{self, CommandQuantisation};
+use softdock_physics::effects::{Clock, Group, Law};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
 const COMMANDS_IN_FLIGHT: usize = 64;
@@ -26,9 +26,9 @@ pub struct Drive {
     rounding: Option<CommandQuantisation>,
     line: TransportDelay<6, COMMANDS_IN_FLIGHT>,
     axes: [Axis; 6],
-    /// Nominal integration step, s, and the clock that says how long it really takes.
+    /// Nominal integration step, s, and how long a nominal second really lasts, s.
     step_s: f64,
-    clock: ClockRate,
+    clock_rate: f64,
     /// X Y Z A B C in C, m and rad.
     position: Axes,
     /// Mean over the last step, m/s and rad/s.
@@ -39,23 +39,22 @@ pub struct Drive {
 impl Drive {
     /// At rest at `start`.
     pub fn new(settings: &RigSettings, start: Axes) -> Result<Self> {
-        let value = |id, parameter| {
-            hidden::find(&settings.hidden, id).map_or(0.0, |hidden| hidden.value(parameter))
-        };
-        let clock = ClockRate::new(value("clock_rate", "rate_error"));
-        let clock = prefixed("rig.hidden clock_rate.", clock)?;
-        let step_s = clock.real_time(settings.substep_s());
+        let hidden = |id| hidden::find(&settings.hidden, id);
+        let clock_rate = clock_rate(settings);
+        let step_s = clock_rate * settings.substep_s();
         let (linear, angular) = (
             Axis::new(settings, step_s, "m")?,
             Axis::new(settings, step_s, "rad")?,
         );
-        let delay_s = settings.robot.actuator.delay_s + value("actuation_delay", "extra_delay_s");
-        let line = TransportDelay::new(delay_s, clock.real_time(settings.cycle_s()));
-        let rounding = CommandQuantisation::new(value("command_quantisation", "step_m_s"));
-        let rounding = prefixed("rig.hidden command_quantisation.", rounding)?;
-        let rounds = hidden::find(&settings.hidden, "command_quantisation").is_some();
+        let late = hidden(actuation_delay::EFFECT.id);
+        let delay_s =
+            settings.robot.actuator.delay_s + late.map_or(0.0, |h| h.value("extra_delay_s"));
+        let line = TransportDelay::new(delay_s, clock_rate * settings.cycle_s());
+        let rounding = hidden(command_quantisation::EFFECT.id)
+            .map(|hidden| CommandQuantisation::new(hidden.value("step_m_s")))
+            .map(|built| prefixed("rig.hidden command_quantisation.", built));
         Ok(Self {
-            rounding: rounds.then_some(rounding),
+            rounding: rounding.transpose()?,
             line: named("rig.robot.actuator.delay_s", line)?,
             axes: std::array::from_fn(|i| {
                 if i < 3 {
@@ -65,7 +64,7 @@ impl Drive {
                 }
             }),
             step_s: settings.substep_s(),
-            clock,
+            clock_rate,
             position: start,
             velocity: [0.0; 6],
             twist: Twist::zero(),
@@ -92,8 +91,8 @@ impl Drive {
     /// One integration step that begins `since_cycle_s` after the cycle did; `extra_delay_s` is
     /// this cycle's deviation from the nominal delay.
     pub fn advance(&mut self, since_cycle_s: f64, extra_delay_s: f64) {
-        let step_s = self.clock.real_time(self.step_s);
-        let from = self.clock.real_time(since_cycle_s) - extra_delay_s;
+        let step_s = self.clock_rate * self.step_s;
+        let from = self.clock_rate * since_cycle_s - extra_delay_s;
         let delayed = self.line.mean_over(from, from + step_s);
         for (i, axis) in self.axes.iter_mut().enumerate() {
             self.velocity[i] = axis.advance(delayed[i]);
@@ -104,7 +103,7 @@ impl Drive {
 
     /// X Y Z A B C, `ahead_s` after the last step.
     pub fn position(&self, ahead_s: f64) -> Axes {
-        let ahead_s = self.clock.real_time(ahead_s);
+        let ahead_s = self.clock_rate * ahead_s;
         std::array::from_fn(|i| self.position[i] + ahead_s * self.velocity[i])
     }
 
@@ -123,6 +122,16 @@ impl Drive {
     pub fn twist(&self) -> Twist<f64> {
         self.twist
     }
+}
+
+/// How long a nominal second of the rig lasts, s.
+fn clock_rate(settings: &RigSettings) -> f64 {
+    let mut hidden = hidden::in_order(&settings.hidden, Group::Body);
+    let rate = hidden.find_map(|(effect, values)| match effect.law {
+        Law::Clock(Clock::Rate(law)) => Some(law(&values)),
+        _ => None,
+    });
+    rate.unwrap_or(1.0)
 }
 
 /// The pose C_from_M of X Y Z A B C.

@@ -1,18 +1,17 @@
 //! Hidden errors of the clocks: the instants that telegrams and samples really belong to.
 
-use super::checks::prefixed;
 use super::drive::{Axes, Drive};
 use super::hidden;
 use super::settings::RigSettings;
-use anyhow::Result;
-use softdock_control::range::in_range;
-use softdock_physics::effects::body::clock_jitter::ClockJitter;
-use softdock_physics::effects::body::clock_offset::ClockOffset;
+use softdock_physics::effects::{Clock, Group, Law, Values};
 use softdock_statistics::RandomStream;
 use std::collections::VecDeque;
 
 /// Standard deviations of the jitter that the memory of positions reaches back.
 const JITTER_REACH: f64 = 6.0;
+
+/// By how much an instant deviates, s, of a standard normal number.
+type ScatterLaw = fn(Values<'_>, f64) -> f64;
 
 /// When the pose and the wrench of the running cycle are really taken.
 ///
@@ -20,7 +19,7 @@ const JITTER_REACH: f64 = 6.0;
 /// alone: it is stamped with the wrench's time and belongs to another.
 #[derive(Clone, Debug)]
 pub(super) struct Instants {
-    jitter: Option<(ClockJitter, RandomStream)>,
+    jitter: Option<(ScatterLaw, Vec<f64>, RandomStream)>,
     /// What is added to the instant of a pose, s.
     pose_shift_s: f64,
     /// Deviation of the running cycle, s.
@@ -32,35 +31,36 @@ pub(super) struct Instants {
 }
 
 impl Instants {
-    pub(super) fn new(settings: &RigSettings, noise: RandomStream) -> Result<Self> {
+    pub(super) fn new(settings: &RigSettings, noise: &RandomStream) -> Self {
         let step_s = settings.substep_s();
         let (mut jitter, mut pose_shift_s, mut reach_s) = (None, 0.0, 0.0);
-        if let Some(hidden) = hidden::find(&settings.hidden, "clock_jitter") {
-            // A sum of intervals walks away from the wrench's clock: only logs of others have it.
-            let built = in_range("of_intervals", hidden.value("of_intervals"), 0.0, 0.0)
-                .and_then(|()| ClockJitter::new(hidden.value("jitter_s")));
-            jitter = Some((prefixed("rig.hidden clock_jitter.", built)?, noise));
-            reach_s += JITTER_REACH * hidden.value("jitter_s");
+        for (effect, values) in hidden::in_order(&settings.hidden, Group::Body) {
+            match effect.law {
+                Law::Clock(Clock::Scatter(law)) => {
+                    reach_s += law(&values, JITTER_REACH);
+                    jitter = Some((law, values, noise.clone()));
+                }
+                Law::Apart(law) => {
+                    pose_shift_s = -law(&values);
+                    reach_s += (-pose_shift_s).max(0.0);
+                }
+                _ => {}
+            }
         }
-        if let Some(hidden) = hidden::find(&settings.hidden, "clock_offset") {
-            let clock = ClockOffset::new(hidden.value("offset_s"));
-            pose_shift_s = -prefixed("rig.hidden clock_offset.", clock)?.pose_time(0.0);
-            reach_s += (-pose_shift_s).max(0.0);
-        }
-        Ok(Self {
+        Self {
             jitter,
             pose_shift_s,
             jitter_s: 0.0,
             trail: VecDeque::new(),
             trail_length: (reach_s / step_s).ceil() as usize,
             step_s,
-        })
+        }
     }
 
     /// Begins a cycle.
     pub(super) fn draw(&mut self) {
-        if let Some((clock, noise)) = &mut self.jitter {
-            self.jitter_s = clock.instant(0.0, noise.normal());
+        if let Some((law, values, noise)) = &mut self.jitter {
+            self.jitter_s = law(values, noise.normal());
         }
     }
 

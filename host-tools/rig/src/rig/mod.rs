@@ -149,7 +149,7 @@ impl Rig {
             )?,
             feedback: Feedback::new(settings, start_pose, RandomStream::new(seed, 1))?,
             jitter: Jitter::new(settings, RandomStream::new(seed, 2))?,
-            instants: Instants::new(settings, RandomStream::new(seed, 4))?,
+            instants: Instants::new(settings, &RandomStream::new(seed, 4)),
             twists: [Twist::zero(); MAX_SUBSTEPS],
         };
         let load = rig.load(0.0).1;

@@ -89,7 +89,7 @@ impl Reading {
             read = match law {
                 Law::Range(law) => law(p, &read),
                 // Uniform in (0, 1], so that a share of 0 never holds and one of 1 always does.
-                Law::Sample(law) => law(p, &read, &self.sent, 1.0 - self.noise.uniform()),
+                Law::Sample(law) => (law.sent)(p, &read, &self.sent, 1.0 - self.noise.uniform()),
                 _ => read,
             };
         }

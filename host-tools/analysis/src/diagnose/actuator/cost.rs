@@ -5,7 +5,6 @@ use crate::diagnose::evidence::strained;
 use nalgebra::{SMatrix, SVector};
 use softdock_actuator::{Chain, Reading, Timing, simulate};
 use softdock_physics::model::log::Log;
-use softdock_physics::model::prediction::retimed::clock_value;
 use softdock_physics::model::stage::Stage;
 use softdock_physics::model::{Model, ToleranceModel};
 use softdock_statistics::{Noise, dot, noise_floor};
@@ -231,7 +230,7 @@ impl<'a> Cost<'a> {
         }
         // Poses that are taken late show a velocity late.
         let late_s = match logs.first().map(|log| log.reading) {
-            Some(Reading::Mean) => clock_value(model, "clock_offset", "offset_s"),
+            Some(Reading::Mean) => model.clock_offset_s(),
             _ => 0.0,
         };
         let nominal = std::array::from_fn(|axis| later(model.chain(axis), late_s));

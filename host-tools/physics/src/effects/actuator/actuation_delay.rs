@@ -1,6 +1,6 @@
 //! Transport delay: the robot executes a held command later, unchanged.
 
-use crate::effects::{Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
+use crate::effects::{Actuator, Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -29,10 +29,13 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "a train of velocity steps that stand out of the noise: a delay keeps the edges sharp, a lag rounds them; \
                  with small steps or slow motion the two cannot be told apart",
-    law: Law::Actuator(Some(|p| Lateness {
-        delay_s: p[0],
-        lag_s: 0.0,
-    })),
+    law: Law::Actuator(Actuator {
+        axis: None,
+        late: Some(|p| Lateness {
+            delay_s: p[0],
+            lag_s: 0.0,
+        }),
+    }),
     kind: Some(Kind::LateCommand),
     ..Effect::PLAIN
 };

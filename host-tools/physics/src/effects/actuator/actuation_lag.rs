@@ -1,6 +1,7 @@
 //! First-order lag: velocity approaches its command exponentially.
 
-use crate::effects::{Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Kind, Lateness, Law, Naming, Parameter, check_step};
 use nalgebra::ComplexField;
 use softdock_control::range::{SettingsError, in_range};
 
@@ -29,10 +30,13 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "a train of velocity steps that stand out of the noise, or a chirp of 1 to 60 Hz: after a step the distance to \
                  the command decays exponentially from the first instant on, behind a delay nothing happens at first",
-    law: Law::Actuator(Some(|p| Lateness {
-        delay_s: 0.0,
-        lag_s: p[0],
-    })),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| FirstOrderLag::new(p[0], step_s).map(AxisStage::Lag)),
+        late: Some(|p| Lateness {
+            delay_s: 0.0,
+            lag_s: p[0],
+        }),
+    }),
     kind: Some(Kind::LateCommand),
     ..Effect::PLAIN
 };

@@ -1,6 +1,7 @@
 //! Backlash: play between the drive and what it moves.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter, check_step};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter, check_step};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -25,7 +26,10 @@ pub const EFFECT: Effect = Effect {
         "contact_deadzone",
     ],
     tell_apart: "reversals at different speed: backlash takes the same distance, a pause the same time",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| Backlash::new(p[0], step_s).map(AxisStage::Backlash)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

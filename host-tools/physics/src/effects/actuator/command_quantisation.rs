@@ -1,6 +1,7 @@
 //! Resolution of the velocity command.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -21,7 +22,10 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["zero_cross_pause", "backlash"],
     tell_apart: "a slow ramp of the velocity through zero: the stairs stand at the same velocities each time; a \
                  pause or a play happens only where the velocity changes sign",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, _| CommandQuantisation::new(p[0]).map(AxisStage::Rounding)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

@@ -1,6 +1,7 @@
 //! Jerk limit of an axis: its acceleration changes no faster than this.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter, check_step};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter, check_step};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -26,7 +27,10 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "velocity steps of two heights, one four times the other: a jerk limit takes twice the time, an \
                  acceleration limit four times, a lag or a servo the same",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| JerkLimit::new(p[0], step_s).map(AxisStage::Jerk)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

@@ -13,3 +13,53 @@ pub mod structural_resonance;
 pub mod velocity_gain;
 pub mod velocity_saturation;
 pub mod zero_cross_pause;
+
+use actuation_lag::FirstOrderLag;
+use backlash::Backlash;
+use command_quantisation::CommandQuantisation;
+use jerk_limit::JerkLimit;
+use rate_limit::RateLimit;
+use second_order_servo::SecondOrderServo;
+use velocity_gain::VelocityGain;
+use velocity_saturation::VelocitySaturation;
+use zero_cross_pause::ZeroCrossingPause;
+
+/// A stage of one axis: mean velocity over a step in, mean velocity out.
+#[derive(Clone, Debug)]
+pub enum AxisStage {
+    /// Rounding of the command, before the transport delay.
+    Rounding(CommandQuantisation),
+    /// First-order lag.
+    Lag(FirstOrderLag),
+    /// Second-order response, well damped or not.
+    Servo(SecondOrderServo),
+    /// Pause at a zero crossing.
+    Pause(ZeroCrossingPause),
+    /// Limit of the acceleration.
+    Rate(RateLimit),
+    /// Limit of the jerk.
+    Jerk(JerkLimit),
+    /// Limit of the velocity.
+    Saturation(VelocitySaturation),
+    /// Gain.
+    Gain(VelocityGain),
+    /// Play of the drive.
+    Backlash(Backlash),
+}
+
+impl AxisStage {
+    /// One step.
+    pub fn advance(&mut self, velocity: f64) -> f64 {
+        match self {
+            Self::Rounding(stage) => stage.apply(velocity),
+            Self::Lag(stage) => stage.advance(velocity),
+            Self::Servo(stage) => stage.advance(velocity),
+            Self::Pause(stage) => stage.advance(velocity),
+            Self::Rate(stage) => stage.advance(velocity),
+            Self::Jerk(stage) => stage.advance(velocity),
+            Self::Saturation(stage) => stage.apply(velocity),
+            Self::Gain(stage) => stage.apply(velocity),
+            Self::Backlash(stage) => stage.advance(velocity),
+        }
+    }
+}

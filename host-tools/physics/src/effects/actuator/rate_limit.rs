@@ -1,6 +1,7 @@
 //! Acceleration limit of an axis.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter, check_step};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter, check_step};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -28,7 +29,10 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "velocity steps of two heights: the time of the flank grows with the height, that of a lag or a \
                  delay does not",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| RateLimit::new(p[0], step_s).map(AxisStage::Rate)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

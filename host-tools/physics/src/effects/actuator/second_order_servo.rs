@@ -1,6 +1,7 @@
 //! Under-damped second-order response between command and executed velocity.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter, check_step};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter, check_step};
 use nalgebra::ComplexField;
 use softdock_control::range::{SettingsError, in_range};
 
@@ -31,7 +32,10 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "a train of velocity steps of two heights: the overshoot scales with the step (a limit of \
                  acceleration or jerk does not scale), and a lag never overshoots",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| SecondOrderServo::new(p[0], p[1], step_s).map(AxisStage::Servo)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

@@ -4,7 +4,9 @@
 //! computes it; only the plausible damping differs, and with it the cause: joints, flange and tool
 //! that swing, instead of a velocity loop that responds.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use super::AxisStage;
+use super::second_order_servo::SecondOrderServo;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -29,7 +31,10 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["second_order_servo", "actuation_lag", "jerk_limit"],
     tell_apart: "a velocity step and some seconds of rest, or a chirp of 1 to 60 Hz: a mode rings on for many \
                  periods, a servo for one",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| SecondOrderServo::new(p[0], p[1], step_s).map(AxisStage::Servo)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

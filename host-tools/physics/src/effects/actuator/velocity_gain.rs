@@ -1,6 +1,7 @@
 //! Gain error between commanded and executed velocity.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -21,7 +22,10 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["velocity_saturation", "clock_rate"],
     tell_apart: "a jog over a measured distance: with a wrong gain executed and commanded velocity differ, with a \
                  wrong clock only the distance does",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, _| VelocityGain::new(p[0]).map(AxisStage::Gain)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

@@ -1,6 +1,7 @@
 //! Velocity limit of an axis.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -20,7 +21,10 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["rate_limit", "velocity_gain"],
     tell_apart: "jogs of growing speed: below the limit the velocity is exact, above it the tops are flat; a \
                  wrong gain is wrong at every speed",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, _| VelocitySaturation::new(p[0]).map(AxisStage::Saturation)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

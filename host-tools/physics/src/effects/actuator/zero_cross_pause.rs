@@ -1,6 +1,7 @@
 //! Pause at a zero crossing: an axis that reverses stands still for a short time.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter, check_step, sign};
+use super::AxisStage;
+use crate::effects::{Actuator, Effect, Group, Law, Naming, Parameter, check_step, sign};
 use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
@@ -23,7 +24,10 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["backlash", "guide_coulomb", "command_quantisation"],
     tell_apart: "reversals of different acceleration: a pause keeps its time, backlash keeps its distance, and a \
                  quantised command keeps its band of velocity",
-    law: Law::Actuator(None),
+    law: Law::Actuator(Actuator {
+        axis: Some(|p, step_s| ZeroCrossingPause::new(p[0], step_s).map(AxisStage::Pause)),
+        late: None,
+    }),
     ..Effect::PLAIN
 };
 

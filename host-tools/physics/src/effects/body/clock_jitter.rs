@@ -1,7 +1,6 @@
 //! Jitter of the control cycle.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
-use softdock_control::range::{SettingsError, in_range};
+use crate::effects::{Clock, Effect, Group, Law, Naming, Parameter};
 use std::collections::BTreeMap;
 
 /// Catalogue entry.
@@ -25,7 +24,7 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["clock_rate", "clock_offset", "ft_dropout"],
     tell_apart: "jog at two constant speeds: the scatter of the pose increments grows with speed, noise of the \
                  measurement does not",
-    law: Law::Clock,
+    law: Law::Clock(Clock::Scatter(|p, draw| p[0] * draw)),
     ..Effect::PLAIN
 };
 
@@ -82,25 +81,6 @@ impl Scatter {
     }
 }
 
-/// Instants that scatter.
-#[derive(Clone, Copy, Debug)]
-pub struct ClockJitter {
-    jitter_s: f64,
-}
-
-impl ClockJitter {
-    /// `jitter_s` (standard deviation) 0 to 1 s.
-    pub fn new(jitter_s: f64) -> Result<Self, SettingsError> {
-        in_range("jitter_s", jitter_s, 0.0, 1.0)?;
-        Ok(Self { jitter_s })
-    }
-
-    /// The real instant (s) of a nominal one; `draw` is a standard normal number of the caller.
-    pub fn instant(&self, nominal_s: f64, draw: f64) -> f64 {
-        nominal_s + self.jitter_s * draw
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,14 +93,5 @@ mod tests {
             assert_eq!(Scatter::of(&scatter.parameters()), Some(scatter));
         }
         assert!(Scatter::of_durations(2e-4, false).jitter_s < 1.5e-4);
-    }
-
-    #[test]
-    fn it_scatters_by_its_deviation() {
-        let clock = ClockJitter::new(0.25).unwrap();
-        assert_eq!(
-            [-1.0, 0.0, 2.0].map(|x| clock.instant(4.0, x)),
-            [3.75, 4.0, 4.5]
-        );
     }
 }

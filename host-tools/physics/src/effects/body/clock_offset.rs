@@ -1,7 +1,6 @@
 //! Offset between the clocks of robot and sensor.
 
 use crate::effects::{Effect, Group, Kind, Law, Naming, Parameter};
-use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -27,32 +26,3 @@ pub const EFFECT: Effect = Effect {
     kind: Some(Kind::LateReading),
     ..Effect::PLAIN
 };
-
-/// Clocks that are apart.
-#[derive(Clone, Copy, Debug)]
-pub struct ClockOffset {
-    offset_s: f64,
-}
-
-impl ClockOffset {
-    /// `offset_s` within ±10 s.
-    pub fn new(offset_s: f64) -> Result<Self, SettingsError> {
-        in_range("offset_s", offset_s, -10.0, 10.0)?;
-        Ok(Self { offset_s })
-    }
-
-    /// Time stamp of the pose (s) for an instant on the wrench's clock.
-    pub fn pose_time(&self, wrench_time_s: f64) -> f64 {
-        wrench_time_s + self.offset_s
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn it_shifts() {
-        assert_eq!(ClockOffset::new(-0.25).unwrap().pose_time(4.0), 3.75);
-    }
-}

@@ -1,9 +1,6 @@
 //! Mass with which the rig integrates the spacecraft.
 
 use crate::effects::{Effect, Group, Law, Naming, Parameter};
-use nalgebra::Vector3;
-use softdock_control::frames::saturated;
-use softdock_control::range::{SettingsError, in_range};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -28,43 +25,6 @@ pub const EFFECT: Effect = Effect {
     ],
     tell_apart: "compare the rig's model with the logged force: with a wrong mass the logged force fits the \
                  contact; with a wrong gain of the sensor it does not",
-    law: Law::Spacecraft,
+    law: Law::Spacecraft(|p, body| body.mass_kg += p[0]),
     ..Effect::PLAIN
 };
-
-/// Largest acceleration, m/s²: keeps a light spacecraft under a large force representable.
-const LARGEST_M_S2: f64 = 1e4;
-
-/// A spacecraft with a wrong mass.
-#[derive(Clone, Copy, Debug)]
-pub struct MassError {
-    inverse_mass: f64,
-}
-
-impl MassError {
-    /// Nominal `mass_kg` and its error; the sum has to lie in 0.1 to 1e6 kg.
-    pub fn new(mass_kg: f64, mass_error_kg: f64) -> Result<Self, SettingsError> {
-        in_range("mass_error_kg", mass_kg + mass_error_kg, 0.1, 1e6)?;
-        Ok(Self {
-            inverse_mass: 1.0 / (mass_kg + mass_error_kg),
-        })
-    }
-
-    /// Acceleration (m/s²) under a force (N).
-    pub fn acceleration(&self, force: &Vector3<f64>) -> Vector3<f64> {
-        saturated(&(force * self.inverse_mass), LARGEST_M_S2)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_heavier_spacecraft_accelerates_less() {
-        let spacecraft = MassError::new(60.0, 20.0).unwrap();
-        let got = spacecraft.acceleration(&Vector3::new(8.0, 0.0, -16.0));
-        assert!((got - Vector3::new(0.1, 0.0, -0.2)).norm() < 1e-12);
-        assert!(MassError::new(60.0, -60.0).is_err());
-    }
-}

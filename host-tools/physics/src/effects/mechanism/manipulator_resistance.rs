@@ -25,6 +25,9 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["guide_viscous", "cable_stiffness", "sc_mass_error"],
     tell_apart: "look at the sensor in free flight: a guide or a cable on the rig is measured there, a resistance \
                  inside the model is not",
-    law: Law::Spacecraft,
+    law: Law::Spacecraft(|p, body| {
+        body.arm_stiffness_n_per_m += p[0];
+        body.arm_damping_n_s_per_m += p[1];
+    }),
     ..Effect::PLAIN
 };

@@ -18,7 +18,7 @@ pub const ACTS_AT: Parameter = Parameter::choice(
 );
 
 /// Where a spring rests.
-const ABOUT_START: Parameter = Parameter::choice(
+pub const ABOUT_START: Parameter = Parameter::choice(
     "about_start",
     &["rests at the origin of C", "rests at the first position"],
 );

@@ -1,6 +1,6 @@
 //! Samples of the sensor that are lost; the last one is held.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use crate::effects::{Effect, Group, Law, Naming, Parameter, Sampling, Values};
 use softdock_control::frames::Wrench;
 
 /// Catalogue entry.
@@ -20,13 +20,23 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["ft_latency", "ft_quantisation", "ft_low_pass"],
     tell_apart: "look for samples that equal the one before in all six values: noise makes that impossible \
                  otherwise; a latency shifts every sample",
-    law: Law::Sample(sample),
+    law: Law::Sample(Sampling { sent, read }),
     ..Effect::PLAIN
 };
 
 /// A lost sample repeats the last one; `draw` is uniform in (0, 1].
-fn sample(p: &[f64], wrench: &Wrench<f64>, last: &Wrench<f64>, draw: f64) -> Wrench<f64> {
+fn sent(p: Values<'_>, wrench: &Wrench<f64>, last: &Wrench<f64>, draw: f64) -> Wrench<f64> {
     if draw > p[0] { *wrench } else { *last }
+}
+
+/// A repeated reading says nothing.
+fn read(
+    _: Values<'_>,
+    predicted: [f64; 6],
+    measured: &[f64; 6],
+    before: Option<&[f64; 6]>,
+) -> Option<[f64; 6]> {
+    (before != Some(measured)).then_some(predicted)
 }
 
 #[cfg(test)]
@@ -35,14 +45,14 @@ mod tests {
 
     #[test]
     fn a_lost_sample_repeats_the_last_one() {
-        let read = |draw| {
-            sample(
+        let sent = |draw| {
+            super::sent(
                 &[0.25],
                 &Wrench::of(&[2.0; 6]),
                 &Wrench::of(&[1.0; 6]),
                 draw,
             )
         };
-        assert_eq!([0.9, 0.1].map(|draw| read(draw).force.x), [2.0, 1.0]);
+        assert_eq!([0.9, 0.1].map(|draw| sent(draw).force.x), [2.0, 1.0]);
     }
 }

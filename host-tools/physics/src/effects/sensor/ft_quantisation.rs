@@ -1,6 +1,6 @@
 //! Resolution of the sensor.
 
-use crate::effects::{Effect, Group, Law, Naming, Parameter};
+use crate::effects::{Effect, Group, Law, Naming, Parameter, Sampling, Values};
 use softdock_control::frames::Wrench;
 
 /// Catalogue entry.
@@ -27,12 +27,12 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["ft_dropout", "ft_low_pass"],
     tell_apart: "sort the values of a slow ramp: a lattice has gaps of one size, held samples repeat in time but \
                  take any value",
-    law: Law::Sample(sample),
+    law: Law::Sample(Sampling { sent, read }),
     ..Effect::PLAIN
 };
 
 /// Forces and torques on lattices of their own, halves away from zero, or rounded down.
-fn sample(p: &[f64], wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<f64> {
+fn sent(p: Values<'_>, wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<f64> {
     let on_lattice = |value: f64, pitch: f64| match pitch > 0.0 {
         true if p[2] > 0.5 => (value / pitch).floor() * pitch,
         true => (value / pitch).round() * pitch,
@@ -44,17 +44,48 @@ fn sample(p: &[f64], wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<f6
     }
 }
 
+/// A rounded reading stands for an interval; only the distance to it is an error.
+fn read(
+    p: Values<'_>,
+    predicted: [f64; 6],
+    measured: &[f64; 6],
+    _: Option<&[f64; 6]>,
+) -> Option<[f64; 6]> {
+    let near = |axis: usize| {
+        let (half, measured) = (0.5 * p[axis / 3], measured[axis]);
+        let middle = if p[2] > 0.5 {
+            measured + half
+        } else {
+            measured
+        };
+        let nearest = predicted[axis].clamp(middle - half, middle + half);
+        measured + (predicted[axis] - nearest)
+    };
+    Some(std::array::from_fn(near))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn forces_stand_on_a_lattice_and_torques_pass() {
-        let read = |down| {
+        let sent = |down| {
             let wrench = Wrench::of(&[1.4, -1.3, 0.1, 0.125, 0.25, 0.0]);
-            sample(&[0.5, 0.0, down], &wrench, &Wrench::zero(), 0.0).get()
+            super::sent(&[0.5, 0.0, down], &wrench, &Wrench::zero(), 0.0).get()
         };
-        assert_eq!(read(0.0), [1.5, -1.5, 0.0, 0.125, 0.25, 0.0]);
-        assert_eq!(read(1.0), [1.0, -1.5, 0.0, 0.125, 0.25, 0.0]);
+        assert_eq!(sent(0.0), [1.5, -1.5, 0.0, 0.125, 0.25, 0.0]);
+        assert_eq!(sent(1.0), [1.0, -1.5, 0.0, 0.125, 0.25, 0.0]);
+    }
+
+    /// 1.0 was sent of all from 0.75 to 1.25, or from 1.0 to 1.5 where it rounds down.
+    #[test]
+    fn within_a_step_nothing_is_missing() {
+        let error = |down: f64, predicted: f64| {
+            let read = read(&[0.5, 0.0, down], [predicted; 6], &[1.0; 6], None);
+            read.unwrap()[0] - 1.0
+        };
+        assert_eq!([0.8, 1.2, 1.5].map(|f| error(0.0, f)), [0.0, 0.0, 0.25]);
+        assert_eq!([1.4, 0.75].map(|f| error(1.0, f)), [0.0, -0.25]);
     }
 }

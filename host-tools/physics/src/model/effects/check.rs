@@ -3,20 +3,8 @@
 use super::{Allowed, EffectError, EffectModel, known};
 use crate::effects::Group;
 use crate::model::Model;
-use crate::model::load::effects::LoadEffect;
 use crate::model::stage::Stage;
 use softdock_io::input::nearest;
-
-/// Effects on clock, spacecraft and sampling, which [`crate::model::prediction`] knows by their ids.
-const OTHERS: [&str; 7] = [
-    "clock_jitter",
-    "clock_rate",
-    "sc_mass_error",
-    "sc_inertia_error",
-    "manipulator_resistance",
-    "ft_quantisation",
-    "ft_dropout",
-];
 
 impl EffectModel {
     /// Checks all effects of a model file.
@@ -43,12 +31,6 @@ impl EffectModel {
         let id = || self.id.clone();
         if effect.is_of_a_bearing() && model.bearing().is_none() {
             return Err(EffectError::NoBearing { id: id() });
-        }
-        let predicted = Stage::ALL.iter().any(|stage| stage.id() == self.id)
-            || LoadEffect::find(model, &self.id).is_some()
-            || OTHERS.contains(&self.id.as_str());
-        if !predicted {
-            return Err(EffectError::NotPredicted { id: id() });
         }
         if !self.axes.is_empty() && effect.group != Group::Actuator {
             return Err(EffectError::Axes { id: id() });
@@ -128,6 +110,7 @@ impl EffectModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::load::effects::LoadEffect;
 
     fn effect(id: &str, parameters: &[(&str, f64)]) -> EffectModel {
         EffectModel {

@@ -17,12 +17,6 @@ pub enum EffectError {
         /// Its id.
         id: String,
     },
-    /// An effect of the catalogue without a prediction.
-    #[error("[[effect]] `{id}` can be simulated but not fitted or predicted; take it out")]
-    NotPredicted {
-        /// Its id.
-        id: String,
-    },
     /// An effect of a bearing where there is none.
     #[error(
         "[[effect]] `{id}` acts about a bearing, and the model has none: that is an axis of which \

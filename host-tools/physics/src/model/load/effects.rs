@@ -5,7 +5,7 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, laws};
-use crate::effects::{CATALOGUE, Effect, Kind, Law, Parameter, Reversal, Role, Values};
+use crate::effects::{Actuator, CATALOGUE, Effect, Kind, Law, Parameter, Reversal, Role, Values};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
@@ -143,7 +143,10 @@ impl LoadEffect {
     fn of(effect: &'static Effect, bearing: bool) -> Option<Self> {
         if matches!(
             effect.law,
-            Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock
+            Law::Sample(_)
+                | Law::Actuator(Actuator { late: None, .. })
+                | Law::Spacecraft(_)
+                | Law::Clock(_)
         ) || (effect.is_of_a_bearing() && !bearing)
         {
             return None;
@@ -205,7 +208,7 @@ impl LoadEffect {
     pub fn is_late(&self) -> bool {
         matches!(
             self.effect.law,
-            Law::Late(_) | Law::Apart(_) | Law::Actuator(Some(_))
+            Law::Late(_) | Law::Apart(_) | Law::Actuator(Actuator { late: Some(_), .. })
         )
     }
 
@@ -503,7 +506,9 @@ pub fn beyond_the_end(scene: &Scene) -> usize {
     let known = known(&scene.model, &scene.model.effects, true).into_iter();
     let acting = known.filter(|(effect, _)| effect.acts(scene));
     let ahead = acting.filter_map(|(effect, p)| match effect.effect.law {
-        Law::Actuator(Some(law)) => Some(law(&p).delay_s),
+        Law::Actuator(Actuator {
+            late: Some(law), ..
+        }) => Some(law(&p).delay_s),
         Law::Apart(law) => Some(law(&p)),
         _ => None,
     });

@@ -5,7 +5,8 @@ use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
-    Direction, Effect, Facing, Group, Guide, Late, Lateness, Law, Penetration, Slide, Values, sign,
+    Actuator, Direction, Effect, Facing, Group, Guide, Late, Lateness, Law, Penetration, Slide,
+    Values, sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::{Matrix3, Vector3};
@@ -133,7 +134,9 @@ pub(super) fn part(
         }
         Law::Range(law) => changed(scene, reading, |_, reading| law(p, reading)),
         Law::Late(law) => late(scene, reading, law(p)),
-        Law::Actuator(Some(law)) => early(scene, reading, law(p)),
+        Law::Actuator(Actuator {
+            late: Some(law), ..
+        }) => early(scene, reading, law(p)),
         Law::Apart(law) => {
             let delay_s = law(p);
             let by = Lateness {
@@ -146,7 +149,7 @@ pub(super) fn part(
             }
         }
         Law::Formula(law) => formula(scene, law, p)?,
-        Law::Sample(_) | Law::Actuator(None) | Law::Spacecraft | Law::Clock => return None,
+        Law::Sample(_) | Law::Actuator(_) | Law::Spacecraft(_) | Law::Clock(_) => return None,
     })
 }
 

@@ -12,7 +12,9 @@
 
 use super::signals::{Signals, Step};
 use super::{ChannelPrediction, Six};
-use crate::model::{Channel, Model};
+use crate::effects::mechanism::{ABOUT_START, manipulator_resistance};
+use crate::effects::{Law, by_id};
+use crate::model::{Channel, EffectModel, Model};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::delay::ModelVelocity;
@@ -23,6 +25,8 @@ use softdock_control::limits::LimitFlags;
 use softdock_control::modes::Mode;
 use softdock_control::settings::BodySettings;
 use softdock_control::wrench::{Compensation, Motion};
+
+const RESISTANCE: &str = manipulator_resistance::EFFECT.id;
 
 /// Predicts the channel; what cannot be predicted is noted.
 pub fn predict(model: &Model, signals: &Signals<'_>, notes: &mut Vec<String>) -> ChannelPrediction {
@@ -83,17 +87,16 @@ impl TwoSpacecraft {
         }
         model.bodies.k.apply_to(&mut k);
         model.bodies.q.apply_to(&mut q);
-        add_errors(model, &mut k, recorded);
+        add_errors(model, &mut k);
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
             active[axis.index()] = true;
         }
+        // A board knows where its manipulator is relaxed; a foreign rig computer's spring ends at the
+        // origin of C.
+        let resistance = (!recorded).then(|| Resistance::taken_from(&mut k, model, signals));
         Some(Self {
-            // A board knows where its manipulator is relaxed; a foreign rig computer's spring
-            // ends at the origin of C.
-            resistance: (!recorded)
-                .then(|| Resistance::of(model, signals, k.mass_kg))
-                .flatten(),
+            resistance,
             bodies: TwoBody::new(&k, &q, signals.cycle_s),
             recorded,
             compensation: Compensation::new(&model.sensor_settings()),
@@ -233,24 +236,13 @@ impl TwoSpacecraft {
     }
 }
 
-/// Effects of the model file on what a board knows of K: mass properties, and the manipulator that
-/// holds it.
-fn add_errors(model: &Model, k: &mut BodySettings, recorded: bool) {
+/// Effects of the model file on what a board knows of K.
+fn add_errors(model: &Model, k: &mut BodySettings) {
     for effect in &model.effects {
-        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
-        match effect.id.as_str() {
-            "sc_mass_error" => k.mass_kg += value("mass_error_kg"),
-            "manipulator_resistance" if recorded => {
-                k.arm_stiffness_n_per_m += value("stiffness_n_per_m");
-                k.arm_damping_n_s_per_m += value("damping_n_s_per_m");
-            }
-            "sc_inertia_error" => {
-                let names = ["ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2"];
-                for (i, name) in names.into_iter().enumerate() {
-                    k.inertia_kg_m2[i][i] += value(name);
-                }
-            }
-            _ => {}
+        if let Some(known) = by_id(&effect.id)
+            && let Law::Spacecraft(law) = known.law
+        {
+            law(&known.values(&effect.parameters), k);
         }
     }
 }
@@ -264,19 +256,23 @@ struct Resistance {
 }
 
 impl Resistance {
-    fn of(model: &Model, signals: &Signals<'_>, mass_kg: f64) -> Option<Self> {
-        let effect = model
-            .effects
-            .iter()
-            .find(|e| e.id == "manipulator_resistance")?;
-        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
-        let about_start = value("about_start") > 0.5;
-        let start = signals.cycles.first().filter(|_| about_start);
-        Some(Self {
+    /// That of K, whose own spring ends where a board was armed.
+    fn taken_from(k: &mut BodySettings, model: &Model, signals: &Signals<'_>) -> Self {
+        let (stiffness_per_kg, damping_per_kg) = k.arm_resistance_per_kg();
+        (k.arm_stiffness_n_per_m, k.arm_damping_n_s_per_m) = (0.0, 0.0);
+        let ends_at_start = |e: &EffectModel| e.parameters.get(ABOUT_START.name) == Some(&1.0);
+        let start = signals.cycles.first();
+        let start = start.filter(|_| {
+            model
+                .effects
+                .iter()
+                .any(|e| e.id == RESISTANCE && ends_at_start(e))
+        });
+        Self {
             rest_m: start.map_or([0.0; 3], |c| [0, 1, 2].map(|axis| c.trace.pose[axis])),
-            stiffness_per_kg: value("stiffness_n_per_m") / mass_kg,
-            damping_per_kg: value("damping_n_s_per_m") / mass_kg,
-        })
+            stiffness_per_kg,
+            damping_per_kg,
+        }
     }
 
     /// Adds the change of velocity in cycle n, before which the velocity was `before`.

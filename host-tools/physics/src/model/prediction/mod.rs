@@ -27,7 +27,7 @@ use super::load::Scene;
 use super::load::effects::add_known;
 use super::log::{Log, is_measured};
 use super::{Axis, Channel, Model, clock};
-use crate::effects::body::clock_jitter::Scatter;
+use crate::effects::body::clock_jitter::{self, Scatter};
 use signals::Signals;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
@@ -200,7 +200,7 @@ pub fn predict_signals(model: &Model, signals: &Signals<'_>) -> Prediction {
 /// True durations of the cycles where the model says that the clock jitters, or that all cycles last
 /// longer and the recorded velocity does not know it; else empty.
 pub fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
-    let rate = retimed::clock_value(model, "clock_rate", "rate_error");
+    let rate = model.clock_rate_error();
     let longer = match signals.velocity {
         signals::VelocityMeaning::CycleMean => 1.0 + rate,
         signals::VelocityMeaning::Sampled => 1.0,
@@ -214,7 +214,10 @@ pub fn intervals(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
 }
 
 fn jittering(model: &Model, signals: &Signals<'_>) -> Vec<f64> {
-    let jitter = model.effects.iter().find(|e| e.id == "clock_jitter");
+    let jitter = model
+        .effects
+        .iter()
+        .find(|e| e.id == clock_jitter::EFFECT.id);
     let Some(jitter) = jitter.and_then(|e| Scatter::of(&e.parameters)) else {
         return Vec::new();
     };

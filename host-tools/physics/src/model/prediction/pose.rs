@@ -4,7 +4,6 @@
 //! over the cycle; rotations likewise with the rotation vector of `R(n−1)ᵀ R(n)`. Angles are
 //! given from the first pose of the recording, axes of M; that of a bearing counts whole turns.
 
-use super::retimed::clock_value;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six, six};
 use crate::model::load::count_turns;
@@ -53,9 +52,9 @@ struct ClockErrors {
 
 impl ClockErrors {
     fn of(model: &Model, signals: &Signals<'_>) -> Self {
-        let offset_s = clock_value(model, "clock_offset", "offset_s");
+        let offset_s = model.clock_offset_s();
         Self {
-            rate: clock_value(model, "clock_rate", "rate_error"),
+            rate: model.clock_rate_error(),
             // Of any machine pose and velocity are late together.
             offset_s: if signals.is_of_a_rig() { offset_s } else { 0.0 },
         }

@@ -5,16 +5,36 @@
 //! longer shows too large a velocity. What acts on the sensor is the true motion.
 
 use super::signals::{Signals, Step, VelocityMeaning};
-use crate::model::Model;
+use crate::effects::{Clock, Law, Values, by_id};
+use crate::model::{EffectModel, Model};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose, pose_components};
 
-/// Value of a clock's parameter in the model; 0 without it.
-pub fn clock_value(model: &Model, id: &str, name: &str) -> f64 {
-    let effect = model.effects.iter().find(|e| e.id == id);
-    let value = effect.and_then(|e| e.parameters.get(name));
-    value.copied().unwrap_or(0.0)
+impl Model {
+    /// By how much its clocks are apart, s: poses are stamped so much later than wrenches of the same instant.
+    pub fn clock_offset_s(&self) -> f64 {
+        self.of_clock(|law, p| match law {
+            Law::Apart(law) => law(p),
+            _ => 0.0,
+        })
+    }
+
+    /// Relative error of the duration of its cycles.
+    pub fn clock_rate_error(&self) -> f64 {
+        self.of_clock(|law, p| match law {
+            Law::Clock(Clock::Rate(law)) => law(p) - 1.0,
+            _ => 0.0,
+        })
+    }
+
+    fn of_clock(&self, value: impl Fn(Law, Values<'_>) -> f64) -> f64 {
+        let known = |effect: &EffectModel| {
+            let known = by_id(&effect.id)?;
+            Some(value(known.law, &known.values(&effect.parameters)))
+        };
+        self.effects.iter().filter_map(known).sum()
+    }
 }
 
 /// By how much the recorded poses are late as a whole, s: with a velocity of its own, a log shows
@@ -22,7 +42,7 @@ pub fn clock_value(model: &Model, id: &str, name: &str) -> f64 {
 pub fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.velocity {
         _ if !signals.is_of_a_rig() => 0.0,
-        VelocityMeaning::CycleMean => clock_value(model, "clock_offset", "offset_s"),
+        VelocityMeaning::CycleMean => model.clock_offset_s(),
         VelocityMeaning::Sampled => 0.0,
     }
 }
@@ -112,7 +132,6 @@ fn pose_at(signals: &Signals<'_>, n: usize, later: f64) -> Option<Pose<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::EffectModel;
     use softdock_io::recording::Recording;
     use std::collections::BTreeMap;
 

@@ -29,6 +29,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 use softdock_control::frames::Wrench;
 use softdock_io::input::nearest;
+use softdock_physics::effects::body::clock_jitter::Scatter;
 use softdock_physics::effects::sensor::tool::ToolState;
 use softdock_physics::effects::{CATALOGUE, Effect, Group, Law, Parameter, named};
 use std::collections::BTreeMap;
@@ -55,11 +56,6 @@ impl Hidden {
     /// Value of a parameter; 0 if it is left out.
     pub(super) fn value(&self, parameter: &str) -> f64 {
         self.parameters.get(parameter).copied().unwrap_or(0.0)
-    }
-
-    /// Values of several parameters.
-    pub(super) fn values<const N: usize>(&self, parameters: [&str; N]) -> [f64; N] {
-        parameters.map(|name| self.value(name))
     }
 
     /// Checks id, parameter names and values against the catalogue.
@@ -183,10 +179,15 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         moves_the_reading(hidden, settings)?,
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );
-    let offset_s = if id == "clock_offset" {
-        hidden.value("offset_s")
-    } else {
-        0.0
+    // A sum of intervals walks away from the wrench's clock: only logs of others have it.
+    let walks = Scatter::of(&hidden.parameters).is_some_and(|scatter| scatter.of_intervals);
+    ensure!(
+        !walks,
+        "`of_intervals` is 1: the clock of the simulated rig keeps its rate; allowed is 0"
+    );
+    let offset_s = match hidden.effect()?.law {
+        Law::Apart(law) => law(&hidden.effect()?.values(&hidden.parameters)),
+        _ => 0.0,
     };
     let delay_s = settings.robot.actuator.delay_s;
     ensure!(

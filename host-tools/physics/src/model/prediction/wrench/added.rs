@@ -4,6 +4,7 @@ use super::super::executed::velocities;
 use super::super::signals::{Signals, Step};
 use super::super::{ChannelPrediction, Six};
 use super::motion_of;
+use crate::effects::{Law, Sampling, by_id};
 use crate::model::load::Scene;
 use crate::model::load::effects::{LoadEffect, add_known, beyond_the_end};
 use crate::model::{Axis, Model};
@@ -97,43 +98,18 @@ fn is_right(executed: &ChannelPrediction) -> bool {
 }
 
 /// Applies what the sensor does to its samples: rounding, and repeating the last one.
-///
-/// A rounded reading stands for an interval; only the distance to it is an error. A repeated
-/// reading says nothing.
 pub(super) fn add_sampling(model: &Model, prediction: &mut ChannelPrediction) {
     for effect in &model.effects {
-        let value = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
-        match effect.id.as_str() {
-            "ft_quantisation" => {
-                let half = [0.5 * value("lsb_force_n"), 0.5 * value("lsb_torque_n_m")];
-                let down = value("rounds_down") > 0.5;
-                round(prediction, half, down);
-            }
-            "ft_dropout" => leave_out_repeated(prediction),
-            _ => {}
-        }
-    }
-}
-
-fn round(prediction: &mut ChannelPrediction, half: [f64; 2], down: bool) {
-    for (measured, predicted) in prediction.measured.iter().zip(&mut prediction.predicted) {
-        for (axis, value) in predicted.iter_mut().flatten().enumerate() {
-            let half = half[axis / 3];
-            let middle = if down {
-                measured[axis] + half
-            } else {
-                measured[axis]
-            };
-            let nearest = value.clamp(middle - half, middle + half);
-            *value = measured[axis] + (*value - nearest);
-        }
-    }
-}
-
-fn leave_out_repeated(prediction: &mut ChannelPrediction) {
-    for n in 1..prediction.measured.len() {
-        if prediction.measured[n] == prediction.measured[n - 1] {
-            prediction.predicted[n] = None;
+        let Some(known) = by_id(&effect.id) else {
+            continue;
+        };
+        let Law::Sample(Sampling { read, .. }) = known.law else {
+            continue;
+        };
+        let values = known.values(&effect.parameters);
+        for (n, predicted) in prediction.predicted.iter_mut().enumerate() {
+            let before = n.checked_sub(1).map(|before| &prediction.measured[before]);
+            *predicted = predicted.and_then(|p| read(&values, p, &prediction.measured[n], before));
         }
     }
 }
