@@ -14,7 +14,7 @@ use softdock_physics::effects::mechanism::manipulator_resistance;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::Sign;
 use softdock_physics::model::prediction::signals::Signals;
-use softdock_physics::model::prediction::{Prediction, Six, bodies};
+use softdock_physics::model::prediction::{ChannelPrediction, Prediction, Six, bodies};
 use softdock_physics::model::{Channel, EffectModel, Model};
 use std::collections::BTreeMap;
 
@@ -84,83 +84,91 @@ impl BodyRegression {
         recording: &Recording,
         prediction: &Prediction,
     ) -> Option<Self> {
-        let channel = prediction.channel(Channel::ModelVelocity);
-        let known: Vec<bool> = channel.predicted.iter().map(Option::is_some).collect();
-        if !known.contains(&true) {
-            return None;
-        }
-        let judged = prediction.judged(Channel::ModelVelocity);
-        let active: [bool; 6] = std::array::from_fn(|i| judged.iter().any(|a| a.index() == i));
-        let column = |of: &dyn Fn(usize, usize) -> f64| {
-            Column::of(known.len(), |n| {
-                std::array::from_fn(|axis| {
-                    let value = if n > 0 && known[n] && active[axis] {
-                        of(n, axis)
-                    } else {
-                        0.0
-                    };
-                    if value.is_finite() { value } else { 0.0 }
-                })
+        let changes = Changes::of(prediction)?;
+        let of_mass = |share: f64| {
+            changes.column(&|n, axis| share * linear(axis) * changes.increment(n, axis))
+        };
+        let turning = |turn: usize| {
+            changes.column(&|n, axis| match axis == turn {
+                true => changes.increment(n, axis),
+                false => 0.0,
             })
         };
-        let predicted = |n: usize, axis: usize| channel.predicted[n].map_or(0.0, |p| p[axis]);
-        let residual = column(&|n, axis| channel.measured[n][axis] - predicted(n, axis));
-        let increment = |n: usize, axis: usize| predicted(n, axis) - channel.measured[n - 1][axis];
-        let linear = |axis: usize| f64::from(u8::from(axis < 3));
-        let mass = model.bodies.k.mass_kg.unwrap_or(1.0);
-        let turning = |turn: usize| {
-            column(&|n, axis| {
-                if axis == turn {
-                    increment(n, axis)
-                } else {
-                    0.0
-                }
-            })
+        let one = |id, parameters, columns| Hypothesis {
+            id,
+            form: None,
+            parameters,
+            columns,
         };
         let mut hypotheses = vec![
-            Hypothesis {
-                id: MASS,
-                form: None,
-                parameters: &MASS_ERROR,
-                columns: vec![column(&|n, axis| linear(axis) * increment(n, axis))],
-            },
-            Hypothesis {
-                id: INERTIA,
-                form: None,
-                parameters: &INERTIA_ERRORS,
-                columns: (3..6).map(turning).collect(),
-            },
+            one(MASS, &MASS_ERROR, vec![of_mass(1.0)]),
+            one(INERTIA, &INERTIA_ERRORS, (3..6).map(turning).collect()),
         ];
         hypotheses.extend(resistances(model, recording, &|other| {
-            column(&|n, axis| {
+            changes.column(&|n, axis| {
                 let other = other[n].map_or(0.0, |other| other[axis]);
-                other - predicted(n, axis)
+                other - changes.predicted(n, axis)
             })
         }));
         let noise = &model.noise;
-        let noise_model = std::array::from_fn(|axis| {
-            white(if axis < 3 {
-                noise.model_velocity_m_s
-            } else {
-                noise.model_rate_rad_s
-            })
-        });
-        let tolerance = model.tolerance.body_mass_kg / mass;
-        let tolerances = if tolerance > 0.0 {
-            vec![column(&|n, axis| {
-                tolerance * linear(axis) * increment(n, axis)
-            })]
-        } else {
-            Vec::new()
-        };
+        let digits = [noise.model_velocity_m_s, noise.model_rate_rad_s];
+        let tolerance = model.tolerance.body_mass_kg / model.bodies.k.mass_kg.unwrap_or(1.0);
+        let tolerances = (tolerance > 0.0).then(|| of_mass(tolerance));
         Some(Self {
-            segment: Segment {
-                noise_model,
-                fresh: known,
-            },
-            residual,
-            tolerances,
+            residual: changes
+                .column(&|n, axis| changes.channel.measured[n][axis] - changes.predicted(n, axis)),
+            tolerances: tolerances.into_iter().collect(),
             hypotheses,
+            segment: Segment {
+                noise_model: std::array::from_fn(|axis| white(digits[axis / 3])),
+                fresh: changes.known,
+            },
+        })
+    }
+}
+
+/// 1 for a translation.
+fn linear(axis: usize) -> f64 {
+    if axis < 3 { 1.0 } else { 0.0 }
+}
+
+/// Changes of the model velocity from cycle to cycle, as they are predicted.
+struct Changes<'a> {
+    channel: &'a ChannelPrediction,
+    known: Vec<bool>,
+    active: [bool; 6],
+}
+
+impl<'a> Changes<'a> {
+    /// None where the channel is not predicted.
+    fn of(prediction: &'a Prediction) -> Option<Self> {
+        let channel = prediction.channel(Channel::ModelVelocity);
+        let judged = prediction.judged(Channel::ModelVelocity);
+        let known: Vec<bool> = channel.predicted.iter().map(Option::is_some).collect();
+        known.contains(&true).then(|| Self {
+            channel,
+            known,
+            active: std::array::from_fn(|i| judged.iter().any(|axis| axis.index() == i)),
+        })
+    }
+
+    fn predicted(&self, n: usize, axis: usize) -> f64 {
+        self.channel.predicted[n].map_or(0.0, |p| p[axis])
+    }
+
+    fn increment(&self, n: usize, axis: usize) -> f64 {
+        self.predicted(n, axis) - self.channel.measured[n - 1][axis]
+    }
+
+    /// A value of each cycle that is predicted, of each axis that moves.
+    fn column(&self, of: &dyn Fn(usize, usize) -> f64) -> Column {
+        let value = |n: usize, axis: usize| {
+            let counts = n > 0 && self.known[n] && self.active[axis];
+            let value = if counts { of(n, axis) } else { 0.0 };
+            if value.is_finite() { value } else { 0.0 }
+        };
+        Column::of(self.known.len(), |n| {
+            std::array::from_fn(|axis| value(n, axis))
         })
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 /// The closest rival of what is named: one effect, or two in whose place is one of several amounts, if these are a tie where no one is.
 /// Of one effect a tie is joined by two that have its place.
-pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
+fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
     let alone = one_in_place(named, ranked);
     let Some(two) = two_in_place(named, ranked) else {
         return alone;
@@ -26,8 +26,17 @@ pub(super) fn runner_up(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp>
     }
 }
 
+/// The closest rival of what is named, and what else the logs do not tell from it.
+pub(super) fn all(named: &[String], ranked: &[Ranked]) -> (Option<RunnerUp>, Vec<RunnerUp>) {
+    let first = runner_up(named, ranked);
+    let further = first
+        .as_ref()
+        .map(|first| further_ties(named, ranked, first));
+    (first, further.unwrap_or_default())
+}
+
 /// What else the logs do not tell from named effects other than the one of the runner-up.
-pub(super) fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp) -> Vec<RunnerUp> {
+fn further_ties(named: &[String], ranked: &[Ranked], first: &RunnerUp) -> Vec<RunnerUp> {
     let others = named.iter().filter(|id| **id != first.of);
     let of = |id: &String| {
         let ties = ties_of(in_the_place_of(id, named, ranked), ranked);

@@ -45,22 +45,12 @@ impl ErrorReduction {
         stages: &Stages,
         asked: bool,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
+        let Found {
+            named: found,
+            turned,
+            done_without,
+        } = Found::of(model, recordings, stages)?;
         let wrench = stages.wrench.as_ref();
-        let mut found = named::all(model, stages);
-        // Where no structure is left, the two likelihoods agree.
-        let leaves_structure = wrench.is_some_and(|w| w.beside_remainder.is_some());
-        let can_foretell = wrench.is_some_and(WrenchFinding::can_foretell);
-        let (mut turned, mut alone) = (None, Vec::new());
-        if let Some(w) = wrench.filter(|_| leaves_structure && can_foretell) {
-            let speed = w.prepared.pace().speed;
-            let better = for_prediction::with_reversals(model, recordings, &found, speed)?;
-            if let Some((better, [before, _])) = better {
-                let kept = |one: &&Named| better.iter().all(|b| b.effect.id != one.effect.id);
-                let gone = found.iter().filter(kept);
-                alone = gone.map(|one| one.effect.id.clone()).collect();
-                (found, turned) = (better, Some(before));
-            }
-        }
         let mut known = Known {
             model,
             recordings,
@@ -68,8 +58,9 @@ impl ErrorReduction {
             found,
             refitted: None,
             predictions: HashMap::new(),
-            leaves_structure,
-            can_foretell,
+            // Where no structure is left, the two likelihoods agree.
+            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
+            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
         };
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
@@ -80,36 +71,12 @@ impl ErrorReduction {
                 known.refuse(&mut everything)?,
             ),
         };
-        let start = known.levels(&[])?;
-        let end = known.levels(&everything)?;
-        let mut named: Vec<(usize, f64)> = Vec::new();
-        for &k in &everything {
-            // What is lost without it, which is its share beside the others.
-            let others = without(&everything, k);
-            let without = known.levels(&others)?;
-            let square = |level: f64| level * level;
-            let lost = square(without.train) - square(end.train);
-            let share = lost / (square(start.train) - square(end.train)).max(1e-12);
-            named.push((k, share));
-        }
-        named.sort_by(|a, b| b.1.total_cmp(&a.1));
-        in_signal_order(&mut named, &known.all);
-        let order: Vec<usize> = named.iter().map(|n| n.0).collect();
-        let mut steps = Vec::new();
-        for count in 0..=order.len() {
-            let so_far = known.levels(&order[..count])?;
-            let effect = count
-                .checked_sub(1)
-                .map(|k| &known.all[order[k]].effect.id[..]);
-            steps.push(Step {
-                effect: effect.unwrap_or("nominal").to_owned(),
-                train_error: so_far.train,
-                test_error: Some(so_far.test),
-            });
-        }
-        let named = named
-            .iter()
-            .map(|(k, share)| (known.all[*k].clone(), *share));
+        let named = known.shares(&everything)?;
+        let order: Vec<usize> = named.iter().map(|(k, _)| *k).collect();
+        let steps = known.steps(&order)?;
+        let end = known.levels(&order)?;
+        let named = named.iter();
+        let named = named.map(|(k, share)| (known.all[*k].clone(), *share));
         let named = named.collect();
         let turned = turned.map(|before| [before, end.test]);
         let refitted = turned.or(known.refitted);
@@ -120,9 +87,46 @@ impl ErrorReduction {
             refused,
             refitted,
             undetermined,
-            done_without: alone,
+            done_without,
         };
         Ok((reduction, predictions))
+    }
+}
+
+/// What the stages found.
+struct Found {
+    named: Vec<Named>,
+    /// Error on unseen data before frictions were given a speed over which they turn round, if they were.
+    turned: Option<f64>,
+    /// What foretells no better then.
+    done_without: Vec<String>,
+}
+
+impl Found {
+    fn of(model: &Model, recordings: &Logs<&Recording>, stages: &Stages) -> anyhow::Result<Self> {
+        let named = named::all(model, stages);
+        let leaves_structure =
+            |w: &&WrenchFinding| w.beside_remainder.is_some() && w.can_foretell();
+        let wrench = stages.wrench.as_ref().filter(leaves_structure);
+        let speed = wrench.map(|w| w.prepared.pace().speed);
+        let better =
+            speed.map(|speed| for_prediction::with_reversals(model, recordings, &named, speed));
+        Ok(match better.transpose()?.flatten() {
+            Some((better, [before, _])) => {
+                let is_gone = |one: &&Named| better.iter().all(|b| b.effect.id != one.effect.id);
+                let gone = named.iter().filter(is_gone);
+                Self {
+                    done_without: gone.map(|one| one.effect.id.clone()).collect(),
+                    turned: Some(before),
+                    named: better,
+                }
+            }
+            None => Self {
+                named,
+                turned: None,
+                done_without: Vec::new(),
+            },
+        })
     }
 }
 
@@ -160,6 +164,36 @@ impl Known<'_> {
         };
         self.predictions.insert(key, both);
         Ok(totals)
+    }
+
+    /// Share of each of these effects in the fall of the squared error of the logs of the fit, beside the others, the largest first.
+    fn shares(&mut self, effects: &[usize]) -> anyhow::Result<Vec<(usize, f64)>> {
+        let square = |error: Error| error.train * error.train;
+        let (start, end) = (square(self.levels(&[])?), square(self.levels(effects)?));
+        let mut shares = Vec::new();
+        for &k in effects {
+            let lost = square(self.levels(&without(effects, k))?) - end;
+            shares.push((k, lost / (start - end).max(1e-12)));
+        }
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        in_signal_order(&mut shares, &self.all);
+        Ok(shares)
+    }
+
+    /// The error with none, one, two ... of these effects.
+    fn steps(&mut self, order: &[usize]) -> anyhow::Result<Vec<Step>> {
+        let mut steps = Vec::new();
+        for count in 0..=order.len() {
+            let so_far = self.levels(&order[..count])?;
+            let last = order[..count].last();
+            let effect = last.map_or("nominal", |k| &self.all[*k].effect.id);
+            steps.push(Step {
+                effect: effect.to_owned(),
+                train_error: so_far.train,
+                test_error: Some(so_far.test),
+            });
+        }
+        Ok(steps)
     }
 
     /// Gives these effects the parameters that foretell best beside each other.

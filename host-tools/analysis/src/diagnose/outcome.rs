@@ -55,41 +55,31 @@ pub(crate) fn conclude(
         true => Vec::new(),
         false => disagreeing(stages),
     };
-    // Readings at rest show a zero that is off and a drift, and nothing else.
-    let stands_still = !model.sensor.at_rest
-        && stages.logs.all.iter().all(|log| log.rests(&model.noise))
-        && found.is_empty()
-        && !left.iter().any(Left::any);
+    let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
+    let stands_still = !anything && !any_left && stands_still(model, stages);
     let grounds = Grounds {
         testable: lacking(stages).len() < TESTED && !stands_still,
-        found: !found.is_empty(),
+        found: anything,
         disagree: !disagreeing.is_empty(),
-        left: left.iter().any(Left::any),
+        left: any_left,
         in_sample,
         asked,
     };
     let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
     let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
     let ranked = ranking::ranked(stages);
-    let runner_up = closest_rival::runner_up(&found, &ranked);
-    let further_ties = match &runner_up {
-        Some(first) => closest_rival::further_ties(&found, &ranked, first),
-        None => Vec::new(),
-    };
-    let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
+    let (runner_up, further_ties) = closest_rival::all(&found, &ranked);
     // A curve beside which nothing is left says nothing.
     let curves = match !asked && left.iter().any(Left::is_structured) {
         true => ranking::shapes(stages),
         false => Vec::new(),
     };
-    let mut looks_like = curves.clone();
-    let regions = if unnamed {
-        looks_like.extend(found.iter().cloned());
-        regions::left_over(&left, stages)
-    } else {
-        regions::explained(stages.before.shown(), predictions.shown(), stages)
+    let looks_like = curves.iter().chain(found.iter().filter(|_| unnamed));
+    let looks_like = looks_like.cloned().collect();
+    let regions = match unnamed {
+        true => regions::left_over(&left, stages),
+        false => regions::explained(stages.before.shown(), predictions.shown(), stages),
     };
-    let named_effects = if unnamed { Vec::new() } else { found };
     let same = equivalent::of(named.iter().copied()).filter(|_| !unnamed);
     let mut remainder = remainder(stages, &left);
     if verdict == Verdict::Unexplained {
@@ -112,8 +102,12 @@ pub(crate) fn conclude(
     let notes = notes.all(unexplained, in_sample);
     let probability = match unnamed {
         true => BTreeMap::new(),
-        false => probabilities(&named, &rivals, remainder.share > 0.0),
+        false => {
+            let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
+            probabilities(&named, &rivals, remainder.share > 0.0)
+        }
     };
+    let named_effects = if unnamed { Vec::new() } else { found };
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
         verdict,
@@ -152,6 +146,12 @@ pub(crate) fn conclude(
         after,
         predictions,
     })
+}
+
+/// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.
+fn stands_still(model: &Model, stages: &Stages) -> bool {
+    let mut logs = stages.logs.all.iter();
+    !model.sensor.at_rest && logs.all(|log| log.rests(&model.noise))
 }
 
 /// Probability of each named effect: of two that the logs do not tell apart none is certain.

@@ -17,63 +17,30 @@ use std::collections::{BTreeMap, BTreeSet};
 const REPORTED: usize = 12;
 /// Hypotheses that are reported of each later round.
 const REPORTED_LATER: usize = 4;
+/// Fall of χ² over all logs from which a hypothesis is reported.
+const LEAST: f64 = 10.0;
 
 /// Hypotheses of all stages with their evidence.
 pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
-    let mut all = Vec::new();
     let fitted = stages.logs.fitted;
-    let fit = |gains: &[f64]| gains.iter().take(fitted).sum::<f64>();
-    let unseen = |gains: &[f64]| gains.iter().skip(fitted).sum::<f64>();
-    if let Some(found) = &stages.actuator {
-        let pair = found.search.accepted.iter().filter(|c| c.ids().len() > 1);
-        let gains = |c: &Candidate| -> Vec<f64> {
-            let both = found.search.nominal.each.iter().zip(&c.each);
-            both.map(|(nominal, own)| nominal - own).collect()
-        };
-        for candidate in pair.chain(&found.search.singles) {
-            all.push(Ranked {
-                effects: candidate.ids().into_iter().map(str::to_owned).collect(),
-                beside: Vec::new(),
-                channel: Channel::ExecutedVelocity,
-                gain_train: fit(&gains(candidate)),
-                gain_test: unseen(&gains(candidate)),
-                parameters: candidate.parameters(),
-                as_good_as: None,
-                refused: None,
-            });
-        }
-    }
+    let mut all = of_actuator(stages);
     all.extend(in_place(stages));
-    for body in &stages.body.accepted {
-        all.push(Ranked {
-            effects: vec![body.id.to_owned()],
-            beside: Vec::new(),
-            channel: Channel::ModelVelocity,
-            gain_train: fit(&body.gains),
-            gain_test: unseen(&body.gains),
-            parameters: body.parameters.len(),
-            as_good_as: None,
-            refused: None,
-        });
-    }
-    all.extend(
-        stages
-            .clock_rivals
-            .iter()
-            .flat_map(|r| against_the_clock(r, stages)),
-    );
-    if let Some(Jitter { gain, .. }) = stages.clock.jitter {
-        all.push(Ranked {
-            effects: vec![clock_jitter::EFFECT.id.to_owned()],
-            beside: Vec::new(),
-            channel: Channel::Pose,
-            gain_train: gain,
-            gain_test: 0.0,
-            parameters: 1,
-            as_good_as: None,
-            refused: None,
-        });
-    }
+    let bodies = stages.body.accepted.iter();
+    all.extend(bodies.map(|body| {
+        let fall = fall(&body.gains, fitted);
+        plain(
+            &[body.id],
+            Channel::ModelVelocity,
+            fall,
+            body.parameters.len(),
+        )
+    }));
+    let rivals = stages.clock_rivals.iter();
+    all.extend(rivals.flat_map(|r| against_the_clock(r, stages)));
+    let jitter = stages.clock.jitter.iter();
+    all.extend(jitter.map(|Jitter { gain, .. }| {
+        plain(&[clock_jitter::EFFECT.id], Channel::Pose, [*gain, 0.0], 1)
+    }));
     // By the price of a stage in cycles, so that what is named stands before what only fits a little
     // better with more effects; the reading has the evidence of its search.
     let price = evidence::price(stages.logs.all.iter().map(|log| log.cycle_count()).sum());
@@ -87,17 +54,61 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
         let refused = |r: &Ranked| r.refused.is_some();
         refused(one).cmp(&refused(other)).then(b.total_cmp(a))
     });
-    let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
-    let mut all: Vec<Ranked> = all.into_iter().map(|(_, one)| one).collect();
-    all.retain(|one| {
-        let mut key = (one.effects.clone(), one.beside.clone());
-        key.0.sort_unstable();
-        let new = !seen.contains(&key);
-        seen.push(key);
-        new
-    });
-    all.retain(|one| one.fall() > 10.0);
+    let mut all = each_once(all.into_iter().map(|(_, one)| one).collect());
+    all.retain(|one| one.fall() > LEAST);
     shortened(all)
+}
+
+/// Of the same effects beside the same others the first.
+fn each_once(mut all: Vec<Ranked>) -> Vec<Ranked> {
+    let mut seen: BTreeSet<(Vec<String>, Vec<String>)> = BTreeSet::new();
+    all.retain(|one| {
+        let mut effects = one.effects.clone();
+        effects.sort_unstable();
+        seen.insert((effects, one.beside.clone()))
+    });
+    all
+}
+
+/// Fall of χ² on the logs of the fit and on unseen ones.
+fn fall(gains: &[f64], fitted: usize) -> [f64; 2] {
+    let (fit, unseen) = gains.split_at(fitted.min(gains.len()));
+    [fit, unseen].map(|gains| gains.iter().sum())
+}
+
+/// A hypothesis beside nothing else.
+fn plain(effects: &[&str], channel: Channel, fall: [f64; 2], parameters: usize) -> Ranked {
+    let [gain_train, gain_test] = fall;
+    Ranked {
+        effects: effects.iter().map(|id| (*id).to_owned()).collect(),
+        beside: Vec::new(),
+        channel,
+        gain_train,
+        gain_test,
+        parameters,
+        as_good_as: None,
+        refused: None,
+    }
+}
+
+/// Stages of the actuator: what is accepted, if it is more than one, and each alone.
+fn of_actuator(stages: &Stages) -> Vec<Ranked> {
+    let Some(found) = &stages.actuator else {
+        return Vec::new();
+    };
+    let several = found.search.accepted.iter().filter(|c| c.ids().len() > 1);
+    let of = |candidate: &Candidate| {
+        let both = found.search.nominal.each.iter().zip(&candidate.each);
+        let gains: Vec<f64> = both.map(|(nominal, own)| nominal - own).collect();
+        let fall = fall(&gains, stages.logs.fitted);
+        plain(
+            &candidate.ids(),
+            Channel::ExecutedVelocity,
+            fall,
+            candidate.parameters(),
+        )
+    };
+    several.chain(&found.search.singles).map(of).collect()
 }
 
 /// Hypotheses on the reading, with their evidence.
@@ -115,12 +126,13 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
             None => tested.clone(),
         };
         let forbidden = tested.wrong.join(", ");
+        let [gain_train, gain_test] = fall(&tested.gains, fitted);
         let ranked = Ranked {
             effects: tested.ids(),
             beside: tested.beside.clone(),
             channel: Channel::Wrench,
-            gain_train: tested.gains.iter().take(fitted).sum(),
-            gain_test: tested.gains.iter().skip(fitted).sum(),
+            gain_train,
+            gain_test,
             parameters: tested.parameters,
             as_good_as: answer.and_then(|answer| foretells_alike(answer, tested, &error)),
             refused: (!forbidden.is_empty()).then_some(forbidden),
@@ -187,23 +199,16 @@ fn against_the_clock(rival: &ClockRival, stages: &Stages) -> Vec<Ranked> {
     } else {
         (rival.of, rival.id)
     };
-    let fitted = stages.logs.fitted;
-    let train: f64 = rival.gain.iter().take(fitted).sum();
-    let test: f64 = rival.gain.iter().skip(fitted).sum();
+    let [train, test] = fall(&rival.gain, stages.logs.fitted);
     let one = |id: &str, behind: f64, as_good_as: Option<&str>| {
         let mut ids: Vec<&str> = besides.iter().copied().chain([id]).collect();
         ids.sort_unstable();
         // By how much one is behind is known of all logs together.
         let share = 1.0 - behind / (train + test).max(behind).max(f64::MIN_POSITIVE);
+        let fall = [train, test].map(|gain| share * gain);
         Ranked {
-            parameters: ids.len(),
-            effects: ids.into_iter().map(str::to_owned).collect(),
-            beside: Vec::new(),
-            channel: Channel::ExecutedVelocity,
-            gain_train: share * train,
-            gain_test: share * test,
             as_good_as: as_good_as.map(str::to_owned),
-            refused: None,
+            ..plain(&ids, Channel::ExecutedVelocity, fall, ids.len())
         }
     };
     let tied = rival.is_tie().then_some(winner);
@@ -230,14 +235,9 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
             (rival.id, &rival.gain_of_rival, as_good_as),
         ]
         .map(|(id, gain, as_good_as)| Ranked {
-            effects: vec![id.to_owned()],
             beside: rival.beside.clone(),
-            channel: Channel::Wrench,
-            gain_train: gain.iter().take(fitted).sum(),
-            gain_test: gain.iter().skip(fitted).sum(),
-            parameters: 1,
             as_good_as,
-            refused: None,
+            ..plain(&[id], Channel::Wrench, fall(gain, fitted), 1)
         })
     });
     each.collect()
