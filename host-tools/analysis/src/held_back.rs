@@ -15,7 +15,7 @@ pub(crate) fn held_back(recording: &Recording) -> (Recording, Recording) {
 
 /// Whether both are parts of one recording: those that an import makes of one table, or what is held back of one log.
 pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bool {
-    /// What may lie between them, as a share of the first one: rows that a filter bends are left out, which of a short log is much.
+    /// What may lie between them, as a share of the earlier one: rows that a filter bends are left out, which of a short log is much.
     /// Set by hand: trims of 20 ms leave an eighth of a log of 0.34 s.
     const BETWEEN: f64 = 0.25;
     let ([fitted], [unseen]) = (fitted, unseen) else {
@@ -23,13 +23,16 @@ pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bo
     };
     let times = |log: &Recording| {
         let (first, last) = (log.cycles.first()?, log.cycles.last()?);
-        Some((first.trace.time_s, last.trace.time_s))
+        Some([first.trace.time_s, last.trace.time_s])
     };
-    let (Some((start, end)), Some((next, _))) = (times(fitted), times(unseen)) else {
+    let (Some(of_fit), Some(of_unseen)) = (times(fitted), times(unseen)) else {
         return false;
     };
+    let follows = |[start, end]: [f64; 2], [next, _]: [f64; 2]| {
+        next > end && next - end < BETWEEN * (end - start)
+    };
     let same = fitted.header.identity == unseen.header.identity;
-    same && next > end && next - end < BETWEEN * (end - start)
+    same && (follows(of_fit, of_unseen) || follows(of_unseen, of_fit))
 }
 
 /// Some of its rows.
@@ -60,6 +63,7 @@ mod tests {
         };
         let (beginning, end) = held_back(&log);
         assert!(are_of_one_log(&[&beginning], &[&end]));
+        assert!(are_of_one_log(&[&end], &[&beginning]));
         for trimmed in [30, 140] {
             let trimmed = part(&end, trimmed..400);
             assert!(are_of_one_log(&[&beginning], &[&trimmed]));
