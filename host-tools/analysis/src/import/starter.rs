@@ -1,8 +1,9 @@
 //! A model to start from, for a log that came without one.
 
 use super::model_text::commented;
+use super::summary::pose;
 use anyhow::Context;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Deserialize;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
@@ -145,6 +146,11 @@ pub fn starter(
     }
     let mass = &mut model.tolerance.tool_mass_kg;
     *mass = two_digits(*mass * force.min(1.0)).unwrap_or(*mass);
+    // Nor is it known so badly that its inertia would pass for noise: that may be all that moves.
+    let acceleration = seen.iter().map(|log| log.acceleration).fold(0.0, f64::max);
+    if let Some(heaviest) = two_digits(model.noise.force_n / acceleration) {
+        *mass = mass.min(heaviest);
+    }
     let origin = first.header.identity.trim_start_matches("imported from ");
     let text = commented(&model, origin);
     Ok(Starter {
@@ -160,6 +166,7 @@ struct Seen {
     velocity: [Option<f64>; 2],
     pose: [Option<f64>; 2],
     largest: [f64; 2],
+    acceleration: f64,
 }
 
 impl Seen {
@@ -173,18 +180,14 @@ impl Seen {
         let velocity = |c: &CycleRecord| c.trace.executed_velocity;
         let sent = |c: &CycleRecord| c.trace.sent_velocity;
         let wrench = |c: &CycleRecord| c.inputs.sensor.wrench;
-        let pose = |c: &CycleRecord| {
-            let [x, y, z, _, qx, qy, qz] = c.trace.pose;
-            // For a small angle the rotation vector is twice the vector part.
-            [x, y, z, 2.0 * qx, 2.0 * qy, 2.0 * qz]
-        };
+        let places = places(cycles);
         let changes = |of: &dyn Fn(&CycleRecord) -> [f64; 6], axis: usize| {
             let mut pairs = cycles.windows(2);
             pairs.any(|pair| (of(&pair[1])[axis] - of(&pair[0])[axis]).abs() > 0.0)
         };
         let moving: [bool; 6] =
             std::array::from_fn(|axis| changes(&velocity, axis) || changes(&sent, axis));
-        let motion = motion(cycles, &moving, &pose, &velocity);
+        let motion = motion(cycles, &moving, &places, &velocity);
         let series = |of: &dyn Fn(&CycleRecord) -> [f64; 6], axis: usize| -> Vec<f64> {
             cycles.iter().map(|cycle| of(cycle)[axis]).collect()
         };
@@ -206,17 +209,47 @@ impl Seen {
             moving,
             wrench: [less(0), less(1)],
             velocity: floors(&|axis| series(&velocity, axis), of_poses),
-            pose: floors(&|axis| series(&pose, axis), Noise::White),
+            pose: floors(
+                &|axis| places.iter().map(|place| place[axis]).collect(),
+                Noise::White,
+            ),
             largest: largest(cycles, &wrench),
+            acceleration: acceleration(cycles, signals.cycle_s),
         })
     }
+}
+
+/// Position, and how far it has turned since the first cycle: rotation vectors from cycle to cycle, added.
+fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
+    let mut turned = Vector3::zeros();
+    let mut before = cycles.first().map(pose);
+    let place = |cycle: &CycleRecord| {
+        let now = pose(cycle);
+        if let Some(before) = before.replace(now) {
+            turned += (before.rotation.inverse() * now.rotation).scaled_axis();
+        }
+        let at = now.translation;
+        [at.x, at.y, at.z, turned.x, turned.y, turned.z]
+    };
+    cycles.iter().map(place).collect()
+}
+
+/// Largest acceleration of the three translations, m/s².
+fn acceleration(cycles: &[CycleRecord], cycle_s: f64) -> f64 {
+    let change = |pair: &[CycleRecord]| {
+        let [before, now] = [0, 1].map(|n: usize| pair[n].trace.executed_velocity);
+        let largest = (0..3).map(|axis| (now[axis] - before[axis]).abs());
+        largest.fold(0.0, f64::max) / cycle_s
+    };
+    let finite = cycles.windows(2).map(change).filter(|a| a.is_finite());
+    finite.fold(0.0, f64::max)
 }
 
 /// Position, velocity and acceleration of the axes that move, a column for each, and a constant.
 fn motion(
     cycles: &[CycleRecord],
     moving: &[bool; 6],
-    pose: &dyn Fn(&CycleRecord) -> [f64; 6],
+    places: &[[f64; 6]],
     velocity: &dyn Fn(&CycleRecord) -> [f64; 6],
 ) -> DMatrix<f64> {
     let last = cycles.len().saturating_sub(1);
@@ -228,7 +261,7 @@ fn motion(
         };
         let column = |of: &dyn Fn(usize) -> f64| DVector::from_fn(cycles.len(), |n, _| of(n));
         [
-            column(&|n| pose(&cycles[n])[axis]),
+            column(&|n| places[n][axis]),
             column(&|n| velocity(&cycles[n])[axis]),
             column(&change),
         ]

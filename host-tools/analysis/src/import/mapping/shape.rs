@@ -7,7 +7,7 @@ use anyhow::{bail, ensure};
 use nalgebra::Vector3;
 use softdock_report::number;
 use softdock_statistics::{LowPass, sample_time};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
@@ -82,7 +82,29 @@ pub(super) fn filter(
         ));
     }
     channels.keep(|n| kept[n]);
+    if unrolled.is_some() {
+        less_than_half_a_turn(channels, decimate, decimate as f64 / rate_hz)?;
+    }
     roll(channels, unrolled);
+    Ok(())
+}
+
+/// Of what turns by more than half a turn from one row that is kept to the next, `step_s` later, no pose says which way.
+fn less_than_half_a_turn(channels: &Channels, decimate: usize, step_s: f64) -> anyhow::Result<()> {
+    let Some([angles, ..]) = &channels.quaternion else {
+        return Ok(());
+    };
+    let rows = channels.time_s.windows(2).zip(angles.windows(2));
+    let next = rows.filter(|(times, _)| times[1] - times[0] < 1.5 * step_s);
+    let turns = next.map(|(_, pair)| (pair[1] - pair[0]).abs());
+    let most = turns.fold(0.0, f64::max);
+    ensure!(
+        decimate == 1 || most < PI,
+        "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of more than half a \
+         turn nobody can tell which way; allowed is up to {}",
+        number::significant(most, 3),
+        ((decimate as f64 * PI / most).floor() as usize).max(1)
+    );
     Ok(())
 }
 
