@@ -312,65 +312,20 @@ fn rounds_without(ids: &[String], asking: &mut Asking<'_>) -> Option<WrenchFindi
     })
 }
 
-/// Searches again beside what was found, as long as much is left: a delay or a gain acts on the
-/// whole reading, with the effects that were found first.
+/// What the logs say: as many rounds as find something, without effects in whose place others do as well, and beside a smooth
+/// remainder where structure is left.
 fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
-    let question = asking.question;
-    let mut finding = asking.ask(question)?;
-    let mut known = asking.model.clone();
-    let mut leaves_structure = finding.left().is_structured();
-    for _ in 1..ROUNDS {
-        let Some(accepted) = finding.found.accepted.as_ref() else {
-            break;
-        };
-        if question.only.is_some() || !finding.prepared.has_much_left(accepted.gain) {
-            break;
-        }
-        if !finding.found.disagreeing.is_empty() {
-            break;
-        }
-        known
-            .effects
-            .extend(accepted.effects.iter().map(named::model_of));
-        let Some(mut next) = (asking.search)(&known, question) else {
-            break;
-        };
-        let worth = |more: &wrench::Tested| more.gain > finding.prepared.threshold(accepted.gain);
-        if !next.found.accepted.as_ref().is_some_and(worth) {
-            break;
-        }
-        next.earlier = finding.earlier;
-        next.earlier.0.extend(accepted.effects.iter().cloned());
-        next.earlier.1.extend(finding.found.support);
-        next.found.ranked.extend(finding.found.ranked);
-        next.found.rivals.extend(finding.found.rivals);
-        finding = next;
-        leaves_structure |= finding.left().is_structured();
-    }
-    let is_whole = question.only.is_none();
-    let is_asked = is_whole && leaves_structure;
+    let (mut finding, leaves_structure) = beside_earlier(asking)?;
     // What logs that disagree have in common is no answer that could be bettered.
     if !finding.found.disagreeing.is_empty() {
         return Some(finding);
     }
+    let is_whole = asking.question.only.is_none();
+    let is_asked = is_whole && leaves_structure;
     let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
-    let mut foretelling = BTreeMap::new();
-    while let Some(gone) = finding.unsure(&foretelling).filter(|_| is_whole) {
-        let ids = finding.ids_without(std::slice::from_ref(&gone));
-        let fewer = asking.among(&ids);
-        let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
-        let worse = fewer
-            .as_ref()
-            .and_then(|f| f.foretells_worse_by(finding.error_on_unseen()));
-        match (fewer, worse) {
-            (Some(_), Some(worse)) => {
-                foretelling.insert(gone, worse);
-            }
-            (Some(fewer), None) => finding = fewer,
-            (None, _) => break,
-        }
+    if is_whole {
+        finding = without_unsure(finding, asking);
     }
-    finding.foretell(&foretelling);
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
     if is_asked {
@@ -386,6 +341,61 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         finding = beside::simpler(finding, asking);
     }
     Some(finding)
+}
+
+/// Searches again beside what was found, as long as much is left: a delay or a gain acts on the whole reading, with the effects that
+/// were found first. And whether any of these searches left structure.
+fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
+    let question = asking.question;
+    let mut finding = asking.ask(question)?;
+    let mut known = asking.model.clone();
+    let mut leaves_structure = finding.left().is_structured();
+    for _ in 1..ROUNDS {
+        let Some(accepted) = finding.found.accepted.as_ref() else {
+            break;
+        };
+        let agree = finding.found.disagreeing.is_empty();
+        let goes_on = question.only.is_none() && finding.prepared.has_much_left(accepted.gain);
+        if !(goes_on && agree) {
+            break;
+        }
+        let effects = accepted.effects.iter().map(named::model_of);
+        known.effects.extend(effects);
+        let worth = |more: &wrench::Tested| more.gain > finding.prepared.threshold(accepted.gain);
+        let found = |next: &WrenchFinding| next.found.accepted.as_ref().is_some_and(worth);
+        let Some(mut next) = (asking.search)(&known, question).filter(found) else {
+            break;
+        };
+        next.earlier = finding.earlier;
+        next.earlier.0.extend(accepted.effects.iter().cloned());
+        next.earlier.1.extend(finding.found.support);
+        next.found.ranked.extend(finding.found.ranked);
+        next.found.rivals.extend(finding.found.rivals);
+        finding = next;
+        leaves_structure |= finding.left().is_structured();
+    }
+    Some((finding, leaves_structure))
+}
+
+/// Takes effects away in whose place others do as well, one at a time, unless the others foretell unseen data worse.
+fn without_unsure(mut finding: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut foretelling = BTreeMap::new();
+    while let Some(gone) = finding.unsure(&foretelling) {
+        let ids = finding.ids_without(std::slice::from_ref(&gone));
+        let fewer = asking.among(&ids);
+        let fewer = fewer.filter(|f| !f.ids().contains(&gone) && f.is_as_good_as(&finding));
+        let Some(fewer) = fewer else {
+            break;
+        };
+        match fewer.foretells_worse_by(finding.error_on_unseen()) {
+            Some(worse) => {
+                foretelling.insert(gone, worse);
+            }
+            None => finding = fewer,
+        }
+    }
+    finding.foretell(&foretelling);
+    finding
 }
 
 fn noise_floors(model: &Model, cost: &Cost<'_>, wrench: Option<&WrenchFinding>) -> Vec<NoiseFloor> {

@@ -182,9 +182,13 @@ impl Log {
         let slow = |(rates, sigma): (&Vec<f64>, f64)| rates.iter().all(|v| v.abs() < STILL * sigma);
         // Two poses are compared.
         let reach = STILL * std::f64::consts::SQRT_2;
+        let (mut turned, mut last) = (Vector3::zeros(), first.rotation);
+        // How far it has turned, which after some turns an orientation does not tell.
         let near = |pose: &Pose<f64>| {
+            turned += (last.inverse() * pose.rotation).scaled_axis();
+            last = pose.rotation;
             (pose.translation.vector - first.translation.vector).amax() < reach * noise.position_m
-                && pose.rotation.angle_to(&first.rotation) < reach * noise.angle_rad
+                && turned.norm() < reach * noise.angle_rad
         };
         !self.is_commanded() && velocities.into_iter().all(slow) && self.pose.iter().all(near)
     }

@@ -19,7 +19,7 @@ const OWN: f64 = 0.05;
 const KEPT: usize = 12;
 
 /// One effect of a hypothesis: which variant, and which of its columns.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Part {
     /// Place in [`Library::variants`].
     pub variant: usize,

@@ -21,7 +21,7 @@ use super::variants::{Library, Variant};
 use crate::diagnose::evidence::{self, NAMED, Support, threshold};
 use crate::diagnose::question::Watch;
 use rayon::prelude::*;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
 /// Pieces of a log that are left out in turn.
@@ -85,7 +85,7 @@ struct Work<'a> {
     any: bool,
     watch: Watch<'a>,
     /// What was tested: ways to a hypothesis meet.
-    known: Mutex<HashMap<Vec<Part>, Tested>>,
+    known: Mutex<BTreeMap<Vec<Part>, Tested>>,
     /// Variants that foretell the unseen logs worse than nothing in their place.
     misled: Mutex<BTreeSet<usize>>,
 }
