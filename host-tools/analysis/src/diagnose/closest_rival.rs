@@ -105,7 +105,8 @@ fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
         effect: other.clone(),
         of: of.clone(),
         behind: behind(winner, rival),
-        told_apart: is_told_apart(winner, rival),
+        // What does next to nothing in its place is behind by little only where the named one does little, too.
+        told_apart: is_told_apart(winner, rival) || !does_as_much(of, winner, rival, ranked),
         evidence: evidence_against(winner, rival),
         ties,
     })

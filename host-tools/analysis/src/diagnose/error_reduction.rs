@@ -11,7 +11,7 @@ use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::stage::Stage;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// The model with effects added.
 pub(super) fn with_effects<'a>(model: &Model, named: impl Iterator<Item = &'a Named>) -> Model {
@@ -57,7 +57,7 @@ impl ErrorReduction {
             all: found.clone(),
             found,
             refitted: None,
-            predictions: HashMap::new(),
+            predictions: BTreeMap::new(),
             // Where no structure is left, the two likelihoods agree.
             leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
@@ -145,7 +145,7 @@ struct Known<'a> {
     /// With the parameters that foretell best.
     all: Vec<Named>,
     refitted: Option<[f64; 2]>,
-    predictions: HashMap<Vec<usize>, Logs<Prediction>>,
+    predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
     leaves_structure: bool,
     can_foretell: bool,
 }

@@ -77,6 +77,12 @@ impl Fit {
             ));
         }
         text.push_str(".\n");
+        if after.test_error > before.test_error {
+            text.push_str(
+                "The values of the model foretell it better: what the model lacks has moved the fitted ones. `softdock diagnose` \
+                 says what that may be.\n",
+            );
+        }
         if !fit.parameters.is_empty() {
             text.push_str(&format!("\n{}\n", table(&fit.parameters)));
         }
