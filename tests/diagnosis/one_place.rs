@@ -1,4 +1,5 @@
-//! An effect stands in one place: no other file of the program names it.
+//! An effect stands in one place: no other file of the program says its id. What is of one effect alone (a fit of the clock, the
+//! columns of a mass) refers to it by path, which the compiler follows.
 
 use softdock_physics::effects::CATALOGUE;
 use std::path::{Path, PathBuf};

@@ -105,7 +105,8 @@ fn one_in_place(named: &[String], ranked: &[Ranked]) -> Option<RunnerUp> {
         effect: other.clone(),
         of: of.clone(),
         behind: behind(winner, rival),
-        // What does next to nothing in its place is behind by little only where the named one does little, too.
+        // Errors of the form of all that is explained can be larger than what the named one does: what does less than half of it in
+        // its place is no tie for that.
         told_apart: is_told_apart(winner, rival) || !does_as_much(of, winner, rival, ranked),
         evidence: evidence_against(winner, rival),
         ties,
@@ -500,5 +501,19 @@ mod tests {
             "{}",
             rival.evidence
         );
+    }
+
+    /// Of 620,000 errors of form are 620: a weight that does 10 where a viscous friction does 522 is within them.
+    #[test]
+    fn what_does_next_to_nothing_is_no_tie() {
+        let tells = |alone: f64| {
+            let ranked = [
+                tried(&["bearing_inertia", "guide_viscous"], 621_094.0, 2),
+                tried(&["bearing_inertia", "bearing_gravity"], 620_582.0, 2),
+                tried(&["bearing_inertia"], alone, 1),
+            ];
+            of(&["bearing_inertia", "guide_viscous"], &ranked).told_apart
+        };
+        assert!(tells(620_572.0) && !tells(620_000.0));
     }
 }

@@ -105,9 +105,8 @@ struct Found {
 impl Found {
     fn of(model: &Model, recordings: &Logs<&Recording>, stages: &Stages) -> anyhow::Result<Self> {
         let named = named::all(model, stages);
-        let leaves_structure =
-            |w: &&WrenchFinding| w.beside_remainder.is_some() && w.can_foretell();
-        let wrench = stages.wrench.as_ref().filter(leaves_structure);
+        let turns_round = |w: &&WrenchFinding| w.beside_remainder.is_some() && w.can_foretell();
+        let wrench = stages.wrench.as_ref().filter(turns_round);
         let speed = wrench.map(|w| w.prepared.pace().speed);
         let better =
             speed.map(|speed| for_prediction::with_reversals(model, recordings, &named, speed));

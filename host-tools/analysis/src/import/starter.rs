@@ -147,8 +147,8 @@ pub fn starter(
     let mass = &mut model.tolerance.tool_mass_kg;
     *mass = two_digits(*mass * force.min(1.0)).unwrap_or(*mass);
     // Nor is it known so badly that its inertia would pass for noise: that may be all that moves.
-    let acceleration = seen.iter().map(|log| log.acceleration).fold(0.0, f64::max);
-    if let Some(heaviest) = two_digits(model.noise.force_n / acceleration) {
+    let usual = median(seen.iter().map(|log| log.acceleration));
+    if let Some(heaviest) = usual.and_then(|a| two_digits(model.noise.force_n / a)) {
         *mass = mass.min(heaviest);
     }
     let origin = first.header.identity.trim_start_matches("imported from ");
@@ -166,7 +166,7 @@ struct Seen {
     velocity: [Option<f64>; 2],
     pose: [Option<f64>; 2],
     largest: [f64; 2],
-    acceleration: f64,
+    acceleration: Option<f64>,
 }
 
 impl Seen {
@@ -234,15 +234,26 @@ fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
     cycles.iter().map(place).collect()
 }
 
-/// Largest acceleration of the three translations, m/s².
-fn acceleration(cycles: &[CycleRecord], cycle_s: f64) -> f64 {
-    let change = |pair: &[CycleRecord]| {
-        let [before, now] = [0, 1].map(|n: usize| pair[n].trace.executed_velocity);
-        let largest = (0..3).map(|axis| (now[axis] - before[axis]).abs());
-        largest.fold(0.0, f64::max) / cycle_s
+/// Root mean square of the acceleration of the three translations from row to row, noise of the velocity included, m/s²; None
+/// where nothing moves.
+fn acceleration(cycles: &[CycleRecord], cycle_s: f64) -> Option<f64> {
+    let square = |pair: &[CycleRecord]| {
+        let [before, now] = [0, 1].map(|n: usize| &pair[n].trace);
+        let is_next = now.time_s - before.time_s < 1.5 * cycle_s;
+        let changes =
+            (0..3).map(|axis| now.executed_velocity[axis] - before.executed_velocity[axis]);
+        is_next.then(|| {
+            changes
+                .map(|change| (change / cycle_s).powi(2))
+                .sum::<f64>()
+        })
     };
-    let finite = cycles.windows(2).map(change).filter(|a| a.is_finite());
-    finite.fold(0.0, f64::max)
+    let squares = cycles
+        .windows(2)
+        .filter_map(square)
+        .filter(|a| a.is_finite());
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), a| (sum + a, count + 1.0));
+    (sum > 0.0).then(|| (sum / count).sqrt())
 }
 
 /// Position, velocity and acceleration of the axes that move, a column for each, and a constant.

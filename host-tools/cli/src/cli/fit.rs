@@ -77,12 +77,6 @@ impl Fit {
             ));
         }
         text.push_str(".\n");
-        if after.test_error > before.test_error {
-            text.push_str(
-                "The values of the model foretell it better: what the model lacks has moved the fitted ones. `softdock diagnose` \
-                 says what that may be.\n",
-            );
-        }
         if !fit.parameters.is_empty() {
             text.push_str(&format!("\n{}\n", table(&fit.parameters)));
         }
@@ -97,10 +91,13 @@ impl Fit {
                 needless.test_error
             ));
         }
-        text.push_str(&if self.write {
-            format!("\nWritten to {path}.\n")
-        } else {
-            format!("\n{path} is unchanged; --write writes the values into it.\n")
+        text.push_str(&match &fit.doubt {
+            _ if self.write => format!("\nWritten to {path}.\n"),
+            None => format!("\n{path} is unchanged; --write writes the values into it.\n"),
+            Some(_) => format!(
+                "\n{path} is unchanged. The fit does not help: unseen data is foretold worse. What the model lacks may have moved \
+                 the values; `softdock diagnose` says what that may be, and --write --force writes them anyway.\n"
+            ),
         });
         text
     }

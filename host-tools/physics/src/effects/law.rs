@@ -80,11 +80,11 @@ pub struct Actuator {
 pub enum Clock {
     /// By how much an instant deviates, s, of a standard normal number.
     Scatter(fn(Values<'_>, f64) -> f64),
-    /// How long a nominal second lasts, s.
+    /// By how much a nominal second is longer, s.
     Rate(fn(Values<'_>) -> f64),
 }
 
-/// Force and torque, N and N·m.
+/// Six numbers, x y z rx ry rz.
 pub type Six = [f64; 6];
 
 /// What the sensor does to its samples.

@@ -7,8 +7,9 @@ use super::stage::Axis;
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
-use softdock_physics::effects::actuator::actuation_delay::{self, TransportDelay};
-use softdock_physics::effects::actuator::command_quantisation::{self, CommandQuantisation};
+use softdock_physics::effects::actuator::AxisStage;
+use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
+use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
 use softdock_physics::effects::{Clock, Group, Law};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
@@ -28,7 +29,7 @@ pub struct Drive {
     axes: [Axis; 6],
     /// Nominal integration step, s, and how long a nominal second really lasts, s.
     step_s: f64,
-    clock_rate: f64,
+    second_s: f64,
     /// X Y Z A B C in C, m and rad.
     position: Axes,
     /// Mean over the last step, m/s and rad/s.
@@ -39,22 +40,33 @@ pub struct Drive {
 impl Drive {
     /// At rest at `start`.
     pub fn new(settings: &RigSettings, start: Axes) -> Result<Self> {
-        let hidden = |id| hidden::find(&settings.hidden, id);
-        let clock_rate = clock_rate(settings);
-        let step_s = clock_rate * settings.substep_s();
+        let second_s = second_s(settings);
+        let step_s = second_s * settings.substep_s();
         let (linear, angular) = (
             Axis::new(settings, step_s, "m")?,
             Axis::new(settings, step_s, "rad")?,
         );
-        let late = hidden(actuation_delay::EFFECT.id);
-        let delay_s =
-            settings.robot.actuator.delay_s + late.map_or(0.0, |h| h.value("extra_delay_s"));
-        let line = TransportDelay::new(delay_s, clock_rate * settings.cycle_s());
-        let rounding = hidden(command_quantisation::EFFECT.id)
-            .map(|hidden| CommandQuantisation::new(hidden.value("step_m_s")))
-            .map(|built| prefixed("rig.hidden command_quantisation.", built));
+        let mut delay_s = settings.robot.actuator.delay_s;
+        let mut rounding = None;
+        for (effect, values) in hidden::in_order(&settings.hidden, Group::Actuator) {
+            let Law::Actuator(law) = effect.law else {
+                continue;
+            };
+            match (law.axis, law.late) {
+                (None, Some(late)) => delay_s += late(&values).delay_s,
+                (Some(axis), None) => {
+                    let stage = axis(&values, step_s);
+                    let stage = prefixed(&format!("rig.hidden {}.", effect.id), stage)?;
+                    if let AxisStage::Rounding(stage) = stage {
+                        rounding = Some(stage);
+                    }
+                }
+                _ => {}
+            }
+        }
+        let line = TransportDelay::new(delay_s, second_s * settings.cycle_s());
         Ok(Self {
-            rounding: rounding.transpose()?,
+            rounding,
             line: named("rig.robot.actuator.delay_s", line)?,
             axes: std::array::from_fn(|i| {
                 if i < 3 {
@@ -64,7 +76,7 @@ impl Drive {
                 }
             }),
             step_s: settings.substep_s(),
-            clock_rate,
+            second_s,
             position: start,
             velocity: [0.0; 6],
             twist: Twist::zero(),
@@ -91,8 +103,8 @@ impl Drive {
     /// One integration step that begins `since_cycle_s` after the cycle did; `extra_delay_s` is
     /// this cycle's deviation from the nominal delay.
     pub fn advance(&mut self, since_cycle_s: f64, extra_delay_s: f64) {
-        let step_s = self.clock_rate * self.step_s;
-        let from = self.clock_rate * since_cycle_s - extra_delay_s;
+        let step_s = self.second_s * self.step_s;
+        let from = self.second_s * since_cycle_s - extra_delay_s;
         let delayed = self.line.mean_over(from, from + step_s);
         for (i, axis) in self.axes.iter_mut().enumerate() {
             self.velocity[i] = axis.advance(delayed[i]);
@@ -103,7 +115,7 @@ impl Drive {
 
     /// X Y Z A B C, `ahead_s` after the last step.
     pub fn position(&self, ahead_s: f64) -> Axes {
-        let ahead_s = self.clock_rate * ahead_s;
+        let ahead_s = self.second_s * ahead_s;
         std::array::from_fn(|i| self.position[i] + ahead_s * self.velocity[i])
     }
 
@@ -125,13 +137,13 @@ impl Drive {
 }
 
 /// How long a nominal second of the rig lasts, s.
-fn clock_rate(settings: &RigSettings) -> f64 {
+fn second_s(settings: &RigSettings) -> f64 {
     let mut hidden = hidden::in_order(&settings.hidden, Group::Body);
-    let rate = hidden.find_map(|(effect, values)| match effect.law {
+    let longer = hidden.find_map(|(effect, values)| match effect.law {
         Law::Clock(Clock::Rate(law)) => Some(law(&values)),
         _ => None,
     });
-    rate.unwrap_or(1.0)
+    1.0 + longer.unwrap_or(0.0)
 }
 
 /// The pose C_from_M of X Y Z A B C.

@@ -81,29 +81,43 @@ pub(super) fn filter(
             kept.len()
         ));
     }
-    channels.keep(|n| kept[n]);
-    if unrolled.is_some() {
-        less_than_half_a_turn(channels, decimate, decimate as f64 / rate_hz)?;
+    if unrolled.is_some() && decimate > 1 {
+        less_than_half_a_turn(channels, &kept, decimate)?;
     }
+    channels.keep(|n| kept[n]);
     roll(channels, unrolled);
     Ok(())
 }
 
-/// Of what turns by more than half a turn from one row that is kept to the next, `step_s` later, no pose says which way.
-fn less_than_half_a_turn(channels: &Channels, decimate: usize, step_s: f64) -> anyhow::Result<()> {
+/// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles, in
+/// the place of w, say so here for the last time.
+fn less_than_half_a_turn(
+    channels: &Channels,
+    kept: &[bool],
+    decimate: usize,
+) -> anyhow::Result<()> {
     let Some([angles, ..]) = &channels.quaternion else {
         return Ok(());
     };
-    let rows = channels.time_s.windows(2).zip(angles.windows(2));
-    let next = rows.filter(|(times, _)| times[1] - times[0] < 1.5 * step_s);
-    let turns = next.map(|(_, pair)| (pair[1] - pair[0]).abs());
-    let most = turns.fold(0.0, f64::max);
+    let largest = |turns: &mut dyn Iterator<Item = f64>| turns.fold(0.0, f64::max);
+    let mut most = 0.0_f64;
+    let mut from_row_to_row = 0.0_f64;
+    for piece in pieces(&channels.time_s) {
+        let angles = &angles[piece.clone()];
+        let rows = angles.iter().zip(&kept[piece]);
+        let of_kept: Vec<f64> = rows.filter(|(_, kept)| **kept).map(|(a, _)| *a).collect();
+        let turns = |of: &[f64]| largest(&mut of.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+        most = most.max(turns(&of_kept));
+        from_row_to_row = from_row_to_row.max(turns(angles));
+    }
     ensure!(
-        decimate == 1 || most < PI,
-        "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of more than half a \
-         turn nobody can tell which way; allowed is up to {}",
+        most < PI,
+        "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of half a turn or more \
+         nobody can tell which way; allowed is up to {}",
         number::significant(most, 3),
-        ((decimate as f64 * PI / most).floor() as usize).max(1)
+        ((PI / from_row_to_row).ceil() as usize)
+            .saturating_sub(1)
+            .max(1)
     );
     Ok(())
 }
@@ -237,5 +251,35 @@ mod tests {
             let along: f64 = (0..4).map(|i| filtered[i][n] * expected[i][n + 100]).sum();
             assert!(along.abs() > 1.0 - 1e-9, "{n}: {along}");
         }
+    }
+
+    /// 1 rad from row to row: three rows together are less than half a turn, four are more.
+    #[test]
+    fn rows_between_which_turns_are_lost_are_kept() {
+        let turning = |decimate: usize| {
+            let half = |of: fn(f64) -> f64| (0..1000).map(|n| of(0.5 * f64::from(n))).collect();
+            let still = vec![0.0; 1000];
+            let mut channels = Channels {
+                time_s: (0..1000).map(|n| f64::from(n) * 0.001).collect(),
+                running: vec![true; 1000],
+                position: None,
+                angle: None,
+                quaternion: Some([half(f64::cos), half(f64::sin), still.clone(), still]),
+                sent: None,
+                executed: None,
+                model_velocity: None,
+                wrench: None,
+            };
+            let low_pass = Filter {
+                cutoff_hz: 20.0,
+                order: 2,
+                decimate,
+                trim_s: 0.0,
+            };
+            filter(&mut channels, &low_pass, "log.csv", &mut Vec::new())
+        };
+        assert!(turning(1).is_ok() && turning(3).is_ok());
+        let refused = turning(4).unwrap_err().to_string();
+        assert!(refused.ends_with("allowed is up to 3"), "{refused}");
     }
 }

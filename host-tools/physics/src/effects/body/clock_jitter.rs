@@ -94,4 +94,13 @@ mod tests {
         }
         assert!(Scatter::of_durations(2e-4, false).jitter_s < 1.5e-4);
     }
+
+    #[test]
+    fn an_instant_scatters_by_its_deviation() {
+        let Law::Clock(Clock::Scatter(law)) = EFFECT.law else {
+            panic!("a scatter");
+        };
+        let instants = [-1.0, 0.0, 2.0].map(|x| 4.0 + law(&[0.25, 0.0], x));
+        assert_eq!(instants, [3.75, 4.0, 4.5]);
+    }
 }

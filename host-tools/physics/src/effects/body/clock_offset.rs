@@ -26,3 +26,16 @@ pub const EFFECT: Effect = Effect {
     kind: Some(Kind::LateReading),
     ..Effect::PLAIN
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_are_late_by_it() {
+        let Law::Apart(law) = EFFECT.law else {
+            panic!("two clocks");
+        };
+        assert_eq!(law(&[-0.25]), -0.25);
+    }
+}

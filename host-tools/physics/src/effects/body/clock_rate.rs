@@ -21,6 +21,20 @@ pub const EFFECT: Effect = Effect {
     confused_with: &["velocity_gain", "clock_jitter", "clock_offset"],
     tell_apart: "jog over a measured distance: velocity fits and distance does not; the factor is the same for \
                  every axis, a gain may differ",
-    law: Law::Clock(Clock::Rate(|p| 1.0 + p[0])),
+    law: Law::Clock(Clock::Rate(|p| p[0])),
     ..Effect::PLAIN
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cycle of 4 ms that is counted for 4.08 ms.
+    #[test]
+    fn a_second_is_longer_by_its_error() {
+        let Law::Clock(Clock::Rate(law)) = EFFECT.law else {
+            panic!("a rate");
+        };
+        assert_eq!(0.004 * (1.0 + law(&[0.02])), 0.00408);
+    }
+}

@@ -52,11 +52,8 @@ fn force(p: &[f64], slide: &Slide) -> f64 {
     -(p[0] + p[1] * decay(power)) * slide.direction
 }
 
-/// No slower than the excess fades: of an excess that is gone where the friction has turned round, however large it is called, little
-/// ever acts.
 fn reversal(p: &[f64]) -> Option<Reversal> {
-    let [fades, turns_round] = [p[2], p[3]];
-    (turns_round <= fades).then(|| Reversal::of(turns_round, 0.0))?
+    Reversal::of(p[3], 0.0)
 }
 
 #[cfg(test)]

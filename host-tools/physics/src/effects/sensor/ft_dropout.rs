@@ -1,5 +1,6 @@
 //! Samples of the sensor that are lost; the last one is held.
 
+use crate::effects::law::Six;
 use crate::effects::{Effect, Group, Law, Naming, Parameter, Sampling, Values};
 use softdock_control::frames::Wrench;
 
@@ -30,12 +31,7 @@ fn sent(p: Values<'_>, wrench: &Wrench<f64>, last: &Wrench<f64>, draw: f64) -> W
 }
 
 /// A repeated reading says nothing.
-fn read(
-    _: Values<'_>,
-    predicted: [f64; 6],
-    measured: &[f64; 6],
-    before: Option<&[f64; 6]>,
-) -> Option<[f64; 6]> {
+fn read(_: Values<'_>, predicted: Six, measured: &Six, before: Option<&Six>) -> Option<Six> {
     (before != Some(measured)).then_some(predicted)
 }
 

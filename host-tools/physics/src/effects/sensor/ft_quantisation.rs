@@ -1,5 +1,6 @@
 //! Resolution of the sensor.
 
+use crate::effects::law::Six;
 use crate::effects::{Effect, Group, Law, Naming, Parameter, Sampling, Values};
 use softdock_control::frames::Wrench;
 
@@ -45,12 +46,7 @@ fn sent(p: Values<'_>, wrench: &Wrench<f64>, _: &Wrench<f64>, _: f64) -> Wrench<
 }
 
 /// A rounded reading stands for an interval; only the distance to it is an error.
-fn read(
-    p: Values<'_>,
-    predicted: [f64; 6],
-    measured: &[f64; 6],
-    _: Option<&[f64; 6]>,
-) -> Option<[f64; 6]> {
+fn read(p: Values<'_>, predicted: Six, measured: &Six, _: Option<&Six>) -> Option<Six> {
     let near = |axis: usize| {
         let (half, measured) = (0.5 * p[axis / 3], measured[axis]);
         let middle = if p[2] > 0.5 {

@@ -5,7 +5,9 @@
 //! quotients of the part itself, so that they cannot disagree with it.
 
 use super::{Column, Scene, laws};
-use crate::effects::{Actuator, CATALOGUE, Effect, Kind, Law, Parameter, Reversal, Role, Values};
+use crate::effects::{
+    Actuator, CATALOGUE, Effect, Guide, Kind, Law, Parameter, Reversal, Role, Slide, Values,
+};
 use crate::model::{EffectModel, FilterModel, Model};
 use softdock_statistics::LowPass;
 use std::collections::BTreeMap;
@@ -27,6 +29,8 @@ const SHARP: f64 = 10.0;
 /// Ratio of a speed to the one over which a friction turns round from which the friction has its level to 3 % (tanh), to which
 /// laws are right. One that does not have it at the usual speed is not looked for.
 pub const LEVEL: f64 = 2.1;
+/// Share of its level that a part of a friction reaches at the least: of less it is not the level that a log tells.
+const REACHED: f64 = 0.5;
 
 /// How slow and how fast logs are.
 #[derive(Clone, Copy, Debug)]
@@ -326,13 +330,43 @@ impl LoadEffect {
     /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
     /// one by another name.
     pub fn never_reaches_its_level(&self, scene: &Scene, shapes: &[f64]) -> bool {
-        let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
+        let Some((law, speed)) = self.turns_over_speed(shapes) else {
             return false;
         };
-        match (law.reversal)(&self.values(shapes, &[])) {
-            Some(Reversal::OverSpeed(speed)) => LEVEL * speed > scene.rms_speed(),
-            _ => false,
+        LEVEL * speed > scene.rms_speed() || self.fades_as_it_turns(law, speed, shapes)
+    }
+
+    /// Its law, and the speed over which it turns round, if it does so over a speed.
+    fn turns_over_speed(&self, shapes: &[f64]) -> Option<(&Guide, f64)> {
+        let (Law::Guide(law) | Law::Bearing(law)) = &self.effect.law else {
+            return None;
+        };
+        match (law.reversal)(&self.values(shapes, &[]))? {
+            Reversal::OverSpeed(speed) => Some((law, speed)),
+            _ => None,
         }
+    }
+
+    /// Whether a part of it (an excess at low speed) is gone before it has [`REACHED`] its level.
+    fn fades_as_it_turns(&self, law: &Guide, speed: f64, shapes: &[f64]) -> bool {
+        let is_gone = |k: usize| {
+            let mut unit = vec![0.0; self.coefficients.len()];
+            unit[k] = 1.0;
+            let values = self.values(shapes, &unit);
+            let largest = |direction: fn(f64) -> f64| {
+                let at = |n: u32| {
+                    let ratio = 0.1 * f64::from(n);
+                    let slide = Slide {
+                        direction: direction(ratio),
+                        ..Slide::at_velocity(ratio * speed)
+                    };
+                    (law.force)(&values, &slide).abs()
+                };
+                (1..=30).map(at).fold(0.0, f64::max)
+            };
+            largest(f64::tanh) < REACHED * largest(|_| 1.0)
+        };
+        (0..self.coefficients.len()).any(is_gone)
     }
 
     /// The columns around given coefficients: times these they are the effect exactly, also where
@@ -526,5 +560,22 @@ pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
         if !whole {
             scene.load = scene.reading.clone();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An excess that fades over 10 mm/s: of one that turns round over 2 mm/s nine tenths act, over 20 mm/s a fifth.
+    #[test]
+    fn an_excess_that_is_gone_before_the_friction_has_turned_is_none() {
+        let stribeck = LoadEffect::find(&Model::default(), "guide_stribeck").expect("catalogued");
+        let fades = |smoothing_m_s: f64| {
+            let shapes = [0.01, smoothing_m_s, 0.0, 2.0];
+            let (law, speed) = stribeck.turns_over_speed(&shapes).expect("over a speed");
+            stribeck.fades_as_it_turns(law, speed, &shapes)
+        };
+        assert_eq!([0.002, 0.02].map(fades), [false, true]);
     }
 }

@@ -14,7 +14,7 @@ use super::signals::{Signals, Step};
 use super::{ChannelPrediction, Six};
 use crate::effects::mechanism::{ABOUT_START, manipulator_resistance};
 use crate::effects::{Law, by_id};
-use crate::model::{Channel, EffectModel, Model};
+use crate::model::{Channel, Model};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::delay::ModelVelocity;
@@ -87,6 +87,7 @@ impl TwoSpacecraft {
         }
         model.bodies.k.apply_to(&mut k);
         model.bodies.q.apply_to(&mut q);
+        let nominal = k.clone();
         add_errors(model, &mut k);
         let mut active = [false; 6];
         for axis in &model.rig.active_axes {
@@ -94,7 +95,9 @@ impl TwoSpacecraft {
         }
         // A board knows where its manipulator is relaxed; a foreign rig computer's spring ends at the
         // origin of C.
-        let resistance = (!recorded).then(|| Resistance::taken_from(&mut k, model, signals));
+        let resistance = (!recorded)
+            .then(|| Resistance::beyond(&nominal, &mut k, model, signals))
+            .flatten();
         Some(Self {
             resistance,
             bodies: TwoBody::new(&k, &q, signals.cycle_s),
@@ -256,23 +259,25 @@ struct Resistance {
 }
 
 impl Resistance {
-    /// That of K, whose own spring ends where a board was armed.
-    fn taken_from(k: &mut BodySettings, model: &Model, signals: &Signals<'_>) -> Self {
-        let (stiffness_per_kg, damping_per_kg) = k.arm_resistance_per_kg();
-        (k.arm_stiffness_n_per_m, k.arm_damping_n_s_per_m) = (0.0, 0.0);
-        let ends_at_start = |e: &EffectModel| e.parameters.get(ABOUT_START.name) == Some(&1.0);
-        let start = signals.cycles.first();
-        let start = start.filter(|_| {
-            model
-                .effects
-                .iter()
-                .any(|e| e.id == RESISTANCE && ends_at_start(e))
-        });
-        Self {
+    /// What the model's effect has added to the nominal K, and is taken off K again.
+    fn beyond(
+        nominal: &BodySettings,
+        k: &mut BodySettings,
+        model: &Model,
+        signals: &Signals<'_>,
+    ) -> Option<Self> {
+        let effect = model.effects.iter().find(|e| e.id == RESISTANCE)?;
+        let of_nominal = [nominal.arm_stiffness_n_per_m, nominal.arm_damping_n_s_per_m];
+        let stiffness = std::mem::replace(&mut k.arm_stiffness_n_per_m, of_nominal[0]);
+        let damping = std::mem::replace(&mut k.arm_damping_n_s_per_m, of_nominal[1]);
+        let about_start = effect.parameters.get(ABOUT_START.name);
+        let about_start = about_start.is_some_and(|chosen| *chosen > 0.5);
+        let start = signals.cycles.first().filter(|_| about_start);
+        Some(Self {
             rest_m: start.map_or([0.0; 3], |c| [0, 1, 2].map(|axis| c.trace.pose[axis])),
-            stiffness_per_kg,
-            damping_per_kg,
-        }
+            stiffness_per_kg: (stiffness - of_nominal[0]) / k.mass_kg,
+            damping_per_kg: (damping - of_nominal[1]) / k.mass_kg,
+        })
     }
 
     /// Adds the change of velocity in cycle n, before which the velocity was `before`.

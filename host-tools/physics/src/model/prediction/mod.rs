@@ -34,8 +34,7 @@ use softdock_control::wrench::Motion;
 use softdock_io::recording::Recording;
 use softdock_report::number;
 
-/// Six numbers of a cycle, x y z rx ry rz.
-pub type Six = [f64; 6];
+pub use crate::effects::law::Six;
 
 /// Measured and predicted values of one channel.
 #[derive(Clone, Debug)]

@@ -23,7 +23,7 @@ impl Model {
     /// Relative error of the duration of its cycles.
     pub fn clock_rate_error(&self) -> f64 {
         self.of_clock(|law, p| match law {
-            Law::Clock(Clock::Rate(law)) => law(p) - 1.0,
+            Law::Clock(Clock::Rate(law)) => law(p),
             _ => 0.0,
         })
     }
@@ -33,7 +33,8 @@ impl Model {
             let known = by_id(&effect.id)?;
             Some(value(known.law, &known.values(&effect.parameters)))
         };
-        self.effects.iter().filter_map(known).sum()
+        let mut values = self.effects.iter().filter_map(known);
+        values.find(|value| *value != 0.0).unwrap_or(0.0)
     }
 }
 

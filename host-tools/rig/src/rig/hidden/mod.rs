@@ -31,7 +31,7 @@ use softdock_control::frames::Wrench;
 use softdock_io::input::nearest;
 use softdock_physics::effects::body::clock_jitter::Scatter;
 use softdock_physics::effects::sensor::tool::ToolState;
-use softdock_physics::effects::{CATALOGUE, Effect, Group, Law, Parameter, named};
+use softdock_physics::effects::{CATALOGUE, Clock, Effect, Group, Law, Parameter, named};
 use std::collections::BTreeMap;
 
 /// One hidden effect.
@@ -51,11 +51,6 @@ impl Hidden {
     /// There is no such effect; the error offers the nearest id.
     pub fn effect(&self) -> Result<&'static Effect> {
         effect(&self.id)
-    }
-
-    /// Value of a parameter; 0 if it is left out.
-    pub(super) fn value(&self, parameter: &str) -> f64 {
-        self.parameters.get(parameter).copied().unwrap_or(0.0)
     }
 
     /// Checks id, parameter names and values against the catalogue.
@@ -180,9 +175,10 @@ fn acts(hidden: &Hidden, settings: &RigSettings) -> Result<()> {
         "`{id}` needs a tool with weight, and `rig.sensor.tool_mass_kg` is 0"
     );
     // A sum of intervals walks away from the wrench's clock: only logs of others have it.
+    let scatters = matches!(hidden.effect()?.law, Law::Clock(Clock::Scatter(_)));
     let walks = Scatter::of(&hidden.parameters).is_some_and(|scatter| scatter.of_intervals);
     ensure!(
-        !walks,
+        !(scatters && walks),
         "`of_intervals` is 1: the clock of the simulated rig keeps its rate; allowed is 0"
     );
     let offset_s = match hidden.effect()?.law {

@@ -1,8 +1,7 @@
 //! Hidden errors of the simulated spacecraft: the board computes another spacecraft than the model says.
 
 use super::Hidden;
-use crate::rig::checks::prefixed;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use softdock_control::settings::Settings;
 use softdock_physics::effects::Law;
 
@@ -17,15 +16,20 @@ pub fn concerns(hidden: &Hidden) -> bool {
 /// # Errors
 /// The spacecraft would have no positive mass or inertia, or a resistance that pushes.
 pub fn apply(hidden: &[Hidden], settings: &mut Settings) -> Result<()> {
+    let mut changed = settings.clone();
+    let mut ids: Vec<&str> = Vec::new();
     for one in hidden {
         let effect = one.effect()?;
         if let Law::Spacecraft(law) = effect.law {
-            law(&effect.values(&one.parameters), &mut settings.body_k);
-            prefixed(
-                &format!("with rig.hidden {}: ", one.id),
-                settings.validate(),
-            )?;
+            law(&effect.values(&one.parameters), &mut changed.body_k);
+            ids.push(effect.id);
         }
     }
+    // What is wrong without them is no error of theirs.
+    if settings.validate().is_ok() {
+        let with = || format!("with [[rig.hidden]] {}", ids.join(", "));
+        changed.validate().with_context(with)?;
+    }
+    *settings = changed;
     Ok(())
 }

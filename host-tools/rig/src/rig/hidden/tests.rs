@@ -198,6 +198,18 @@ fn errors_of_the_spacecraft_are_errors_of_the_boards_settings() {
         ),
     ];
     spacecraft::apply(&hidden, &mut settings).unwrap();
+    for nothing_left in [
+        hide("sc_mass_error", &[("mass_error_kg", -500.0)]),
+        hide("sc_inertia_error", &[("ixx_kg_m2", -100.0)]),
+    ] {
+        let refused = spacecraft::apply(
+            std::slice::from_ref(&nothing_left),
+            &mut Settings::default(),
+        );
+        let refused = format!("{:#}", refused.unwrap_err());
+        let with = format!("with [[rig.hidden]] {}: `body_k.", nothing_left.id);
+        assert!(refused.starts_with(&with), "{refused}");
+    }
     let body = &settings.body_k;
     assert_eq!(body.mass_kg, 450.0);
     assert_eq!(
