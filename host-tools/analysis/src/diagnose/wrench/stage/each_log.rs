@@ -45,12 +45,22 @@ impl Disagreement {
         }
     }
 
-    /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much.
+    /// Whether one log shows so much more of anything than another, by [`DIFFERS`] for two logs that weigh as much: of all amounts in
+    /// the same unit together, as a weight that hangs to one side has a sine or a cosine that is next to nothing, and may be of
+    /// either sign.
     fn differs(&self) -> bool {
-        self.amounts.iter().any(|(_, _, values)| {
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            (most - least).powi(2) > DIFFERS * (most + least).powi(2)
+        let size = |unit: &str, log: usize| {
+            let same = self.amounts.iter().filter(|amount| amount.1 == unit);
+            same.map(|(.., values)| values[log].powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        self.amounts.iter().any(|(_, unit, values)| {
+            let differ = |one: usize, other: usize| {
+                let sizes = size(unit, one) + size(unit, other);
+                (values[one] - values[other]).powi(2) > DIFFERS * sizes * sizes
+            };
+            (0..values.len()).any(|one| (0..one).any(|other| differ(one, other)))
         })
     }
 }
@@ -203,5 +213,33 @@ impl Work<'_> {
         let common = accepted.map_or(0.0, |t| t.evidence.max(0.0));
         let explained = accepted.map_or(0.0, |t| t.gain);
         (best.evidence > common + self.joint.threshold(explained)).then_some(best)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn differs(amounts: &[(&'static str, &'static str, [f64; 2])]) -> bool {
+        let amounts = amounts.iter();
+        let amounts = amounts.map(|(name, unit, values)| (*name, *unit, values.to_vec()));
+        let id = "of a test";
+        Disagreement {
+            id,
+            amounts: amounts.collect(),
+        }
+        .differs()
+    }
+
+    /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
+    #[test]
+    fn amounts_differ_by_what_all_of_a_unit_are() {
+        assert!(differs(&[("force_n", "N", [1.0, 1.55])]));
+        assert!(!differs(&[("force_n", "N", [1.0, 1.3])]));
+        assert!(differs(&[("force_n", "N", [0.1, -0.1])]));
+        let cosine = ("cosine", "N·m", [-0.3, 0.2]);
+        assert!(differs(&[cosine]));
+        assert!(!differs(&[("sine", "N·m", [2.0, 1.9]), cosine]));
+        assert!(differs(&[("sine", "N", [2.0, 1.9]), cosine]));
     }
 }
