@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Deserialize;
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
+use softdock_physics::model::load::turned_since_first;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
 use softdock_physics::model::{Axis, FilterModel, Model, WrenchMeaning};
 use softdock_statistics::{LowPassed, Noise, noise_floor};
@@ -219,19 +220,14 @@ impl Seen {
     }
 }
 
-/// Position, and how far it has turned since the first cycle: rotation vectors from cycle to cycle, added.
+/// Position, and how far it has turned since the first cycle.
 fn places(cycles: &[CycleRecord]) -> Vec<[f64; 6]> {
-    let mut turned = Vector3::zeros();
-    let mut before = cycles.first().map(pose);
-    let place = |cycle: &CycleRecord| {
-        let now = pose(cycle);
-        if let Some(before) = before.replace(now) {
-            turned += (before.rotation.inverse() * now.rotation).scaled_axis();
-        }
-        let at = now.translation;
-        [at.x, at.y, at.z, turned.x, turned.y, turned.z]
+    let turned = turned_since_first(cycles.iter().map(pose));
+    let place = |(cycle, turned): (&CycleRecord, Vector3<f64>)| {
+        let [x, y, z, ..] = cycle.trace.pose;
+        [x, y, z, turned.x, turned.y, turned.z]
     };
-    cycles.iter().map(place).collect()
+    cycles.iter().zip(turned).map(place).collect()
 }
 
 /// Root mean square of the acceleration of the three translations from row to row, noise of the velocity included, m/s²; None

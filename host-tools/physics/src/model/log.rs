@@ -1,6 +1,6 @@
 //! A recording as plain series, one per axis: what the search for effects works on.
 
-use crate::model::load::angles;
+use crate::model::load::{angles, turned_since_first};
 use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{Model, NoiseModel};
@@ -182,15 +182,13 @@ impl Log {
         let slow = |(rates, sigma): (&Vec<f64>, f64)| rates.iter().all(|v| v.abs() < STILL * sigma);
         // Two poses are compared.
         let reach = STILL * std::f64::consts::SQRT_2;
-        let (mut turned, mut last) = (Vector3::zeros(), first.rotation);
-        // How far it has turned, which after some turns an orientation does not tell.
+        let mut turned = turned_since_first(self.pose.iter().copied());
         let near = |pose: &Pose<f64>| {
-            turned += (last.inverse() * pose.rotation).scaled_axis();
-            last = pose.rotation;
             (pose.translation.vector - first.translation.vector).amax() < reach * noise.position_m
-                && turned.norm() < reach * noise.angle_rad
         };
-        !self.is_commanded() && velocities.into_iter().all(slow) && self.pose.iter().all(near)
+        let stays = self.pose.iter().all(near)
+            && turned.all(|turned| turned.norm() < reach * noise.angle_rad);
+        !self.is_commanded() && velocities.into_iter().all(slow) && stays
     }
 
     /// Position of M in C.

@@ -1,16 +1,16 @@
 //! The arm: from the commanded velocity of each axis to the executed one, and to the pose.
 
-use super::checks::{named, prefixed};
+use super::checks::named;
 use super::hidden;
 use super::settings::RigSettings;
-use super::stage::Axis;
+use super::stage::{Axis, hidden_stages};
 use anyhow::Result;
 use nalgebra::{ComplexField, Vector3};
 use softdock_control::frames::{Pose, Twist, orientation_from_abc};
 use softdock_physics::effects::actuator::AxisStage;
 use softdock_physics::effects::actuator::actuation_delay::TransportDelay;
 use softdock_physics::effects::actuator::command_quantisation::CommandQuantisation;
-use softdock_physics::effects::{Clock, Group, Law};
+use softdock_physics::effects::{Actuator, Clock, Group, Law};
 
 /// Commands in flight that the delay line can hold: a delay of 252 ms at 4 ms.
 const COMMANDS_IN_FLIGHT: usize = 64;
@@ -46,27 +46,23 @@ impl Drive {
             Axis::new(settings, step_s, "m")?,
             Axis::new(settings, step_s, "rad")?,
         );
-        let mut delay_s = settings.robot.actuator.delay_s;
-        let mut rounding = None;
-        for (effect, values) in hidden::in_order(&settings.hidden, Group::Actuator) {
-            let Law::Actuator(law) = effect.law else {
-                continue;
-            };
-            match (law.axis, law.late) {
-                (None, Some(late)) => delay_s += late(&values).delay_s,
-                (Some(axis), None) => {
-                    let stage = axis(&values, step_s);
-                    let stage = prefixed(&format!("rig.hidden {}.", effect.id), stage)?;
-                    if let AxisStage::Rounding(stage) = stage {
-                        rounding = Some(stage);
-                    }
-                }
-                _ => {}
-            }
-        }
+        let hidden = hidden::in_order(&settings.hidden, Group::Actuator);
+        let late = hidden.filter_map(|(effect, values)| match effect.law {
+            Law::Actuator(Actuator {
+                axis: None,
+                late: Some(late),
+            }) => Some(late(&values).delay_s),
+            _ => None,
+        });
+        let delay_s = settings.robot.actuator.delay_s + late.sum::<f64>();
         let line = TransportDelay::new(delay_s, second_s * settings.cycle_s());
+        let stages = hidden_stages(settings, step_s)?.into_iter();
+        let mut rounding = stages.filter_map(|(_, stage)| match stage {
+            AxisStage::Rounding(rounding) => Some(rounding),
+            _ => None,
+        });
         Ok(Self {
-            rounding,
+            rounding: rounding.next(),
             line: named("rig.robot.actuator.delay_s", line)?,
             axes: std::array::from_fn(|i| {
                 if i < 3 {

@@ -10,7 +10,7 @@ use softdock_physics::effects::actuator::rate_limit::{self, RateLimit};
 use softdock_physics::effects::actuator::second_order_servo::{self, SecondOrderServo};
 use softdock_physics::effects::actuator::velocity_saturation::{self, VelocitySaturation};
 use softdock_physics::effects::actuator::zero_cross_pause::{self, ZeroCrossingPause};
-use softdock_physics::effects::{Actuator, CATALOGUE, Group, Law};
+use softdock_physics::effects::{Actuator, CATALOGUE, Effect, Group, Law};
 
 /// What follows the transport delay on one axis.
 #[derive(Clone, Debug)]
@@ -23,20 +23,10 @@ impl Axis {
     /// `unit` is that of the axis, `m` or `rad`.
     pub(super) fn new(settings: &RigSettings, step_s: f64, unit: &str) -> Result<Self> {
         let mut stages = nominal(&settings.robot.actuator, step_s, unit)?;
-        for (effect, values) in hidden::in_order(&settings.hidden, Group::Actuator) {
-            let Law::Actuator(Actuator {
-                axis: Some(axis), ..
-            }) = effect.law
-            else {
-                continue;
-            };
-            let stage = axis(&values, step_s);
-            let stage = prefixed(&format!("rig.hidden {}.", effect.id), stage)?;
-            // Commands are rounded before they are delayed.
-            if !matches!(stage, AxisStage::Rounding(_)) {
-                stages.push((effect.id, stage));
-            }
-        }
+        // Commands are rounded before they are delayed.
+        let is_behind = |stage: &AxisStage| !matches!(stage, AxisStage::Rounding(_));
+        let behind = hidden_stages(settings, step_s)?.into_iter();
+        stages.extend(behind.filter(|(_, stage)| is_behind(stage)));
         stages.sort_by_key(|(id, _)| CATALOGUE.iter().position(|effect| effect.id == *id));
         Ok(Self {
             stages: stages.into_iter().map(|(_, stage)| stage).collect(),
@@ -49,6 +39,24 @@ impl Axis {
             .iter_mut()
             .fold(delayed, |velocity, stage| stage.advance(velocity))
     }
+}
+
+/// Hidden stages of an axis, with their ids.
+pub(super) fn hidden_stages(
+    settings: &RigSettings,
+    step_s: f64,
+) -> Result<Vec<(&'static str, AxisStage)>> {
+    let hidden = hidden::in_order(&settings.hidden, Group::Actuator);
+    let stage = |(effect, values): (&'static Effect, Vec<f64>)| match effect.law {
+        Law::Actuator(Actuator {
+            axis: Some(axis), ..
+        }) => {
+            let built = prefixed(&format!("rig.hidden {}.", effect.id), axis(&values, step_s));
+            Some(built.map(|stage| (effect.id, stage)))
+        }
+        _ => None,
+    };
+    hidden.filter_map(stage).collect()
 }
 
 /// The stages of the settings, with the ids that place them.

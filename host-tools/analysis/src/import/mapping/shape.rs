@@ -99,16 +99,17 @@ fn less_than_half_a_turn(
     let Some([angles, ..]) = &channels.quaternion else {
         return Ok(());
     };
-    let largest = |turns: &mut dyn Iterator<Item = f64>| turns.fold(0.0, f64::max);
-    let mut most = 0.0_f64;
-    let mut from_row_to_row = 0.0_f64;
+    let largest = |angles: &[f64]| {
+        let turns = angles.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        turns.fold(0.0, f64::max)
+    };
+    let (mut most, mut from_row_to_row) = (0.0_f64, 0.0_f64);
     for piece in pieces(&channels.time_s) {
         let angles = &angles[piece.clone()];
         let rows = angles.iter().zip(&kept[piece]);
         let of_kept: Vec<f64> = rows.filter(|(_, kept)| **kept).map(|(a, _)| *a).collect();
-        let turns = |of: &[f64]| largest(&mut of.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
-        most = most.max(turns(&of_kept));
-        from_row_to_row = from_row_to_row.max(turns(angles));
+        most = most.max(largest(&of_kept));
+        from_row_to_row = from_row_to_row.max(largest(angles));
     }
     ensure!(
         most < PI,

@@ -29,7 +29,8 @@ const SHARP: f64 = 10.0;
 /// Ratio of a speed to the one over which a friction turns round from which the friction has its level to 3 % (tanh), to which
 /// laws are right. One that does not have it at the usual speed is not looked for.
 pub const LEVEL: f64 = 2.1;
-/// Share of its level that a part of a friction reaches at the least: of less it is not the level that a log tells.
+/// Share of its level that a part of a friction reaches at the least: of less it is not the level that a log tells. Set by hand: an
+/// excess that turns round over two thirds of the speed over which it fades has half.
 const REACHED: f64 = 0.5;
 
 /// How slow and how fast logs are.
@@ -567,7 +568,7 @@ pub fn add_known(scene: &mut Scene, effects: &[EffectModel]) {
 mod tests {
     use super::*;
 
-    /// An excess that fades over 10 mm/s: of one that turns round over 2 mm/s nine tenths act, over 20 mm/s a fifth.
+    /// An excess that fades over 10 mm/s: of one that turns round over 2 mm/s eight tenths act, over 20 mm/s a fifth.
     #[test]
     fn an_excess_that_is_gone_before_the_friction_has_turned_is_none() {
         let stribeck = LoadEffect::find(&Model::default(), "guide_stribeck").expect("catalogued");

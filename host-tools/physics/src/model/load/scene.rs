@@ -189,6 +189,21 @@ pub fn angles(poses: &[Pose<f64>], axis: &Vector3<f64>, whole_turns: i32) -> Vec
     angles
 }
 
+/// How far each pose has turned since the first, rad, axes of M: rotation vectors from pose to pose, added, which after some turns an
+/// orientation does not tell.
+pub fn turned_since_first(
+    poses: impl Iterator<Item = Pose<f64>>,
+) -> impl Iterator<Item = Vector3<f64>> {
+    let (mut turned, mut before) = (Vector3::zeros(), None);
+    poses.map(move |pose| {
+        let now = pose.rotation;
+        if let Some(before) = before.replace(now) {
+            turned += (before.inverse() * now).scaled_axis();
+        }
+        turned
+    })
+}
+
 /// Adds to each angle the whole turns that bring it nearest to the one before.
 pub fn count_turns<'a>(angles: impl Iterator<Item = &'a mut f64>) {
     let mut before = 0.0;
@@ -511,5 +526,30 @@ impl Scene {
     /// Position and velocity of a point of M in C.
     pub fn point(&self, n: usize, point: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         tip_motion(&self.pose[n], &self.motion[n].velocity, point)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
+    #[test]
+    fn turns_are_counted() {
+        let angle = |n: i32| f64::from(if n <= 10 { n } else { 20 - n }) * 2.0;
+        let poses = (0..=20).map(|n| {
+            let turn = Vector3::new(0.0, 0.0, angle(n));
+            Pose::from_parts(
+                Vector3::zeros().into(),
+                UnitQuaternion::from_scaled_axis(turn),
+            )
+        });
+        for (n, turned) in (0..).zip(turned_since_first(poses)) {
+            assert!(
+                (turned - Vector3::new(0.0, 0.0, angle(n))).norm() < 1e-12,
+                "{n}"
+            );
+        }
     }
 }

@@ -223,12 +223,11 @@ mod tests {
     fn differs(amounts: &[(&'static str, &'static str, [f64; 2])]) -> bool {
         let amounts = amounts.iter();
         let amounts = amounts.map(|(name, unit, values)| (*name, *unit, values.to_vec()));
-        let id = "of a test";
-        Disagreement {
-            id,
+        let of_logs = Disagreement {
+            id: "bearing_gravity",
             amounts: amounts.collect(),
-        }
-        .differs()
+        };
+        of_logs.differs()
     }
 
     /// Half as much again differs, a third does not; a small cosine beside a sine of 2 N·m does not.
