@@ -102,8 +102,9 @@ fn weighted(
 
 /// Standard deviation of a sum of neighbouring samples with these weights and noise of 1, white or what a low-pass has left.
 pub fn noise_of(taps: &[f64], filter: Option<LowPassed>) -> f64 {
-    let apart = |lag: usize| filter.map_or(0.0, |f| 2.0 * products(taps, lag) * f.correlation(lag));
-    let together: f64 = (1..taps.len()).map(apart).sum();
+    let correlations = filter.map_or(Vec::new(), |filter| filter.correlations(taps.len()));
+    let apart = correlations.iter().enumerate().skip(1);
+    let together: f64 = apart.map(|(lag, r)| 2.0 * products(taps, lag) * r).sum();
     (products(taps, 0) + together).max(0.0).sqrt()
 }
 

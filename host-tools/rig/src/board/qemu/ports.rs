@@ -3,7 +3,16 @@
 
 use anyhow::{Context, Result, bail};
 use std::fmt;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io;
 use std::net::{SocketAddr, SocketAddrV4, TcpListener, UdpSocket};
+use std::ops::Range;
+
+/// Where a free port is looked for: the system gives ports from 32,768 to whoever connects to something, and one of
+/// those may be taken between the look here and the start of QEMU, with the build of the firmware between the two.
+const NOT_GIVEN_TO_CLIENTS: Range<u16> = 20_000..32_768;
+/// How many ports are tried before the system is asked for one.
+const TRIES: usize = 32;
 
 /// Addresses that were free a moment ago; a port 0 was replaced by a free one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,9 +42,9 @@ impl Ports {
         };
         // All at the same time, so that two of them cannot be the same; QEMU takes them when they
         // are dropped.
-        let udp = UdpSocket::bind(robot).with_context(|| taken("robot (UDP)", robot))?;
+        let udp = bound(UdpSocket::bind, robot).with_context(|| taken("robot (UDP)", robot))?;
         let listen = |what: &str, address: SocketAddr| {
-            TcpListener::bind(address).with_context(|| taken(what, address))
+            bound(TcpListener::bind, address).with_context(|| taken(what, address))
         };
         let tcp = can.map(|can| listen("sensor (TCP)", can)).transpose()?;
         let line = service.map(|service| listen("service (TCP)", service));
@@ -56,7 +65,25 @@ impl Ports {
 /// # Errors
 /// The address is taken, or not one of this computer.
 pub(super) fn segment(address: SocketAddr) -> Result<UdpSocket> {
-    UdpSocket::bind(address).with_context(|| taken("EtherCAT sensor (UDP)", address))
+    bound(UdpSocket::bind, address).with_context(|| taken("EtherCAT sensor (UDP)", address))
+}
+
+/// A socket that `bind` makes at `address`; for port 0 at one that is free and stays so when the socket is dropped.
+pub(super) fn bound<S>(
+    bind: impl Fn(SocketAddr) -> io::Result<S>,
+    address: SocketAddr,
+) -> io::Result<S> {
+    if address.port() != 0 {
+        return bind(address);
+    }
+    let ports = NOT_GIVEN_TO_CLIENTS.len() as u64;
+    (0..TRIES)
+        .find_map(|_| {
+            let drawn = RandomState::new().build_hasher().finish() % ports;
+            let port = NOT_GIVEN_TO_CLIENTS.start + u16::try_from(drawn).ok()?;
+            bind(SocketAddr::new(address.ip(), port)).ok()
+        })
+        .map_or_else(|| bind(address), Ok)
 }
 
 fn taken(what: &str, address: SocketAddr) -> String {

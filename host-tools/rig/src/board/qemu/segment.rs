@@ -1,6 +1,7 @@
 //! The way from the board's network to the EtherCAT segment: QEMU sends each frame to one address in a datagram, and the
 //! segment is wherever the last one came from.
 
+use super::ports;
 use anyhow::{Context, Result};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
@@ -27,7 +28,8 @@ pub(super) struct Relay {
 impl Relay {
     /// Passes frames on between QEMU and whoever sends to `socket`.
     pub(super) fn start(socket: UdpSocket) -> Result<Self> {
-        let free = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).context("no UDP port is free")?;
+        let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        let free = ports::bound(UdpSocket::bind, any).context("no UDP port is free")?;
         let board = free.local_addr()?;
         let segment = socket.local_addr()?;
         socket.set_read_timeout(Some(POLL_INTERVAL))?;
