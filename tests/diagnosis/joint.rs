@@ -122,10 +122,11 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
     }
     let remainder = &found.remainder;
     assert!((0.01..0.25).contains(&remainder.share), "{remainder:?}");
-    assert!(
-        remainder.follows.contains("follows the position"),
-        "{remainder:?}"
-    );
+    let follows = &remainder.follows;
+    assert!(follows.contains("follows the position"), "{remainder:?}");
+    // 2π / 13, less what the effects beside it take.
+    let repeats = follows.contains("repeats every 0.48") && follows.contains("with 0.9");
+    assert!(repeats, "{remainder:?}");
 }
 
 /// A cylinder that turns a joint by a lever: its seal's friction has another arm at each angle, and its pressures a constant

@@ -7,7 +7,7 @@ use super::evidence::NAMED;
 use super::finding::{Equivalent, NoiseFloor, Remainder, Verdict};
 use super::log_to_log::LogToLog;
 use super::structure::SLOW_HZ;
-use super::wrench::{Disagreement, PreparedLog};
+use super::wrench::{Disagreement, PreparedLog, Ripple};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
@@ -33,6 +33,8 @@ pub(super) struct Answer<'a> {
     pub remainder: &'a Remainder,
     /// Curves that fit many mechanisms, and this one.
     pub curves: &'a [String],
+    /// What repeats along an axis in what is left.
+    pub ripples: &'a [Ripple],
     /// What is the same as what is named.
     pub equivalent: Option<&'a Equivalent>,
 }
@@ -54,6 +56,12 @@ impl Answer<'_> {
                 "{:.2} % of the error is left with structure: {}.",
                 100.0 * self.remainder.share,
                 self.remainder.follows
+            ));
+        }
+        if let [ripple, ..] = self.ripples {
+            notes.push(format!(
+                "An own hypothesis can say what repeats along the axis, one for each period: {} (docs/own-hypothesis.md).",
+                ripple.hypothesis()
             ));
         }
         notes.extend(self.of_each_log());

@@ -13,7 +13,7 @@ use super::notes::{Answer, TESTED, lacking, of_a_rig};
 use super::question::Question;
 use super::structure::{Left, Structure};
 use super::verdict::Grounds;
-use super::wrench::{self, OtherSign};
+use super::wrench::{self, OtherSign, Ripple};
 use super::wrench_finding::WrenchFinding;
 use super::{closest_rival, ranking, regions, sentence};
 use crate::levels::{BeforeAfter, ChannelLevels};
@@ -82,6 +82,10 @@ pub(crate) fn conclude(
     };
     let same = equivalent::of(named.iter().copied()).filter(|_| !unnamed);
     let mut remainder = remainder(stages, &left);
+    let ripples = ripples(stages);
+    if !ripples.is_empty() {
+        remainder.follows = format!("{}; {}", each_ripple(&ripples), remainder.follows);
+    }
     if verdict == Verdict::Unexplained {
         say_other_sign(stages, &mut remainder);
     }
@@ -97,6 +101,7 @@ pub(crate) fn conclude(
         },
         remainder: &remainder,
         curves: &curves,
+        ripples: &ripples,
         equivalent: same.as_ref(),
     };
     let notes = notes.all(unexplained, in_sample);
@@ -237,6 +242,20 @@ fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
             false => words.join("; "),
         },
     }
+}
+
+/// What repeats along an axis in what is left of the wrench.
+fn ripples(stages: &Stages) -> Vec<Ripple> {
+    let of = |found: &WrenchFinding| {
+        let accepted = found.found.accepted.as_ref();
+        wrench::ripples(&found.prepared, accepted, &found.structured_axes())
+    };
+    stages.wrench.as_ref().map_or(Vec::new(), of)
+}
+
+fn each_ripple(ripples: &[Ripple]) -> String {
+    let of = |ripple: &Ripple| format!("{} {}: {}", Channel::Wrench, ripple.axis, ripple.words());
+    ripples.iter().map(of).collect::<Vec<_>>().join("; ")
 }
 
 /// Says what law the reading follows with a sign that physics forbids it.

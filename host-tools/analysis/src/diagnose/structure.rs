@@ -26,7 +26,7 @@ const SHORTEST: usize = 64;
 /// Duration of a window, s.
 const BURST_S: f64 = 0.25;
 /// Strongest line of the spectrum over its median (noise: at most 15).
-const LINE: f64 = 22.0;
+pub(crate) const LINE: f64 = 22.0;
 /// Duration of a piece whose spectrum is taken, s.
 const LINE_S: f64 = 1.0;
 /// Level over the data sheet's noise (noise of 1.6 times its size: at most 1.7).

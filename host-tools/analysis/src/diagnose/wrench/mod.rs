@@ -27,7 +27,9 @@ pub(crate) use problem::{Problem, Segment, Solution, subtract};
 pub(crate) use joint::{Joint, Rest};
 pub(crate) use other_sign::{OtherSign, other_sign};
 pub(crate) use prepared_log::{PreparedLog, sheet_sigma};
-pub(crate) use remainder::{Remainder, Smooth, Standing, remainder, smooth, standings, worths};
+pub(crate) use remainder::{
+    Remainder, Ripple, Smooth, Standing, remainder, ripples, smooth, standings, worths,
+};
 pub(crate) use stage::{Ask, Disagreement, Found, exchanged, search};
 pub(crate) use tested::Tested;
 

@@ -200,8 +200,8 @@ fn of_time(motions: &[Motion], axis: usize) -> Vec<Function> {
 }
 
 /// Motion of one axis over a log.
-struct Motion {
-    position: Vec<f64>,
+pub(super) struct Motion {
+    pub(super) position: Vec<f64>,
     velocity: Vec<f64>,
     acceleration: Vec<f64>,
     /// Depth of the contact along this axis: positive where the wall pushes forwards, negative where
@@ -210,7 +210,7 @@ struct Motion {
 }
 
 impl Motion {
-    fn new(scene: &Scene, axis: usize) -> Self {
+    pub(super) fn new(scene: &Scene, axis: usize) -> Self {
         let start = scene.pose.first();
         let position = |(n, pose): (usize, &Pose<f64>)| match (axis, start) {
             (0..3, _) => pose.translation.vector[axis],

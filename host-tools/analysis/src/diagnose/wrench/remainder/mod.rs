@@ -9,8 +9,10 @@
 //! frequencies of effects says how much less than a value of white noise each value counts.
 
 mod functions;
+mod ripple;
 
 pub(crate) use functions::Quantity;
+pub(crate) use ripple::{Ripple, ripples};
 
 use super::fitted::Fitted;
 use super::joint::Joint;
