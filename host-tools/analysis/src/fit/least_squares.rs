@@ -2,6 +2,7 @@
 
 use super::parameter::Parameter;
 use super::residual::Residuals;
+use super::sandwich;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
@@ -115,10 +116,17 @@ pub(super) fn minimise(
     let (found, _) = search.minimize(problem);
     let values = found.values();
     let columns = columns(residuals, model, free, &values);
-    Solution {
-        covariance: covariance(&columns, free),
-        values,
-    }
+    let mut covariance = covariance(&columns, free);
+    let left = residuals.of(&with_values(model, free, &values));
+    let tolerances: Vec<Option<f64>> = free.iter().map(|p| p.tolerance).collect();
+    sandwich::widen(
+        &mut covariance,
+        &columns,
+        &left,
+        &residuals.parts(),
+        &tolerances,
+    );
+    Solution { values, covariance }
 }
 
 /// Inverse of the information of recording and priors.

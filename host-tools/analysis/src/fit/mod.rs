@@ -20,6 +20,7 @@ mod nominal;
 mod parameter;
 mod residual;
 pub(crate) mod same_rig;
+mod sandwich;
 
 pub use logs::Logs;
 pub use parameter::{Parameter, ParameterId};

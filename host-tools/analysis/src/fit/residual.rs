@@ -1,5 +1,6 @@
 //! Residuals of all channels as one list of numbers, each in units of its expected noise.
 
+use super::sandwich;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::prediction::{
     ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals, wrench,
@@ -74,6 +75,13 @@ impl<'a> Residuals<'a> {
             .zip(&self.rows)
             .map(|(residual, row)| residual / self.excess[row.channel as usize][row.axis.index()])
             .collect()
+    }
+
+    /// The part of the logs in which each residual lies.
+    pub(super) fn parts(&self) -> Vec<usize> {
+        let cycles = self.signals.iter().map(|s| s.cycles.len());
+        let rows = self.rows.iter().map(|row| (row.log, row.cycle));
+        sandwich::parts(&cycles.collect::<Vec<_>>(), rows)
     }
 
     /// Gives each channel and axis the weight that its residuals with this model deserve: an error
