@@ -52,6 +52,9 @@ pub(crate) struct Left {
     pub axes: Vec<(Channel, Axis, Vec<Structure>)>,
     /// Excess over the noise that is left, of what there was.
     pub share: f64,
+    /// The same in units of the data sheet's noise, without what the whitening does: what effects gain beside a remainder is no
+    /// measure of what they explain.
+    plain: f64,
     /// Share that may be left without being called structure.
     allowed: f64,
 }
@@ -61,6 +64,7 @@ impl Left {
         Self {
             axes,
             share,
+            plain: share,
             allowed: REMAINDER,
         }
     }
@@ -79,9 +83,16 @@ impl Left {
     /// The same with effects that stand beside a smooth remainder; `left`: what both leave.
     pub(crate) fn beside(self, remainder: &Remainder, left: &Self) -> Self {
         let described = left.share <= DESCRIBED && !remainder.is_of_contact();
-        Self {
-            allowed: if described { NAMELESS } else { MODELLED },
-            ..self
+        match described {
+            true => Self {
+                allowed: NAMELESS,
+                share: self.plain,
+                ..self
+            },
+            false => Self {
+                allowed: MODELLED,
+                ..self
+            },
         }
     }
 
@@ -136,14 +147,17 @@ fn of_rests(joint: &Joint, rests: &[Rest], gain: f64, constant: Constant) -> Lef
         .collect();
     let sum = |of: &dyn Fn(&Excess) -> f64| of_logs.iter().map(|(_, e)| of(e)).sum::<f64>();
     let plain = share(sum(&|e| e.plain), removed(joint, rests, constant));
-    // What effects gain beside a remainder is no measure of what they explain.
-    Left::new(
+    let white = share(sum(&|e| e.white), joint.explained_beyond_zeros(gain));
+    Left {
         axes,
-        match joint.has_remainder {
-            true => plain,
-            false => plain.max(share(sum(&|e| e.white), joint.explained_beyond_zeros(gain))),
+        share: if joint.has_remainder {
+            plain
+        } else {
+            plain.max(white)
         },
-    )
+        plain,
+        allowed: REMAINDER,
+    }
 }
 
 /// Excess that is left, of what there was.
@@ -541,5 +555,24 @@ mod tests {
         assert!(!Structure::in_all(&[long.clone(), short.clone()]));
         assert!(!Structure::in_all(&[long, short.clone(), quiet]));
         assert!(!Structure::in_all(&[short]));
+    }
+
+    /// The whitened share is another before and after `add`: what the model has is no gain of the search. The answer is the same.
+    #[test]
+    fn beside_a_remainder_the_plain_share_decides() {
+        let left = Left {
+            share: 0.27,
+            plain: 0.16,
+            ..Left::default()
+        };
+        let remainder = Remainder::default();
+        let described = left.clone().beside(&remainder, &Left::default());
+        assert_eq!((described.share, described.allowed), (0.16, NAMELESS));
+        let much = Left {
+            share: 0.2,
+            ..Left::default()
+        };
+        let undescribed = left.beside(&remainder, &much);
+        assert_eq!((undescribed.share, undescribed.allowed), (0.27, MODELLED));
     }
 }
