@@ -47,6 +47,7 @@ mod stage_results;
 mod stretches;
 mod structure;
 mod timed_logs;
+mod unaccounted;
 mod verdict;
 mod wrench;
 mod wrench_finding;

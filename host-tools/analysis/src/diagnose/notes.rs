@@ -4,10 +4,11 @@ use super::actuator::{Candidate, Search};
 use super::engine::Stages;
 use super::error_reduction::ErrorReduction;
 use super::evidence::NAMED;
-use super::finding::{Equivalent, NoiseFloor, Remainder, Verdict};
+use super::finding::{Equivalent, NoiseFloor, Verdict};
 use super::log_to_log::LogToLog;
 use super::structure::SLOW_HZ;
-use super::wrench::{Disagreement, PreparedLog, Ripple};
+use super::unaccounted::Unaccounted;
+use super::wrench::{Disagreement, PreparedLog};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
@@ -30,11 +31,7 @@ pub(super) struct Answer<'a> {
     /// What differs from log to log.
     pub log_to_log: Option<LogToLog>,
     /// What is left.
-    pub remainder: &'a Remainder,
-    /// Curves that fit many mechanisms, and this one.
-    pub curves: &'a [String],
-    /// What repeats along an axis in what is left.
-    pub ripples: &'a [Ripple],
+    pub rest: &'a Unaccounted,
     /// What is the same as what is named.
     pub equivalent: Option<&'a Equivalent>,
 }
@@ -51,14 +48,14 @@ impl Answer<'_> {
                 .iter()
                 .filter_map(|floor| of_noise(floor, self.stages)),
         );
-        if self.remainder.share > 0.0 && !unexplained {
+        if self.rest.remainder.share > 0.0 && !unexplained {
             notes.push(format!(
                 "{:.2} % of the error is left with structure: {}.",
-                100.0 * self.remainder.share,
-                self.remainder.follows
+                100.0 * self.rest.remainder.share,
+                self.rest.remainder.follows
             ));
         }
-        if let [ripple, ..] = self.ripples {
+        if let [ripple, ..] = &self.rest.ripples[..] {
             notes.push(format!(
                 "An own hypothesis can say what repeats along the axis, one for each period: {} (docs/own-hypothesis.md).",
                 ripple.hypothesis()
@@ -160,7 +157,7 @@ impl Answer<'_> {
     /// What is not named, and why.
     fn of_refused(&self) -> Vec<String> {
         let reduction = self.reduction;
-        let curves = self.curves.iter().map(|id| {
+        let curves = self.rest.curves.iter().map(|id| {
             format!("{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it.")
         });
         let same = self.equivalent.iter().map(|same| same.sentence.clone());

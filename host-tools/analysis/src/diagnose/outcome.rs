@@ -4,27 +4,24 @@ use super::engine::Stages;
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
-use super::finding::{Diagnosis, Nominal, Remainder, RunnerUp, Verdict};
+use super::finding::{Diagnosis, Nominal, RunnerUp, Verdict};
 use super::left_over::left_over;
 use super::log_to_log::from_log_to_log;
 use super::logs::Logs;
 use super::named::Named;
 use super::notes::{Answer, TESTED, lacking, of_a_rig};
 use super::question::Question;
-use super::structure::{Left, Structure};
+use super::structure::Left;
+use super::unaccounted::Unaccounted;
 use super::verdict::Grounds;
-use super::wrench::{self, OtherSign, Ripple};
 use super::wrench_finding::WrenchFinding;
 use super::{closest_rival, ranking, regions, sentence};
 use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
+use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
-use softdock_physics::model::{Channel, Model};
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
-
-/// Share of a smooth remainder from which it is said what it follows.
-const FOLLOWS: f64 = 0.1;
 
 /// What a diagnosis concludes, and the model with what was named.
 pub(crate) struct Outcome {
@@ -44,91 +41,52 @@ pub(crate) fn conclude(
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let asked = question.only.is_some();
-    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, asked)?;
+    let (reduction, predictions) =
+        ErrorReduction::of(model, recordings, stages, question.only.is_some())?;
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
+    let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
     let left = left_over(stages, &predictions);
     let in_sample = recordings.all.len() < 2;
-    let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
-    let disagreeing = match question.of_one_log {
-        true => Vec::new(),
-        false => disagreeing(stages),
-    };
-    let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
-    let stands_still = !anything && !any_left && stands_still(model, stages);
-    let grounds = Grounds {
-        testable: lacking(stages).len() < TESTED && !stands_still,
-        found: anything,
-        disagree: !disagreeing.is_empty(),
-        left: any_left,
-        in_sample,
-        asked,
-    };
-    let (verdict, unexplained) = (grounds.verdict(), grounds.unexplained());
-    let unnamed = matches!(verdict, Verdict::Unexplained | Verdict::LogsDisagree);
+    let judged = Judged::new(model, stages, question, found, &left, in_sample);
+    let rest = Unaccounted::new(stages, &left, &judged);
     let ranked = ranking::ranked(stages);
-    let (runner_up, further_ties) = closest_rival::all(&found, &ranked);
-    // A curve beside which nothing is left says nothing.
-    let curves = match !asked && left.iter().any(Left::is_structured) {
-        true => ranking::shapes(stages),
-        false => Vec::new(),
-    };
-    let looks_like = curves.iter().chain(found.iter().filter(|_| unnamed));
-    let looks_like = looks_like.cloned().collect();
-    let regions = match unnamed {
-        true => regions::left_over(&left, stages),
-        false => regions::explained(stages.before.shown(), predictions.shown(), stages),
-    };
-    let same = equivalent::of(named.iter().copied()).filter(|_| !unnamed);
-    let mut remainder = remainder(stages, &left);
-    let ripples = ripples(stages);
-    if !ripples.is_empty() {
-        remainder.follows = format!("{}; {}", each_ripple(&ripples), remainder.follows);
-    }
-    if verdict == Verdict::Unexplained {
-        say_other_sign(stages, &mut remainder);
-    }
+    let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
+    let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
+    let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
     let notes = Answer {
         model,
         stages,
         fitted: recordings.fitted,
-        verdict,
+        verdict: judged.verdict,
         reduction: &reduction,
-        log_to_log: match verdict == Verdict::Named && !question.of_one_log {
+        log_to_log: match asks_logs {
             true => from_log_to_log(&after, recordings, &predictions, &named),
             false => None,
         },
-        remainder: &remainder,
-        curves: &curves,
-        ripples: &ripples,
+        rest: &rest,
         equivalent: same.as_ref(),
     };
-    let notes = notes.all(unexplained, in_sample);
-    let probability = match unnamed {
+    let notes = notes.all(judged.unexplained, in_sample);
+    let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
+    let probability = match judged.is_unnamed() {
         true => BTreeMap::new(),
-        false => {
-            let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
-            probabilities(&named, &rivals, remainder.share > 0.0)
-        }
+        false => probabilities(&named, &rivals, rest.remainder.share > 0.0),
     };
-    let named_effects = if unnamed { Vec::new() } else { found };
     let mut diagnosis = Diagnosis {
         sentence: String::new(),
-        verdict,
-        experiment: runner_up
-            .as_ref()
-            .and_then(|r| closest_rival::experiment(named_effects.first(), r, of_a_rig(stages))),
+        verdict: judged.verdict,
+        experiment: runner_up.as_ref().and_then(|rival| {
+            closest_rival::experiment(judged.named().first(), rival, of_a_rig(stages))
+        }),
         parameters: named
             .iter()
             .map(|n| (n.effect.id.clone(), n.estimates.clone()))
             .collect(),
         equivalent: same,
-        effects: named_effects,
+        effects: judged.named().to_vec(),
         probability,
         nominal: nominal(stages),
-        remainder,
-        disagreeing,
         residual_rms_sigma: BeforeAfter {
             before: ChannelLevels::of(stages.before.test()),
             after: ChannelLevels::of(predictions.test()),
@@ -136,21 +94,85 @@ pub(crate) fn conclude(
         steps: reduction.steps,
         runner_up,
         further_ties,
-        regions,
-        looks_like,
+        regions: match judged.is_unnamed() {
+            true => regions::left_over(&left, stages),
+            false => regions::explained(stages.before.shown(), predictions.shown(), stages),
+        },
+        looks_like: rest.looks_like(&judged),
+        remainder: rest.remainder,
         ranked,
         strongest_evidence: ranking::strongest(stages),
         noise: stages.noise.clone(),
         notes,
         unseen,
         seconds: 0.0,
+        disagreeing: judged.disagreeing,
     };
-    diagnosis.sentence = sentence::of(&diagnosis, &left, stands_still);
+    diagnosis.sentence = sentence::of(&diagnosis, &left, judged.stands_still);
     Ok(Outcome {
         diagnosis,
         after,
         predictions,
     })
+}
+
+/// The verdict, and on what it stands.
+pub(super) struct Judged {
+    /// Effects that the stages found, whether they may be named or not.
+    pub(super) found: Vec<String>,
+    /// Those about which the logs disagree.
+    disagreeing: Vec<String>,
+    /// Nothing moves, is found or is left.
+    stands_still: bool,
+    pub(super) verdict: Verdict,
+    /// Something is left without a name.
+    unexplained: bool,
+    /// Only one effect was asked for.
+    pub(super) asked: bool,
+}
+
+impl Judged {
+    fn new(
+        model: &Model,
+        stages: &Stages,
+        question: &Question<'_>,
+        found: Vec<String>,
+        left: &[Left],
+        in_sample: bool,
+    ) -> Self {
+        let disagreeing = match question.of_one_log {
+            true => Vec::new(),
+            false => disagreeing(stages),
+        };
+        let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
+        let stands_still = !anything && !any_left && stands_still(model, stages);
+        let asked = question.only.is_some();
+        let grounds = Grounds {
+            testable: lacking(stages).len() < TESTED && !stands_still,
+            found: anything,
+            disagree: !disagreeing.is_empty(),
+            left: any_left,
+            in_sample,
+            asked,
+        };
+        Self {
+            found,
+            disagreeing,
+            stands_still,
+            verdict: grounds.verdict(),
+            unexplained: grounds.unexplained(),
+            asked,
+        }
+    }
+
+    /// Whether what was found may not be called what is missing.
+    pub(super) fn is_unnamed(&self) -> bool {
+        matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree)
+    }
+
+    fn named(&self) -> &[String] {
+        if self.is_unnamed() { &[] } else { &self.found }
+    }
 }
 
 /// Whether nothing moves. Readings at rest show a zero that is off and a drift, and nothing else.
@@ -208,69 +230,4 @@ fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
         (name, nominal)
     };
     all.map(of).collect()
-}
-
-/// What is left with structure of the channel that has most of it.
-fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
-    let structured = left.iter().filter(|left| left.is_structured());
-    let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
-    let Some(most) = most else {
-        return Remainder::default();
-    };
-    let of_wrench = most
-        .axes
-        .first()
-        .is_some_and(|axis| axis.0 == Channel::Wrench);
-    let found = stages.wrench.iter().filter(|_| of_wrench);
-    let beside = found.filter_map(|found| found.beside_remainder.as_ref());
-    let functions = beside.flat_map(|beside| &beside.remainder.follows);
-    let words: Vec<String> = functions
-        .filter(|(_, _, share)| *share > FOLLOWS)
-        .map(|(axis, quantity, share)| {
-            let (channel, words) = (Channel::Wrench, quantity.words());
-            format!("{channel} {axis}: {:.0} % follows {words}", 100.0 * share)
-        })
-        .collect();
-    let structure = most.structured().map(|(channel, axis, each)| {
-        let words = each.last().map(Structure::words).unwrap_or_default();
-        format!("{channel} {axis}: {words}")
-    });
-    Remainder {
-        share: most.share,
-        follows: match words.is_empty() {
-            true => structure.collect::<Vec<_>>().join("; "),
-            false => words.join("; "),
-        },
-    }
-}
-
-/// What repeats along an axis in what is left of the wrench.
-fn ripples(stages: &Stages) -> Vec<Ripple> {
-    let of = |found: &WrenchFinding| {
-        let accepted = found.found.accepted.as_ref();
-        wrench::ripples(&found.prepared, accepted, &found.structured_axes())
-    };
-    stages.wrench.as_ref().map_or(Vec::new(), of)
-}
-
-fn each_ripple(ripples: &[Ripple]) -> String {
-    let of = |ripple: &Ripple| format!("{} {}: {}", Channel::Wrench, ripple.axis, ripple.words());
-    ripples.iter().map(of).collect::<Vec<_>>().join("; ")
-}
-
-/// Says what law the reading follows with a sign that physics forbids it.
-fn say_other_sign(stages: &Stages, remainder: &mut Remainder) {
-    let is_asked = |found: &&WrenchFinding| found.left().is_structured();
-    let other_sign = stages.wrench.as_ref().filter(is_asked).and_then(|found| {
-        let accepted = found.found.accepted.clone().unwrap_or_default();
-        wrench::other_sign(&found.prepared, &accepted)
-    });
-    if let Some(OtherSign { id, amount, share }) = other_sign {
-        remainder.follows = format!(
-            "{:.0} % of what is left of the wrench is like {id} with {amount}, a sign that physics forbids it; an own hypothesis \
-             can say what acts so; {}",
-            100.0 * share,
-            remainder.follows
-        );
-    }
 }

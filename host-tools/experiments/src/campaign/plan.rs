@@ -1,8 +1,9 @@
 //! The plan: everything that a row depends on, in one file.
 
+use super::bench::Bench;
 use super::design::{self, Design};
 use super::distribution::Distribution;
-use super::file::CampaignFile;
+use super::file::{CampaignFile, Factor};
 use super::place::Place;
 use super::setting::{SettingName, Settings};
 use crate::scenario::Scenario;
@@ -87,6 +88,48 @@ pub struct Conditions {
     pub values: Vec<Value>,
 }
 
+impl PlannedFactor {
+    /// A factor of a campaign file; one that is drawn takes the next axis of the design.
+    fn of(factor: &Factor, axes: &mut Vec<String>) -> Result<Self> {
+        let name = factor.column();
+        let distribution = factor
+            .distribution()
+            .with_context(|| format!("factor `{name}`"))?;
+        let source = match distribution.levels() {
+            Some(levels) => Source::Levels(levels),
+            None => {
+                axes.push(name.clone());
+                Source::Axis(axes.len() - 1)
+            }
+        };
+        let written = factor.targets();
+        ensure!(
+            !written.contains(&SEED),
+            "`seed` cannot be a factor: every draw has a noise of its own"
+        );
+        let targets = written.iter().map(|setting| SettingName::parse(setting));
+        Ok(Self {
+            name,
+            targets: targets.collect::<Result<Vec<_>>>()?,
+            settings: written.into_iter().map(str::to_owned).collect(),
+            distribution,
+            source,
+        })
+    }
+
+    /// The factors that a benchmark has of itself.
+    fn of_bench(bench: Bench, campaign: &CampaignFile) -> Result<Vec<Self>> {
+        let planned = |(name, distribution): (&str, Distribution)| Self {
+            name: name.to_owned(),
+            settings: vec![name.to_owned()],
+            targets: Vec::new(),
+            source: Source::Levels(distribution.levels().unwrap_or_default()),
+            distribution,
+        };
+        Ok(bench.factors(campaign)?.into_iter().map(planned).collect())
+    }
+}
+
 impl Plan {
     /// Reads a campaign file and the scenario that it names, and checks the ends of every factor against
     /// the settings' own ranges.
@@ -111,58 +154,24 @@ impl Plan {
     fn of(texts: [String; 2], binary: String) -> Result<Self> {
         let campaign: CampaignFile = input::parse(&texts[0], "campaign")?;
         campaign.check()?;
-        let (mut factors, mut axes, mut combinations) = (Vec::new(), Vec::new(), 1_u64);
-        let settings = match campaign.bench {
-            Some(bench) => {
-                for (name, distribution) in bench.factors(&campaign)? {
-                    let levels = distribution.levels().unwrap_or_default();
-                    combinations = combinations.saturating_mul(levels.len() as u64);
-                    factors.push(PlannedFactor {
-                        name: name.to_owned(),
-                        settings: vec![name.to_owned()],
-                        distribution,
-                        targets: Vec::new(),
-                        source: Source::Levels(levels),
-                    });
-                }
-                None
-            }
+        let (mut factors, settings) = match campaign.bench {
+            Some(bench) => (PlannedFactor::of_bench(bench, &campaign)?, None),
             None => {
                 let base: Scenario = input::parse(&texts[1], "scenario of the campaign")?;
-                Some(Settings::of(&base)?)
+                (Vec::new(), Some(Settings::of(&base)?))
             }
         };
+        let mut axes = Vec::new();
         for factor in &campaign.factors {
-            let name = factor.column();
-            let distribution = factor
-                .distribution()
-                .with_context(|| format!("factor `{name}`"))?;
-            let source = match distribution.levels() {
-                Some(levels) => {
-                    combinations = combinations.saturating_mul(levels.len() as u64);
-                    Source::Levels(levels)
-                }
-                None => {
-                    axes.push(name.clone());
-                    Source::Axis(axes.len() - 1)
-                }
-            };
-            let written = factor.targets();
-            ensure!(
-                !written.contains(&SEED),
-                "`seed` cannot be a factor: every draw has a noise of its own"
-            );
-            let targets = written.iter().map(|setting| SettingName::parse(setting));
-            let targets = targets.collect::<Result<Vec<_>>>()?;
-            refuse_overwritten(&factors, &name, &targets)?;
-            factors.push(PlannedFactor {
-                name,
-                targets,
-                settings: written.into_iter().map(str::to_owned).collect(),
-                distribution,
-                source,
-            });
+            let planned = PlannedFactor::of(factor, &mut axes)?;
+            refuse_overwritten(&factors, &planned.name, &planned.targets)?;
+            factors.push(planned);
         }
+        let levels = factors.iter().filter_map(|factor| match &factor.source {
+            Source::Levels(levels) => Some(levels.len() as u64),
+            Source::Axis(_) => None,
+        });
+        let combinations = levels.fold(1, u64::saturating_mul);
         ensure!(
             campaign.samples <= MOST_ROWS,
             "{} samples are more than {MOST_ROWS} rows",

@@ -1,6 +1,6 @@
 //! A log's motion with everything that effects of the sensor's load depend on.
 
-use super::{Docked, LoadModel, tip_motion};
+use super::{Docked, LoadModel, Wall, tip_motion};
 use crate::model::Model;
 use nalgebra::{Matrix3, Vector3};
 use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
@@ -235,6 +235,44 @@ impl Guided {
     }
 }
 
+impl Touch {
+    /// Of a wall over a motion.
+    fn of(wall: &Wall, number: usize, pose: &[Pose<f64>], motion: &[Motion<f64>]) -> Self {
+        let both = pose.iter().zip(motion);
+        let at: Vec<(f64, f64)> = both
+            .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
+            .collect();
+        Self {
+            number,
+            normal: wall.normal,
+            tip: wall.tip,
+            force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
+            penetration: at.iter().map(|a| a.0).collect(),
+            rate: at.iter().map(|a| a.1).collect(),
+            stiffness: wall.stiffness,
+            damping: wall.damping,
+            damping_depth: wall.damping_depth,
+        }
+    }
+}
+
+/// Where forces act, in M, and the axis of the guide: of the guide, of a bearing, of what docks, else x.
+fn guided_by(model: &Model, load: &LoadModel) -> (Vector3<f64>, Vector3<f64>) {
+    let docking = model.contact.docking.first();
+    let tip = load.guide.as_ref().map(|guide| guide.tip);
+    let tip = tip.or(load.walls.first().map(|wall| wall.tip));
+    let tip = tip.or(docking.map(|docking| docking.tip_m.into()));
+    let axis = match (&load.guide, model.bearing(), docking) {
+        (Some(guide), ..) => guide.axis,
+        (None, Some(axis), _) => Vector3::ith(axis.index() - 3, 1.0),
+        (None, None, Some(docking)) => {
+            orientation_from_abc::<f64>(&docking.orientation_abc_rad) * Vector3::x()
+        }
+        (None, None, None) => Vector3::x(),
+    };
+    (tip.unwrap_or_default(), axis)
+}
+
 impl Scene {
     /// Whether anything touches a wall at any time.
     pub fn touches_anything(&self) -> bool {
@@ -260,28 +298,9 @@ impl Scene {
         motion: Vec<Motion<f64>>,
     ) -> Self {
         let load = LoadModel::new(model);
-        let touches = load
-            .walls
-            .iter()
-            .zip(1..)
-            .map(|(wall, number)| {
-                let at: Vec<(f64, f64)> = pose
-                    .iter()
-                    .zip(&motion)
-                    .map(|(pose, motion)| wall.penetration(pose, &motion.velocity))
-                    .collect();
-                Touch {
-                    number,
-                    normal: wall.normal,
-                    tip: wall.tip,
-                    force: at.iter().map(|(p, r)| wall.force_at(*p, *r)).collect(),
-                    penetration: at.iter().map(|a| a.0).collect(),
-                    rate: at.iter().map(|a| a.1).collect(),
-                    stiffness: wall.stiffness,
-                    damping: wall.damping,
-                    damping_depth: wall.damping_depth,
-                }
-            })
+        let walls = load.walls.iter().zip(1..);
+        let touches = walls
+            .map(|(wall, number)| Touch::of(wall, number, &pose, &motion))
             .collect();
         let m_from_c = pose
             .iter()
@@ -291,7 +310,7 @@ impl Scene {
         let nominal = Column::of(pose.len(), |n| {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
-        let docking = model.contact.docking.first();
+        let (tip, axis) = guided_by(model, &load);
         let mut scene = Self {
             cycle_s,
             touches,
@@ -311,21 +330,8 @@ impl Scene {
                 .inverse()
                 .to_rotation_matrix()
                 .into_inner(),
-            tip: load
-                .guide
-                .as_ref()
-                .map(|g| g.tip)
-                .or(load.walls.first().map(|w| w.tip))
-                .or(docking.map(|d| d.tip_m.into()))
-                .unwrap_or_default(),
-            axis: match (&load.guide, model.bearing(), docking) {
-                (Some(guide), ..) => guide.axis,
-                (None, Some(axis), _) => Vector3::ith(axis.index() - 3, 1.0),
-                (None, None, Some(d)) => {
-                    orientation_from_abc::<f64>(&d.orientation_abc_rad) * Vector3::x()
-                }
-                (None, None, None) => Vector3::x(),
-            },
+            tip,
+            axis,
             position: Vec::new(),
             acceleration: Vec::new(),
             guided: Default::default(),
