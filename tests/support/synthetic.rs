@@ -89,6 +89,7 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         strongest_evidence: StrongestEvidence::default(),
         noise: noise_floors(),
         notes: Vec::new(),
+        of_all_logs: None,
         unseen: true,
         seconds: 3.42,
     }

@@ -60,11 +60,15 @@ pub fn add_effect(
 /// The model with what was named, in the digits of a model file, and the history.
 pub fn model_after(model: &Model, report: &Report, names: &Names) -> Model {
     let mut after = model.clone();
+    let of = match (&report.diagnosis.of_all_logs, &names.test) {
+        (Some(_), Some(test)) => format!("{}, {test}", names.train),
+        _ => names.train.clone(),
+    };
     let found = |id: &str| report.after.effects.iter().find(|effect| effect.id == id);
     for effect in &mut after.effects {
         match found(&effect.id) {
             Some(refitted) if refitted.parameters != effect.parameters => {
-                *effect = fitted_on(refitted, names);
+                *effect = fitted_on(refitted, &of);
             }
             _ => {}
         }
@@ -72,14 +76,14 @@ pub fn model_after(model: &Model, report: &Report, names: &Names) -> Model {
     let named = report.diagnosis.effects.iter().filter_map(|id| found(id));
     after
         .effects
-        .extend(named.map(|effect| fitted_on(effect, names)));
+        .extend(named.map(|effect| fitted_on(effect, &of)));
     record::append(&mut after.history, names, &report.diagnosis.steps);
     after
 }
 
-fn fitted_on(effect: &EffectModel, names: &Names) -> EffectModel {
+fn fitted_on(effect: &EffectModel, recordings: &str) -> EffectModel {
     EffectModel {
-        fitted_on: Some(names.train.clone()),
+        fitted_on: Some(recordings.to_owned()),
         ..in_digits(effect)
     }
 }

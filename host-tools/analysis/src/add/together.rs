@@ -1,7 +1,7 @@
 //! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
 //! part of it.
 
-use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effects};
+use crate::diagnose::{Diagnosis, Estimate, Parameters, Report, evidence, fit_effects};
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
@@ -29,14 +29,20 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
-    let mut ways = vec![refitted(&report.after, model.effects.len(), &train)?];
+    let mut ways = vec![(refitted(&report.after, model.effects.len(), &train)?, None)];
     if let (found, true) = search(model, named, logs)? {
-        ways.push((found.after, found.diagnosis.parameters));
+        let Diagnosis {
+            parameters,
+            of_all_logs,
+            ..
+        } = found.diagnosis;
+        ways.push(((found.after, parameters), of_all_logs));
     }
-    let errors = ways.iter().map(|way| error(&way.0, &test));
+    let errors = ways.iter().map(|((after, _), _)| error(after, &test));
     let errors = errors.collect::<Result<Vec<f64>>>()?;
     let least = ways.into_iter().zip(errors);
-    let Some(((after, parameters), now)) = least.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+    let Some((((after, parameters), of_all_logs), now)) = least.min_by(|a, b| a.1.total_cmp(&b.1))
+    else {
         return Ok(Vec::new());
     };
     let before = error(&report.after, &test)?;
@@ -53,6 +59,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     for (id, all) in &mut report.diagnosis.parameters {
         all.extend(parameters.get(id).cloned().unwrap_or_default());
     }
+    report.diagnosis.of_all_logs = of_all_logs;
     report.after = after;
     Ok(moved(model, &parameters))
 }

@@ -290,6 +290,9 @@ pub struct Diagnosis {
     pub notes: Vec<String>,
     /// Whether unseen data was given; else the end of the log was held back.
     pub unseen: bool,
+    /// Why the parameters are those of all logs, the unseen ones among them, if they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_all_logs: Option<String>,
     /// Time that it took, s.
     pub seconds: f64,
 }

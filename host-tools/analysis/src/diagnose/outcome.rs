@@ -54,6 +54,15 @@ pub(crate) fn conclude(
     let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
     let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
     let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
+    let accepted = stages
+        .wrench
+        .as_ref()
+        .and_then(|found| found.found.accepted.as_ref());
+    // Least squares are those of the logs of the fit.
+    let of_all_logs = match reduction.refitted {
+        Some(_) => None,
+        None => accepted.and_then(|accepted| accepted.of_all_logs.clone()),
+    };
     let notes = Answer {
         model,
         stages,
@@ -66,6 +75,7 @@ pub(crate) fn conclude(
         },
         rest: &rest,
         equivalent: same.as_ref(),
+        of_all_logs: of_all_logs.as_deref(),
     };
     let notes = notes.all(judged.unexplained, in_sample);
     let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
@@ -105,6 +115,7 @@ pub(crate) fn conclude(
         noise: stages.noise.clone(),
         notes,
         unseen,
+        of_all_logs,
         seconds: 0.0,
         disagreeing: judged.disagreeing,
     };

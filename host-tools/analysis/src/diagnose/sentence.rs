@@ -76,7 +76,9 @@ fn named(diagnosis: &Diagnosis) -> String {
         diagnosis.residual_rms_sigma.before.rms(),
         diagnosis.residual_rms_sigma.after.rms(),
     );
-    let data = if diagnosis.unseen {
+    let data = if diagnosis.of_all_logs.is_some() {
+        "the data of the test, which took part in the fit,"
+    } else if diagnosis.unseen {
         "unseen data"
     } else {
         "the end of the log, which the fit has not seen,"

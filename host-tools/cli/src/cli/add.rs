@@ -8,7 +8,6 @@ use clap::Args;
 use softdock_analysis::add::{Addition, add_effect, model_after, refit_beside, useless};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
 use softdock_analysis::fit::{Logs, Refitted};
-use softdock_analysis::levels::Step;
 use softdock_io::say;
 use softdock_physics::model::Model;
 use softdock_physics::model::edit::ModelFile;
@@ -139,7 +138,7 @@ impl Add {
         print(&format!(
             "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the model file's noise\n{}\n",
             diagnosis.effects.join(", "),
-            error_reduction(&diagnosis.steps, logs),
+            error_reduction(diagnosis, logs),
             tables::parameters(&diagnosis.parameters),
             logs.unseen(),
             tables::levels(&diagnosis.residual_rms_sigma),
@@ -148,7 +147,8 @@ impl Add {
 }
 
 /// How the error falls, in a sentence.
-fn error_reduction(steps: &[Step], logs: &Logs) -> String {
+fn error_reduction(diagnosis: &Diagnosis, logs: &Logs) -> String {
+    let steps = &diagnosis.steps;
     let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
         return String::new();
     };
@@ -166,8 +166,12 @@ fn error_reduction(steps: &[Step], logs: &Logs) -> String {
     );
     if let (Some(before), Some(after)) = (first.test_error, last.test_error) {
         text.push_str(&format!(
-            "; on {}, which the fit has not seen, it {}",
+            "; on {}, {}, it {}",
             logs.unseen(),
+            match diagnosis.of_all_logs {
+                Some(_) => "which took part in the fit",
+                None => "which the fit has not seen",
+            },
             goes(before, after)
         ));
     }

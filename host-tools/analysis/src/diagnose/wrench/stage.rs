@@ -392,8 +392,16 @@ impl Work<'_> {
             self.joint,
             Care::Estimating,
         );
+        let why = match fitted.wrong.first() {
+            Some(wrong) => format!("the logs of the fit alone say that {wrong}"),
+            None => "the logs of the fit alone do not determine them".to_owned(),
+        };
         if !fitted.wrong.is_empty() || !is_determined(&fitted) {
-            return all;
+            let held_back = self.joint.fitted < self.joint.logs.len();
+            return Tested {
+                of_all_logs: held_back.then_some(why),
+                ..all
+            };
         }
         if self.joint.has_much_left(all.gain) {
             let of = |k: usize| {

@@ -40,6 +40,8 @@ pub(crate) struct Tested {
     pub wrong: Vec<String>,
     /// Fall of the squared distance to the intervals of rounded readings.
     pub beyond_rounding: f64,
+    /// Why its parameters are those of all logs and not those of the logs of the fit, if they are.
+    pub of_all_logs: Option<String>,
 }
 
 impl Tested {
@@ -141,6 +143,7 @@ pub(super) fn fitted_to(
         parameters: hypothesis.parameters,
         wrong,
         beyond_rounding: f64::INFINITY,
+        of_all_logs: None,
     }
 }
 

@@ -15,7 +15,9 @@ pub(super) fn signal(channel: Channel, axis: Axis) -> String {
 
 /// What the effects were judged on besides the data of the fit.
 pub(super) fn unseen(diagnosis: &Diagnosis) -> &'static str {
-    if diagnosis.unseen {
+    if diagnosis.of_all_logs.is_some() {
+        "the data of the test"
+    } else if diagnosis.unseen {
         "unseen data"
     } else {
         "the end of the log, held back from the fit"
