@@ -130,3 +130,31 @@ fn what_pulls_is_like_a_spring_of_the_other_sign() {
     let stiffness = value.unwrap_or_else(|| panic!("{said}"));
     assert!((stiffness / STIFFNESS - 1.0).abs() < 0.01, "{said}");
 }
+
+/// A duty cycle without its sign, of a motor that has little but back-EMF: forward it brakes, and backward it drives. Half of the
+/// sum of both slopes is a viscous friction and half of their difference another one, which together are none.
+#[test]
+fn what_would_drive_in_one_direction_is_no_friction() {
+    const BACK_EMF: f64 = 300.0;
+    let rig = OneAxis {
+        cycle_s: 0.004,
+        turns: false,
+        swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
+        noise: (1e-8, 0.5),
+        late_s: 0.0,
+    };
+    let log = |seconds, phase, seed| {
+        rig.record(seconds, phase, seed, |[_, v, a]| {
+            KNOWN.0 * a + FRICTION.1 * v + BACK_EMF * v.abs()
+        })
+    };
+    let text = MODEL.replace("unscaled", "measured");
+    let (text, _) = text.split_once("[[effect]]").unwrap();
+    let model = Model::from_toml(text, "model.toml").unwrap();
+    let (train, test) = (log(12.0, 0.0, 7), log(8.0, 2.0, 8));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let found = found.diagnosis;
+    let is_named = |id: &str| found.effects.iter().any(|effect| effect == id);
+    assert!(!is_named("guide_asymmetry"), "{}", found.sentence);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+}

@@ -51,6 +51,21 @@ pub struct Effect {
     /// What it is a form of.
     #[serde(skip)]
     pub kind: Option<Kind>,
+    /// A parameter that cannot be larger, of either sign, than that of another effect.
+    #[serde(skip)]
+    pub difference_of: Option<Difference>,
+}
+
+/// A parameter by whose amount that of another effect is more in one direction and less in the other: where it is larger than
+/// that one, what brakes would drive.
+#[derive(Clone, Copy, Debug)]
+pub struct Difference {
+    /// Its place.
+    pub place: usize,
+    /// Id of the other effect.
+    pub of: &'static str,
+    /// Place of its parameter.
+    pub of_place: usize,
 }
 
 impl Effect {
@@ -73,6 +88,7 @@ impl Effect {
         detail_of: &[],
         is_whole: |_, _| true,
         kind: None,
+        difference_of: None,
     };
 
     /// Its parameters where the guide is a bearing.

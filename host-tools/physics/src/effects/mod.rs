@@ -20,7 +20,7 @@ pub mod mechanism;
 pub mod sensor;
 mod units;
 
-pub use entry::{Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, Tried};
+pub use entry::{Difference, Draw, Effect, Group, IsWhole, Kind, Naming, Parameter, Role, Tried};
 pub use find::hint;
 pub use find::named;
 pub use law::{

@@ -9,12 +9,14 @@ use super::shaped::Shaped;
 use super::variants::Library;
 use crate::diagnose::evidence::Foretold;
 use crate::diagnose::finding::Trial;
-use softdock_physics::model::Channel;
+use softdock_physics::effects::Difference;
 use softdock_physics::model::load::effects::{
     Coefficient, LoadEffect, Valued, added, contribution,
 };
 use softdock_physics::model::load::{Column, Scene};
+use softdock_physics::model::{Channel, Model};
 use softdock_report::number;
+use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
 
 /// A hypothesis after its shapes were refined, with its evidence on all logs.
@@ -215,7 +217,37 @@ fn effects_of(
         });
     }
     wrong.extend(effects.iter().filter_map(|effect| joint.oversized(effect)));
+    wrong.extend(
+        effects
+            .iter()
+            .filter_map(|effect| driving(effect, &effects, model)),
+    );
     (effects, wrong)
+}
+
+/// Says so of a difference between two directions that is, for sure, larger than what differs, which is among the effects or in
+/// the model.
+fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String> {
+    let own = LoadEffect::find(model, effect.id)?;
+    let Difference {
+        place,
+        of,
+        of_place,
+    } = own.effect.difference_of?;
+    let name = own.parameters[place].name;
+    let other_name = LoadEffect::find(model, of)?.parameters[of_place].name;
+    let (value, sigma, unit) = *effect.parameters.get(name)?;
+    let found = effects.iter().find(|one| one.id == of);
+    let found = found.and_then(|one| one.parameters.get(other_name));
+    let known = model.effects.iter().filter(|one| one.id == of);
+    let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
+    let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
+    let whole = there + known;
+    let drives = value.abs() - whole > DEVIATIONS_95 * sigma.hypot(other_sigma);
+    drives.then(|| {
+        let [value, whole] = [value, whole].map(|v| number::significant(v, 3));
+        format!("{name} = {value} {unit} is more than the {other_name} = {whole} of {of}: in one direction that would drive")
+    })
 }
 
 /// Why an amount is refused; of one that the logs leave open, the end of its range is said.

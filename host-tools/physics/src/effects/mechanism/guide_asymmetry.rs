@@ -1,7 +1,7 @@
 //! Friction of a guide that differs by direction, in its dry part, its viscous part, or both.
 
 use super::{ACTS_AT, SMOOTHING};
-use crate::effects::{Effect, Group, Guide, Law, Naming, Parameter, Reversal, Slide};
+use crate::effects::{Difference, Effect, Group, Guide, Law, Naming, Parameter, Reversal, Slide};
 
 /// Catalogue entry.
 pub const EFFECT: Effect = Effect {
@@ -33,6 +33,11 @@ pub const EFFECT: Effect = Effect {
     separable: true,
     detail_of: &[("guide_coulomb", &[1.0, 1.0, 0.0]), ("guide_viscous", &[])],
     is_whole,
+    difference_of: Some(Difference {
+        place: 2,
+        of: "guide_viscous",
+        of_place: 0,
+    }),
     ..Effect::PLAIN
 };
 
