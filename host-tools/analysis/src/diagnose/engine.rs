@@ -50,6 +50,8 @@ pub(crate) struct Stages {
     pub body: BodySearch,
     /// Noise floors on the log of the fit.
     pub noise: Vec<NoiseFloor>,
+    /// Nominal parameters beside what the reading says, by name: value and deviation, and by how many tolerances it is off.
+    pub nominal: Vec<(String, f64, f64, f64)>,
     /// Phases of the log that is drawn.
     pub phases: Vec<Phase>,
 }
@@ -95,6 +97,7 @@ pub(crate) fn run(
         wrench: results.wrench,
         body,
         noise: results.noise,
+        nominal: results.nominal,
         phases: crate::compare::phases_of(model, recordings.shown())?,
     })
 }

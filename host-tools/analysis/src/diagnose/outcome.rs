@@ -14,7 +14,6 @@ use super::question::Question;
 use super::structure::Left;
 use super::unaccounted::Unaccounted;
 use super::verdict::Grounds;
-use super::wrench_finding::WrenchFinding;
 use super::{closest_rival, ranking, regions, sentence};
 use crate::levels::{BeforeAfter, ChannelLevels};
 use softdock_io::recording::Recording;
@@ -228,17 +227,15 @@ fn disagreeing(stages: &Stages) -> Vec<String> {
 
 /// Nominal parameters beside what was found.
 fn nominal(stages: &Stages) -> BTreeMap<String, Nominal> {
-    let found = stages.wrench.iter();
-    let all = found.flat_map(WrenchFinding::nominal);
-    let of = |(name, value, sigma, tolerances): (String, f64, f64, f64)| {
+    let of = |(name, value, sigma, tolerances): &(String, f64, f64, f64)| {
         let reach = DEVIATIONS_95 * sigma;
         let nominal = Nominal {
-            value,
+            value: *value,
             low: value - reach,
             high: value + reach,
-            tolerances,
+            tolerances: *tolerances,
         };
-        (name, nominal)
+        (name.clone(), nominal)
     };
-    all.map(of).collect()
+    stages.nominal.iter().map(of).collect()
 }

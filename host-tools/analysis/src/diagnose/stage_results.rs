@@ -38,6 +38,8 @@ pub(super) struct StageResults {
     pub wrench: Option<WrenchFinding>,
     /// Noise floors on the first log.
     pub noise: Vec<NoiseFloor>,
+    /// Nominal parameters beside what the reading says, by name: value and deviation, and by how many tolerances it is off.
+    pub nominal: Vec<(String, f64, f64, f64)>,
 }
 
 impl StageResults {
@@ -57,7 +59,6 @@ impl StageResults {
         let scatter = cost.logs.iter().map(of_log).collect();
         let common_delay = clock::common_delay(&cost);
         let proportion = clock::proportion(&cost);
-        progress(0.5, "explaining the wrench");
         let sigma = wrench::sheet_sigma(model);
         let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
         let plain = timed.without_offset();
@@ -66,7 +67,12 @@ impl StageResults {
             Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
             None => cost.clone(),
         };
+        let mut searches = 0;
         let mut search = |model: &Model, question: &Question<'_>| {
+            searches += 1;
+            // How many there will be, nobody knows.
+            let share = 0.9 - 0.4 * 0.9_f64.powi(searches - 1);
+            progress(share, &format!("explaining the wrench, search {searches}"));
             let motion = Motion {
                 logs: timed.aligned(),
                 cost: &moved,
@@ -75,11 +81,12 @@ impl StageResults {
             };
             wrench_stage(model, &motion, &mut sampling, question)
         };
-        let wrench = wrench_rounds(&mut Asking {
+        let mut wrench = wrench_rounds(&mut Asking {
             model,
             question,
             search: &mut search,
         });
+        let nominal = wrench.as_mut().map_or(Vec::new(), WrenchFinding::nominal);
         let noise = noise_floors(model, &cost, wrench.as_ref());
         Self {
             actuator,
@@ -88,6 +95,7 @@ impl StageResults {
             proportion,
             sampling,
             wrench,
+            nominal,
             noise,
             timed,
         }

@@ -114,10 +114,21 @@ impl WrenchFinding {
         as_tried.map_or(self.prepared.problem.chi2, |t| t.to_explain)
     }
 
-    /// Nominal parameters beside what is accepted.
-    pub(super) fn nominal(&self) -> Vec<(String, f64, f64, f64)> {
+    /// Nominal parameters beside what is accepted, by name: value and deviation, and by how many tolerances it is off. Where
+    /// structure is left, they are those beside a smooth remainder: the price of white noise would say more of them than the logs
+    /// do, as it does of effects.
+    pub(super) fn nominal(&mut self) -> Vec<(String, f64, f64, f64)> {
+        let axes = self.structured_axes();
         let accepted = self.found.accepted.as_ref();
-        self.prepared.nominal(&self.earlier.0, accepted)
+        if axes.is_empty() {
+            return self.prepared.nominal(&self.earlier.0, accepted);
+        }
+        let nothing = wrench::Tested::default();
+        let smooth = wrench::smooth(&self.prepared, accepted.unwrap_or(&nothing), &axes);
+        self.prepared.stand_beside(&smooth);
+        let nominal = self.prepared.nominal(&self.earlier.0, accepted);
+        self.prepared.stand_alone(&smooth);
+        nominal
     }
 
     /// Whether another search leaves as little, but for errors of form.

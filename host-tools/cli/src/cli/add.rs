@@ -78,7 +78,7 @@ impl Add {
 
     /// What is added, and what of the effects that the model had moves with it.
     fn fitted(&self, model: &Model, logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
-        let progress = Progress::new();
+        let progress = Progress::of_steps();
         if let Some(id) = &self.effect {
             progress.show(0.1, &format!("fitting {id}"));
             return add_effect(model, id, logs, self.force);

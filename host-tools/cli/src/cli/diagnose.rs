@@ -50,7 +50,7 @@ impl Diagnose {
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         self.telling.check(&inputs)?;
         let logs = logs::open(&model, &self.train, &self.test)?;
-        let progress = Progress::new();
+        let progress = Progress::of_steps();
         let mut report = diagnose(
             &model,
             &logs.fitted(),

@@ -46,7 +46,7 @@ impl Fit {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
         let logs = logs::open(file.model(), &self.train, &self.test)?;
-        let progress = Progress::new();
+        let progress = Progress::of_steps();
         let fit = Judged::fit(file.model(), &logs, &|share, what| {
             progress.show(share, what)
         })?;

@@ -2,6 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use softdock_io::say;
+use std::time::Duration;
 
 /// Resolution of the bar.
 const STEPS: f64 = 1000.0;
@@ -32,6 +33,19 @@ pub(super) struct Progress(ProgressBar);
 impl Progress {
     pub(super) fn new() -> Self {
         Self(counter(STEPS as u64, ""))
+    }
+
+    /// Of steps of which nobody knows how long they take: the time that it has taken, in the place of what is left.
+    pub(super) fn of_steps() -> Self {
+        let bar = counter(STEPS as u64, "");
+        // The template is constant; should it be refused, the other one does as well.
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:30} {percent:>3} %, {elapsed} so far: {msg}")
+        {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_secs(1));
+        Self(bar)
     }
 
     /// Shows the share that is done and what is being done. A bar that was further stays where it is: a later stage

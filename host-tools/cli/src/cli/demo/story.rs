@@ -120,7 +120,7 @@ impl Story<'_> {
     /// Step 5.
     fn diagnose(&self, model: &Model, runs: &Recordings) -> Result<Report> {
         self.say("\n5. Diagnose: which physical effect is missing?\n")?;
-        let bar = Progress::new();
+        let bar = Progress::of_steps();
         let progress = |share: f64, what: &str| bar.show(share, what);
         let (train, test) = (&runs.train.recording, &runs.test.recording);
         let report = diagnose(model, &[train], &[test], &progress)?;
