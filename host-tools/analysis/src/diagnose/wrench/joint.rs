@@ -195,11 +195,9 @@ impl Joint {
         self.of_rows(|log, _| log < self.fitted)
     }
 
-    /// The regression of the logs of the fit, without one of so many pieces of each.
-    pub(super) fn without(&self, piece: usize, of: usize) -> Problem {
-        self.of_rows(|log, n| {
-            log < self.fitted && n * of / self.logs[log].fresh.len().max(1) != piece
-        })
+    /// The regression of the first `logs`, without one of so many pieces of each.
+    pub(super) fn without(&self, piece: usize, of: usize, logs: usize) -> Problem {
+        self.of_rows(|log, n| log < logs && n * of / self.logs[log].fresh.len().max(1) != piece)
     }
 
     /// Takes tolerances away that a hypothesis strains; returns whether there are any.

@@ -4,6 +4,7 @@
 //! Forms are chosen when an effect is found, and those that are found later can change the choice:
 //! a delay moves the reversals, and with them how sharp the dry friction there looks.
 
+use super::fitted::Fitted;
 use super::search::{Hypothesis, Part, evaluate};
 use super::tested::Tested;
 use super::variants::Library;
@@ -147,11 +148,11 @@ fn best_in_place(
 /// piece that holds nearly all that is known of a parameter, as the only step of a log, the rest says nothing of it: there
 /// its part is weighted by the share of the information that is left (C. F. J. Wu, Annals of Statistics 14(4), 1986).
 /// `fits` are those without each piece.
-pub(super) fn widen(accepted: &mut Tested, fits: &[Tested]) {
+pub(super) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
     /// Share of the information below which a parameter is not known any more.
     const UNKNOWN: f64 = 0.1;
     let count = fits.len().max(1) as f64;
-    for (place, effect) in accepted.effects.iter_mut().enumerate() {
+    for (place, effect) in accepted.iter_mut().enumerate() {
         for (name, (value, sigma, _)) in &mut effect.parameters {
             let moved = |fit: &Tested| {
                 let (without, deviation, _) = fit.effects[place].parameters.get(name)?;

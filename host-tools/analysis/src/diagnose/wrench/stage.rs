@@ -393,19 +393,22 @@ impl Work<'_> {
             Care::Estimating,
         );
         let why = match fitted.wrong.first() {
-            Some(wrong) => format!("the logs of the fit alone say that {wrong}"),
-            None => "the logs of the fit alone do not determine them".to_owned(),
+            Some(wrong) => Some(format!("the logs of the fit alone say that {wrong}")),
+            None if is_determined(&fitted) => None,
+            None => Some("the logs of the fit alone do not determine them".to_owned()),
         };
-        if !fitted.wrong.is_empty() || !is_determined(&fitted) {
-            let held_back = self.joint.fitted < self.joint.logs.len();
-            return Tested {
-                of_all_logs: held_back.then_some(why),
-                ..all
-            };
-        }
+        let held_back = self.joint.fitted < self.joint.logs.len();
+        let mut estimated = match &why {
+            Some(_) => all.effects.clone(),
+            None => std::mem::take(&mut fitted.effects),
+        };
         if self.joint.has_much_left(all.gain) {
+            let logs = match &why {
+                Some(_) => self.joint.logs.len(),
+                None => self.joint.fitted,
+            };
             let of = |k: usize| {
-                let problem = self.joint.without(k, PIECES);
+                let problem = self.joint.without(k, PIECES, logs);
                 fitted_to(
                     &problem,
                     self.library,
@@ -415,10 +418,11 @@ impl Work<'_> {
                 )
             };
             let fits: Vec<Tested> = (0..PIECES).into_par_iter().map(of).collect();
-            widen(&mut fitted, &fits);
+            widen(&mut estimated, &fits);
         }
         Tested {
-            effects: fitted.effects,
+            effects: estimated,
+            of_all_logs: why.filter(|_| held_back),
             ..all
         }
     }
