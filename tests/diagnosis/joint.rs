@@ -125,7 +125,8 @@ fn a_joint_with_a_gear_is_named_with_a_remainder() {
     let follows = &remainder.follows;
     assert!(follows.contains("follows the position"), "{remainder:?}");
     // 2π / 13, less what the effects beside it take.
-    let repeats = follows.contains("repeats every 0.48") && follows.contains("with 0.9");
+    let repeats =
+        follows.contains("repeats every 0.48") && follows.contains("with an amplitude of 0.9");
     assert!(repeats, "{remainder:?}");
 }
 

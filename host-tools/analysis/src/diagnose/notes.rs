@@ -8,7 +8,7 @@ use super::finding::{Equivalent, NoiseFloor, Verdict};
 use super::log_to_log::LogToLog;
 use super::structure::SLOW_HZ;
 use super::unaccounted::Unaccounted;
-use super::wrench::{Disagreement, PreparedLog};
+use super::wrench::{Disagreement, PreparedLog, Ripple};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
@@ -57,12 +57,12 @@ impl Answer<'_> {
                 self.rest.remainder.follows
             ));
         }
-        if let [ripple, ..] = &self.rest.ripples[..] {
-            notes.push(format!(
-                "An own hypothesis can say what repeats along the axis, one for each period: {} (docs/own-hypothesis.md).",
-                ripple.hypothesis()
-            ));
-        }
+        let hypothesis = self.rest.ripples.iter().find_map(Ripple::hypothesis);
+        notes.extend(hypothesis.map(|hypothesis| {
+            format!(
+                "An own hypothesis can say what repeats along the axis, one for each period: {hypothesis} (docs/own-hypothesis.md)."
+            )
+        }));
         notes.extend(self.of_each_log());
         notes.extend(self.of_refused());
         notes.extend(self.of_parameters());

@@ -29,8 +29,11 @@ impl Unaccounted {
             true => ranking::shapes(stages),
             false => Vec::new(),
         };
-        let ripples = ripples(stages);
-        let mut remainder = remainder(stages, left);
+        let (mut remainder, of_wrench) = remainder(stages, left);
+        let ripples = match of_wrench {
+            true => ripples(stages),
+            false => Vec::new(),
+        };
         if !ripples.is_empty() {
             remainder.follows = format!("{}; {}", each_ripple(&ripples), remainder.follows);
         }
@@ -51,12 +54,12 @@ impl Unaccounted {
     }
 }
 
-/// What is left with structure of the channel that has most of it.
-fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
+/// What is left with structure of the channel that has most of it, and whether that is the wrench.
+fn remainder(stages: &Stages, left: &[Left]) -> (Remainder, bool) {
     let structured = left.iter().filter(|left| left.is_structured());
     let most = structured.max_by(|a, b| a.share.total_cmp(&b.share));
     let Some(most) = most else {
-        return Remainder::default();
+        return (Remainder::default(), false);
     };
     let of_wrench = most
         .axes
@@ -76,13 +79,14 @@ fn remainder(stages: &Stages, left: &[Left]) -> Remainder {
         let words = each.last().map(Structure::words).unwrap_or_default();
         format!("{channel} {axis}: {words}")
     });
-    Remainder {
+    let remainder = Remainder {
         share: most.share,
         follows: match words.is_empty() {
             true => structure.collect::<Vec<_>>().join("; "),
             false => words.join("; "),
         },
-    }
+    };
+    (remainder, of_wrench)
 }
 
 /// What repeats along an axis in what is left of the wrench.

@@ -4,6 +4,7 @@
 use super::functions::Motion;
 use crate::diagnose::structure::LINE;
 use crate::diagnose::wrench::joint::Joint;
+use crate::diagnose::wrench::prepared_log::PreparedLog;
 use crate::diagnose::wrench::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::Axis;
@@ -38,12 +39,14 @@ pub(crate) struct Ripple {
     pub axis: Axis,
     /// After which it repeats, m or rad.
     pub period: f64,
-    /// How often it does so over the travel.
+    /// How often it does so over the travel of all logs.
     pub periods: f64,
     /// In all logs together, N or N·m.
     pub amplitude: f64,
     /// Share in the square of what is left of the axis, in the log where it is least.
     pub share: f64,
+    /// The position is that along the guide, or about the bearing, from one origin: what an own hypothesis calls `position`.
+    pub of_guide: bool,
 }
 
 impl Ripple {
@@ -54,15 +57,17 @@ impl Ripple {
         let share = 100.0 * self.share;
         match self.axis.is_rotation() {
             true => format!(
-                "{share:.0} % repeats every {period} rad ({} in a turn) with {amplitude} N·m",
+                "{share:.0} % or more on each log repeats every {period} rad ({} in a turn), with an amplitude of {amplitude} N·m",
                 number(TAU / self.period)
             ),
-            false => format!("{share:.0} % repeats every {period} m with {amplitude} N"),
+            false => format!(
+                "{share:.0} % or more on each log repeats every {period} m, with an amplitude of {amplitude} N"
+            ),
         }
     }
 
-    /// How an own hypothesis says so.
-    pub(crate) fn hypothesis(&self) -> String {
+    /// How an own hypothesis says so, if it can.
+    pub(crate) fn hypothesis(&self) -> Option<String> {
         let (force, length) = match self.axis.is_rotation() {
             true => ("n_m", "rad"),
             false => ("n", "m"),
@@ -71,17 +76,76 @@ impl Ripple {
         let within = 0.5 * self.period / self.periods;
         let [low, high] = [self.period - within, self.period + within];
         let [low, high] = [low, high].map(|end| number::significant(end, 5));
-        format!(
+        self.of_guide.then(|| format!(
             "formula = \"sine_{force} * sin({angle}) + cosine_{force} * cos({angle})\" on acts_on = \"guide\", with a pitch from {low} to {high} {length}"
-        )
+        ))
     }
 }
 
-/// What one log leaves on an axis.
+/// What one log leaves on an axis, less its mean.
 #[derive(Clone)]
 struct Rest {
     position: Vec<f64>,
     values: Vec<f64>,
+    /// From its lowest to its highest position.
+    travel: f64,
+}
+
+impl Rest {
+    fn new(rows: impl Iterator<Item = (f64, f64)>) -> Self {
+        let finite = rows.filter(|(x, r)| x.is_finite() && r.is_finite());
+        let (position, mut values): (Vec<f64>, Vec<f64>) = finite.unzip();
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter_mut().for_each(|value| *value -= mean);
+        let low = position.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Self {
+            position,
+            values,
+            travel: (high - low).max(0.0),
+        }
+    }
+
+    /// Whether it moves far enough to show so many periods per m or rad.
+    fn shows(&self, rate: f64) -> bool {
+        self.travel * rate >= FEWEST_PERIODS as f64
+    }
+
+    /// Sum of squares.
+    fn power(&self) -> f64 {
+        self.values.iter().map(|r| r * r).sum()
+    }
+
+    /// Takes what repeats after a period out of what is left, by least squares beside a constant; the square of its amplitude.
+    fn take(&mut self, period: f64) -> f64 {
+        let waves = self.position.iter().map(|x| (TAU * x / period).sin_cos());
+        let rows: Vec<[f64; 3]> = waves.map(|(sin, cos)| [1.0, sin, cos]).collect();
+        let functions = DMatrix::from_fn(rows.len(), 3, |n, k| rows[n][k]);
+        let values = DVector::from_column_slice(&self.values);
+        let normal = functions.tr_mul(&functions).cholesky();
+        let Some(amplitudes) = normal.map(|normal| normal.solve(&functions.tr_mul(&values))) else {
+            return 0.0;
+        };
+        for (value, [_, sin, cos]) in self.values.iter_mut().zip(&rows) {
+            *value -= amplitudes[1] * sin + amplitudes[2] * cos;
+        }
+        amplitudes[1].hypot(amplitudes[2]).powi(2)
+    }
+
+    /// Power of lines over the position, over the power beside each: of what is left, 0 where the positions alone have a line, as
+    /// those of a motion in equal steps do: what follows such a motion repeats with it.
+    fn lines(&self, grid: &Grid) -> Vec<f64> {
+        let of_values = grid.lines(
+            self.position
+                .iter()
+                .copied()
+                .zip(self.values.iter().copied()),
+        );
+        let of_positions = grid.lines(self.position.iter().map(|x| (*x, 1.0)));
+        let both = of_values.into_iter().zip(of_positions);
+        both.map(|(line, at)| if at > LINE { 0.0 } else { line })
+            .collect()
+    }
 }
 
 /// The ripples in what effects leave on some axes, the largest of each axis first.
@@ -92,39 +156,58 @@ pub(crate) fn ripples(joint: &Joint, accepted: Option<&Tested>, axes: &[Axis]) -
             let position = Motion::new(&log.scene, axis.index()).position;
             let rows = position.into_iter().zip(&rest.raw.0[axis.index()]);
             let rows = rows.zip(&log.fresh).filter(|(_, fresh)| **fresh);
-            let (position, values) = rows.map(|((x, r), _)| (x, *r)).unzip();
-            Rest { position, values }
+            Rest::new(rows.map(|((x, r), _)| (x, *r)))
         });
-        of_rests(*axis, each.collect())
+        let of_guide = joint.logs.iter().all(|log| is_of_guide(log, *axis));
+        let mut all = of_rests(*axis, each.collect());
+        all.iter_mut().for_each(|ripple| ripple.of_guide = of_guide);
+        all
     };
     axes.iter().flat_map(of_axis).collect()
 }
 
+fn is_of_guide(log: &PreparedLog, axis: Axis) -> bool {
+    /// Cosine of an angle between two axes that are one.
+    const ALONG: f64 = 0.999_999;
+    let scene = &log.scene;
+    let is_it = match scene.model.bearing() {
+        Some(bearing) => bearing == axis,
+        None => !axis.is_rotation() && scene.axis[axis.index()] > ALONG,
+    };
+    is_it && !log.has_own_origin
+}
+
 fn of_rests(axis: Axis, mut rests: Vec<Rest>) -> Vec<Ripple> {
-    let before: Vec<f64> = rests.iter().map(power).collect();
-    let mut all = Vec::new();
+    let before: Vec<f64> = rests.iter().map(Rest::power).collect();
+    let mut all: Vec<Ripple> = Vec::new();
     for _ in 0..MOST {
-        let Some(line) = strongest_line(&rests) else {
+        let Some((line, within)) = strongest_line(&rests) else {
             break;
         };
-        let period = refined(&rests, line);
+        let period = refined(&rests, (line, within));
         let mut least = f64::INFINITY;
         let (mut square, mut count) = (0.0, 0.0);
         for (rest, before) in rests.iter_mut().zip(&before) {
-            let was = power(rest);
-            square += take(rest, period) * rest.values.len() as f64;
-            count += rest.values.len() as f64;
-            least = least.min((was - power(rest)) / before);
+            let (was, rows) = (rest.power(), rest.values.len() as f64);
+            let amplitude = rest.take(period);
+            if rest.shows(line) {
+                square += amplitude * rows;
+                count += rows;
+                least = least.min((was - rest.power()) / before);
+            }
         }
-        all.push(Ripple {
-            axis,
-            period,
-            periods: line.0 / (FINER as f64 * line.1),
-            amplitude: (square / count).sqrt(),
-            share: least,
-        });
+        let is_beside = |other: &Ripple| (other.period.recip() - period.recip()).abs() <= within;
+        if least >= SHARE && least.is_finite() && !all.iter().any(is_beside) {
+            all.push(Ripple {
+                axis,
+                period,
+                periods: line / (FINER as f64 * within),
+                amplitude: f64::sqrt(square / count),
+                share: least,
+                of_guide: false,
+            });
+        }
     }
-    all.retain(|ripple| ripple.share >= SHARE);
     all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }
@@ -134,8 +217,8 @@ fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     let left = |rate: f64| -> f64 {
         let of = |rest: &Rest| {
             let mut rest = rest.clone();
-            take(&mut rest, rate.recip());
-            power(&rest)
+            rest.take(rate.recip());
+            rest.power()
         };
         rests.iter().map(of).sum()
     };
@@ -143,48 +226,42 @@ fn refined(rests: &[Rest], (line, within): (f64, f64)) -> f64 {
     rate.recip()
 }
 
-/// Sum of squares.
-fn power(rest: &Rest) -> f64 {
-    rest.values.iter().map(|r| r * r).sum()
+/// The lines that are looked for: their number, and the range of positions.
+struct Grid {
+    low: f64,
+    travel: f64,
+    periods: usize,
 }
 
-/// Takes what repeats after a period out of what is left, by least squares beside a constant; the square of its amplitude.
-fn take(rest: &mut Rest, period: f64) -> f64 {
-    let functions = DMatrix::from_fn(rest.values.len(), 3, |n, k| {
-        let angle = TAU * rest.position[n] / period;
-        [1.0, angle.sin(), angle.cos()][k]
-    });
-    let values = DVector::from_column_slice(&rest.values);
-    let normal = functions.tr_mul(&functions).cholesky();
-    let Some(amplitudes) = normal.map(|normal| normal.solve(&functions.tr_mul(&values))) else {
-        return 0.0;
-    };
-    for (n, value) in rest.values.iter_mut().enumerate() {
-        *value -= amplitudes[1] * functions[(n, 1)] + amplitudes[2] * functions[(n, 2)];
+impl Grid {
+    /// Over the travel of all logs, as fine as their usual step allows. None where they hardly move.
+    fn of(rests: &[Rest]) -> Option<Self> {
+        let all = || rests.iter().flat_map(|rest| &rest.position).copied();
+        let low = all().reduce(f64::min)?;
+        let travel = all().reduce(f64::max)? - low;
+        let steps = rests.iter().flat_map(|rest| rest.position.array_windows());
+        let steps = steps.map(|[a, b]| (b - a).abs());
+        let mut moving: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
+        let usual = median(&mut moving)?;
+        let periods = ((travel / (ROWS * usual)) as usize).min(MOST_PERIODS);
+        (periods >= FEWEST_PERIODS).then_some(Self {
+            low,
+            travel,
+            periods,
+        })
     }
-    amplitudes[1].hypot(amplitudes[2]).powi(2)
-}
 
-/// The strongest line over the position that stands out in each of the logs: periods per m or rad, and how exactly.
-fn strongest_line(rests: &[Rest]) -> Option<(f64, f64)> {
-    let all = || rests.iter().flat_map(|rest| &rest.position).copied();
-    let low = all().reduce(f64::min)?;
-    let travel = all().reduce(f64::max)? - low;
-    let steps = rests.iter().flat_map(|rest| rest.position.array_windows());
-    let mut steps: Vec<f64> = steps.map(|[a, b]| (b - a).abs()).collect();
-    let usual = median(&mut steps)?;
-    if travel <= 0.0 || usual <= 0.0 {
-        return None;
+    /// Periods per m or rad of a line.
+    fn rate(&self, line: usize) -> f64 {
+        (line + 1) as f64 / (FINER as f64 * self.travel)
     }
-    let periods = ((travel / (ROWS * usual)) as usize).min(MOST_PERIODS);
-    if periods < FEWEST_PERIODS {
-        return None;
-    }
-    let parts = PARTS * periods;
-    let over_beside = |rest: &Rest| -> Vec<f64> {
+
+    /// Power of each line of values at positions over the power beside it.
+    fn lines(&self, rows: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
+        let parts = PARTS * self.periods;
         let mut sums = vec![0.0; FINER * parts];
-        for (x, r) in rest.position.iter().zip(&rest.values) {
-            let part = ((x - low) / travel * parts as f64) as usize;
+        for (x, r) in rows {
+            let part = ((x - self.low) / self.travel * parts as f64) as usize;
             sums[part.min(parts - 1)] += r;
         }
         let power = periodogram(&sums);
@@ -192,22 +269,31 @@ fn strongest_line(rests: &[Rest]) -> Option<(f64, f64)> {
             let around = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(power.len());
             median(&mut power[around].to_vec()).unwrap_or(0.0) / std::f64::consts::LN_2
         };
-        (0..power.len().min(FINER * periods))
-            .map(|k| power[k] / beside(k).max(f64::MIN_POSITIVE))
+        let over = |k: usize| power[k] / beside(k).max(f64::MIN_POSITIVE);
+        (0..power.len().min(FINER * self.periods))
+            .map(over)
             .collect()
-    };
-    let each: Vec<Vec<f64>> = rests.iter().map(over_beside).collect();
+    }
+}
+
+/// The strongest line over the position that stands out in each log that shows it: periods per m or rad, and how exactly.
+fn strongest_line(rests: &[Rest]) -> Option<(f64, f64)> {
+    let grid = Grid::of(rests)?;
+    let each: Vec<Vec<f64>> = rests.iter().map(|rest| rest.lines(&grid)).collect();
     let in_all = |k: usize| {
-        let of_log = |lines: &Vec<f64>| lines[k];
-        each.iter().map(of_log).fold(f64::INFINITY, f64::min)
+        let showing = rests
+            .iter()
+            .zip(&each)
+            .filter(|(rest, _)| rest.shows(grid.rate(k)));
+        let lines = showing.map(|(_, lines)| lines.get(k).copied().unwrap_or(0.0));
+        lines.reduce(f64::min).unwrap_or(0.0)
     };
-    let lines = FINER * FEWEST_PERIODS - 1..FINER * periods;
+    let lines = FINER * FEWEST_PERIODS - 1..FINER * grid.periods;
     let strongest = lines
         .map(|k| (k, in_all(k)))
         .max_by(|a, b| a.1.total_cmp(&b.1));
     let (k, _) = strongest.filter(|(_, over_beside)| *over_beside > LINE)?;
-    let between = (FINER as f64 * travel).recip();
-    Some(((k + 1) as f64 * between, between))
+    Some((grid.rate(k), grid.rate(0)))
 }
 
 #[cfg(test)]
@@ -224,8 +310,7 @@ mod tests {
                 let x = 0.2 * (0.7 * t + seed as f64).sin() + 0.1 * (1.9 * t).sin();
                 (x, random.normal() + force(t, x))
             });
-            let (position, values) = rows.unzip();
-            Rest { position, values }
+            Rest::new(rows)
         };
         [1, 2].map(log).into()
     }
@@ -253,12 +338,34 @@ mod tests {
         }
     }
 
+    /// Jogs of 10 mm with a rest after each: what follows the acceleration repeats every 10 mm, and so do the positions.
+    #[test]
+    fn what_follows_a_motion_in_equal_steps_is_no_ripple() {
+        let log = |seed: u64| {
+            let mut random = RandomStream::new(seed, 0);
+            let rows = (0..8000).map(|n| {
+                let (step, within) = (n / 200, (n % 200) as f64 / 100.0);
+                let part = within.min(1.0);
+                let x = 0.01 * (step as f64 + part - (TAU * part).sin() / TAU);
+                (x, random.normal() + 5.0 * (TAU * part).sin())
+            });
+            Rest::new(rows)
+        };
+        assert_eq!(of_rests(Axis::X, vec![log(1), log(2)]), []);
+    }
+
+    /// One that rests has no say.
+    #[test]
+    fn a_log_that_hardly_moves_hides_no_ripple() {
+        let mut both = logs(|_, x| 0.9 * (TAU * x / 0.0123).sin());
+        let still = (0..5000).map(|n| (0.1 + 1e-5 * f64::from(n % 2), f64::from(n % 7)));
+        both.push(Rest::new(still));
+        assert_eq!(of_rests(Axis::X, both).len(), 1);
+    }
+
     #[test]
     fn of_what_stands_still_nothing_is_said() {
-        let rest = || Rest {
-            position: vec![0.1; 1000],
-            values: (0..1000).map(|n| f64::from(n).sin()).collect(),
-        };
+        let rest = || Rest::new((0..1000).map(|n| (0.1, f64::from(n).sin())));
         assert_eq!(of_rests(Axis::X, vec![rest(), rest()]), []);
     }
 }
