@@ -60,9 +60,11 @@ pub fn add_effect(
 /// The model with what was named, in the digits of a model file, and the history.
 pub fn model_after(model: &Model, report: &Report, names: &Names) -> Model {
     let mut after = model.clone();
-    let of = match (&report.diagnosis.of_all_logs, &names.test) {
-        (Some(_), Some(test)) => format!("{}, {test}", names.train),
-        _ => names.train.clone(),
+    let diagnosis = &report.diagnosis;
+    let of_test = diagnosis.of_all_logs.as_ref().and(names.test.as_ref());
+    let of = match of_test.filter(|_| diagnosis.unseen) {
+        Some(test) => format!("{}, {test}", names.train),
+        None => names.train.clone(),
     };
     let found = |id: &str| report.after.effects.iter().find(|effect| effect.id == id);
     for effect in &mut after.effects {
@@ -115,9 +117,12 @@ pub fn useless(steps: &[Step], unseen: &str) -> Option<String> {
         .map(|s| format!("`{}`", s.effect))
         .collect();
     (!falls && !added.is_empty()).then(|| {
-        let (names, verb) = (added.join(", "), if added.len() == 1 { "does" } else { "do" });
+        let (names, verb) = (
+            added.join(", "),
+            if added.len() == 1 { "does" } else { "do" },
+        );
         format!(
-            "{names} {verb} not help: the error on {unseen}, which the fit has not seen, goes from {before:.3} to \
+            "{names} {verb} not help: the error on {unseen} goes from {before:.3} to \
              {after:.3} (on the data of the fit from {:.3} to {:.3})",
             first.train_error, last.train_error
         )

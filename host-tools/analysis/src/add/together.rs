@@ -1,7 +1,7 @@
 //! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
 //! part of it.
 
-use crate::diagnose::{Diagnosis, Estimate, Parameters, Report, evidence, fit_effects};
+use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effects};
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
 use crate::fit::{Logs, Parameter, ParameterId, Refitted, refit_those};
@@ -29,20 +29,16 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
-    let mut ways = vec![(refitted(&report.after, model.effects.len(), &train)?, None)];
-    if let (found, true) = search(model, named, logs)? {
-        let Diagnosis {
-            parameters,
-            of_all_logs,
-            ..
-        } = found.diagnosis;
-        ways.push(((found.after, parameters), of_all_logs));
+    let mut ways = vec![refitted(&report.after, model.effects.len(), &train)?];
+    let (found, finds_all) = search(model, named, logs)?;
+    // What has seen the test foretells it too well.
+    if finds_all && found.diagnosis.of_all_logs.is_none() {
+        ways.push((found.after, found.diagnosis.parameters));
     }
-    let errors = ways.iter().map(|((after, _), _)| error(after, &test));
+    let errors = ways.iter().map(|way| error(&way.0, &test));
     let errors = errors.collect::<Result<Vec<f64>>>()?;
     let least = ways.into_iter().zip(errors);
-    let Some((((after, parameters), of_all_logs), now)) = least.min_by(|a, b| a.1.total_cmp(&b.1))
-    else {
+    let Some(((after, parameters), now)) = least.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(Vec::new());
     };
     let before = error(&report.after, &test)?;
@@ -59,7 +55,7 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     for (id, all) in &mut report.diagnosis.parameters {
         all.extend(parameters.get(id).cloned().unwrap_or_default());
     }
-    report.diagnosis.of_all_logs = of_all_logs;
+    report.diagnosis.is_of_fit();
     report.after = after;
     Ok(moved(model, &parameters))
 }
@@ -82,6 +78,7 @@ pub(super) fn found_beside(
     if !finds_all {
         let (after, parameters) = refitted(&with_plain(model, id)?, model.effects.len(), &train)?;
         report.after = after;
+        report.diagnosis.is_of_fit();
         report.diagnosis.parameters = parameters;
         report.diagnosis.sentence =
             format!("`{id}` is fitted by least squares, together with what the model has.");

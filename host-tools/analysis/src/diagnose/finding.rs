@@ -103,6 +103,8 @@ impl Ranked {
     }
 }
 
+/// How the note about parameters that have seen the test begins.
+const OF_ALL_LOGS: &str = "The parameters are those of all logs";
 /// Stands between the ids of effects that are a rival together.
 pub const TOGETHER: &str = " + ";
 
@@ -295,6 +297,28 @@ pub struct Diagnosis {
     pub of_all_logs: Option<String>,
     /// Time that it took, s.
     pub seconds: f64,
+}
+
+impl Diagnosis {
+    /// Takes the parameters as those of all logs, for a reason.
+    pub(crate) fn is_of_all_logs(&mut self, why: String) {
+        let test = if self.unseen {
+            "those of --test"
+        } else {
+            "the end of the log"
+        };
+        self.notes.push(format!(
+            "{OF_ALL_LOGS}, also of {test} ({why}). So they have seen what the error is told of; `softdock compare` with a further log \
+             says how they foretell."
+        ));
+        self.of_all_logs = Some(why);
+    }
+
+    /// From now on they are those of the logs of the fit.
+    pub(crate) fn is_of_fit(&mut self) {
+        self.of_all_logs = None;
+        self.notes.retain(|note| !note.starts_with(OF_ALL_LOGS));
+    }
 }
 
 #[cfg(test)]

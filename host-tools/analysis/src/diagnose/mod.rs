@@ -253,9 +253,13 @@ fn ask(
         diagnosis.notes.push(stretches::note(&whole, &recordings));
     }
     if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
+        let shown = match diagnosis.of_all_logs {
+            Some(_) => "the other log",
+            None => "unseen data",
+        };
         for (log, recording) in [
             ("the log of the fit", recordings.all[0]),
-            ("unseen data", *recordings.shown()),
+            (shown, *recordings.shown()),
         ] {
             let rest = compare(&outcome.after, recording)?.sentence;
             diagnosis

@@ -34,8 +34,6 @@ pub(super) struct Answer<'a> {
     pub rest: &'a Unaccounted,
     /// What is the same as what is named.
     pub equivalent: Option<&'a Equivalent>,
-    /// Why the parameters are those of all logs, if they are.
-    pub of_all_logs: Option<&'a str>,
 }
 
 impl Answer<'_> {
@@ -186,12 +184,6 @@ impl Answer<'_> {
     /// How the parameters of what is named were found.
     fn of_parameters(&self) -> Vec<String> {
         let reduction = self.reduction;
-        let of_all_logs = self.of_all_logs.filter(|_| !reduction.named.is_empty()).map(|why| {
-            format!(
-                "The parameters are those of all logs, also of those of --test: {why}. So they have seen what the error is told of; \
-                 `softdock compare` with a further log says how they foretell."
-            )
-        });
         let refitted = reduction.refitted.iter().map(|[before, after]| {
             format!(
                 "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
@@ -200,7 +192,7 @@ impl Answer<'_> {
                 100.0 * (1.0 - after / before)
             )
         });
-        let mut notes: Vec<String> = of_all_logs.into_iter().chain(refitted).collect();
+        let mut notes: Vec<String> = refitted.collect();
         if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
             let named = || reduction.named.iter().map(|(named, _)| named);
             notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));

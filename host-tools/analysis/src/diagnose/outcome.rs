@@ -53,15 +53,6 @@ pub(crate) fn conclude(
     let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
     let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
     let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
-    let accepted = stages
-        .wrench
-        .as_ref()
-        .and_then(|found| found.found.accepted.as_ref());
-    // Least squares are those of the logs of the fit.
-    let of_all_logs = match reduction.refitted {
-        Some(_) => None,
-        None => accepted.and_then(|accepted| accepted.of_all_logs.clone()),
-    };
     let notes = Answer {
         model,
         stages,
@@ -74,7 +65,6 @@ pub(crate) fn conclude(
         },
         rest: &rest,
         equivalent: same.as_ref(),
-        of_all_logs: of_all_logs.as_deref(),
     };
     let notes = notes.all(judged.unexplained, in_sample);
     let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
@@ -114,10 +104,19 @@ pub(crate) fn conclude(
         noise: stages.noise.clone(),
         notes,
         unseen,
-        of_all_logs,
+        of_all_logs: None,
         seconds: 0.0,
         disagreeing: judged.disagreeing,
     };
+    let accepted = stages
+        .wrench
+        .as_ref()
+        .and_then(|found| found.found.accepted.as_ref());
+    let why = accepted.and_then(|accepted| accepted.of_all_logs.clone());
+    // Least squares are those of the logs of the fit.
+    if let Some(why) = why.filter(|_| reduction.refitted.is_none() && !named.is_empty()) {
+        diagnosis.is_of_all_logs(why);
+    }
     diagnosis.sentence = sentence::of(&diagnosis, &left, judged.stands_still);
     Ok(Outcome {
         diagnosis,

@@ -76,12 +76,11 @@ fn named(diagnosis: &Diagnosis) -> String {
         diagnosis.residual_rms_sigma.before.rms(),
         diagnosis.residual_rms_sigma.after.rms(),
     );
-    let data = if diagnosis.of_all_logs.is_some() {
-        "the data of the test, which took part in the fit,"
-    } else if diagnosis.unseen {
-        "unseen data"
-    } else {
-        "the end of the log, which the fit has not seen,"
+    let data = match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
+        (true, true) => "the data of the test, which took part in the fit,",
+        (true, false) => "unseen data",
+        (false, true) => "the end of the log, which took part in the fit,",
+        (false, false) => "the end of the log, which the fit has not seen,",
     };
     let goes = if after < before { "falls" } else { "goes" };
     let with = if names.len() > 1 { "them" } else { "it" };

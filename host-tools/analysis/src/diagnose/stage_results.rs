@@ -374,6 +374,9 @@ fn beside_earlier(asking: &mut Asking<'_>) -> Option<(WrenchFinding, bool)> {
         let Some(mut next) = (asking.search)(&known, question).filter(found) else {
             break;
         };
+        if let Some(last) = &mut next.found.accepted {
+            last.of_all_logs = accepted.of_all_logs.clone().or(last.of_all_logs.take());
+        }
         next.earlier = finding.earlier;
         next.earlier.0.extend(accepted.effects.iter().cloned());
         next.earlier.1.extend(finding.found.support);

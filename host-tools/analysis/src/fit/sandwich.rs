@@ -5,8 +5,9 @@
 //! influence, and the squares of these sums are the variance (the sandwich of White 1980, with parts of the logs as clusters).
 
 use nalgebra::DMatrix;
+use std::collections::BTreeSet;
 
-/// Parts of all logs together, of which the variance is known to an eighth. An error that lasts longer than a part is not seen.
+/// Parts of all logs together, by which a deviation is known to an eighth. An error that lasts longer than a part is not seen.
 const PARTS: usize = 32;
 
 /// Widens the `covariance` of parameters, some of which have tolerances, by what the residuals of the parts of the logs say;
@@ -20,7 +21,9 @@ pub(super) fn widen(
     tolerances: &[Option<f64>],
 ) {
     let parts = part_of.iter().max().map_or(0, |last| last + 1);
-    if parts < PARTS / 2 {
+    // A wrench may be judged in a contact alone.
+    let judged = part_of.iter().collect::<BTreeSet<_>>().len();
+    if judged < PARTS / 2 {
         return;
     }
     let mut scores = DMatrix::zeros(parts, tolerances.len());
@@ -30,7 +33,7 @@ pub(super) fn widen(
         }
     }
     let moved = scores * &*covariance;
-    let unbiased = parts as f64 / (parts - 1) as f64;
+    let unbiased = judged as f64 / (judged - 1) as f64;
     let factors: Vec<f64> = (0..tolerances.len())
         .map(|k| {
             let of_data = unbiased * parts as f64 * moved.column(k).variance();
@@ -42,6 +45,7 @@ pub(super) fn widen(
             (variance / covariance[(k, k)]).sqrt().max(1.0)
         })
         .collect();
+    // How two of them move together is what the fit says: parts are too few to say it anew.
     for (i, of_row) in factors.iter().enumerate() {
         for (k, of_column) in factors.iter().enumerate() {
             covariance[(i, k)] *= of_row * of_column;

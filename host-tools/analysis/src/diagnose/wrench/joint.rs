@@ -195,9 +195,16 @@ impl Joint {
         self.of_rows(|log, _| log < self.fitted)
     }
 
-    /// The regression of the first `logs`, without one of so many pieces of each.
+    /// The regression of the first `logs`, without one of so many pieces of all their rows: what differs from log to log shows in
+    /// pieces that lie in one of them.
     pub(super) fn without(&self, piece: usize, of: usize, logs: usize) -> Problem {
-        self.of_rows(|log, n| log < logs && n * of / self.logs[log].fresh.len().max(1) != piece)
+        let counts = self.logs.iter().take(logs).map(|log| log.fresh.len());
+        let counts: Vec<usize> = counts.collect();
+        let before: Vec<usize> = (0..counts.len())
+            .map(|k| counts[..k].iter().sum())
+            .collect();
+        let rows = counts.iter().sum::<usize>().max(1);
+        self.of_rows(|log, n| log < logs && (before[log] + n) * of / rows != piece)
     }
 
     /// Takes tolerances away that a hypothesis strains; returns whether there are any.

@@ -382,8 +382,12 @@ impl Work<'_> {
     /// The same effects with the parameters that the logs of the fit alone give, where these
     /// determine them.
     fn of_fit(&self, all: Tested) -> Tested {
+        let held_back = self.joint.fitted < self.joint.logs.len();
         let Some(hypothesis) = evaluate(self.library, self.parts(&all), self.price) else {
-            return all;
+            return Tested {
+                of_all_logs: held_back.then(|| "they could not be fitted anew".to_owned()),
+                ..all
+            };
         };
         let mut fitted = fitted_to(
             self.of_fit,
@@ -393,11 +397,10 @@ impl Work<'_> {
             Care::Estimating,
         );
         let why = match fitted.wrong.first() {
-            Some(wrong) => Some(format!("the logs of the fit alone say that {wrong}")),
+            Some(wrong) => Some(format!("fitted to the logs of the fit alone: {wrong}")),
             None if is_determined(&fitted) => None,
             None => Some("the logs of the fit alone do not determine them".to_owned()),
         };
-        let held_back = self.joint.fitted < self.joint.logs.len();
         let mut estimated = match &why {
             Some(_) => all.effects.clone(),
             None => std::mem::take(&mut fitted.effects),

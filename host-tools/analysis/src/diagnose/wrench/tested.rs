@@ -225,8 +225,8 @@ fn effects_of(
     (effects, wrong)
 }
 
-/// Says so of a difference between two directions that is, for sure, larger than what differs, which is among the effects or in
-/// the model.
+/// Says so of a difference between two directions that is larger than what differs, which is among the effects or in the model: by
+/// more than their deviations, and more than errors of form make of a damper that acts in one direction only.
 fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String> {
     let own = LoadEffect::find(model, effect.id)?;
     let Difference {
@@ -243,10 +243,13 @@ fn driving(effect: &Fitted, effects: &[Fitted], model: &Model) -> Option<String>
     let known: f64 = known.filter_map(|one| one.parameters.get(other_name)).sum();
     let (there, other_sigma, _) = found.copied().unwrap_or((0.0, 0.0, unit));
     let whole = there + known;
-    let drives = value.abs() - whole > DEVIATIONS_95 * sigma.hypot(other_sigma);
-    drives.then(|| {
+    /// Slope with which it drives one way, as a share of that with which it brakes the other.
+    const DRIVES: f64 = 0.1;
+    let drives = value.abs() - whole;
+    let is_sure = drives > DEVIATIONS_95 * sigma.hypot(other_sigma);
+    (is_sure && drives > DRIVES * (value.abs() + whole)).then(|| {
         let [value, whole] = [value, whole].map(|v| number::significant(v, 3));
-        format!("{name} = {value} {unit} is more than the {other_name} = {whole} of {of}: in one direction that would drive")
+        format!("{name} = {value} {unit} is of larger size than the {whole} {unit} of {of}: in one direction that would drive")
     })
 }
 

@@ -15,12 +15,11 @@ pub(super) fn signal(channel: Channel, axis: Axis) -> String {
 
 /// What the effects were judged on besides the data of the fit.
 pub(super) fn unseen(diagnosis: &Diagnosis) -> &'static str {
-    if diagnosis.of_all_logs.is_some() {
-        "the data of the test"
-    } else if diagnosis.unseen {
-        "unseen data"
-    } else {
-        "the end of the log, held back from the fit"
+    match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
+        (true, true) => "the data of the test",
+        (true, false) => "unseen data",
+        (false, true) => "the end of the log",
+        (false, false) => "the end of the log, held back from the fit",
     }
 }
 
