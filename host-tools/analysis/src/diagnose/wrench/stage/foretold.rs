@@ -68,7 +68,8 @@ impl Work<'_> {
             let Some(accepted) = end.and_then(|end| self.pruned(end)) else {
                 return (None, ended);
             };
-            let Some((rest, forms)) = self.misleading(&accepted) else {
+            let gone = self.misleading(&accepted);
+            let Some((rest, forms)) = gone.or_else(|| self.contradicted(&accepted)) else {
                 return (Some(self.with_small(accepted)), ended);
             };
             self.misled().extend(forms);
@@ -131,6 +132,25 @@ impl Work<'_> {
             .into_par_iter()
             .filter(|k| self.library.variants[*k].effect.id == own);
         Some((without(&parts, place), same.filter(misleads).collect()))
+    }
+
+    /// A detail of other effects, with which the logs of the fit alone ask for what physics forbids, and without which they do not: what is
+    /// there without it, and its forms. Of what several logs show, a detail is the part that each has to have.
+    fn contradicted(&self, accepted: &Tested) -> Option<(Vec<Part>, Vec<usize>)> {
+        let parts = self.parts(accepted);
+        let effect = |variant: usize| self.library.variants[variant].effect;
+        let is_forbidden = |parts: Vec<Part>| Some(!self.of_the_fit(parts)?.wrong.is_empty());
+        if !is_forbidden(parts.clone())? {
+            return None;
+        }
+        let is_at_fault = |place: &usize| {
+            let is_detail = effect(parts[*place].variant).effect.is_detail();
+            is_detail && is_forbidden(without(&parts, *place)) == Some(false)
+        };
+        let place = (0..parts.len()).find(is_at_fault)?;
+        let own = effect(parts[place].variant).id;
+        let same = (0..self.library.variants.len()).filter(|k| effect(*k).id == own);
+        Some((without(&parts, place), same.collect()))
     }
 
     /// With effects that explain no more than errors of the form of the others may, but foretell the unseen logs so much better
