@@ -219,79 +219,33 @@ impl Identification {
     }
 
     fn remarks(&self, best: &AxisActuator, refused: &[String]) -> Vec<String> {
-        let mut notes = Vec::new();
-        if !best.rivals.is_empty() {
-            notes.push(format!(
-                "{} explains the recording as well as {}: take the mean delay for certain and the \
-                 split for likely; faster jumps of the velocity or less noise tell them apart.",
-                best.rivals.join(" or "),
-                best.structure
-            ));
-        }
-        if best.residual_rms > MISFIT * best.noise_rms {
-            notes.push(format!(
-                "No structure explains {} to its noise: {} m or rad rms are left where {} would be \
-                 noise. The mean delay holds for slow motions; delay, lag and servo are the nearest \
-                 description, and their intervals do not know of what is missing.",
-                best.axis,
-                number::significant(best.residual_rms, 2),
-                number::significant(best.noise_rms, 2)
-            ));
-        }
-        match self.feedback_latency_cycles {
-            Some(age) => notes.push(format!(
-                "The reported pose is {} cycle(s) older than the force; delay and mean delay are \
-                 without that age.",
-                age.value
-            )),
-            None => notes.push(
-                "How old the reported pose is cannot be told from the robot's delay: no force \
-                 follows the acceleration of this motion. Delay and mean delay hold that age. A jog \
-                 with a heavier tool (kilograms) and the sensor recorded shows it."
-                    .to_owned(),
-            ),
-        }
-        if self.pause_s.is_none() {
-            notes.push(
-                "No axis reverses in this recording, so nothing is known of a pause at a zero \
-                 crossing: jog to and fro, too."
-                    .to_owned(),
-            );
-        }
-        let tried = [
-            (
-                "acceleration",
-                best.max_acceleration.is_none(),
-                best.tried_acceleration,
-                "/s²",
-            ),
-            (
-                "velocity",
-                best.max_velocity.is_none(),
-                best.tried_velocity,
-                "/s",
-            ),
+        let no_reversal = "No axis reverses in this recording, so nothing is known of a pause at a zero crossing: jog to and fro, too.";
+        let reverses = self.pause_s.is_some();
+        let one = [
+            best.remark_on_rivals(),
+            best.remark_on_misfit(),
+            Some(self.remark_on_age()),
+            (!reverses).then(|| no_reversal.to_owned()),
         ];
-        for (of, unmet, tried, per_s) in tried {
-            if unmet {
-                let tried = number::significant(tried, 2);
-                let axis = best.axis;
-                notes.push(format!(
-                    "No limit of the {of} of {axis} was met up to {tried} {}{per_s}.",
-                    Channel::Pose.unit(axis)
-                ));
-            }
-        }
-        notes.extend(self.disagreement(best));
+        let all = one.into_iter().flatten().chain(best.remarks_on_limits());
+        let mut notes: Vec<String> = all.chain(self.disagreement(best)).collect();
         if self.axes.len() > 1 || refused.len() < 5 {
-            notes.extend(
-                refused
-                    .iter()
-                    .filter(|r| !r.contains("no velocity"))
-                    .cloned(),
-            );
+            let moving = refused.iter().filter(|r| !r.contains("no velocity"));
+            notes.extend(moving.cloned());
         }
         notes
+    }
+
+    fn remark_on_age(&self) -> String {
+        match self.feedback_latency_cycles {
+            Some(age) => format!(
+                "The reported pose is {} cycle(s) older than the force; delay and mean delay are without that age.",
+                age.value
+            ),
+            None => "How old the reported pose is cannot be told from the robot's delay: no force follows the acceleration of this motion. \
+                     Delay and mean delay hold that age. A jog with a heavier tool (kilograms) and the sensor recorded shows it."
+                .to_owned(),
+        }
     }
 
     /// Axes whose mean delay is another one.
@@ -312,6 +266,49 @@ impl Identification {
                 "Other axes have another mean delay: {}; the settings hold one for all, that of {}.",
                 words.join(", "),
                 best.axis
+            )
+        })
+    }
+}
+impl AxisActuator {
+    fn remark_on_rivals(&self) -> Option<String> {
+        (!self.rivals.is_empty()).then(|| {
+            format!(
+                "{} explains the recording as well as {}: take the mean delay for certain and the split for likely; faster jumps of \
+                 the velocity or less noise tell them apart.",
+                self.rivals.join(" or "),
+                self.structure
+            )
+        })
+    }
+
+    fn remark_on_misfit(&self) -> Option<String> {
+        (self.residual_rms > MISFIT * self.noise_rms).then(|| {
+            format!(
+                "No structure explains {} to its noise: {} m or rad rms are left where {} would be noise. The mean delay holds for slow \
+                 motions; delay, lag and servo are the nearest description, and their intervals do not know of what is missing.",
+                self.axis,
+                number::significant(self.residual_rms, 2),
+                number::significant(self.noise_rms, 2)
+            )
+        })
+    }
+
+    /// Of limits that were not met.
+    fn remarks_on_limits(&self) -> impl Iterator<Item = String> {
+        let acceleration = (self.max_acceleration, self.tried_acceleration);
+        let velocity = (self.max_velocity, self.tried_velocity);
+        let all = [
+            ("acceleration", acceleration, "/s²"),
+            ("velocity", velocity, "/s"),
+        ];
+        let unmet = all.into_iter().filter(|(_, (met, _), _)| met.is_none());
+        unmet.map(|(of, (_, tried), per_s)| {
+            let tried = number::significant(tried, 2);
+            format!(
+                "No limit of the {of} of {} was met up to {tried} {}{per_s}.",
+                self.axis,
+                Channel::Pose.unit(self.axis)
             )
         })
     }
