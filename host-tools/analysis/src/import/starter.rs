@@ -101,12 +101,20 @@ pub fn starter(
     model.sensor.filter = filter;
     told.apply(&mut model);
     model.validate().context("[starter] of the mapping")?;
+    let rows = recordings.iter().map(|log| log.cycles.len());
+    let guessed = set_noise(&mut model, &seen, rows.sum::<usize>().max(2));
+    set_tolerances(&mut model, &seen);
+    let origin = first.header.identity.trim_start_matches("imported from ");
+    let text = commented(&model, origin);
+    Ok(Starter {
+        text: to_fill_in(model.bearing().is_some()) + &text,
+        guessed,
+    })
+}
+
+/// The noise that the logs show, of so many rows together; what was guessed where they show none.
+fn set_noise(model: &mut Model, seen: &[Seen], rows: usize) -> Vec<String> {
     let mut guessed = Vec::new();
-    let rows = recordings
-        .iter()
-        .map(|log| log.cycles.len())
-        .sum::<usize>()
-        .max(2);
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
         let largest = seen.iter().map(|log| log.largest[kind]).fold(0.0, f64::max);
         let floor = median(seen.iter().map(|log| log.wrench[kind]));
@@ -125,7 +133,6 @@ pub fn starter(
         })
     });
     let noise = &mut model.noise;
-    let default = (noise.force_n, noise.torque_n_m);
     let [speed, rate] = [0, 1].map(|kind| median(seen.iter().map(|log| log.velocity[kind])));
     let [position, angle] = [0, 1].map(|kind| median(seen.iter().map(|log| log.pose[kind])));
     for (of_model, of_log) in [
@@ -139,8 +146,14 @@ pub fn starter(
         // What the digits of the log hide is no noise of zero.
         *of_model = of_log.unwrap_or(*of_model);
     }
-    // A zero and a weight are known to a part of the noise, as by default.
-    let (force, torque) = (noise.force_n / default.0, noise.torque_n_m / default.1);
+    guessed
+}
+
+/// A zero and a weight are known to a part of the noise, as by default.
+fn set_tolerances(model: &mut Model, seen: &[Seen]) {
+    let (noise, default) = (&model.noise, Model::default().noise);
+    let force = noise.force_n / default.force_n;
+    let torque = noise.torque_n_m / default.torque_n_m;
     for (axis, tolerance) in model.tolerance.bias.iter_mut().enumerate() {
         let scale = if axis < 3 { force } else { torque };
         *tolerance = two_digits(*tolerance * scale.min(1.0)).unwrap_or(*tolerance);
@@ -152,12 +165,6 @@ pub fn starter(
     if let Some(heaviest) = usual.and_then(|a| two_digits(model.noise.force_n / a)) {
         *mass = mass.min(heaviest);
     }
-    let origin = first.header.identity.trim_start_matches("imported from ");
-    let text = commented(&model, origin);
-    Ok(Starter {
-        text: to_fill_in(model.bearing().is_some()) + &text,
-        guessed,
-    })
 }
 
 /// What one log shows; noise floors and largest values of translations and of rotations.
