@@ -6,6 +6,7 @@ use softdock_physics::model::prediction::{
     ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals, wrench,
 };
 use softdock_physics::model::{Axis, Channel, Model};
+use std::borrow::Cow;
 
 /// Most residuals that a fit works with. Of a longer recording every second, third ... cycle is
 /// judged; the intervals are as much wider.
@@ -28,6 +29,8 @@ pub(super) struct Residuals<'a> {
     /// Durations of the cycles of each recording, by the model as it was given; empty if nominal.
     intervals_s: Vec<Vec<f64>>,
     rows: Vec<Row>,
+    /// Poses as the model as it was given predicts them: those of each model with the same clock.
+    poses: Vec<ChannelPrediction>,
     /// The model velocity is predicted with the model's own tool and sensor, because the recording
     /// does not say with which ones the rig's controller computed it.
     pub(super) believed: bool,
@@ -59,6 +62,10 @@ impl<'a> Residuals<'a> {
             signals,
             intervals_s: signals.iter().map(|s| intervals(given, s)).collect(),
             rows: all,
+            poses: predictions
+                .iter()
+                .map(|p| p.channel(Channel::Pose).clone())
+                .collect(),
             believed: foreign && predictions.iter().any(predicted),
             excess: [[1.0; 6]; 4],
         }
@@ -99,7 +106,7 @@ impl<'a> Residuals<'a> {
 
     /// Residuals over noise.
     fn relative(&self, model: &Model) -> impl Iterator<Item = f64> + '_ {
-        let logs: Vec<[ChannelPrediction; 4]> = (0..self.signals.len())
+        let logs: Vec<[Cow<'_, ChannelPrediction>; 4]> = (0..self.signals.len())
             .map(|log| self.channels(model, log))
             .collect();
         self.rows.iter().map(move |row| {
@@ -108,7 +115,7 @@ impl<'a> Residuals<'a> {
         })
     }
 
-    fn channels(&self, model: &Model, log: usize) -> [ChannelPrediction; 4] {
+    fn channels(&self, model: &Model, log: usize) -> [Cow<'_, ChannelPrediction>; 4] {
         let (signals, intervals_s) = (&self.signals[log], self.intervals_s[log].as_slice());
         // The model velocity shows what the controller believes of tool and sensor, not what is.
         let believed = Model {
@@ -118,11 +125,16 @@ impl<'a> Residuals<'a> {
         };
         let executed = executed::predict(model, signals, intervals_s);
         let wrench = wrench::predict(model, signals, intervals_s, &executed);
+        let clock = |model: &Model| (model.clock_offset_s(), model.clock_rate_error());
+        let pose = match clock(model) == clock(self.given) {
+            true => Cow::Borrowed(&self.poses[log]),
+            false => Cow::Owned(pose::predict(model, signals, intervals_s)),
+        };
         [
-            executed,
-            wrench,
-            bodies::predict(&believed, signals, &mut Vec::new()),
-            pose::predict(model, signals, intervals_s),
+            Cow::Owned(executed),
+            Cow::Owned(wrench),
+            Cow::Owned(bodies::predict(&believed, signals, &mut Vec::new())),
+            pose,
         ]
     }
 }

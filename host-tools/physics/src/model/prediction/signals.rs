@@ -66,6 +66,8 @@ pub struct Signals<'a> {
     commanded: bool,
     /// See [`Self::motion`]; a fit asks for all of them in each of its steps.
     motions: OnceLock<Vec<Option<Motion<f64>>>>,
+    /// See [`Self::pose`]; likewise.
+    poses: OnceLock<Vec<Option<Pose<f64>>>>,
 }
 
 impl<'a> Signals<'a> {
@@ -116,6 +118,7 @@ impl<'a> Signals<'a> {
             commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
             motions: OnceLock::new(),
+            poses: OnceLock::new(),
         })
     }
 
@@ -127,6 +130,7 @@ impl<'a> Signals<'a> {
             settings: self.settings.clone(),
             axes: self.axes.clone(),
             motions: OnceLock::new(),
+            poses: OnceLock::new(),
             ..*self
         }
     }
@@ -159,8 +163,12 @@ impl<'a> Signals<'a> {
 
     /// Measured pose of M in C, if this cycle has one.
     pub fn pose(&self, n: usize) -> Option<Pose<f64>> {
-        let [x, y, z, qw, qx, qy, qz] = self.recorded_pose(n)?;
-        Some(frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+        let of = |n: usize| {
+            let [x, y, z, qw, qx, qy, qz] = self.recorded_pose(n)?;
+            Some(frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
+        };
+        let all = || (0..self.len()).map(of).collect();
+        *self.poses.get_or_init(all).get(n)?
     }
 
     /// The numbers of the pose, without the roots that make its quaternion a unit one.
