@@ -307,8 +307,9 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
                 let part = 100.0 * changed / whole;
                 // Less is shown as nothing.
                 (part >= 0.005).then(|| {
+                    let space = if unit.is_empty() { "" } else { " " };
                     format!(
-                        "{channel} {} {unit} ({part:.2} %)",
+                        "{channel} {}{space}{unit} ({part:.2} %)",
                         number::significant(changed, 2)
                     )
                 })
