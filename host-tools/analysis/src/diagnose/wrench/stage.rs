@@ -410,24 +410,23 @@ impl Work<'_> {
                 Some(_) => self.joint.logs.len(),
                 None => self.joint.fitted,
             };
-            let of = |k: usize| {
-                let problem = self.joint.without(k, PIECES, logs);
-                fitted_to(
-                    &problem,
-                    self.library,
-                    &hypothesis,
-                    self.joint,
-                    Care::Screening,
-                )
-            };
-            let fits: Vec<Tested> = (0..PIECES).into_par_iter().map(of).collect();
-            widen(&mut estimated, &fits);
+            widen(&mut estimated, &self.without_each_piece(&hypothesis, logs));
         }
         Tested {
             effects: estimated,
             of_all_logs: why.filter(|_| held_back),
             ..all
         }
+    }
+
+    /// A hypothesis fitted to the first `logs` without one piece of them or another.
+    fn without_each_piece(&self, hypothesis: &Hypothesis, logs: usize) -> Vec<Tested> {
+        let of = |piece: usize| {
+            let problem = self.joint.without(piece, PIECES, logs);
+            let (library, joint) = (self.library, self.joint);
+            fitted_to(&problem, library, hypothesis, joint, Care::Screening)
+        };
+        (0..PIECES).into_par_iter().map(of).collect()
     }
 }
 
