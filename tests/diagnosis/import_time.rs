@@ -79,6 +79,27 @@ fn irregular_stamps_are_refused_or_resampled_and_the_loss_is_said() {
     assert_eq!(logs.warnings, Vec::<String>::new());
 }
 
+/// A spindle at 200 rad/s: of samples 1/60 s apart it turns by more than half a turn, of such 1/70 s apart by less.
+#[test]
+fn samples_between_which_turns_are_lost_are_refused() {
+    let log = table("t,angle,v", 2000, |n| {
+        format!("{},{},200", 0.001 * n, 0.2 * n)
+    });
+    let mapping = |hz: u32| {
+        let rotary = STAMPED
+            .replace("[position]\n    x = \"p\"", "[orientation]\n    euler = \"xyz\"\n    rx = { column = \"angle\", unit = \"rad\" }")
+            .replace("[executed_velocity]\n    x", "[executed_velocity]\n    rx");
+        rotary.replace("[time]", &format!("[time]\nresample_hz = {hz}"))
+    };
+    let files = [("log.csv", log)];
+    imported("spindle", &mapping(70), &files).unwrap();
+    let refused = imported("spindle", &mapping(60), &files).unwrap_err();
+    assert!(
+        refused.contains("resample_hz is 60.00") && refused.ends_with("expected at least 64"),
+        "{refused}"
+    );
+}
+
 /// Every tenth row comes 2 µs after the one before instead of 5 ms: its stamp is a cycle too early, its value is not.
 #[test]
 fn rows_that_arrive_in_a_burst_have_no_slope_between_them() {

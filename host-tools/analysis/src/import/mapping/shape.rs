@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use softdock_report::number;
 use softdock_statistics::{LowPass, sample_time};
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// Highest order whose sections are still well conditioned.
 const HIGHEST_ORDER: u32 = 12;
@@ -96,31 +97,31 @@ fn less_than_half_a_turn(
     kept: &[bool],
     decimate: usize,
 ) -> anyhow::Result<()> {
-    let Some([angles, ..]) = &channels.quaternion else {
-        return Ok(());
-    };
-    let largest = |angles: &[f64]| {
-        let turns = angles.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        turns.fold(0.0, f64::max)
-    };
-    let (mut most, mut from_row_to_row) = (0.0_f64, 0.0_f64);
-    for piece in pieces(&channels.time_s) {
-        let angles = &angles[piece.clone()];
-        let rows = angles.iter().zip(&kept[piece]);
-        let of_kept: Vec<f64> = rows.filter(|(_, kept)| **kept).map(|(a, _)| *a).collect();
-        most = most.max(largest(&of_kept));
-        from_row_to_row = from_row_to_row.max(largest(angles));
-    }
+    let most = largest_turn(channels, |n| kept[n]);
     ensure!(
         most < PI,
         "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of half a turn or more \
          nobody can tell which way; allowed is up to {}",
         number::significant(most, 3),
-        ((PI / from_row_to_row).ceil() as usize)
+        ((PI / largest_turn(channels, |_| true)).ceil() as usize)
             .saturating_sub(1)
             .max(1)
     );
     Ok(())
+}
+
+/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, by the angles that [`unroll`] left, rad.
+pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) -> f64 {
+    let Some([angles, ..]) = &channels.quaternion else {
+        return 0.0;
+    };
+    let of_piece = |piece: Range<usize>| {
+        let rows: Vec<f64> = piece.filter(|n| kept(*n)).map(|n| angles[n]).collect();
+        let turns = rows.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        turns.fold(0.0, f64::max)
+    };
+    let pieces = pieces(&channels.time_s).into_iter();
+    pieces.map(of_piece).fold(0.0, f64::max)
 }
 
 /// Time from row to row, s: see [`sample_time`].

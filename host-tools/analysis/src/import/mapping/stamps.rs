@@ -5,10 +5,11 @@
 
 use super::channels::Channels;
 use super::file::{Gaps, Resample, Time};
-use super::shape::{continue_signs, roll, sample_time_s, unroll};
+use super::shape::{continue_signs, largest_turn, roll, sample_time_s, unroll};
 use crate::import::checks::ensure_rising;
 use anyhow::{bail, ensure};
 use softdock_report::number;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// A step of more than so many median steps is a gap: a row is missing.
@@ -75,7 +76,7 @@ pub(super) fn regular(
                 time.gaps,
                 name,
                 told,
-            );
+            )?;
         }
         None => {
             ensure_equal(times, median_s, name)?;
@@ -218,7 +219,7 @@ fn resample(
     gaps: Option<Gaps>,
     name: &str,
     told: &mut Vec<String>,
-) {
+) -> anyhow::Result<()> {
     let before = channels.clone();
     let rows = before.time_s.as_slice();
     let start = rows[0];
@@ -236,10 +237,18 @@ fn resample(
             (from..=to).map(|k| start + k as f64 * step_s)
         })
         .collect();
-    interpolate(channels, &samples, longest_s, &pieces);
+    let turn = interpolate(channels, &samples, longest_s, &pieces);
+    ensure!(
+        turn < PI,
+        "{name}: [time] resample_hz is {}: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
+         can tell which way; expected at least {:.0}",
+        number::significant(1.0 / step_s, 4),
+        number::significant(turn, 3),
+        (turn / (PI * step_s)).ceil()
+    );
     let share = interpolated(rows, &samples, step_s);
     if share <= 0.0 && samples.len() == rows.len() && found.len() == 1 {
-        return;
+        return Ok(());
     }
     let largest = rows.windows(2).map(|p| p[1] - p[0]).fold(0.0, f64::max);
     let what = match (found.len() - 1, gaps) {
@@ -259,6 +268,7 @@ fn resample(
         number::significant(0.5 / step_s, 3),
         losses(&before, channels, longest_s)
     ));
+    Ok(())
 }
 
 /// Share of the samples that are not at a row.
@@ -320,8 +330,14 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
     }
 }
 
-/// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines.
-fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
+/// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines. Returns how far what turns
+/// about one axis does so from one sample to the next at the most, rad.
+fn interpolate(
+    channels: &mut Channels,
+    samples: &[f64],
+    longest_s: f64,
+    pieces: &[Range<usize>],
+) -> f64 {
     let rows = std::mem::take(&mut channels.time_s);
     let unrolled = unroll(channels);
     // The row at or before each sample and the piece that it is in.
@@ -354,8 +370,10 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
         .iter()
         .map(|(row, _)| channels.running[*row])
         .collect();
-    roll(channels, unrolled);
     channels.time_s = samples.to_vec();
+    let turn = unrolled.map_or(0.0, |_| largest_turn(channels, |_| true));
+    roll(channels, unrolled);
+    turn
 }
 
 /// Cubic Hermite interpolation whose slope at a row is that of the parabola through it and its
