@@ -1,6 +1,6 @@
 //! A robot's joint that turns up and down: what only a bearing has, named beside its friction.
 
-use softdock_analysis::add::{add_effect, model_after, useless};
+use softdock_analysis::add::{add_effect, add_effects, model_after, useless};
 use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_analysis::fit::Logs;
 use softdock_analysis::fit::judged::Judged;
@@ -219,6 +219,30 @@ fn what_a_model_has_is_fitted_anew_beside_what_is_added() {
             model.effects
         );
     }
+}
+
+/// A friction and a weight that are asked for in one go, beside a spring that is not there.
+#[test]
+fn effects_are_added_together_or_not_at_all() {
+    let model = Model::from_toml(&MODEL.replace("0.35", "0.4"), "model.toml").unwrap();
+    let logs = logs(log(12.0, 0.0, 5, none), log(8.0, 2.0, 6, none));
+    let mut ids = ["guide_coulomb", "guide_viscous", "bearing_gravity"]
+        .map(str::to_owned)
+        .to_vec();
+    let (report, moved) = add_effects(&model, &ids, &logs).unwrap();
+    assert!(moved.is_empty(), "{moved:?}");
+    let dry = &report.diagnosis.parameters["guide_coulomb"]["torque_n_m"];
+    assert!((dry.value / FRICTION.0 - 1.0).abs() < 0.05, "{dry:?}");
+    ids.push("cable_stiffness".to_owned());
+    let refused = add_effects(&model, &ids, &logs).unwrap_err().to_string();
+    let says = "nothing beside that of `cable_stiffness`";
+    assert!(refused.contains(says), "{refused}");
+    let after = model_after(&model, &report, &logs.names);
+    let refused = add_effects(&after, &ids, &logs).unwrap_err().to_string();
+    assert!(
+        refused.contains("`guide_coulomb` is in the model already"),
+        "{refused}"
+    );
 }
 
 /// A viscous friction that was fitted alone has taken the dry one and more, so that what is left of that has a sign that physics

@@ -4,11 +4,11 @@ mod together;
 
 pub use together::refit_beside;
 
-use crate::diagnose::{Diagnosis, Report, fit_effect};
+use crate::diagnose::{Diagnosis, Report, fit_effect, fit_effects};
 use crate::fit::record::{self, Names};
 use crate::fit::{Logs, Refitted};
 use crate::levels::Step;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use serde::Serialize;
 use softdock_physics::model::edit::rounded;
 use softdock_physics::model::{EffectModel, Model};
@@ -55,6 +55,36 @@ pub fn add_effect(
         }
     }
     together::found_beside(model, id, logs)?.ok_or(alone)
+}
+
+/// Fits several effects together, in the forms that suit the logs, and beside them what the model had already: a friction and a
+/// weight that pull against each other on the unseen log help only both. What of the others moved is returned, too.
+///
+/// # Errors
+///
+/// Those of [`fit_effects`]; an effect that is in the model already, or that does not pay for its parameters beside the others.
+pub fn add_effects(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
+    let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones())?;
+    let added = |id: &&String| report.diagnosis.effects.contains(id);
+    let (with, without): (Vec<&String>, Vec<&String>) = ids.iter().partition(added);
+    ensure!(
+        without.is_empty(),
+        "nothing was added: of {} the logs show {}, and nothing beside that of {}; without it, {}",
+        listed(ids),
+        listed(&with),
+        listed(&without),
+        report.diagnosis.sentence
+    );
+    let moved = refit_beside(model, &mut report, logs)?;
+    Ok((report, moved))
+}
+
+fn listed(ids: &[impl AsRef<str>]) -> String {
+    let quoted: Vec<String> = ids.iter().map(|id| format!("`{}`", id.as_ref())).collect();
+    match quoted.as_slice() {
+        [] => "none".to_owned(),
+        quoted => quoted.join(", "),
+    }
 }
 
 /// The model with what was named, in the digits of a model file, and the history.

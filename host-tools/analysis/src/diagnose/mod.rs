@@ -133,10 +133,7 @@ pub fn fit_effect(
     test: &[&Recording],
     forced: bool,
 ) -> anyhow::Result<Report> {
-    ensure!(
-        !engine::has(model, id),
-        "`{id}` is in the model already; `softdock fit` fits it anew"
-    );
+    ensure_lacks(model, id)?;
     let question = Question {
         only: Some(id),
         forced,
@@ -163,6 +160,14 @@ pub fn fit_effect(
             confused_with(id)
         ),
     }
+}
+
+fn ensure_lacks(model: &Model, id: &str) -> anyhow::Result<()> {
+    ensure!(
+        !engine::has(model, id),
+        "`{id}` is in the model already; `softdock fit` fits it anew"
+    );
+    Ok(())
 }
 
 /// Why the fall of χ² over so many rows does not suffice: by what a name takes of evidence and of the price of its parameters,
@@ -204,13 +209,14 @@ fn confused_with(id: &str) -> String {
 ///
 /// # Errors
 ///
-/// Those of [`diagnose`].
+/// Those of [`diagnose`]; an effect that is in the model already.
 pub fn fit_effects(
     model: &Model,
     ids: &[String],
     train: &[&Recording],
     test: &[&Recording],
 ) -> anyhow::Result<Report> {
+    ids.iter().try_for_each(|id| ensure_lacks(model, id))?;
     let question = Question {
         among: Some(ids),
         ..Question::default()

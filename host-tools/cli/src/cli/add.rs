@@ -5,7 +5,9 @@ use super::progress::Progress;
 use super::{fit, logs, print, print_json};
 use anyhow::{Result, bail};
 use clap::Args;
-use softdock_analysis::add::{Addition, add_effect, model_after, refit_beside, useless};
+use softdock_analysis::add::{
+    Addition, add_effect, add_effects, model_after, refit_beside, useless,
+};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
 use softdock_analysis::fit::{Logs, Refitted};
 use softdock_io::say;
@@ -13,21 +15,23 @@ use softdock_physics::model::Model;
 use softdock_physics::model::edit::ModelFile;
 use std::path::PathBuf;
 
-/// Fit an effect and write it into the model file, with its intervals and the error before and
+/// Fit effects and write them into the model file, with their intervals and the error before and
 /// after.
 ///
-/// Effects that the model has already are fitted anew beside it, where that foretells unseen data better, and it is said
-/// what moved; everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added. An
-/// effect that does not help on unseen data is not written, unless --force says so.
+/// Effects that the model has already are fitted anew beside them, where that foretells unseen data better, and it is said
+/// what moved; everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added; several are
+/// fitted together. What does not help on unseen data is not written, unless --force says so.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock add model.toml guide_coulomb --fit train.mcap --test test.mcap
+         softdock add model.toml guide_coulomb bearing_gravity --fit train.mcap --test test.mcap
          softdock add model.toml --fit train.mcap --test test.mcap --dry-run")]
 pub(super) struct Add {
     /// Model file (TOML)
     model: PathBuf,
-    /// Effect to add; `softdock effects` lists them
-    effect: Option<String>,
+    /// Effects to add; `softdock effects` lists them
+    #[arg(value_name = "EFFECT")]
+    effects: Vec<String>,
     /// Recordings to fit on (MCAP), one or several
     #[arg(long, value_name = "RECORDING", num_args = 1.., required = true)]
     fit: Vec<PathBuf>,
@@ -48,7 +52,7 @@ pub(super) struct Add {
 impl Add {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
-        if let Some(id) = &self.effect {
+        for id in &self.effects {
             file.model().effect(id)?;
         }
         let logs = logs::open(file.model(), &self.fit, &self.test)?;
@@ -79,14 +83,23 @@ impl Add {
     /// What is added, and what of the effects that the model had moves with it.
     fn fitted(&self, model: &Model, logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
         let progress = Progress::of_steps();
-        if let Some(id) = &self.effect {
-            progress.show(0.1, &format!("fitting {id}"));
-            return add_effect(model, id, logs, self.force);
+        let fitting = || progress.show(0.1, &format!("fitting {}", self.effects.join(", ")));
+        match self.effects.as_slice() {
+            [] => {
+                let told = |share: f64, what: &str| progress.show(share, what);
+                let mut report = diagnose(model, &logs.fitted(), &logs.unseen_ones(), &told)?;
+                let moved = refit_beside(model, &mut report, logs)?;
+                Ok((report, moved))
+            }
+            [id] => {
+                fitting();
+                add_effect(model, id, logs, self.force)
+            }
+            several => {
+                fitting();
+                add_effects(model, several, logs)
+            }
         }
-        let told = |share: f64, what: &str| progress.show(share, what);
-        let mut report = diagnose(model, &logs.fitted(), &logs.unseen_ones(), &told)?;
-        let moved = refit_beside(model, &mut report, logs)?;
-        Ok((report, moved))
     }
 
     fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
