@@ -259,19 +259,8 @@ fn ask(
         diagnosis.notes.push(stretches::note(&whole, &recordings));
     }
     if diagnosis.verdict == Verdict::Named && stages.wrench.as_ref().is_some_and(much_is_left) {
-        let shown = match diagnosis.of_all_logs {
-            Some(_) => "the other log",
-            None => "unseen data",
-        };
-        for (log, recording) in [
-            ("the log of the fit", recordings.all[0]),
-            (shown, *recordings.shown()),
-        ] {
-            let rest = compare(&outcome.after, recording)?.sentence;
-            diagnosis
-                .notes
-                .push(format!("What is left on {log}: {rest}"));
-        }
+        let left = left_on_each(&diagnosis, &outcome.after, &recordings)?;
+        diagnosis.notes.extend(left);
     }
     if let Some(settings) = same_rig::said_first(train, test) {
         diagnosis.sentence = sentence::of_two_rigs(&settings, &diagnosis.sentence);
@@ -284,6 +273,28 @@ fn ask(
         before_prediction: stages.before.shown().clone(),
         after_prediction: outcome.predictions.shown().clone(),
     })
+}
+
+/// What a comparison says of the model with what is named, on the log of the fit and on the other one.
+fn left_on_each(
+    diagnosis: &Diagnosis,
+    after: &Model,
+    recordings: &Logs<&Recording>,
+) -> anyhow::Result<Vec<String>> {
+    let shown = match diagnosis.of_all_logs {
+        Some(_) => "the other log",
+        None => "unseen data",
+    };
+    [
+        ("the log of the fit", recordings.all[0]),
+        (shown, *recordings.shown()),
+    ]
+    .into_iter()
+    .map(|(log, recording)| {
+        let rest = compare(after, recording)?.sentence;
+        Ok(format!("What is left on {log}: {rest}"))
+    })
+    .collect()
 }
 
 /// Whether more than details of its form is left of the reading.

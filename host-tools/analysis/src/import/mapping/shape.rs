@@ -26,36 +26,14 @@ pub(super) fn filter(
     name: &str,
     told: &mut Vec<String>,
 ) -> anyhow::Result<()> {
+    let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
+    let trimmed = allowed(filter, rate_hz, channels.len())?;
     let Filter {
         cutoff_hz,
         order,
         decimate,
         trim_s,
     } = *filter;
-    let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
-    ensure!(
-        decimate >= 1 && decimate < channels.len(),
-        "[filter] decimate is {decimate}; allowed is 1 to {}",
-        channels.len().saturating_sub(1)
-    );
-    let highest = 0.5 * rate_hz / decimate as f64;
-    ensure!(
-        cutoff_hz > 0.0 && cutoff_hz < highest,
-        "[filter] cutoff_hz is {cutoff_hz}; allowed is above 0 and below {} Hz, half of the rate \
-         after decimation",
-        number::significant(highest, 3)
-    );
-    ensure!(
-        (1..=HIGHEST_ORDER).contains(&order),
-        "[filter] order is {order}; allowed is 1 to {HIGHEST_ORDER}"
-    );
-    let trimmed = (trim_s * rate_hz).round();
-    let most = (channels.len() / decimate).saturating_sub(2) as f64 * 0.5 * decimate as f64;
-    ensure!(
-        (0.0..=most).contains(&trimmed),
-        "[filter] trim_s is {trim_s}; allowed is 0 to {} s, so that two rows are left",
-        number::significant(most / rate_hz, 3)
-    );
     let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
     let unrolled = unroll(channels);
@@ -65,15 +43,8 @@ pub(super) fn filter(
             .map(|piece| low_pass.zero_phase(&signal[piece.clone()]));
         *signal = parts.collect::<Vec<_>>().concat();
     }
-    let trimmed = trimmed as usize;
-    let mut kept = vec![false; channels.len()];
+    let kept = rows_kept(&pieces, decimate, trimmed);
     let stretches = pieces.len();
-    for piece in pieces {
-        let (count, part) = (piece.len(), &mut kept[piece]);
-        for (n, kept) in part.iter_mut().enumerate() {
-            *kept = n % decimate == 0 && n >= trimmed && n + trimmed < count;
-        }
-    }
     if trimmed > 0 && stretches > 1 {
         told.push(format!(
             "{name}: trim_s = {trim_s} is taken from both ends of each of {stretches} stretches between gaps, which leaves {} of \
@@ -88,6 +59,48 @@ pub(super) fn filter(
     channels.keep(|n| kept[n]);
     roll(channels, unrolled);
     Ok(())
+}
+
+/// Checks a filter for so many rows. Returns how many it leaves out at each end.
+fn allowed(filter: &Filter, rate_hz: f64, rows: usize) -> anyhow::Result<usize> {
+    let Filter {
+        cutoff_hz,
+        order,
+        decimate,
+        trim_s,
+    } = *filter;
+    ensure!(
+        decimate >= 1 && decimate < rows,
+        "[filter] decimate is {decimate}; allowed is 1 to {}",
+        rows.saturating_sub(1)
+    );
+    let highest = 0.5 * rate_hz / decimate as f64;
+    ensure!(
+        cutoff_hz > 0.0 && cutoff_hz < highest,
+        "[filter] cutoff_hz is {cutoff_hz}; allowed is above 0 and below {} Hz, half of the rate \
+         after decimation",
+        number::significant(highest, 3)
+    );
+    ensure!(
+        (1..=HIGHEST_ORDER).contains(&order),
+        "[filter] order is {order}; allowed is 1 to {HIGHEST_ORDER}"
+    );
+    let trimmed = (trim_s * rate_hz).round();
+    let most = (rows / decimate).saturating_sub(2) as f64 * 0.5 * decimate as f64;
+    ensure!(
+        (0.0..=most).contains(&trimmed),
+        "[filter] trim_s is {trim_s}; allowed is 0 to {} s, so that two rows are left",
+        number::significant(most / rate_hz, 3)
+    );
+    Ok(trimmed as usize)
+}
+
+/// Every n-th row of each piece that is not among those left out at its ends.
+fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bool> {
+    let kept = |count: usize| {
+        (0..count).map(move |n| n % decimate == 0 && n >= trimmed && n + trimmed < count)
+    };
+    pieces.iter().flat_map(|piece| kept(piece.len())).collect()
 }
 
 /// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles, in
