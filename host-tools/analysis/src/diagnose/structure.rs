@@ -252,7 +252,9 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
         .iter()
         .filter_map(|n| white.get(*n).copied())
         .collect();
-    let mut found = Structure::of(&series, log.scene.cycle_s, level);
+    let filter = log.scene.model.sensor.filter;
+    let cutoff_hz = filter.map_or(f64::INFINITY, |filter| filter.cutoff_hz);
+    let mut found = Structure::below(cutoff_hz, &series, log.scene.cycle_s, level);
     let place = |n: usize| places.get(n).copied().unwrap_or_default();
     let of_all = |(first, length): (usize, usize)| {
         let last = place(first + length.saturating_sub(1));
@@ -337,6 +339,11 @@ impl Structure {
 
     /// Tests a series: `white` in units of its noise, `level` its size over the data sheet's.
     pub(crate) fn of(white: &[f64], cycle_s: f64, level: f64) -> Self {
+        Self::below(f64::INFINITY, white, cycle_s, level)
+    }
+
+    /// The same of a series that went through a low-pass: above its cutoff there is nothing to be usual or to stand out.
+    fn below(cutoff_hz: f64, white: &[f64], cycle_s: f64, level: f64) -> Self {
         if white.len() < SHORTEST {
             return Self {
                 level,
@@ -344,14 +351,14 @@ impl Structure {
                 ..Self::default()
             };
         }
-        let power = periodogram(white);
         let bin_hz = 1.0 / (cycle_s * white.len() as f64);
+        let power = periodogram_below(cutoff_hz, white, bin_hz);
         let slow_bins = ((SLOW_HZ / bin_hz) as usize).clamp(1, power.len() / 2);
         let slow = power[..slow_bins].iter().sum::<f64>() / slow_bins as f64;
         // The median of an exponential variable is ln 2 of its mean.
         let usual = usual(power.clone()) / std::f64::consts::LN_2;
         let (burst, burst_at) = strongest_window(white, cycle_s);
-        let [line, narrow] = strongest_lines(white, cycle_s);
+        let [line, narrow] = strongest_lines(cutoff_hz, white, cycle_s);
         Self {
             slow: slow / usual.max(1e-12),
             burst,
@@ -441,8 +448,15 @@ fn usual(mut powers: Vec<f64>) -> f64 {
     median(&mut powers).unwrap_or(0.0)
 }
 
+/// The powers from one to the next `bin_hz` up to a cutoff, two at the least.
+fn periodogram_below(cutoff_hz: f64, white: &[f64], bin_hz: f64) -> Vec<f64> {
+    let mut power = periodogram(white);
+    power.truncate(((cutoff_hz / bin_hz) as usize).max(2));
+    power
+}
+
 /// The strongest part of the spectrum of any piece, and the strongest one that is narrow.
-fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
+fn strongest_lines(cutoff_hz: f64, white: &[f64], cycle_s: f64) -> [Line; 2] {
     /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
     const PERIODS: usize = 3;
     /// Frequencies to either side out of which a line stands as out of the whole spectrum.
@@ -453,13 +467,14 @@ fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
         ..Line::default()
     };
     let [mut strongest, mut narrow] = [nothing; 2];
+    let bin_hz = 1.0 / (cycle_s * length as f64);
     for (n, piece) in white.chunks_exact(length).enumerate() {
-        let power = periodogram(piece);
+        let power = periodogram_below(cutoff_hz, piece, bin_hz);
         let of_all = usual(power.clone()) / std::f64::consts::LN_2;
         for (k, p) in power.iter().enumerate() {
             let line = Line {
                 over_usual: p / of_all.max(1e-12),
-                hz: (k + 1) as f64 / (cycle_s * length as f64),
+                hz: (k + 1) as f64 * bin_hz,
                 at: (n * length, length),
             };
             if line.over_usual > strongest.over_usual {
@@ -481,7 +496,7 @@ fn strongest_lines(white: &[f64], cycle_s: f64) -> [Line; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use softdock_statistics::RandomStream;
+    use softdock_statistics::{LowPass, RandomStream};
     use std::f64::consts::TAU;
 
     /// What is left of 20 s at 500 Hz, with waves of so many sigma at these frequencies, Hz.
@@ -516,6 +531,23 @@ mod tests {
     fn white(seed: u64, count: usize) -> Vec<f64> {
         let mut noise = RandomStream::new(seed, 0);
         (0..count).map(|_| noise.normal()).collect()
+    }
+
+    /// Noise that went through a low-pass is nothing but noise below its cutoff; a wave there is a line all the same.
+    #[test]
+    fn above_a_low_pass_nothing_is_usual() {
+        let low_pass = LowPass::new(4, 40.0 * 0.002);
+        let with = |amplitude: f64| {
+            let wave = |n: usize| amplitude * (TAU * 20.0 * 0.002 * n as f64).sin();
+            let noise = white(7, 10_000).into_iter().enumerate();
+            let all: Vec<f64> = noise.map(|(n, noise)| noise + wave(n)).collect();
+            low_pass.zero_phase(&all)
+        };
+        let lines = |found: Structure| found.line.over_usual > LINE || found.slow > SLOW;
+        assert!(lines(Structure::of(&with(0.0), 0.002, 1.0)));
+        assert!(!lines(Structure::below(40.0, &with(0.0), 0.002, 1.0)));
+        let waves = Structure::below(40.0, &with(2.0), 0.002, 1.0);
+        assert_eq!(waves.words(), "a spectral line at 20.0 Hz");
     }
 
     /// Of a log of five minutes at 10 Hz, whose windows have eight samples, and of 100 s at 250 Hz.
