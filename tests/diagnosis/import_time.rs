@@ -95,7 +95,8 @@ fn samples_between_which_turns_are_lost_are_refused() {
     imported("spindle", &mapping(70), &files).unwrap();
     let refused = imported("spindle", &mapping(60), &files).unwrap_err();
     assert!(
-        refused.contains("resample_hz is 60.00") && refused.ends_with("expected at least 64"),
+        refused.contains("resample_hz makes 60.00 Hz")
+            && refused.ends_with("expected more than 63.66"),
         "{refused}"
     );
 }

@@ -27,7 +27,7 @@ pub(super) fn filter(
     told: &mut Vec<String>,
 ) -> anyhow::Result<()> {
     let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
-    let trimmed = allowed(filter, rate_hz, channels.len())?;
+    let trimmed = rows_trimmed(filter, rate_hz, channels.len())?;
     let Filter {
         cutoff_hz,
         order,
@@ -53,8 +53,8 @@ pub(super) fn filter(
             kept.len()
         ));
     }
-    if unrolled.is_some() && decimate > 1 {
-        less_than_half_a_turn(channels, &kept, decimate)?;
+    if decimate > 1 {
+        less_than_half_a_turn(channels, unrolled.as_ref(), &kept, decimate)?;
     }
     channels.keep(|n| kept[n]);
     roll(channels, unrolled);
@@ -62,7 +62,7 @@ pub(super) fn filter(
 }
 
 /// Checks a filter for so many rows. Returns how many it leaves out at each end.
-fn allowed(filter: &Filter, rate_hz: f64, rows: usize) -> anyhow::Result<usize> {
+fn rows_trimmed(filter: &Filter, rate_hz: f64, rows: usize) -> anyhow::Result<usize> {
     let Filter {
         cutoff_hz,
         order,
@@ -107,25 +107,31 @@ fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bo
 /// the place of w, say so here for the last time.
 fn less_than_half_a_turn(
     channels: &Channels,
+    unrolled: Option<&Unrolled>,
     kept: &[bool],
     decimate: usize,
 ) -> anyhow::Result<()> {
-    let most = largest_turn(channels, |n| kept[n]);
+    let most = largest_turn(channels, unrolled, |n| kept[n]);
     ensure!(
         most < PI,
         "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of half a turn or more \
          nobody can tell which way; allowed is up to {}",
         number::significant(most, 3),
-        ((PI / largest_turn(channels, |_| true)).ceil() as usize)
+        ((PI / largest_turn(channels, unrolled, |_| true)).ceil() as usize)
             .saturating_sub(1)
             .max(1)
     );
     Ok(())
 }
 
-/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, by the angles that [`unroll`] left, rad.
-pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) -> f64 {
-    let Some([angles, ..]) = &channels.quaternion else {
+/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, by the angles that [`unroll`] left, rad; 0
+/// if it left quaternions.
+pub(super) fn largest_turn(
+    channels: &Channels,
+    unrolled: Option<&Unrolled>,
+    kept: impl Fn(usize) -> bool,
+) -> f64 {
+    let (Some([angles, ..]), Some(_)) = (&channels.quaternion, unrolled) else {
         return 0.0;
     };
     let of_piece = |piece: Range<usize>| {
@@ -150,10 +156,12 @@ pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
     }
 }
 
+/// Axis of what turns about one, and by how much the column of angles is ahead of the turns, rad.
+pub(super) type Unrolled = ([f64; 3], f64);
+
 /// Makes orientations ready to be filtered or interpolated: quaternions without jumps to their negatives, or, if all of them
-/// are turns about one axis, angles in the place of w; a joint may turn fast, and its quaternion then swings. Returns that
-/// axis, and by how much the column of angles is ahead of them, rad.
-pub(super) fn unroll(channels: &mut Channels) -> Option<([f64; 3], f64)> {
+/// are turns about one axis, angles in the place of w; a joint may turn fast, and its quaternion then swings.
+pub(super) fn unroll(channels: &mut Channels) -> Option<Unrolled> {
     /// Off the axis, of a unit quaternion: round-off.
     const OFF: f64 = 1e-9;
     let quaternion = channels.quaternion.as_mut()?;
@@ -188,7 +196,7 @@ pub(super) fn unroll(channels: &mut Channels) -> Option<([f64; 3], f64)> {
 }
 
 /// Makes quaternions of what [`unroll`] left.
-pub(super) fn roll(channels: &mut Channels, unrolled: Option<([f64; 3], f64)>) {
+pub(super) fn roll(channels: &mut Channels, unrolled: Option<Unrolled>) {
     let Some(quaternion) = &mut channels.quaternion else {
         return;
     };

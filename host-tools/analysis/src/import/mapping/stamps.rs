@@ -240,11 +240,11 @@ fn resample(
     let turn = interpolate(channels, &samples, longest_s, &pieces);
     ensure!(
         turn < PI,
-        "{name}: [time] resample_hz is {}: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
-         can tell which way; expected at least {:.0}",
+        "{name}: [time] resample_hz makes {} Hz: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
+         can tell which way; expected more than {}",
         number::significant(1.0 / step_s, 4),
         number::significant(turn, 3),
-        (turn / (PI * step_s)).ceil()
+        number::significant(turn / (PI * step_s), 4)
     );
     let share = interpolated(rows, &samples, step_s);
     if share <= 0.0 && samples.len() == rows.len() && found.len() == 1 {
@@ -371,7 +371,7 @@ fn interpolate(
         .map(|(row, _)| channels.running[*row])
         .collect();
     channels.time_s = samples.to_vec();
-    let turn = unrolled.map_or(0.0, |_| largest_turn(channels, |_| true));
+    let turn = largest_turn(channels, unrolled.as_ref(), |_| true);
     roll(channels, unrolled);
     turn
 }
