@@ -342,7 +342,8 @@ impl Structure {
         Self::below(f64::INFINITY, white, cycle_s, level)
     }
 
-    /// The same of a series that went through a low-pass: above its cutoff there is nothing to be usual or to stand out.
+    /// The same of a series that went through a low-pass: what is above its cutoff, if anything, is neither usual nor does it
+    /// stand out. Slow is the lower half of what is below, if that is less than [`SLOW_HZ`].
     fn below(cutoff_hz: f64, white: &[f64], cycle_s: f64, level: f64) -> Self {
         if white.len() < SHORTEST {
             return Self {
@@ -457,11 +458,14 @@ fn periodogram_below(cutoff_hz: f64, white: &[f64], bin_hz: f64) -> Vec<f64> {
 
 /// The strongest part of the spectrum of any piece, and the strongest one that is narrow.
 fn strongest_lines(cutoff_hz: f64, white: &[f64], cycle_s: f64) -> [Line; 2] {
+    /// Frequencies below a cutoff, out of whose median noise does not stand by [`LINE`].
+    const FREQUENCIES: f64 = 32.0;
     /// Periods in a piece from which a line is one: with fewer, what changes slowly looks like it.
     const PERIODS: usize = 3;
     /// Frequencies to either side out of which a line stands as out of the whole spectrum.
     const BESIDE: usize = 4;
-    let length = ((LINE_S / cycle_s) as usize).clamp(32, white.len());
+    let piece_s = LINE_S.max(FREQUENCIES / cutoff_hz);
+    let length = ((piece_s / cycle_s) as usize).clamp(32, white.len());
     let nothing = Line {
         at: (0, length),
         ..Line::default()
