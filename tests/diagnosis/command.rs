@@ -118,6 +118,55 @@ fn a_hidden_friction_is_found_added_and_gone() {
     assert!(page.contains("<svg") && page.contains("guide_coulomb"));
 }
 
+#[test]
+fn effects_that_are_asked_for_are_added_together() {
+    let folder = generated("cli_together", &["actuation_delay", "guide_coulomb"]);
+    fn add<'a>(ids: &[&'a str]) -> Vec<&'a str> {
+        [&["add", "model.toml"], ids, &["--fit"], &LOGS[..]].concat()
+    }
+    let before = fs::read_to_string(folder.join("model.toml")).unwrap();
+    for (ids, says) in [
+        (
+            &["actuation_delay", "guide_coulomb", "actuation_delay"][..],
+            "received `actuation_delay` twice",
+        ),
+        (
+            &["actuation_delay", "guide_coulomb", "--force"],
+            "--force: expected one effect, received 2",
+        ),
+        (
+            &["actuation_delay", "guide_coulomb", "cable_stiffness"],
+            "do not pay for the parameters of `cable_stiffness`",
+        ),
+    ] {
+        let refused = softdock(&folder, &add(ids));
+        assert!(
+            !refused.success && refused.stderr.contains(says),
+            "{refused:?}"
+        );
+    }
+    assert_eq!(
+        fs::read_to_string(folder.join("model.toml")).unwrap(),
+        before
+    );
+    let added = json(&folder, &add(&["actuation_delay", "guide_coulomb"]));
+    let mut effects: Vec<&str> = added["effects"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_str)
+        .collect();
+    effects.sort_unstable();
+    assert_eq!(effects, ["actuation_delay", "guide_coulomb"]);
+    let again = softdock(&folder, &add(&["actuation_delay"]));
+    assert!(
+        again
+            .stderr
+            .contains("`actuation_delay` is in the model already"),
+        "{again:?}"
+    );
+}
+
 /// By how much the experiment that is proposed would tell effects apart, on the simulated rig.
 fn separation_then(found: &Value) -> Option<f64> {
     found["experiment"].get("separation_then")?.as_f64()

@@ -235,7 +235,7 @@ fn effects_are_added_together_or_not_at_all() {
     assert!((dry.value / FRICTION.0 - 1.0).abs() < 0.05, "{dry:?}");
     ids.push("cable_stiffness".to_owned());
     let refused = add_effects(&model, &ids, &logs).unwrap_err().to_string();
-    let says = "nothing beside that of `cable_stiffness`";
+    let says = "do not pay for the parameters of `cable_stiffness`";
     assert!(refused.contains(says), "{refused}");
     let after = model_after(&model, &report, &logs.names);
     let refused = add_effects(&after, &ids, &logs).unwrap_err().to_string();

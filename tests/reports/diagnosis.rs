@@ -57,7 +57,7 @@ fn named_effects_come_with_all_their_evidence() {
             "[0.03190, 0.03230]",
             "Repeat the test with 2 mm/s",
             "--speed-mm-s 2",
-            "softdock add &#39;rig 2/model.toml&#39; transport_delay --fit",
+            "softdock add &#39;rig 2/model.toml&#39; --fit",
             "Model with 2 effects added",
             "softdock 0.1.0 (4aa91bc) on nucleo-h743zi",
         ],

@@ -4,7 +4,8 @@ mod together;
 
 pub use together::refit_beside;
 
-use crate::diagnose::{Diagnosis, Report, fit_effect, fit_effects};
+use crate::compare::sentence::listed;
+use crate::diagnose::{Diagnosis, Report, ensure_lacks, fit_effect, fit_effects};
 use crate::fit::record::{self, Names};
 use crate::fit::{Logs, Refitted};
 use crate::levels::Step;
@@ -40,6 +41,7 @@ pub fn add_effect(
     logs: &Logs,
     forced: bool,
 ) -> Result<(Report, Vec<Refitted>)> {
+    ensure_lacks(model, id)?;
     let fit = |forced| fit_effect(model, id, &logs.fitted(), &logs.unseen_ones(), forced);
     let alone = match fit(forced) {
         Ok(mut report) => {
@@ -57,34 +59,34 @@ pub fn add_effect(
     together::found_beside(model, id, logs)?.ok_or(alone)
 }
 
-/// Fits several effects together, in the forms that suit the logs, and beside them what the model had already: a friction and a
-/// weight that pull against each other on the unseen log help only both. What of the others moved is returned, too.
+/// Fits several effects together, in the forms that suit the logs, and beside them what the model had already. What of the
+/// others moved is returned, too.
 ///
 /// # Errors
 ///
 /// Those of [`fit_effects`]; an effect that is in the model already, or that does not pay for its parameters beside the others.
 pub fn add_effects(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
-    let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones())?;
-    let added = |id: &&String| report.diagnosis.effects.contains(id);
-    let (with, without): (Vec<&String>, Vec<&String>) = ids.iter().partition(added);
+    let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones(), true)?;
+    let is_found = |id: &&String| report.diagnosis.effects.contains(id);
+    let (found, missing): (Vec<&String>, Vec<&String>) = ids.iter().partition(is_found);
+    let quoted = |ids: &[&String]| {
+        let quoted: Vec<String> = ids.iter().map(|id| format!("`{id}`")).collect();
+        listed(&quoted)
+    };
     ensure!(
-        without.is_empty(),
-        "nothing was added: of {} the logs show {}, and nothing beside that of {}; without it, {}",
-        listed(ids),
-        listed(&with),
-        listed(&without),
-        report.diagnosis.sentence
+        !found.is_empty(),
+        "nothing was added: these logs pay for the parameters of none of {}; `softdock diagnose` says what they show",
+        quoted(&missing)
+    );
+    ensure!(
+        missing.is_empty(),
+        "nothing was added: beside {} these logs do not pay for the parameters of {}; leave out what does not pay, or take \
+         logs that excite it (softdock effects show EFFECT)",
+        quoted(&found),
+        quoted(&missing)
     );
     let moved = refit_beside(model, &mut report, logs)?;
     Ok((report, moved))
-}
-
-fn listed(ids: &[impl AsRef<str>]) -> String {
-    let quoted: Vec<String> = ids.iter().map(|id| format!("`{}`", id.as_ref())).collect();
-    match quoted.as_slice() {
-        [] => "none".to_owned(),
-        quoted => quoted.join(", "),
-    }
 }
 
 /// The model with what was named, in the digits of a model file, and the history.

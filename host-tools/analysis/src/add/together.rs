@@ -155,7 +155,7 @@ fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)
     };
     let ids = fitted.iter().map(|effect| &effect.id).chain(named);
     let ids: Vec<String> = ids.cloned().collect();
-    let found = fit_effects(&bare, &ids, &logs.fitted(), &logs.unseen_ones())?;
+    let found = fit_effects(&bare, &ids, &logs.fitted(), &logs.unseen_ones(), false)?;
     let is_found = |id: &String| found.diagnosis.effects.contains(id);
     let finds_all = ids.iter().all(is_found);
     Ok((found, finds_all))

@@ -162,7 +162,7 @@ pub fn fit_effect(
     }
 }
 
-fn ensure_lacks(model: &Model, id: &str) -> anyhow::Result<()> {
+pub(crate) fn ensure_lacks(model: &Model, id: &str) -> anyhow::Result<()> {
     ensure!(
         !engine::has(model, id),
         "`{id}` is in the model already; `softdock fit` fits it anew"
@@ -190,7 +190,7 @@ fn too_little(id: &str, ranked: &Ranked, rows: usize) -> String {
     format!(
         "{falls}, together more than the {cost:.0} or so that a name takes (fitted parameters: {fitted}), but fitted to the one it does not foretell the \
          other, or an error of the form of what the model has already may be as large; if something else is missing as well, \
-         `softdock add` without an effect looks for all of it, and --force adds this one alone"
+         `softdock add` without an effect looks for all of it, with several it fits them together, and --force adds this one alone"
     )
 }
 
@@ -205,7 +205,7 @@ fn confused_with(id: &str) -> String {
 }
 
 /// Fits effects together, in the forms that suit these logs best: a diagnosis that knows no others. What does not pay is
-/// not in the answer.
+/// not in the answer; `asked`: what does is, whatever else there is.
 ///
 /// # Errors
 ///
@@ -215,10 +215,12 @@ pub fn fit_effects(
     ids: &[String],
     train: &[&Recording],
     test: &[&Recording],
+    asked: bool,
 ) -> anyhow::Result<Report> {
     ids.iter().try_for_each(|id| ensure_lacks(model, id))?;
     let question = Question {
         among: Some(ids),
+        asked,
         ..Question::default()
     };
     ask(model, train, test, &question, &|_, _| {})

@@ -41,7 +41,7 @@ pub(crate) fn conclude(
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
     let (reduction, predictions) =
-        ErrorReduction::of(model, recordings, stages, question.only.is_some())?;
+        ErrorReduction::of(model, recordings, stages, question.is_asked())?;
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
@@ -155,7 +155,7 @@ impl Judged {
         };
         let (anything, any_left) = (!found.is_empty(), left.iter().any(Left::any));
         let stands_still = !anything && !any_left && stands_still(model, stages);
-        let asked = question.only.is_some();
+        let asked = question.is_asked();
         let grounds = Grounds {
             testable: lacking(stages).len() < TESTED && !stands_still,
             found: anything,

@@ -15,6 +15,8 @@ pub(crate) struct Question<'a> {
     pub forced: bool,
     /// Only these are tried.
     pub among: Option<&'a [String]>,
+    /// A user asked for these, and gets them whatever else there is.
+    pub asked: bool,
     /// These are not tried.
     pub without: &'a [String],
     /// Curves that fit many mechanisms are tried, too.
@@ -51,7 +53,18 @@ impl std::fmt::Debug for Watch<'_> {
 impl Question<'_> {
     /// Whether curves that fit many mechanisms are tried.
     pub(super) fn tries_shapes(&self) -> bool {
-        self.shapes || self.only.is_some()
+        self.shapes || self.is_asked()
+    }
+
+    /// Whether a user asked for what is tried.
+    pub(super) fn is_asked(&self) -> bool {
+        self.only.is_some() || self.asked
+    }
+
+    /// Whether a user asked for this effect.
+    pub(super) fn asks_for(&self, id: &str) -> bool {
+        let among = self.among.filter(|_| self.asked).unwrap_or_default();
+        self.only == Some(id) || among.iter().any(|one| one == id)
     }
 
     /// Whether an effect is tried for a model.

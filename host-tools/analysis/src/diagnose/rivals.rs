@@ -77,7 +77,7 @@ pub(super) fn run_stages(
     for (id, of, clock) in alternatives(&best, model, question) {
         let other = with(Some(clock))?;
         let better = left(&best) - left(&other);
-        let alone = question.only == Some(id);
+        let alone = question.asks_for(id);
         let believed = alone || better > TOLD_APART;
         let gain = gain(&best, if believed { better } else { 0.0 });
         rivals.push(ClockRival {
@@ -149,7 +149,7 @@ fn alternatives(
         Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
     };
     let jitter = found.timed.clock.jitter;
-    let alone = |id: &str| question.only == Some(id);
+    let alone = |id: &str| question.asks_for(id);
     let reached = actuator.search.reached();
     let earlier = found
         .common_delay

@@ -199,7 +199,7 @@ fn wrench_rounds(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         model.effects.iter().cloned().partition(was_added);
     let agrees = |finding: &WrenchFinding| finding.found.disagreeing.is_empty();
     let says_nothing = new.is_empty() && agrees(&finding);
-    if asking.question.only.is_some() || says_nothing || added.is_empty() {
+    if asking.question.is_asked() || says_nothing || added.is_empty() {
         return Some(finding);
     }
     let fresh = rounds(&mut Asking {
@@ -328,7 +328,7 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     if !finding.found.disagreeing.is_empty() {
         return Some(finding);
     }
-    let is_whole = asking.question.only.is_none();
+    let is_whole = !asking.question.is_asked();
     let is_asked = is_whole && leaves_structure;
     let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
     if is_whole {

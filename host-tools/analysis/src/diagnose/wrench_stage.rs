@@ -87,7 +87,7 @@ pub(super) fn wrench_stage(
     if let Some(smooth) = question.beside {
         prepared.stand_beside(smooth);
     }
-    let placed = question.only.is_some() || !logs.have_own_origins();
+    let placed = question.is_asked() || !logs.have_own_origins();
     let turns = model.bearing().is_some();
     let by_position = |id: &str| by_id(id).is_some_and(|effect| effect.acts_by_position(turns));
     let acts_anywhere = |id: &str| placed || !by_position(id);

@@ -1,9 +1,9 @@
-//! `softdock add`: a missing effect into the model file, with the error before and after.
+//! `softdock add`: missing effects into the model file, with the error before and after.
 
 use super::diagnose::tables;
 use super::progress::Progress;
 use super::{fit, logs, print, print_json};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use softdock_analysis::add::{
     Addition, add_effect, add_effects, model_after, refit_beside, useless,
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 ///
 /// Effects that the model has already are fitted anew beside them, where that foretells unseen data better, and it is said
 /// what moved; everything else in the file stays as it is. Without EFFECT, what a diagnosis names is added; several are
-/// fitted together. What does not help on unseen data is not written, unless --force says so.
+/// fitted together. What does not help on unseen data is not written, unless it is one and --force says so.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example: softdock add model.toml guide_coulomb --fit train.mcap --test test.mcap
@@ -41,7 +41,7 @@ pub(super) struct Add {
     /// Print the difference to the model file and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Write also what does not help on unseen data
+    /// Write one effect also if it does not help on unseen data
     #[arg(long)]
     force: bool,
     /// Print one JSON document
@@ -52,9 +52,19 @@ pub(super) struct Add {
 impl Add {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
-        for id in &self.effects {
+        for (n, id) in self.effects.iter().enumerate() {
             file.model().effect(id)?;
+            let is_twice = self.effects[..n].contains(id);
+            ensure!(
+                !is_twice,
+                "expected each effect once, received `{id}` twice"
+            );
         }
+        let count = self.effects.len();
+        ensure!(
+            count < 2 || !self.force,
+            "--force: expected one effect, received {count}; of several none is written that the logs do not pay for"
+        );
         let logs = logs::open(file.model(), &self.fit, &self.test)?;
         let (report, moved) = self.fitted(file.model(), &logs)?;
         if report.diagnosis.effects.is_empty() {
@@ -105,8 +115,8 @@ impl Add {
     fn nothing_to_add(&self, diagnosis: &Diagnosis) -> Result<()> {
         if diagnosis.verdict != Verdict::NothingMissing {
             bail!(
-                "nothing was added. {} (--report of `softdock diagnose` shows it, and `softdock add` with the id of an effect adds \
-                 that one)",
+                "nothing was added. {} (--report of `softdock diagnose` shows it, and `softdock add` with ids of effects adds \
+                 those)",
                 diagnosis.sentence
             );
         }
@@ -146,7 +156,7 @@ impl Add {
         let path = self.model.display();
         let beside = match moved {
             [] => String::new(),
-            moved => format!("\nFitted anew beside it\n{}\n", fit::table(moved)),
+            moved => format!("\nFitted anew beside\n{}\n", fit::table(moved)),
         };
         print(&format!(
             "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the model file's noise\n{}\n",

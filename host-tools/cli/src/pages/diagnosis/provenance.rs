@@ -17,7 +17,7 @@ impl Source<'_> {
         page.table(&self.sources());
         if diagnosis.verdict == Verdict::Named {
             page.paragraph("To take it into the model:");
-            page.code(&self.commands());
+            page.code(&self.command());
         }
         let model = match self.after {
             Some(_) => format!(
@@ -64,17 +64,15 @@ impl Source<'_> {
         table
     }
 
-    /// A command per effect that adds it to the model.
-    fn commands(&self) -> String {
+    /// The command that adds what is named to the model.
+    fn command(&self) -> String {
         let identity = self.identity;
         let data = match &identity.test {
             Some(test) => format!("{} --test {}", quoted(&identity.train), quoted(test)),
             None => quoted(&identity.train),
         };
         let model = quoted(&identity.model_path);
-        let command = |effect: &String| format!("softdock add {model} {effect} --fit {data}");
-        let commands: Vec<String> = self.diagnosis.effects.iter().map(command).collect();
-        commands.join("\n")
+        format!("softdock add {model} --fit {data}")
     }
 }
 
