@@ -101,19 +101,21 @@ fn a_damper_that_softens_is_no_dry_friction() {
     }
 }
 
+/// An axis that swings by some centimetres, with a load cell of half a newton.
+const SWUNG: OneAxis = OneAxis {
+    cycle_s: 0.004,
+    turns: false,
+    swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
+    noise: (1e-8, 0.5),
+    late_s: 0.0,
+};
+
 /// A magnet pulls the more, the nearer its armature is: no spring, whose stiffness cannot be negative, but it is said what it is like.
 #[test]
 fn what_pulls_is_like_a_spring_of_the_other_sign() {
     const STIFFNESS: f64 = -800.0;
-    let rig = OneAxis {
-        cycle_s: 0.004,
-        turns: false,
-        swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
-        noise: (1e-8, 0.5),
-        late_s: 0.0,
-    };
     let log = |seconds, phase, seed| {
-        rig.record(seconds, phase, seed, |[x, v, a]| {
+        SWUNG.record(seconds, phase, seed, |[x, v, a]| {
             KNOWN.0 * a + FRICTION.1 * v + STIFFNESS * x
         })
     };
@@ -136,15 +138,8 @@ fn what_pulls_is_like_a_spring_of_the_other_sign() {
 #[test]
 fn what_would_drive_in_one_direction_is_no_friction() {
     const BACK_EMF: f64 = 300.0;
-    let rig = OneAxis {
-        cycle_s: 0.004,
-        turns: false,
-        swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
-        noise: (1e-8, 0.5),
-        late_s: 0.0,
-    };
     let log = |seconds, phase, seed| {
-        rig.record(seconds, phase, seed, |[_, v, a]| {
+        SWUNG.record(seconds, phase, seed, |[_, v, a]| {
             KNOWN.0 * a + FRICTION.1 * v + BACK_EMF * v.abs()
         })
     };

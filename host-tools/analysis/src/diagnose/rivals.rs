@@ -77,8 +77,7 @@ pub(super) fn run_stages(
     for (id, of, clock) in alternatives(&best, model, question) {
         let other = with(Some(clock))?;
         let better = left(&best) - left(&other);
-        let alone = question.asks_for(id);
-        let believed = alone || better > TOLD_APART;
+        let believed = question.asks_for(id) || better > TOLD_APART;
         let gain = gain(&best, if believed { better } else { 0.0 });
         rivals.push(ClockRival {
             id,
@@ -149,11 +148,10 @@ fn alternatives(
         Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
     };
     let jitter = found.timed.clock.jitter;
-    let alone = |id: &str| question.asks_for(id);
     let reached = actuator.search.reached();
     let earlier = found
         .common_delay
-        .filter(|l| alone(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
+        .filter(|l| question.asks_for(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
     let late_s = value(Stage::Delay).or(earlier.map(|l| l.late_s));
     if let Some(late_s) = late_s.filter(|_| question.tries(model, clock_offset::EFFECT.id)) {
         let clock = ClockFinding {
@@ -163,7 +161,9 @@ fn alternatives(
         };
         all.push((clock_offset::EFFECT.id, Stage::Delay.id(), clock));
     }
-    let rate = value(Stage::Gain).or(alone(clock_rate::EFFECT.id).then_some(found.proportion));
+    let rate = value(Stage::Gain).or(question
+        .asks_for(clock_rate::EFFECT.id)
+        .then_some(found.proportion));
     if let Some(rate) = rate.filter(|_| question.tries(model, clock_rate::EFFECT.id)) {
         let clock = ClockFinding {
             jitter,

@@ -328,15 +328,17 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     if !finding.found.disagreeing.is_empty() {
         return Some(finding);
     }
-    let is_whole = !asking.question.is_asked();
-    let is_asked = is_whole && leaves_structure;
-    let anew = is_asked.then(|| beside::anew(&finding, asking)).flatten();
-    if is_whole {
+    let is_open = !asking.question.is_asked();
+    let asks_beside = is_open && leaves_structure;
+    let anew = asks_beside
+        .then(|| beside::anew(&finding, asking))
+        .flatten();
+    if is_open {
         finding = without_unsure(finding, asking);
     }
     // What a later round finds can be an answer to the structure that the first one has left, and no
     // better than a smooth remainder.
-    if is_asked {
+    if asks_beside {
         finding = beside::beside_remainder(finding, asking);
     }
     finding = beside::beside_curves(finding, asking);
@@ -345,7 +347,7 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
         let other = beside::beside_curves(other, asking);
         finding = beside::better(finding, other, &anew.nothing, &anew.axes);
     }
-    if is_asked {
+    if asks_beside {
         finding = beside::simpler(finding, asking);
     }
     Some(finding)

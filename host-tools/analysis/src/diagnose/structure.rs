@@ -554,6 +554,20 @@ mod tests {
         assert_eq!(waves.words(), "a spectral line at 20.0 Hz");
     }
 
+    /// However few frequencies a second has below the cutoff.
+    #[test]
+    fn noise_behind_a_low_cutoff_is_no_line() {
+        for cutoff_hz in [3.0, 5.0, 10.0] {
+            let low_pass = LowPass::new(4, cutoff_hz * 0.01);
+            for seed in 0..40 {
+                let noise = low_pass.zero_phase(&white(seed, 12_000));
+                let found = Structure::below(cutoff_hz, &noise, 0.01, 1.0);
+                let over = found.line.over_usual;
+                assert!(over < LINE, "{cutoff_hz} Hz, {seed}: {over}");
+            }
+        }
+    }
+
     /// Of a log of five minutes at 10 Hz, whose windows have eight samples, and of 100 s at 250 Hz.
     #[test]
     fn white_noise_has_no_bursts_however_few_samples_a_window_has() {

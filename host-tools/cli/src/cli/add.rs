@@ -93,22 +93,18 @@ impl Add {
     /// What is added, and what of the effects that the model had moves with it.
     fn fitted(&self, model: &Model, logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
         let progress = Progress::of_steps();
-        let fitting = || progress.show(0.1, &format!("fitting {}", self.effects.join(", ")));
+        let told = |share: f64, what: &str| progress.show(share, what);
+        if !self.effects.is_empty() {
+            told(0.1, &format!("fitting {}", self.effects.join(", ")));
+        }
         match self.effects.as_slice() {
             [] => {
-                let told = |share: f64, what: &str| progress.show(share, what);
                 let mut report = diagnose(model, &logs.fitted(), &logs.unseen_ones(), &told)?;
                 let moved = refit_beside(model, &mut report, logs)?;
                 Ok((report, moved))
             }
-            [id] => {
-                fitting();
-                add_effect(model, id, logs, self.force)
-            }
-            several => {
-                fitting();
-                add_effects(model, several, logs)
-            }
+            [id] => add_effect(model, id, logs, self.force),
+            several => add_effects(model, several, logs),
         }
     }
 
@@ -156,7 +152,10 @@ impl Add {
         let path = self.model.display();
         let beside = match moved {
             [] => String::new(),
-            moved => format!("\nFitted anew beside\n{}\n", fit::table(moved)),
+            moved => format!(
+                "\nFitted anew, together with what was added\n{}\n",
+                fit::table(moved)
+            ),
         };
         print(&format!(
             "Added to {path}: {}.\n{}\n\n{}\n{beside}\nError on {}, in units of the model file's noise\n{}\n",

@@ -28,13 +28,8 @@ pub(super) fn filter(
 ) -> anyhow::Result<()> {
     let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
     let trimmed = rows_trimmed(filter, rate_hz, channels.len())?;
-    let Filter {
-        cutoff_hz,
-        order,
-        decimate,
-        trim_s,
-    } = *filter;
-    let low_pass = LowPass::new(order, cutoff_hz / rate_hz);
+    let (decimate, trim_s) = (filter.decimate, filter.trim_s);
+    let low_pass = LowPass::new(filter.order, filter.cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
     let unrolled = unroll(channels);
     for signal in channels.signals_mut() {
