@@ -27,7 +27,7 @@ pub(super) fn log(
     recorded(JOINT, seconds, phase, seed, more)
 }
 
-const JOINT: OneAxis = OneAxis {
+pub(super) const JOINT: OneAxis = OneAxis {
     cycle_s: 0.004,
     turns: true,
     swings: [(0.7, 1.7), (0.3, 4.1), (0.08, 11.0)],

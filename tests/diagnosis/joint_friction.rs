@@ -1,8 +1,9 @@
 //! How the dry friction of a joint turns round.
 
-use super::joint::{FRICTION, MODEL, diagnosed, gear, log};
+use super::joint::{FRICTION, JOINT, MODEL, diagnosed, gear, log};
 use softdock_analysis::diagnose::{Diagnosis, Verdict};
 use softdock_physics::model::Model;
+use softdock_tests::one_axis::OneAxis;
 
 /// The size of a form that was chosen, as a note says it.
 fn chosen(found: &Diagnosis, name: &str) -> f64 {
@@ -78,4 +79,42 @@ fn what_looks_like_a_hysteresis_is_said_to() {
     );
     let said = |note: &String| note.contains("add MODEL guide_hysteresis");
     assert!(found.notes.iter().any(said), "{:?}", found.notes);
+}
+
+/// A sensor that is 42 ms late reads each reversal after the joint has turned round, which a friction that builds up over an angle
+/// nearly does: that alone is found at first, and beside it the sensor does not look late.
+#[test]
+fn a_late_sensor_is_found_where_the_reversal_that_it_moves_looks_round() {
+    const LATE_S: f64 = 0.042;
+    let rig = OneAxis {
+        noise: (1e-7, 0.01),
+        late_s: -LATE_S,
+        swings: [(0.3, 3.0), (0.3 / 27.0, 9.0), (0.3 / 125.0, 15.0)],
+        ..JOINT
+    };
+    let text = MODEL
+        .replace("commanded", "measured")
+        .replace("0.35", "0.0")
+        .replace("torque_n_m = 0.05", "torque_n_m = 0.01");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let dry = |[_, v, _]: [f64; 3]| FRICTION.0 * v.signum();
+    let train = rig.record(12.0, 0.0, 9, dry);
+    let test = rig.record(8.0, 2.0, 10, dry);
+    let found = diagnosed(&model, &train, &test);
+    assert_eq!(
+        found.effects,
+        ["guide_coulomb", "ft_latency"],
+        "{}",
+        found.sentence
+    );
+    for (effect, parameter, truth) in [
+        ("ft_latency", "latency_s", LATE_S),
+        ("guide_coulomb", "torque_n_m", FRICTION.0),
+    ] {
+        let said = &found.parameters[effect][parameter];
+        assert!(
+            (said.low..said.high).contains(&truth),
+            "{parameter}: {said:?}"
+        );
+    }
 }

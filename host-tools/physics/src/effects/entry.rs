@@ -305,6 +305,11 @@ impl Parameter {
         Self { role, ..self }
     }
 
+    /// A delay or a time constant that is searched: below a cycle of a fast log up to some of a slow one.
+    pub const fn time(self) -> Self {
+        self.shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 4e-2], 0.0)
+    }
+
     /// It says which form the law has.
     pub const fn form(self, values: &'static [f64], default: f64) -> Self {
         let role = Role::Form(Tried::new(values, default, false));

@@ -58,7 +58,7 @@ pub(super) fn with_forms_reselected(
 }
 
 /// The parts with every other form of one of them.
-fn other_forms<'a>(
+pub(super) fn other_forms<'a>(
     library: &'a Library,
     parts: &[Part],
     place: usize,

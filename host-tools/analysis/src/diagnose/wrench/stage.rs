@@ -7,6 +7,7 @@
 mod each_log;
 mod foretold;
 mod in_place;
+mod in_time;
 
 pub(crate) use each_log::Disagreement;
 
@@ -114,24 +115,25 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     let Some(library) = library.around(joint, accepted, are_apart) else {
         return found;
     };
-    let of_fit = joint.of_fit();
     // What logs disagree about beside further effects alone is an error of the form of these.
     let ask = &Ask {
         each_log: ask.each_log && !found.disagreeing.is_empty(),
         ..*ask
     };
+    let of_fit = joint.of_fit();
     let work = Work::new(joint, &library, &of_fit, ask);
-    let before = work.again(accepted);
-    let (end, came_to_end) = work.climbed(before.clone());
-    let end = work.with_small(end);
-    if end.evidence <= before.evidence {
+    let accepted = work.again(accepted);
+    let (end, came_to_end) = work.beside(&accepted);
+    let late = work.late_beside_sharp_forms(&accepted);
+    let Some(late) = late.filter(|late| late.evidence > end.evidence) else {
+        return work.later((end, came_to_end), &accepted, found, ask);
+    };
+    let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true) else {
         return found;
-    }
-    let is_later = work.is_late(&end) && !work.is_late(accepted);
-    Found {
-        before_late: if is_later { accepted.ids() } else { Vec::new() },
-        ..work.concluded(vec![(end, came_to_end)], found.ranked, ask)
-    }
+    };
+    let work = Work::new(joint, &library, &of_fit, ask);
+    let end = work.beside(&work.again(&late));
+    work.later(end, &accepted, found, ask)
 }
 
 /// A hypothesis, and the best with another effect in the place of one of its own, all beside the same noise.
@@ -179,6 +181,24 @@ impl<'a> Work<'a> {
 }
 
 impl Work<'_> {
+    /// Where a search that goes on beside what was found ends, and whether that came to its end.
+    fn beside(&self, start: &Tested) -> (Tested, bool) {
+        let (end, came_to_end) = self.climbed(start.clone());
+        (self.with_small(end), came_to_end)
+    }
+
+    /// What was found, with what a search beside that ended in, if it is better.
+    fn later(&self, end: (Tested, bool), before: &Tested, found: Found, ask: &Ask<'_>) -> Found {
+        if end.0.evidence <= before.evidence {
+            return found;
+        }
+        let is_later = self.is_late(&end.0) && !self.is_late(before);
+        Found {
+            before_late: if is_later { before.ids() } else { Vec::new() },
+            ..self.concluded(vec![end], found.ranked, ask)
+        }
+    }
+
     /// What is accepted of what climbs ended with, and what speaks for it.
     fn concluded(
         &self,

@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
               sheet says",
     parameters: &[Parameter::new("extra_delay_s", "s", 0.0, 0.2)
         // As a search in a commanded force begins.
-        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
+        .time()
         .hidden(0.012, 0.022)
         .pictured(0.032)],
     confused_with: &[

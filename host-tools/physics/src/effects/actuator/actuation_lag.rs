@@ -19,7 +19,7 @@ pub const EFFECT: Effect = Effect {
     typical: "2 to 30 ms: the bandwidth of the velocity loop",
     parameters: &[Parameter::new("extra_lag_s", "s", 0.0, 0.2)
         // As a search in a commanded force begins.
-        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
+        .time()
         .hidden(0.012, 0.022)
         .pictured(0.03)],
     confused_with: &[

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
                 loop that feeds energy in",
     typical: "1 to 10 ms: one to some cycles of the sensor's own sampling and the bus",
     parameters: &[Parameter::new("latency_s", "s", 0.0, 1.0)
-        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
+        .time()
         .hidden(0.012, 0.022)
         .pictured(0.02)],
     confused_with: &[

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
                 not the force",
     typical: "1 to 20 ms (8 to 150 Hz), set in the sensor's electronics",
     parameters: &[Parameter::new("time_constant_s", "s", 0.0, 1.0)
-        .shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2], 0.0)
+        .time()
         .hidden(0.012, 0.022)
         .pictured(0.03)],
     confused_with: &[
