@@ -229,20 +229,52 @@ fn effects_are_added_together_or_not_at_all() {
     let mut ids = ["guide_coulomb", "guide_viscous", "bearing_gravity"]
         .map(str::to_owned)
         .to_vec();
-    let (report, moved) = add_effects(&model, &ids, &logs).unwrap();
+    let (report, moved) = add_effects(&model, &ids, &logs, false).unwrap();
     assert!(moved.is_empty(), "{moved:?}");
     let dry = &report.diagnosis.parameters["guide_coulomb"]["torque_n_m"];
     assert!((dry.value / FRICTION.0 - 1.0).abs() < 0.05, "{dry:?}");
     ids.push("cable_stiffness".to_owned());
-    let refused = add_effects(&model, &ids, &logs).unwrap_err().to_string();
+    let refused = add_effects(&model, &ids, &logs, false)
+        .unwrap_err()
+        .to_string();
     let says = "do not pay for the parameters of `cable_stiffness`";
     assert!(refused.contains(says), "{refused}");
     let after = model_after(&model, &report, &logs.names);
-    let refused = add_effects(&after, &ids, &logs).unwrap_err().to_string();
+    let refused = add_effects(&after, &ids, &logs, false)
+        .unwrap_err()
+        .to_string();
     assert!(
         refused.contains("`guide_coulomb` is in the model already"),
         "{refused}"
     );
+}
+
+/// A link that stands upright, with the spring that balances it best: each hides what the other does, and alone none pays for its
+/// parameters.
+#[test]
+fn a_weight_and_the_spring_that_balances_it_are_added_together() {
+    const WEIGHT: f64 = 0.5;
+    let mut sums = [0.0; 2];
+    JOINT.record(12.0, 0.0, 21, |[q, _, _]| {
+        sums = [sums[0] + q * q.sin(), sums[1] + q * q];
+        0.0
+    });
+    let spring = WEIGHT * sums[0] / sums[1];
+    let balanced = |[q, _, a]: [f64; 3]| 0.35 * a - WEIGHT * q.sin() + spring * q;
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let logs = logs(
+        JOINT.record(12.0, 0.0, 21, balanced),
+        JOINT.record(8.0, 0.0, 22, balanced),
+    );
+    let ids = ["bearing_gravity", "cable_stiffness"].map(str::to_owned);
+    for id in &ids {
+        let alone = add_effect(&model, id, &logs, false);
+        let found = alone.map(|(report, _)| report.diagnosis.sentence);
+        assert!(found.is_err(), "{id} alone: {found:?}");
+    }
+    let (report, _) = add_effects(&model, &ids, &logs, false).unwrap();
+    let said = &report.diagnosis.parameters["cable_stiffness"]["stiffness_n_m_per_rad"];
+    assert!((said.low..said.high).contains(&spring), "{said:?}");
 }
 
 /// A viscous friction that was fitted alone has taken the dry one and more, so that what is left of that has a sign that physics

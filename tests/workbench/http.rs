@@ -131,6 +131,36 @@ fn a_model_is_changed_only_as_it_was_seen() {
     );
 }
 
+/// Effects are tried together, as `add` does it: all of them or none.
+#[test]
+fn several_effects_are_tried_together_or_not_at_all() {
+    let folder = imported("workbench_several", "guide_coulomb");
+    let bench = Bench::start(&folder);
+    let tried = |effects: Value| {
+        let args = json!({"selection": selection(), "effect": effects});
+        let events = bench.job(&json!({"kind": "add", "args": args}));
+        let (kind, last) = events.last().unwrap();
+        (kind.clone(), last.clone())
+    };
+    let (kind, found) = tried(json!(["guide_coulomb"]));
+    assert_eq!(
+        (kind.as_str(), &found["effects"]),
+        ("result", &json!(["guide_coulomb"]))
+    );
+    let (kind, refused) = tried(json!(["guide_coulomb", "guide_viscous"]));
+    let why = refused.to_string();
+    assert_eq!(kind, "error", "{why}");
+    assert!(
+        why.contains("do not pay for the parameters of `guide_viscous`"),
+        "{why}"
+    );
+    let (_, refused) = tried(json!(["guide_coulomb", "guide_coulomb"]));
+    assert!(
+        refused.to_string().contains("each effect once"),
+        "{refused}"
+    );
+}
+
 /// A formula that no file has is tried, and written with its effect.
 #[test]
 fn an_own_hypothesis_is_tried_and_written() {

@@ -59,13 +59,36 @@ pub fn add_effect(
     together::found_beside(model, id, logs)?.ok_or(alone)
 }
 
-/// Fits several effects together, in the forms that suit the logs, and beside them what the model had already. What of the
-/// others moved is returned, too.
+/// Fits one effect as [`add_effect`] does, or several together, in the forms that suit the logs, and beside them what the model
+/// had already. What of the others moved is returned, too.
 ///
 /// # Errors
 ///
-/// Those of [`fit_effects`]; an effect that is in the model already, or that does not pay for its parameters beside the others.
-pub fn add_effects(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
+/// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice, or, of several, one that does not pay for its parameters
+/// beside the others, also if it is `forced`.
+pub fn add_effects(
+    model: &Model,
+    ids: &[String],
+    logs: &Logs,
+    forced: bool,
+) -> Result<(Report, Vec<Refitted>)> {
+    ensure!(
+        !ids.is_empty(),
+        "expected at least one effect, received none"
+    );
+    for (n, id) in ids.iter().enumerate() {
+        ensure!(
+            !ids[..n].contains(id),
+            "expected each effect once, received `{id}` twice"
+        );
+    }
+    match ids {
+        [id] => add_effect(model, id, logs, forced),
+        several => add_together(model, several, logs),
+    }
+}
+
+fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
     let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones(), true)?;
     let is_found = |id: &&String| report.diagnosis.effects.contains(id);
     let (found, missing): (Vec<&String>, Vec<&String>) = ids.iter().partition(is_found);

@@ -5,9 +5,7 @@ use super::progress::Progress;
 use super::{fit, logs, print, print_json};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
-use softdock_analysis::add::{
-    Addition, add_effect, add_effects, model_after, refit_beside, useless,
-};
+use softdock_analysis::add::{Addition, add_effects, model_after, refit_beside, useless};
 use softdock_analysis::diagnose::{Diagnosis, Report, Verdict, diagnose};
 use softdock_analysis::fit::{Logs, Refitted};
 use softdock_io::say;
@@ -52,13 +50,8 @@ pub(super) struct Add {
 impl Add {
     pub(super) fn execute(self) -> Result<()> {
         let file = ModelFile::open(&self.model)?;
-        for (n, id) in self.effects.iter().enumerate() {
+        for id in &self.effects {
             file.model().effect(id)?;
-            let is_twice = self.effects[..n].contains(id);
-            ensure!(
-                !is_twice,
-                "expected each effect once, received `{id}` twice"
-            );
         }
         let count = self.effects.len();
         ensure!(
@@ -103,8 +96,7 @@ impl Add {
                 let moved = refit_beside(model, &mut report, logs)?;
                 Ok((report, moved))
             }
-            [id] => add_effect(model, id, logs, self.force),
-            several => add_effects(model, several, logs),
+            ids => add_effects(model, ids, logs, self.force),
         }
     }
 

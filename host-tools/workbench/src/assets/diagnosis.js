@@ -85,9 +85,9 @@ export function cancel() {
   if (running?.number) end(`jobs/${running.number}`).catch(() => {});
 }
 
-/** Fits one effect and shows what it leaves; `hypothesis` is one that no model file has. */
-export async function tryEffect(effect, hypothesis) {
-  const label = effect ?? hypothesis.id;
+/** Fits effects together and shows what they leave; `hypothesis` is one that no model file has. */
+export async function tryEffects(effect, hypothesis) {
+  const label = effect?.join(' + ') ?? hypothesis.id;
   trying = label;
   failed = null;
   draw();
@@ -115,15 +115,14 @@ function checkLines() {
 }
 
 function hypothesisRow(name, one, largest) {
-  const single = one.effects.length === 1 && !one.refused;
   const gain = one.gain ?? one.gain_train + one.gain_test;
   const width = `${Math.max(100 * Math.sqrt(Math.max(gain, 0) / largest), 0.5)}%`;
   return h('li', { class: one.refused ? 'refused' : '', title: one.refused },
     h('div', { class: 'hypothesis' }, h('span', { class: 'name' }, name),
       h('span', { class: 'small muted' }, `Δχ² ${Math.round(gain).toLocaleString('en')}`),
-      single && !running && h('button', {
+      !one.refused && !running && h('button', {
         'data-try': name, disabled: Boolean(trying), 'aria-pressed': state.trial?.label === name,
-        onclick: () => tryEffect(one.effects[0]), title: 'Fit it alone and show what it leaves',
+        onclick: () => tryEffects(one.effects), title: `Fit ${one.effects.length > 1 ? 'them together' : 'it alone'} and show what that leaves`,
       }, trying === name ? 'Trying …' : 'Try')),
     h('div', { class: 'bar thin' }, h('i', { class: `fill ${one.refused ? '' : 'on'}`, style: { width } })),
     one.refused && h('span', { class: 'small muted' }, one.refused));

@@ -1,7 +1,7 @@
 // A hypothesis of the user's own, typed as a formula: it is tried like one of the catalogue.
 
 import { fill, h } from './dom.js';
-import { tryEffect } from './diagnosis.js';
+import { tryEffects } from './diagnosis.js';
 
 const ACTS_ON = ['guide', 'contact', 'wall', 'fx', 'fy', 'fz', 'tx', 'ty', 'tz'];
 let trouble = null;
@@ -28,7 +28,7 @@ async function submit(event) {
       formula: form.get('formula').trim(), parameters: parameters(form.get('parameters')),
     };
     trouble.textContent = '';
-    await tryEffect(undefined, own);
+    await tryEffects(undefined, own);
   } catch (error) {
     trouble.textContent = error.message;
   }

@@ -1,4 +1,4 @@
-//! A diagnosis, the fit of one effect, or the fit of all parameters. Each prepares a change of the model file.
+//! A diagnosis, the fit of some effects, or the fit of all parameters. Each prepares a change of the model file.
 
 use super::job::Job;
 use super::selection::Selection;
@@ -8,7 +8,7 @@ use crate::server::Workbench;
 use anyhow::Result;
 use serde::Serialize;
 use serde_json::{Value, json};
-use softdock_analysis::add::{Addition, add_effect, model_after, refit_beside, useless};
+use softdock_analysis::add::{Addition, add_effects, model_after, refit_beside, useless};
 use softdock_analysis::diagnose::{Report, diagnose_watched};
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::{Logs, Refitted};
@@ -21,16 +21,16 @@ pub(super) enum Question {
     Diagnose,
     /// All parameters together.
     Fit,
-    /// One effect, and a hypothesis if the effect is one that no file has.
-    Effect(String, Option<Hypothesis>),
+    /// Some effects together, and a hypothesis if it is one that no file has.
+    Effects(Vec<String>, Option<Hypothesis>),
 }
 
 impl Question {
-    /// About an effect or a hypothesis; without either about what is missing.
-    pub(super) fn effect(effect: Option<String>, hypothesis: Option<Hypothesis>) -> Self {
-        match (effect, hypothesis) {
-            (_, Some(own)) => Self::Effect(own.id.clone(), Some(own)),
-            (Some(id), None) => Self::Effect(id, None),
+    /// About effects or a hypothesis; without either about what is missing.
+    pub(super) fn effects(effects: Option<Vec<String>>, hypothesis: Option<Hypothesis>) -> Self {
+        match (effects, hypothesis) {
+            (_, Some(own)) => Self::Effects(vec![own.id.clone()], Some(own)),
+            (Some(ids), None) => Self::Effects(ids, None),
             (None, None) => Self::Diagnose,
         }
     }
@@ -66,7 +66,7 @@ impl Search {
     ) -> Result<Self, Problem> {
         let opened = selection.open(bench)?;
         let mut model = opened.file.model().clone();
-        if let Question::Effect(_, Some(own)) = &question {
+        if let Question::Effects(_, Some(own)) = &question {
             model
                 .hypotheses
                 .retain(|other| other.id != own.id || other == own);
@@ -75,8 +75,10 @@ impl Search {
             }
         }
         model.validate().map_err(anyhow::Error::from)?;
-        if let Question::Effect(id, _) = &question {
-            model.effect(id).map_err(anyhow::Error::from)?;
+        if let Question::Effects(ids, _) = &question {
+            for id in ids {
+                model.effect(id).map_err(anyhow::Error::from)?;
+            }
         }
         Ok(Self {
             model_id: selection.model,
@@ -149,7 +151,7 @@ impl Search {
     /// What is found, what of the model's effects moves with it, and why it should not be believed.
     fn found(&self, job: &Job) -> Result<(Report, Vec<Refitted>, Option<String>)> {
         let progress = |share: f64, what: &str| stage(job, share, what);
-        let Question::Effect(id, _) = &self.question else {
+        let Question::Effects(ids, _) = &self.question else {
             let (fit, test) = (&self.logs.fitted()[..], &self.logs.unseen_ones()[..]);
             let tried = |trial: &_| job.tell("candidate", json!(trial));
             let mut report = diagnose_watched(&self.model, fit, test, &progress, &tried)?;
@@ -158,8 +160,8 @@ impl Search {
             let moved = refit_beside(&self.model, &mut report, &self.logs)?;
             return Ok((report, moved, None));
         };
-        progress(0.1, &format!("fitting {id}"));
-        let added = |forced| add_effect(&self.model, id, &self.logs, forced);
+        progress(0.1, &format!("fitting {}", ids.join(" and ")));
+        let added = |forced| add_effects(&self.model, ids, &self.logs, forced);
         let (why, (report, moved)) = match added(false) {
             Ok(added) => (None, added),
             // It is shown all the same: who asks for it wants to see why not.

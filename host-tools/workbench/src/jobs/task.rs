@@ -19,24 +19,41 @@ pub(crate) enum Request {
     Diagnose(Selection),
     /// All parameters together.
     Fit(Selection),
-    /// One effect of the catalogue or of the model file, or a hypothesis that no file has.
+    /// Effects of the catalogue or of the model file, or a hypothesis that no file has.
     Add(Wanted),
     /// A scenario on the simulated rig.
     Run(Simulation),
 }
 
-/// The effect that is fitted.
+/// The effects that are fitted, together if there are several.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wanted {
     /// The model and the recordings.
     selection: Selection,
-    /// Its id.
+    /// Their ids.
     #[serde(default)]
-    effect: Option<String>,
+    effect: Option<Ids>,
     /// A hypothesis instead.
     #[serde(default)]
     hypothesis: Option<Hypothesis>,
+}
+
+/// An id, or a list of them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Ids {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl From<Ids> for Vec<String> {
+    fn from(ids: Ids) -> Self {
+        match ids {
+            Ids::One(id) => vec![id],
+            Ids::Several(ids) => ids,
+        }
+    }
 }
 
 /// A request as it comes. Its arguments are read when their kind is known: what serde keeps of a number until then is
@@ -102,7 +119,7 @@ impl Task {
             Request::Fit(selection) => (selection, Question::Fit),
             Request::Add(wanted) => (
                 wanted.selection,
-                Question::effect(wanted.effect, wanted.hypothesis),
+                Question::effects(wanted.effect.map(Vec::from), wanted.hypothesis),
             ),
         };
         let search = Search::new(bench, selection, question)?;
