@@ -1,6 +1,9 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
+use softdock_analysis::add::add_effects;
 use softdock_analysis::diagnose::{Verdict, diagnose};
+use softdock_analysis::fit::Logs;
+use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::one_axis::OneAxis;
@@ -152,4 +155,48 @@ fn what_would_drive_in_one_direction_is_no_friction() {
     let is_named = |id: &str| found.effects.iter().any(|effect| effect == id);
     assert!(!is_named("guide_asymmetry"), "{}", found.sentence);
     assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.sentence);
+}
+
+/// A table of a quarter of a ton; and one so heavy that it is another unit, of which several effects that were asked for say why they
+/// are not added.
+#[test]
+fn a_heavy_axis_has_its_mass_and_an_absurd_one_its_reason() {
+    let text = MODEL
+        .replace("mass_kg = 20.0", "mass_kg = 0.0")
+        .replace("unscaled", "commanded");
+    let text = text.split("[[effect]]").next().unwrap();
+    let model = Model::from_toml(text, "model.toml").unwrap();
+    let added = |mass_kg: f64| {
+        let rig = OneAxis {
+            cycle_s: 0.004,
+            turns: false,
+            swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
+            noise: (1e-8, 0.5),
+            late_s: 0.0,
+        };
+        let record = |seconds, phase, seed| {
+            rig.record(seconds, phase, seed, |[_, v, a]| {
+                mass_kg * a + FRICTION.1 * v
+            })
+        };
+        let logs = Logs {
+            train: vec![record(12.0, 0.0, 1)],
+            test: vec![record(8.0, 2.0, 2)],
+            names: Names {
+                train: "train.mcap".to_owned(),
+                test: None,
+            },
+            notes: Vec::new(),
+        };
+        let ids = ["tool_mass_error", "guide_viscous"].map(str::to_owned);
+        add_effects(&model, &ids, &logs, false)
+    };
+    let (report, _) = added(250.0).unwrap();
+    let mass = &report.diagnosis.parameters["tool_mass_error"]["mass_error_kg"];
+    assert!((mass.low..mass.high).contains(&250.0), "{mass:?}");
+    let refused = added(25_000.0).unwrap_err().to_string();
+    assert!(
+        refused.contains("is not plausible (-10000 to 10000 kg)"),
+        "{refused}"
+    );
 }

@@ -98,18 +98,32 @@ fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, V
     };
     ensure!(
         !found.is_empty(),
-        "nothing was added: these logs pay for the parameters of none of {}; `softdock diagnose` says what they show",
-        quoted(&missing)
+        "nothing was added: these logs pay for the parameters of none of {}; `softdock diagnose` says what they show{}",
+        quoted(&missing),
+        refused(&report, &missing)
     );
     ensure!(
         missing.is_empty(),
         "nothing was added: beside {} these logs do not pay for the parameters of {}; leave out what does not pay, or take \
-         logs that excite it (softdock effects show EFFECT)",
+         logs that excite it (softdock effects show EFFECT){}",
         quoted(&found),
-        quoted(&missing)
+        quoted(&missing),
+        refused(&report, &missing)
     );
     let moved = refit_beside(model, &mut report, logs)?;
     Ok((report, moved))
+}
+
+/// Why a hypothesis with any of these was refused, as the end of a sentence; empty where none was.
+fn refused(report: &Report, missing: &[&String]) -> String {
+    let mut tried = report.diagnosis.ranked.iter();
+    let why = tried.find_map(|one| {
+        let has_it = missing.iter().any(|id| one.effects.contains(id));
+        Some((&one.effects, one.refused.as_ref().filter(|_| has_it)?))
+    });
+    why.map_or_else(String::new, |(effects, reason)| {
+        format!("; {} was refused: {reason}", effects.join(" + "))
+    })
 }
 
 /// The model with what was named, in the digits of a model file, and the history.

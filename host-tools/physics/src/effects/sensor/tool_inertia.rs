@@ -18,7 +18,7 @@ pub const EFFECT: Effect = Effect {
     typical: "the mass of the tool: 1 to 20 kg",
     parameters: &[
         // An inertia that is missing is that of most of what is weighed.
-        Parameter::new("mass_kg", "kg", 0.0, 100.0)
+        Parameter::new("mass_kg", "kg", 0.0, 1e4)
             .of_the_tool(0.5)
             .hidden(4.0, 8.0)
             .pictured(5.0),

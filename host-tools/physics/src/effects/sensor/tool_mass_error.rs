@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     signature: "an offset of the force along gravity that turns with the sensor's orientation and does not depend \
                 on motion",
     typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed",
-    parameters: &[Parameter::new("mass_error_kg", "kg", -100.0, 100.0)
+    parameters: &[Parameter::new("mass_error_kg", "kg", -1e4, 1e4)
         // Something is left of it.
         .of_the_tool(-0.99)
         .hidden(0.1, 0.25)
