@@ -60,6 +60,7 @@ impl ErrorReduction {
             predictions: BTreeMap::new(),
             // Where no structure is left, the two likelihoods agree.
             leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
+            in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
         };
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
@@ -146,6 +147,8 @@ struct Known<'a> {
     refitted: Option<[f64; 2]>,
     predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
     leaves_structure: bool,
+    /// Some were held while others were found beside them.
+    in_rounds: bool,
     can_foretell: bool,
 }
 
@@ -197,7 +200,7 @@ impl Known<'_> {
 
     /// Gives these effects the parameters that foretell best beside each other.
     fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
-        if !self.leaves_structure {
+        if !self.leaves_structure && !self.in_rounds {
             return Ok(());
         }
         let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
