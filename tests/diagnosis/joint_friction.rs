@@ -118,3 +118,49 @@ fn a_late_sensor_is_found_where_the_reversal_that_it_moves_looks_round() {
         );
     }
 }
+
+/// A band brake under a sine: its friction builds up over a good part of the travel. Behind the low-pass of a sensor a sharp friction
+/// looks nearly so, and laws without a low-pass do as well as with it; the curve leaves far less than both.
+#[test]
+fn a_brake_that_builds_up_is_no_low_pass_of_the_sensor() {
+    const SLIDES_AT_M: f64 = 0.006;
+    let rig = OneAxis {
+        cycle_s: 0.008,
+        turns: false,
+        swings: [(0.0127, 3.0), (0.0, 1.0), (0.0, 1.0)],
+        noise: (1e-6, 100.0),
+        late_s: 0.0,
+    };
+    let brake = || {
+        let (mut share, mut last) = (0.0, None);
+        move |[x, _, _]: [f64; 3]| {
+            let path: f64 = x - last.replace(x).unwrap_or(x);
+            share = path.signum() + (share - path.signum()) * (-path.abs() / SLIDES_AT_M).exp();
+            13e3 * share
+        }
+    };
+    let text = MODEL
+        .replace("commanded", "measured")
+        .replace(
+            "inertia_kg_m2 = [[0.35, 0, 0], [0, 0, 0], [0, 0, 0]]",
+            "mass_kg = 0.0",
+        )
+        .replace("\"rx\"", "\"x\"")
+        .replace("torque_n_m = 0.05", "force_n = 100.0")
+        .replace("angle_rad = 1e-7", "position_m = 1e-6");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    // At another speed its lag is another time, which is no disagreement of two clocks.
+    for rate in [3.3, 6.0] {
+        let other = OneAxis {
+            swings: [(0.0127, rate), (0.0, 1.0), (0.0, 1.0)],
+            ..rig
+        };
+        let train = rig.record(20.0, 0.0, 11, brake());
+        let test = other.record(10.0, 0.0, 12, brake());
+        let found = diagnosed(&model, &train, &test);
+        let curve = |id: &String| id == "guide_hysteresis";
+        assert!(found.looks_like.iter().any(curve), "{}", found.sentence);
+        let of_time = |id: &String| id.starts_with("ft_") || id.starts_with("clock_");
+        assert!(!found.effects.iter().any(of_time), "{}", found.sentence);
+    }
+}

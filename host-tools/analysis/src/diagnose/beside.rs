@@ -5,7 +5,7 @@
 //! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
-use super::engine::simplest;
+use super::engine::{is_shape, simplest};
 use super::evidence::{NAMED, RISES};
 use super::question::Question;
 use super::wrench::{self, Joint};
@@ -137,7 +137,10 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
         beside: beside.as_ref(),
         ..*asking.question
     });
-    let Some(curve) = finding.better_curve(curves, !late.is_empty()) else {
+    let Some((curves, curve)) = curves.and_then(|curves| {
+        let curve = finding.better_curve(&curves, !late.is_empty())?;
+        Some((curves, curve))
+    }) else {
         return finding;
     };
     // What laws that are not late do as well is no merit of the curve.
@@ -148,7 +151,8 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
             ..*asking.question
         })
     };
-    if !late.is_empty() && laws().is_some_and(|laws| laws.is_as_good_as(&finding)) {
+    let as_good = |laws: WrenchFinding| laws.is_as_good_as(&finding) && laws.is_as_good_as(&curves);
+    if !late.is_empty() && laws().is_some_and(as_good) {
         return finding;
     }
     if let Some(fewer) = (!late.is_empty())
@@ -159,6 +163,17 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
         finding.found.curve_in_place_of = late;
     }
     finding.found.ranked.push(curve);
+    finding
+}
+
+/// Logs that disagree, unless a curve that fits many mechanisms is what they have in common: a friction that builds up over a distance
+/// is later the slower the axis moves.
+pub(super) fn agreed_on_a_curve(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
+    let mut finding = beside_curves(first, asking);
+    let mut tried = finding.found.ranked.iter().flat_map(|t| &t.effects);
+    if tried.any(|one| is_shape(one.id)) {
+        finding.found.disagreeing.clear();
+    }
     finding
 }
 

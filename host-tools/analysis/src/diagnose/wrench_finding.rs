@@ -92,7 +92,7 @@ impl WrenchFinding {
     /// price counted; `in_place_of_late`: if it does not leave more.
     pub(super) fn better_curve(
         &self,
-        other: Option<Self>,
+        other: &Self,
         in_place_of_late: bool,
     ) -> Option<wrench::Tested> {
         let form = if in_place_of_late {
@@ -100,10 +100,10 @@ impl WrenchFinding {
         } else {
             self.form()
         };
-        let other = other.filter(|other| other.score() > self.score() + form)?;
-        let curve = other.found.accepted?;
+        let curve = other.found.accepted.clone()?;
+        let is_better = other.score() > self.score() + form;
         let is_curve = curve.effects.iter().any(|e| is_shape(e.id));
-        is_curve.then(|| curve.beside_noise(self.chi2_as_tried()))
+        (is_better && is_curve).then(|| curve.beside_noise(self.chi2_as_tried()))
     }
 
     /// χ² of all there was to explain beside the noise with which what is accepted was tried. Beside another one χ² counts
