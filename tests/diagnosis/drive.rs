@@ -200,3 +200,49 @@ fn a_heavy_axis_has_its_mass_and_an_absurd_one_its_reason() {
         "{refused}"
     );
 }
+
+/// A shaking table behind a delay of its drive: what is found first is held while the rest is found beside it, and has the amounts of
+/// all together in the end.
+#[test]
+fn amounts_of_several_rounds_are_those_of_all_together() {
+    const VISCOUS: f64 = 427.0;
+    let text = MODEL
+        .replace("mass_kg = 20.0", "mass_kg = 0.0")
+        .replace("force_n = 0.5", "force_n = 0.03");
+    let text = text.split("[[effect]]").next().unwrap();
+    let model = Model::from_toml(text, "model.toml").unwrap();
+    let rig = OneAxis {
+        cycle_s: 0.005,
+        turns: false,
+        swings: [(0.005, 12.6), (0.0, 1.0), (0.0, 1.0)],
+        noise: (2e-6, 3.0),
+        late_s: 0.054,
+    };
+    let slower = OneAxis {
+        swings: [(0.004, 18.8), (0.001, 56.0), (0.0, 1.0)],
+        ..rig
+    };
+    let force = |[_, v, a]: [f64; 3]| 42.8 * (v / 0.005).tanh() + VISCOUS * v + 3.2 + 8.0 * a;
+    let logs = Logs {
+        train: vec![rig.record(20.0, 0.0, 1, force)],
+        test: vec![slower.record(20.0, 0.0, 2, force)],
+        names: Names {
+            train: "train.mcap".to_owned(),
+            test: None,
+        },
+        notes: Vec::new(),
+    };
+    let ids = [
+        "guide_coulomb",
+        "guide_viscous",
+        "guide_offset",
+        "actuation_delay",
+    ];
+    let (report, _) = add_effects(&model, &ids.map(str::to_owned), &logs, false).unwrap();
+    let viscous = &report.diagnosis.parameters["guide_viscous"]["damping_n_s_per_m"];
+    assert!(
+        (viscous.value / VISCOUS - 1.0).abs() < 0.2,
+        "{viscous:?} {:?}",
+        report.diagnosis.notes
+    );
+}

@@ -160,7 +160,30 @@ fn a_brake_that_builds_up_is_no_low_pass_of_the_sensor() {
         let found = diagnosed(&model, &train, &test);
         let curve = |id: &String| id == "guide_hysteresis";
         assert!(found.looks_like.iter().any(curve), "{}", found.sentence);
-        let of_time = |id: &String| id.starts_with("ft_") || id.starts_with("clock_");
-        assert!(!found.effects.iter().any(of_time), "{}", found.sentence);
+        assert_ne!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+        let mut all = found.effects.iter().chain(&found.looks_like);
+        let of_time = all.any(|id| id.starts_with("ft_") || id.starts_with("clock_"));
+        assert!(!of_time, "{}", found.sentence);
     }
+}
+
+/// The clocks of one log are apart and those of the other are not, which the inertia that the model knows shows: no curve has both
+/// in common.
+#[test]
+fn clocks_that_are_apart_in_one_log_are_a_disagreement() {
+    let text = MODEL.replace("commanded", "measured");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let inertia = |[_, _, a]: [f64; 3]| 0.35 * a;
+    let apart = OneAxis {
+        late_s: 0.03,
+        ..JOINT
+    };
+    let (train, test) = (
+        JOINT.record(12.0, 0.0, 13, inertia),
+        apart.record(8.0, 2.0, 14, inertia),
+    );
+    let found = diagnosed(&model, &train, &test);
+    assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
+    let about: Vec<&str> = found.disagreeing.iter().map(String::as_str).collect();
+    assert_eq!(about, ["clock_offset"], "{}", found.sentence);
 }

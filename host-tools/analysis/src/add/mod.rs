@@ -5,7 +5,7 @@ mod together;
 pub use together::refit_beside;
 
 use crate::compare::sentence::listed;
-use crate::diagnose::{Diagnosis, Report, ensure_lacks, fit_effect, fit_effects};
+use crate::diagnose::{Diagnosis, Ranked, Report, ensure_lacks, fit_effect, fit_effects};
 use crate::fit::record::{self, Names};
 use crate::fit::{Logs, Refitted};
 use crate::levels::Step;
@@ -114,16 +114,20 @@ fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, V
     Ok((report, moved))
 }
 
-/// Why a hypothesis with any of these was refused, as the end of a sentence; empty where none was.
+/// Why effects are refused with which no hypothesis was possible, as the end of a sentence; empty where all of them only do not pay.
 fn refused(report: &Report, missing: &[&String]) -> String {
-    let mut tried = report.diagnosis.ranked.iter();
-    let why = tried.find_map(|one| {
-        let has_it = missing.iter().any(|id| one.effects.contains(id));
-        Some((&one.effects, one.refused.as_ref().filter(|_| has_it)?))
-    });
-    why.map_or_else(String::new, |(effects, reason)| {
-        format!("; {} was refused: {reason}", effects.join(" + "))
-    })
+    let why = |id: &String| {
+        let ranked = report.diagnosis.ranked.iter();
+        let tried: Vec<&Ranked> = ranked.filter(|one| one.effects.contains(id)).collect();
+        let fewest = tried.iter().min_by_key(|one| one.effects.len())?;
+        let all = tried.iter().all(|one| one.refused.is_some());
+        let reason = fewest.refused.as_ref().filter(|_| all)?;
+        Some(format!(
+            "; with {} it is refused: {reason}",
+            fewest.effects.join(" + ")
+        ))
+    };
+    missing.iter().filter_map(|id| why(id)).collect()
 }
 
 /// The model with what was named, in the digits of a model file, and the history.

@@ -5,12 +5,13 @@
 //! its own answer leaves, until an answer comes again. Of the answers without and with a remainder, each without what
 //! a remainder would explain as well, the better one is taken.
 
-use super::engine::{is_shape, simplest};
+use super::engine::simplest;
 use super::evidence::{NAMED, RISES};
 use super::question::Question;
 use super::wrench::{self, Joint};
 use super::wrench_finding::{Imitated, WrenchFinding};
 use softdock_physics::effects::by_id;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::{Axis, Model};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -143,38 +144,44 @@ pub(super) fn beside_curves(first: WrenchFinding, asking: &mut Asking<'_>) -> Wr
     }) else {
         return finding;
     };
-    // What laws that are not late do as well is no merit of the curve.
-    let mut laws = || {
-        asking.ask(&Question {
+    if !late.is_empty() {
+        // What laws that are not late do as well is no merit of the curve.
+        let laws = asking.ask(&Question {
             without: &late,
             beside: beside.as_ref(),
             ..*asking.question
-        })
-    };
-    let as_good = |laws: WrenchFinding| laws.is_as_good_as(&finding) && laws.is_as_good_as(&curves);
-    if !late.is_empty() && laws().is_some_and(as_good) {
-        return finding;
-    }
-    if let Some(fewer) = (!late.is_empty())
-        .then(|| asking.among_beside(&finding.ids_without(&late), beside.as_ref()))
-        .flatten()
-    {
-        finding = beside_remainder(fewer, asking);
-        finding.found.curve_in_place_of = late;
+        });
+        if laws.is_some_and(|laws| laws.is_as_good_as(&finding) && laws.is_as_good_as(&curves)) {
+            return finding;
+        }
+        if let Some(fewer) = asking.among_beside(&finding.ids_without(&late), beside.as_ref()) {
+            finding = beside_remainder(fewer, asking);
+            finding.found.curve_in_place_of = late;
+        }
     }
     finding.found.ranked.push(curve);
     finding
 }
 
-/// Logs that disagree, unless a curve that fits many mechanisms is what they have in common: a friction that builds up over a distance
-/// is later the slower the axis moves.
-pub(super) fn agreed_on_a_curve(first: WrenchFinding, asking: &mut Asking<'_>) -> WrenchFinding {
-    let mut finding = beside_curves(first, asking);
-    let mut tried = finding.found.ranked.iter().flat_map(|t| &t.effects);
-    if tried.any(|one| is_shape(one.id)) {
-        finding.found.disagreeing.clear();
+/// Whether logs that disagree about delays alone have a curve in common that fits many mechanisms, with the same amounts, and leaves
+/// less: a friction that builds up over a distance is later the slower the axis moves.
+pub(super) fn agree_on_a_curve(finding: &WrenchFinding, asking: &mut Asking<'_>) -> bool {
+    let delays: Vec<String> = finding.late();
+    let about: Vec<String> = finding.disagreeing_ids();
+    let is_late = |id: &String| LoadEffect::find(asking.model, id).is_some_and(LoadEffect::is_late);
+    if asking.question.tries_shapes() || !about.iter().all(is_late) {
+        return false;
     }
-    finding
+    let without: Vec<String> = delays.into_iter().chain(about).collect();
+    let curves = asking.ask(&Question {
+        shapes: true,
+        without: &without,
+        ..*asking.question
+    });
+    curves.is_some_and(|curves| {
+        let is_better = finding.better_curve(&curves, false).is_some();
+        is_better && curves.found.disagreeing.is_empty()
+    })
 }
 
 /// Where structure is left: only the effects that a smooth remainder would not explain as well, one

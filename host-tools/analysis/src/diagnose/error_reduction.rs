@@ -58,7 +58,6 @@ impl ErrorReduction {
             found,
             refitted: None,
             predictions: BTreeMap::new(),
-            // Where no structure is left, the two likelihoods agree.
             leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
             in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
@@ -146,6 +145,7 @@ struct Known<'a> {
     all: Vec<Named>,
     refitted: Option<[f64; 2]>,
     predictions: BTreeMap<Vec<usize>, Logs<Prediction>>,
+    /// The likelihood that names them and that of the error itself may disagree.
     leaves_structure: bool,
     /// Some were held while others were found beside them.
     in_rounds: bool,
@@ -198,9 +198,14 @@ impl Known<'_> {
         Ok(steps)
     }
 
+    /// Whether the parameters that foretell best may be others than those that were found.
+    fn is_refitted(&self) -> bool {
+        self.leaves_structure || self.in_rounds
+    }
+
     /// Gives these effects the parameters that foretell best beside each other.
     fn refit(&mut self, effects: &[usize]) -> anyhow::Result<()> {
-        if !self.leaves_structure && !self.in_rounds {
+        if !self.is_refitted() {
             return Ok(());
         }
         let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
@@ -272,7 +277,7 @@ impl Known<'_> {
     /// is not that of what is left, with the parameters that they have then.
     fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
         let others = without(effects, k);
-        if !(self.leaves_structure && self.can_foretell) {
+        if !(self.is_refitted() && self.can_foretell) {
             return Ok(RISES * self.levels(&others)?.test);
         }
         let kept = (self.all.clone(), self.refitted);

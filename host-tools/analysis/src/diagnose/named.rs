@@ -166,7 +166,7 @@ impl Named {
             is_at_end.then(|| {
                 let end = number::significant(end, 3);
                 format!(
-                    "{name} stands at the end of what was tried, {end} {}",
+                    "{name} reaches the end of what the search tries, {end} {}",
                     estimate.unit
                 )
             })

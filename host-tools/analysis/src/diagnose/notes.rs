@@ -187,8 +187,8 @@ impl Answer<'_> {
         let refitted = reduction.refitted.iter().map(|[before, after]| {
             format!(
                 "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
-                 that decides on names, which weighs errors as the noise has them; the form of a law is not quite that of the machine. \
-                 The intervals hold both.",
+                 that decides on names, which weighs errors as the noise has them and holds what it has found first while it looks for more: the form of a law is \
+                 not quite that of the machine, or what was found first has other amounts beside the rest. The intervals hold both.",
                 100.0 * (1.0 - after / before)
             )
         });

@@ -326,7 +326,10 @@ fn rounds_of(asking: &mut Asking<'_>) -> Option<WrenchFinding> {
     let (mut finding, leaves_structure) = beside_earlier(asking)?;
     // What logs that disagree have in common is no answer that could be bettered.
     if !finding.found.disagreeing.is_empty() {
-        return Some(beside::agreed_on_a_curve(finding, asking));
+        if !beside::agree_on_a_curve(&finding, asking) {
+            return Some(finding);
+        }
+        finding.found.disagreeing.clear();
     }
     let is_open = !asking.question.is_asked();
     let asks_beside = is_open && leaves_structure;

@@ -240,6 +240,12 @@ impl WrenchFinding {
         self.those(LoadEffect::is_late)
     }
 
+    /// Effects about which the logs disagree.
+    pub(super) fn disagreeing_ids(&self) -> Vec<String> {
+        let all = self.found.disagreeing.iter();
+        all.map(|one| one.id.to_owned()).collect()
+    }
+
     /// Accepted effects that follow the time and nothing else.
     pub(super) fn drifts(&self) -> Vec<String> {
         self.those(LoadEffect::is_a_drift)

@@ -172,6 +172,11 @@ pub(super) fn widen(accepted: &mut [Fitted], fits: &[Tested]) {
     }
 }
 
+/// How far a value of a shape is from another.
+pub(super) fn away(value: f64, from: f64) -> f64 {
+    ((value + 1e-12) / (from + 1e-12)).ln().abs()
+}
+
 /// The parts of the library that a tested hypothesis came from, at its nearest shapes.
 pub(super) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
     tested
@@ -185,7 +190,7 @@ pub(super) fn parts_of(library: &Library, tested: &Tested) -> Vec<Part> {
                     .zip(shapes)
                     .map(|(shape, value)| {
                         let at = fitted.parameters.get(shape.name).map_or(0.0, |p| p.0);
-                        ((value + 1e-12) / (at + 1e-12)).ln().abs()
+                        away(*value, at)
                     })
                     .sum()
             };

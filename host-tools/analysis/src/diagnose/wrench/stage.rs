@@ -105,9 +105,20 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
         library = library.anew(joint);
         found = searched(joint, &library, ask);
     }
-    let Some(accepted) = &found.accepted else {
-        return found;
-    };
+    match found.accepted.clone() {
+        Some(accepted) => beside_found(joint, library, &accepted, found, ask),
+        None => found,
+    }
+}
+
+/// Goes on beside what was found, and, where that is better, beside its sharpest form and what moves it in time.
+fn beside_found(
+    joint: &Joint,
+    library: Library,
+    accepted: &Tested,
+    found: Found,
+    ask: &Ask<'_>,
+) -> Found {
     let price = evidence::price(joint.problem.count);
     let tried = evaluate(&library, parts_of(&library, accepted), price);
     // What the shapes lose that are tried could hide or feign another effect.
@@ -123,16 +134,17 @@ pub(crate) fn search(joint: &mut Joint, ask: &Ask<'_>) -> Found {
     let of_fit = joint.of_fit();
     let work = Work::new(joint, &library, &of_fit, ask);
     let accepted = work.again(accepted);
-    let (end, came_to_end) = work.beside(&accepted);
+    let end = work.beside(&accepted);
     let late = work.late_beside_sharp_forms(&accepted);
-    let Some(late) = late.filter(|late| late.evidence > end.evidence) else {
-        return work.later((end, came_to_end), &accepted, found, ask);
-    };
-    let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true) else {
-        return found;
-    };
-    let work = Work::new(joint, &library, &of_fit, ask);
-    let end = work.beside(&work.again(&late));
+    if let Some(late) = late.filter(|late| late.evidence > end.0.evidence)
+        && let Some(library) = Library::new(joint, ask.excluded).around(joint, &late, true)
+    {
+        let work = Work::new(joint, &library, &of_fit, ask);
+        let of_late = work.beside(&work.again(&late));
+        if of_late.0.evidence > end.0.evidence {
+            return work.later(of_late, &accepted, found, ask);
+        }
+    }
     work.later(end, &accepted, found, ask)
 }
 

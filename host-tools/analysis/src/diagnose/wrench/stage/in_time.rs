@@ -1,7 +1,7 @@
 //! What moves the reading in time, beside sharper forms of what it moves.
 
-use super::Work;
-use crate::diagnose::wrench::model_selection::other_forms;
+use super::{MOST, Work};
+use crate::diagnose::wrench::model_selection::{away, other_forms};
 use crate::diagnose::wrench::search::{Hypothesis, Part, evaluate};
 use crate::diagnose::wrench::shaped::Shaped;
 use crate::diagnose::wrench::tested::Tested;
@@ -14,7 +14,8 @@ impl Work<'_> {
     /// The best hypothesis with the sharpest form of something that was found and what moves that in time. A reading that is
     /// late makes a reversal look round, and beside the round form it does not look late: neither is found without the other.
     pub(super) fn late_beside_sharp_forms(&self, accepted: &Tested) -> Option<Tested> {
-        if self.is_late(accepted) || !self.joint.has_much_left(accepted.gain) {
+        let is_full = accepted.effects.len() >= MOST;
+        if is_full || self.is_late(accepted) || !self.joint.has_much_left(accepted.gain) {
             return None;
         }
         let parts = self.parts(accepted);
@@ -46,20 +47,28 @@ impl Work<'_> {
             .max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// The parts with the sharpest form of one of them; none if that has no other size.
+    /// The parts with the sharpest form of one of them; none if it has that already.
     fn with_sharp_form(&self, parts: &[Part], place: usize) -> Option<Vec<Part>> {
         let now = &self.library.variants[parts[place].variant];
-        let sharp = |(shape, at): (&Shape, &f64)| match shape.choice && shape.continuous {
-            true => 0.0,
-            false => *at,
+        let shapes = || now.effect.shapes.iter().enumerate();
+        let is_size = |shape: &Shape| shape.choice && shape.continuous;
+        let sharpest = |(k, shape): (usize, &Shape)| {
+            let tried = now.effect.tried(shape, self.joint.pace());
+            is_size(shape).then(|| (k, tried.into_iter().fold(f64::INFINITY, f64::min)))
         };
-        let shapes = now.effect.shapes.iter().zip(&now.shapes).map(sharp);
-        let shapes: Vec<f64> = shapes.collect();
-        let mut all = self.library.variants.iter();
-        let is_sharp = |v: &Variant| v.effect.id == now.effect.id && v.shapes == shapes;
+        let sharpest: Vec<(usize, f64)> = shapes().filter_map(sharpest).collect();
+        let is_sharp = |v: &Variant| sharpest.iter().all(|(k, least)| v.shapes[*k] == *least);
+        let others: Vec<usize> = shapes().filter(|s| !is_size(s.1)).map(|s| s.0).collect();
+        let away = |v: &Variant| -> f64 {
+            let of = |k: &usize| away(v.shapes[*k], now.shapes[*k]);
+            others.iter().map(of).sum()
+        };
+        let same = self.library.variants.iter().enumerate();
+        let same = same.filter(|(_, v)| v.effect.id == now.effect.id && is_sharp(v));
+        let (variant, _) = same.min_by(|a, b| away(a.1).total_cmp(&away(b.1)))?;
         let mut other = parts.to_vec();
-        other[place].variant = all.position(is_sharp)?;
-        (shapes != now.shapes).then_some(other)
+        other[place].variant = variant;
+        (!is_sharp(now)).then_some(other)
     }
 
     /// With the form of each that is best beside what moves it in time; none if none is better.
