@@ -60,7 +60,8 @@ fn errors_carry_their_numbers() {
         CheckError::TooShort {
             name: name(),
             expected: 100,
-            received: 99
+            received: 99,
+            remedy: "record for longer"
         }
     );
     let mut model = Model::default();
@@ -70,7 +71,8 @@ fn errors_carry_their_numbers() {
         CheckError::TooShort {
             name: name(),
             expected: 12,
-            received: 11
+            received: 11,
+            remedy: "take more poses, or, with `test_every` of [split], keep fewer of them apart"
         }
     );
     assert!(check(&recording(12, |_, _| ()), &context(Some(&model))).is_ok());

@@ -45,7 +45,7 @@ impl Context<'_> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CheckError {
     /// Too few rows.
-    #[error("{name}: {received} rows, at least {expected} are needed; record for longer")]
+    #[error("{name}: {received} rows, at least {expected} are needed; {remedy}")]
     TooShort {
         /// The recording.
         name: String,
@@ -53,6 +53,8 @@ pub enum CheckError {
         expected: usize,
         /// Rows that are there.
         received: usize,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The time is the same in two rows, or runs backwards.
     #[error(
@@ -126,6 +128,12 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
             name: context.name.to_owned(),
             expected,
             received: cycles.len(),
+            remedy: match context.at_rest() {
+                true => {
+                    "take more poses, or, with `test_every` of [split], keep fewer of them apart"
+                }
+                false => "record for longer",
+            },
         });
     }
     let mut warnings = Vec::new();

@@ -305,8 +305,8 @@ impl Parameter {
         Self { role, ..self }
     }
 
-    /// A delay or a time constant that is searched: below a cycle of a fast log up to some of a slow one.
-    pub const fn time(self) -> Self {
+    /// A delay or a time constant that is searched, from a part of a cycle of 4 ms to ten of them.
+    pub const fn delay_or_lag(self) -> Self {
         self.shape(&[2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 4e-2], 0.0)
     }
 

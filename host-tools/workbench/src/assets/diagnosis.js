@@ -3,7 +3,7 @@
 
 import { end, job, post } from './api.js';
 import { fill, h, percent, quantity, significant, words } from './dom.js';
-import { changed, selection, state } from './state.js';
+import { changed, effectsOfModel, selection, state } from './state.js';
 
 /** The answer of the check for what is selected now; none while it is asked. */
 let check = null;
@@ -86,13 +86,13 @@ export function cancel() {
 }
 
 /** Fits effects together and shows what they leave; `hypothesis` is one that no model file has. */
-export async function tryEffects(effect, hypothesis) {
-  const label = effect?.join(' + ') ?? hypothesis.id;
+export async function tryEffects(effects, hypothesis) {
+  const label = effects?.join(' + ') ?? hypothesis.id;
   trying = label;
   failed = null;
   draw();
   try {
-    const found = await job('add', { selection: selection(), effect, hypothesis });
+    const found = await job('add', { selection: selection(), effect: effects, hypothesis });
     state.trial = { ...found, label };
     changed('trial');
   } catch (error) {
@@ -114,7 +114,15 @@ function checkLines() {
     h('ul', {}, check.lacking.map((one) => h('li', {}, one))))];
 }
 
-function hypothesisRow(name, one, largest) {
+/** Ids of a hypothesis with those beside which it was tried, but for what the model has. */
+function whole(one) {
+  const known = new Set(effectsOfModel().map((effect) => effect.id));
+  return [...(one.beside ?? []), ...one.effects].filter((id) => !known.has(id));
+}
+
+function hypothesisRow(one, largest) {
+  const ids = whole(one);
+  const name = ids.join(' + ');
   const gain = one.gain ?? one.gain_train + one.gain_test;
   const width = `${Math.max(100 * Math.sqrt(Math.max(gain, 0) / largest), 0.5)}%`;
   return h('li', { class: one.refused ? 'refused' : '', title: one.refused },
@@ -122,7 +130,7 @@ function hypothesisRow(name, one, largest) {
       h('span', { class: 'small muted' }, `Δχ² ${Math.round(gain).toLocaleString('en')}`),
       !one.refused && !running && h('button', {
         'data-try': name, disabled: Boolean(trying), 'aria-pressed': state.trial?.label === name,
-        onclick: () => tryEffects(one.effects), title: `Fit ${one.effects.length > 1 ? 'them together' : 'it alone'} and show what that leaves`,
+        onclick: () => tryEffects(ids), title: `Fit ${ids.length > 1 ? 'them together' : 'it alone'} and show what that leaves`,
       }, trying === name ? 'Trying …' : 'Try')),
     h('div', { class: 'bar thin' }, h('i', { class: `fill ${one.refused ? '' : 'on'}`, style: { width } })),
     one.refused && h('span', { class: 'small muted' }, one.refused));
@@ -133,7 +141,7 @@ function progress() {
   return [h('div', { class: 'row-line' }, h('progress', { max: 1, value: running.share, 'aria-label': running.what }),
     h('button', { id: 'cancel', onclick: cancel, title: 'Escape' }, 'Cancel')),
   h('p', { class: 'small muted' }, `${running.what}${running.count ? ` · ${running.count.toLocaleString('en')} hypotheses tried` : ''}`),
-  h('ol', { class: 'hypotheses' }, best.map(([name, one]) => hypothesisRow(name, one, best[0][1].gain)))];
+  h('ol', { class: 'hypotheses' }, best.map(([, one]) => hypothesisRow(one, best[0][1].gain)))];
 }
 
 /** The unit stands beside the value. */
@@ -162,7 +170,7 @@ function result(found) {
       changed('trial');
     } }, 'Show what it leaves, and add it'),
     ranked.length && h('h3', {}, 'Hypotheses, the likeliest first'),
-    ranked.length && h('ol', { class: 'hypotheses' }, ranked.map((one) => hypothesisRow(one.effects.join(' + '), one, largest))),
+    ranked.length && h('ol', { class: 'hypotheses' }, ranked.map((one) => hypothesisRow(one, largest))),
     found.experiment && h('p', { class: 'small' }, h('strong', {}, 'To tell it from its rival: '), found.experiment.sentence, '.'),
     found.notes.length && h('details', { class: 'small muted' }, h('summary', {}, 'Notes'), h('ul', {}, found.notes.map((one) => h('li', {}, one)))),
     h('p', { class: 'small muted' }, `Diagnosed in ${significant(found.seconds)} s.`)];

@@ -3,7 +3,7 @@
 import { get, id } from './api.js';
 import { fill, h, significant } from './dom.js';
 import { remove } from './add.js';
-import { state } from './state.js';
+import { effectsOfModel, state } from './state.js';
 
 const NAMES = { nominal: 'model as given', edited: 'edited by hand', refit: 'all parameters fitted anew' };
 const judged = (step) => step.test_error ?? step.train_error;
@@ -18,9 +18,6 @@ function runs(steps) {
   }, []);
 }
 
-/** Effects that the model has. */
-const there = () => state.file?.model.effect ?? [];
-
 function bar(step, before, largest) {
   const value = judged(step);
   const from = before === undefined ? 0 : Math.min(value, before);
@@ -28,7 +25,7 @@ function bar(step, before, largest) {
   const kind = before === undefined ? 'on' : value <= before ? 'falls' : 'rises';
   const part = (width, name) => h('i', { class: name, style: { width: `${100 * width / largest}%` } });
   const name = NAMES[step.effect] ?? `+ ${step.effect}`;
-  const gone = !NAMES[step.effect] && !there().some((one) => one.id === step.effect);
+  const gone = !NAMES[step.effect] && !effectsOfModel().some((one) => one.id === step.effect);
   return h('li', { class: gone ? 'refused' : '' }, h('span', { class: 'name' }, name, gone && h('span', { class: 'small muted' }, ' (taken out)')),
     h('div', { class: 'bar waterfall' }, before === undefined ? part(value, 'fill on') : [part(from, 'fill on'), part(change, `fill ${kind}`)]),
     h('span', { class: 'number' }, `${significant(value)} σₙ`));
@@ -43,7 +40,7 @@ function run(steps) {
 
 /** The effects, each with the way out. */
 function effects() {
-  return there().length && h('div', { class: 'chips' }, there().map((one) => h('span', { class: 'chip' }, one.id,
+  return effectsOfModel().length && h('div', { class: 'chips' }, effectsOfModel().map((one) => h('span', { class: 'chip' }, one.id,
     h('button', { class: 'quiet', 'aria-label': `Take ${one.id} out`, title: 'Take it out of the model', onclick: () => remove([one.id]) }, '×'))));
 }
 

@@ -48,5 +48,8 @@ export function failingWindows(channel, axis) {
   return windows.sort((a, b) => a.from_s - b.from_s);
 }
 
+/** Effects that the model has. */
+export const effectsOfModel = () => state.file?.model.effect ?? [];
+
 /** What a diagnosis works with. */
 export const selection = () => ({ model: state.model, fit: [...state.fit], test: [...state.test] });

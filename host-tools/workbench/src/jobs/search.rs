@@ -6,6 +6,7 @@ use super::task::Prepared;
 use crate::problem::Problem;
 use crate::server::Workbench;
 use anyhow::Result;
+use axum::http::StatusCode;
 use serde::Serialize;
 use serde_json::{Value, json};
 use softdock_analysis::add::{Addition, add_effects, model_after, refit_beside, useless};
@@ -27,11 +28,22 @@ pub(super) enum Question {
 
 impl Question {
     /// About effects or a hypothesis; without either about what is missing.
-    pub(super) fn effects(effects: Option<Vec<String>>, hypothesis: Option<Hypothesis>) -> Self {
+    ///
+    /// # Errors
+    ///
+    /// Both.
+    pub(super) fn effects(
+        effects: Option<Vec<String>>,
+        hypothesis: Option<Hypothesis>,
+    ) -> Result<Self, Problem> {
         match (effects, hypothesis) {
-            (_, Some(own)) => Self::Effects(vec![own.id.clone()], Some(own)),
-            (Some(ids), None) => Self::Effects(ids, None),
-            (None, None) => Self::Diagnose,
+            (Some(_), Some(_)) => Err(Problem::new(
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "expected `effect` or `hypothesis`, received both; a hypothesis that the model file has is an effect like others",
+            )),
+            (None, Some(own)) => Ok(Self::Effects(vec![own.id.clone()], Some(own))),
+            (Some(ids), None) => Ok(Self::Effects(ids, None)),
+            (None, None) => Ok(Self::Diagnose),
         }
     }
 }
@@ -164,7 +176,8 @@ impl Search {
         let added = |forced| add_effects(&self.model, ids, &self.logs, forced);
         let (why, (report, moved)) = match added(false) {
             Ok(added) => (None, added),
-            // It is shown all the same: who asks for it wants to see why not.
+            // One is shown all the same: who asks for it wants to see why not. Of several nothing is forced.
+            Err(why) if ids.len() > 1 => return Err(why),
             Err(why) => match added(true) {
                 Ok(added) => (Some(format!("{why:#}")), added),
                 Err(_) => return Err(why),

@@ -41,7 +41,7 @@ pub(crate) struct Wanted {
 
 /// An id, or a list of them.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected the id of an effect or a list of ids")]
 pub(super) enum Ids {
     One(String),
     Several(Vec<String>),
@@ -119,7 +119,7 @@ impl Task {
             Request::Fit(selection) => (selection, Question::Fit),
             Request::Add(wanted) => (
                 wanted.selection,
-                Question::effects(wanted.effect.map(Vec::from), wanted.hypothesis),
+                Question::effects(wanted.effect.map(Vec::from), wanted.hypothesis)?,
             ),
         };
         let search = Search::new(bench, selection, question)?;

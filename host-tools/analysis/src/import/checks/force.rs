@@ -202,7 +202,7 @@ fn wrong_size(fitted: &Fitted, axis: Axis, model: Option<&Model>) -> Option<Stri
         format!(
             "force f{axis} is {} times what the model's {} kg need for the acceleration (95 %: {} to {}): \
              are these other units? `scale = {}` for f{axis} in [wrench] of the mapping would make them \
-             agree, as another `mass_kg` in [tool] of the model would",
+             agree, as another `mass_kg` in [tool] of the model or, of the position, another `unit` would",
             word(factor),
             tool.mass_kg,
             word(factor - half),

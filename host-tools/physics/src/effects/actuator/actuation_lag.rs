@@ -18,8 +18,7 @@ pub const EFFECT: Effect = Effect {
                 them sharp",
     typical: "2 to 30 ms: the bandwidth of the velocity loop",
     parameters: &[Parameter::new("extra_lag_s", "s", 0.0, 0.2)
-        // As a search in a commanded force begins.
-        .time()
+        .delay_or_lag()
         .hidden(0.012, 0.022)
         .pictured(0.03)],
     confused_with: &[

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
     typical: "0.5 to 20 ms between logs of two computers",
     parameters: &[Parameter::new("offset_s", "s", -1.0, 1.0)
         // A reading that is late is a latency.
-        .time()
+        .delay_or_lag()
         .hidden(0.006, 0.012)
         .either_sign()
         .pictured(-0.02)],

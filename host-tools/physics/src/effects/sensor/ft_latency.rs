@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
                 loop that feeds energy in",
     typical: "1 to 10 ms: one to some cycles of the sensor's own sampling and the bus",
     parameters: &[Parameter::new("latency_s", "s", 0.0, 1.0)
-        .time()
+        .delay_or_lag()
         .hidden(0.012, 0.022)
         .pictured(0.02)],
     confused_with: &[

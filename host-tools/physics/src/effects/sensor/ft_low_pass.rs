@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
                 not the force",
     typical: "1 to 20 ms (8 to 150 Hz), set in the sensor's electronics",
     parameters: &[Parameter::new("time_constant_s", "s", 0.0, 1.0)
-        .time()
+        .delay_or_lag()
         .hidden(0.012, 0.022)
         .pictured(0.03)],
     confused_with: &[

@@ -15,7 +15,7 @@ pub const EFFECT: Effect = Effect {
                a_com = a + alpha x com + w x (w x com)",
     source: "Newton-Euler; seed paper section 3.2 (printed there, then neglected)",
     signature: "wrench proportional to minus the measured acceleration, strongest at jogs and at contact",
-    typical: "the mass of the tool: 1 to 20 kg",
+    typical: "the mass of the tool, 1 to 20 kg, or of what an axis moves",
     parameters: &[
         // An inertia that is missing is that of most of what is weighed.
         Parameter::new("mass_kg", "kg", 0.0, 1e4)

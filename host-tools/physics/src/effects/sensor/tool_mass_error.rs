@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
     source: "seed paper section 3.2 (gravity of the tool)",
     signature: "an offset of the force along gravity that turns with the sensor's orientation and does not depend \
                 on motion",
-    typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed",
+    typical: "10 to 200 g: a cable, a screw set, an adapter that nobody weighed; all that an axis moves, where the model knows no mass",
     parameters: &[Parameter::new("mass_error_kg", "kg", -1e4, 1e4)
         // Something is left of it.
         .of_the_tool(-0.99)
