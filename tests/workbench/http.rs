@@ -183,6 +183,12 @@ fn an_own_hypothesis_is_tried_and_written() {
         "{text}"
     );
 
+    args["effect"] = json!("guide_coulomb");
+    let both = bench.post("/api/jobs", &json!({"kind": "add", "args": args}));
+    assert_eq!(both.status, 422);
+    assert!(both.json().to_string().contains("received both"));
+    args.as_object_mut().unwrap().remove("effect");
+
     args["hypothesis"]["id"] = json!("rubbing_too");
     args["hypothesis"]["formula"] = json!("-friction_n*directon");
     let refused = bench.post("/api/jobs", &json!({"kind": "add", "args": args}));
