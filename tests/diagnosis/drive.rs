@@ -1,9 +1,8 @@
 //! An axis of which only the drive's current is recorded, scaled by a guess.
 
+use super::joint::logs;
 use softdock_analysis::add::add_effects;
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::fit::Logs;
-use softdock_analysis::fit::record::Names;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_tests::one_axis::OneAxis;
@@ -167,27 +166,12 @@ fn a_heavy_axis_has_its_mass_and_an_absurd_one_its_reason() {
     let text = text.split("[[effect]]").next().unwrap();
     let model = Model::from_toml(text, "model.toml").unwrap();
     let added = |mass_kg: f64| {
-        let rig = OneAxis {
-            cycle_s: 0.004,
-            turns: false,
-            swings: [(0.05, 1.7), (0.02, 4.1), (0.005, 11.0)],
-            noise: (1e-8, 0.5),
-            late_s: 0.0,
-        };
         let record = |seconds, phase, seed| {
-            rig.record(seconds, phase, seed, |[_, v, a]| {
+            SWUNG.record(seconds, phase, seed, |[_, v, a]| {
                 mass_kg * a + FRICTION.1 * v
             })
         };
-        let logs = Logs {
-            train: vec![record(12.0, 0.0, 1)],
-            test: vec![record(8.0, 2.0, 2)],
-            names: Names {
-                train: "train.mcap".to_owned(),
-                test: None,
-            },
-            notes: Vec::new(),
-        };
+        let logs = logs(record(12.0, 0.0, 1), record(8.0, 2.0, 2));
         let ids = ["tool_mass_error", "guide_viscous"].map(str::to_owned);
         add_effects(&model, &ids, &logs, false)
     };
@@ -218,20 +202,15 @@ fn amounts_of_several_rounds_are_those_of_all_together() {
         noise: (2e-6, 3.0),
         late_s: 0.054,
     };
-    let slower = OneAxis {
+    let faster = OneAxis {
         swings: [(0.004, 18.8), (0.001, 56.0), (0.0, 1.0)],
         ..rig
     };
     let force = |[_, v, a]: [f64; 3]| 42.8 * (v / 0.005).tanh() + VISCOUS * v + 3.2 + 8.0 * a;
-    let logs = Logs {
-        train: vec![rig.record(20.0, 0.0, 1, force)],
-        test: vec![slower.record(20.0, 0.0, 2, force)],
-        names: Names {
-            train: "train.mcap".to_owned(),
-            test: None,
-        },
-        notes: Vec::new(),
-    };
+    let logs = logs(
+        rig.record(20.0, 0.0, 1, force),
+        faster.record(20.0, 0.0, 2, force),
+    );
     let ids = [
         "guide_coulomb",
         "guide_viscous",

@@ -64,7 +64,7 @@ angle_rad = 1e-7
 "#;
 
 /// One log to fit on, and an unseen one.
-fn logs(train: Recording, test: Recording) -> Logs {
+pub(super) fn logs(train: Recording, test: Recording) -> Logs {
     Logs {
         train: vec![train],
         test: vec![test],
