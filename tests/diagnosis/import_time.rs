@@ -2,7 +2,7 @@
 
 use super::tables::{imported, near, table};
 use softdock_analysis::diagnose::{Verdict, diagnose};
-use softdock_analysis::import::starter::{Told, starter};
+use softdock_analysis::import::starter::{Filtered, Told, starter};
 use softdock_analysis::import::summary::Summary;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::signals::{Signals, VelocityMeaning};
@@ -225,11 +225,52 @@ fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
         filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
     "#;
     let logs = imported("sweep", mapping, &[("log.csv", log)]).unwrap();
-    let filter = logs.filter;
-    let text = starter(&logs.train, filter, &Told::default()).unwrap().text;
+    let filtered = logs.filtered.as_ref();
+    let text = starter(&logs.train, filtered, &Told::default())
+        .unwrap()
+        .text;
     let noise = Model::from_toml(&text, "model.toml").unwrap().noise.force_n;
     // Of white noise the filter leaves a quarter.
     assert!((0.001..0.01).contains(&noise), "{noise}");
+}
+
+/// A force that follows a motion in no proportion fills the band of the filter, too; the noise is seen above it, before the filter.
+#[test]
+fn a_band_full_of_motion_is_not_taken_for_noise() {
+    let mut random = RandomStream::new(11, 0);
+    let noise: Vec<f64> = (0..8000).map(|_| 0.01 * random.normal()).collect();
+    let phases: Vec<f64> = (0..140).map(|_| 2.0 * PI * random.uniform()).collect();
+    let log = table("t,p,f", 8000, |n| {
+        let t = 0.002 * n;
+        // Lines from 0.1 to 14 Hz.
+        let swing = |k: usize| (2.0 * PI * 0.1 * (k + 1) as f64 * t + phases[k]).sin();
+        let position = 0.1 * (0..phases.len()).map(swing).sum::<f64>();
+        let noise = noise[n as usize];
+        format!("{t},{position},{}", noise - position * position)
+    });
+    let mapping = r#"
+        files = { train = "log.csv" }
+        time = { column = "t" }
+        position = { x = "p" }
+        executed_velocity = { derive = true }
+        wrench = { fx = "f" }
+        filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
+    "#;
+    let logs = imported("full_band", mapping, &[("log.csv", log)]).unwrap();
+    let noise_by = |filtered: &Filtered| {
+        let starter = starter(&logs.train, Some(filtered), &Told::default()).unwrap();
+        let model = Model::from_toml(&starter.text, "model.toml").unwrap();
+        model.noise.force_n
+    };
+    let seen = logs.filtered.clone().unwrap();
+    let noise = noise_by(&seen);
+    // Of white noise the filter leaves a quarter.
+    assert!((0.0018..0.0032).contains(&noise), "{noise}");
+    let behind = noise_by(&Filtered {
+        noise: Vec::new(),
+        ..seen
+    });
+    assert!(behind > 10.0 * noise, "{behind}");
 }
 
 /// A mapping of a shaft of which only the speed is measured.

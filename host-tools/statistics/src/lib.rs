@@ -21,7 +21,7 @@ pub use dependence::{Dependence, dependence};
 pub use digits::digit_of;
 pub use groups::{Fit, Groups};
 pub use low_pass::LowPass;
-pub use noise_floor::{LowPassed, Noise, median, noise_floor};
+pub use noise_floor::{LowPassed, Noise, median, noise_floor, noise_let_through};
 pub use products::dot;
 pub use random::RandomStream;
 pub use sample_time::sample_time;

@@ -59,17 +59,23 @@ fn frequencies() -> impl Iterator<Item = f64> {
 }
 
 impl Noise {
+    /// Power at a frequency as a share of the sampling rate.
+    fn density(self) -> impl Fn(f64) -> f64 {
+        move |frequency| match self {
+            Self::White => 1.0,
+            Self::Differenced => 4.0 * (PI * frequency).sin().powi(2),
+        }
+    }
+
     /// Variance of a difference of noise with variance 1. Without a filter that of the third is the sum
     /// of squares of the binomials 1 3 3 1, and of 1 4 6 4 1 halved.
     fn of_difference(self, order: i32, filter: Option<LowPassed>) -> f64 {
         let (mut of_difference, mut of_noise) = (0.0, 0.0);
-        let passed = filter.map(LowPassed::power);
+        let (passed, density) = (filter.map(LowPassed::power), self.density());
         for frequency in frequencies() {
             let difference = 4.0 * (PI * frequency).sin().powi(2);
-            let mut power = passed.as_ref().map_or(1.0, |passed| passed(frequency));
-            if self == Self::Differenced {
-                power *= difference;
-            }
+            let power =
+                density(frequency) * passed.as_ref().map_or(1.0, |passed| passed(frequency));
             of_noise += power;
             of_difference += power * difference.powi(order);
         }
@@ -112,6 +118,30 @@ pub fn noise_floor(values: &[f64], noise: Noise, filter: Option<LowPassed>) -> O
 fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<f64> {
     /// Power that a line keeps, at least.
     const KEPT: f64 = 0.5;
+    let passed = filter.power();
+    let density = noise.density();
+    let behind = |frequency: f64| passed(frequency) * density(frequency);
+    let quiet = quietest(values, behind, |frequency| passed(frequency) > KEPT)?;
+    Some((quiet * mean(behind)).sqrt())
+}
+
+/// Standard deviation of the noise that a filter leaves of white noise on `values`, which have not gone through it yet. None where
+/// the band above the filter's is too narrow to say.
+///
+/// In its own band there may be nothing but motion: the quietest tenth of the lines above it, up to four times the cutoff, tells
+/// how much noise there is.
+pub fn noise_let_through(values: &[f64], filter: LowPassed) -> Option<f64> {
+    let above = (1.5 * filter.cutoff)..(4.0 * filter.cutoff).min(0.5);
+    let quiet = quietest(values, |_| 1.0, |frequency| above.contains(&frequency))?;
+    Some((quiet * mean(filter.power())).sqrt())
+}
+
+/// Density at frequency 0..0.5 that the quietest tenth of the chosen lines shows, in units of `density`. None where they are too few.
+fn quietest(
+    values: &[f64],
+    density: impl Fn(f64) -> f64,
+    chosen: impl Fn(f64) -> bool,
+) -> Option<f64> {
     /// Lines below this number belong to the window.
     const FIRST: usize = 4;
     let count = values.len() as f64;
@@ -122,17 +152,12 @@ fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<
         .enumerate()
         .map(|(n, v)| v * window(n))
         .collect();
-    let passed = filter.power();
-    let density = |frequency: f64| match noise {
-        Noise::White => passed(frequency),
-        Noise::Differenced => passed(frequency) * 4.0 * (PI * frequency).sin().powi(2),
-    };
     let frequency = |line: usize| (line + 1) as f64 / count;
     let mut lines: Vec<f64> = periodogram(&windowed)
         .iter()
         .enumerate()
         .skip(FIRST)
-        .filter(|(line, _)| passed(frequency(*line)) > KEPT)
+        .filter(|(line, _)| chosen(frequency(*line)))
         .map(|(line, power)| power / density(frequency(line)))
         .collect();
     let tenth = lines.len() / 10;
@@ -140,9 +165,12 @@ fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<
         return None;
     }
     // The power of a line of noise has an exponential distribution.
-    let quiet = *lines.select_nth_unstable_by(tenth, f64::total_cmp).1 / -0.9_f64.ln();
-    let mean = frequencies().map(density).sum::<f64>() / BINS as f64;
-    Some((quiet * mean).sqrt())
+    Some(*lines.select_nth_unstable_by(tenth, f64::total_cmp).1 / -0.9_f64.ln())
+}
+
+/// Mean of a density over the band of a series.
+fn mean(density: impl Fn(f64) -> f64) -> f64 {
+    frequencies().map(density).sum::<f64>() / BINS as f64
 }
 
 /// Median, the upper one of two; the order of the values is lost. None of nothing.
@@ -234,6 +262,34 @@ pub(crate) mod tests {
         let floor = noise_floor(&filtered(&swinging), Noise::White, Some(filter)).unwrap();
         // Of a band that is filled to two thirds the quietest tenth is the quietest third of the noise.
         assert!((0.8..2.0).contains(&(floor / rms)), "{floor} {rms}");
+    }
+
+    /// The swing fills the whole band of the filter, and what the filter leaves looks like noise of ten times the size.
+    #[test]
+    fn above_the_band_the_noise_is_seen_before_it_is_filtered() {
+        let low_pass = crate::LowPass::new(4, 0.06);
+        let filter = LowPassed {
+            order: 4,
+            cutoff: 0.06,
+        };
+        let noise = normal(8000, 6);
+        let motion = low_pass.zero_phase(&normal(8000, 7));
+        let raw: Vec<f64> = noise
+            .iter()
+            .zip(&motion)
+            .map(|(n, m)| n + 10.0 * m)
+            .collect();
+        let quiet = low_pass.zero_phase(&noise);
+        let rms = (quiet.iter().map(|v| v * v).sum::<f64>() / 8000.0).sqrt();
+        let behind = noise_floor(&low_pass.zero_phase(&raw), Noise::White, Some(filter)).unwrap();
+        assert!(behind > 5.0 * rms, "{behind} {rms}");
+        let before = noise_let_through(&raw, filter).unwrap();
+        assert!((0.8..1.25).contains(&(before / rms)), "{before} {rms}");
+        let wide = LowPassed {
+            order: 4,
+            cutoff: 0.34,
+        };
+        assert_eq!(noise_let_through(&raw, wide), None);
     }
 
     #[test]

@@ -70,6 +70,26 @@ impl Told {
     }
 }
 
+/// Standard deviations of noise: the largest of the three translations and of the three rotations.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoiseFloors {
+    /// N and N·m.
+    pub wrench: [Option<f64>; 2],
+    /// Of a velocity that is measured, m/s and rad/s.
+    pub velocity: [Option<f64>; 2],
+    /// m and rad.
+    pub pose: [Option<f64>; 2],
+}
+
+/// What an import has filtered.
+#[derive(Clone, Debug)]
+pub struct Filtered {
+    /// The low-pass.
+    pub filter: FilterModel,
+    /// What it leaves of the noise that its logs had, one by one: behind it, motion may fill the band in which noise is looked for.
+    pub noise: Vec<NoiseFloors>,
+}
+
 /// A model to start from.
 #[derive(Clone, Debug)]
 pub struct Starter {
@@ -87,10 +107,11 @@ pub struct Starter {
 /// A recording without cycles or a rising time, or no recording; a number of `told` that cannot be.
 pub fn starter(
     recordings: &[Recording],
-    filter: Option<FilterModel>,
+    filtered: Option<&Filtered>,
     told: &Told,
 ) -> anyhow::Result<Starter> {
     let first = recordings.first().context("expected at least one log")?;
+    let filter = filtered.map(|filtered| filtered.filter);
     let seen = recordings
         .iter()
         .map(|recording| Seen::of(recording, filter));
@@ -102,7 +123,8 @@ pub fn starter(
     told.apply(&mut model);
     model.validate().context("[starter] of the mapping")?;
     let rows = recordings.iter().map(|log| log.cycles.len());
-    let guessed = set_noise(&mut model, &seen, rows.sum::<usize>().max(2));
+    let before = filtered.map_or(&[][..], |filtered| &filtered.noise);
+    let guessed = set_noise(&mut model, &seen, before, rows.sum::<usize>().max(2));
     set_tolerances(&mut model, &seen);
     let origin = first.header.identity.trim_start_matches("imported from ");
     let text = commented(&model, origin);
@@ -112,12 +134,20 @@ pub fn starter(
     })
 }
 
-/// The noise that the logs show, of so many rows together; what was guessed where they show none.
-fn set_noise(model: &mut Model, seen: &[Seen], rows: usize) -> Vec<String> {
+/// The noise that the logs show, of so many rows together, or showed `before` they were filtered; what was guessed where they show
+/// none.
+fn set_noise(model: &mut Model, seen: &[Seen], before: &[NoiseFloors], rows: usize) -> Vec<String> {
     let mut guessed = Vec::new();
+    let usual = |of: &dyn Fn(&NoiseFloors) -> Option<f64>| {
+        let shown = median(seen.iter().map(|log| of(&log.floors)));
+        [shown, median(before.iter().map(of))]
+            .into_iter()
+            .flatten()
+            .reduce(f64::min)
+    };
     let [force, torque] = [(0, "force_n", "N"), (1, "torque_n_m", "N·m")].map(|(kind, key, unit)| {
         let largest = seen.iter().map(|log| log.largest[kind]).fold(0.0, f64::max);
-        let floor = median(seen.iter().map(|log| log.wrench[kind]));
+        let floor = usual(&|floors| floors.wrench[kind]);
         let is_noise = |floor: &f64| {
             // Noise of that size would have read more: what jumps from row to row is an input.
             let highest = largest * LARGEST / (2.0 * (rows as f64).ln()).sqrt();
@@ -133,8 +163,8 @@ fn set_noise(model: &mut Model, seen: &[Seen], rows: usize) -> Vec<String> {
         })
     });
     let noise = &mut model.noise;
-    let [speed, rate] = [0, 1].map(|kind| median(seen.iter().map(|log| log.velocity[kind])));
-    let [position, angle] = [0, 1].map(|kind| median(seen.iter().map(|log| log.pose[kind])));
+    let [speed, rate] = [0, 1].map(|kind| usual(&|floors| floors.velocity[kind]));
+    let [position, angle] = [0, 1].map(|kind| usual(&|floors| floors.pose[kind]));
     for (of_model, of_log) in [
         (&mut noise.force_n, force),
         (&mut noise.torque_n_m, torque),
@@ -144,7 +174,7 @@ fn set_noise(model: &mut Model, seen: &[Seen], rows: usize) -> Vec<String> {
         (&mut noise.angle_rad, angle),
     ] {
         // What the digits of the log hide is no noise of zero.
-        *of_model = of_log.unwrap_or(*of_model);
+        *of_model = of_log.and_then(two_digits).unwrap_or(*of_model);
     }
     guessed
 }
@@ -167,12 +197,10 @@ fn set_tolerances(model: &mut Model, seen: &[Seen]) {
     }
 }
 
-/// What one log shows; noise floors and largest values of translations and of rotations.
+/// What one log shows; largest values of a wrench are those of the three forces and of the three torques.
 struct Seen {
     moving: [bool; 6],
-    wrench: [Option<f64>; 2],
-    velocity: [Option<f64>; 2],
-    pose: [Option<f64>; 2],
+    floors: NoiseFloors,
     largest: [f64; 2],
     acceleration: Option<f64>,
 }
@@ -215,12 +243,14 @@ impl Seen {
         };
         Ok(Self {
             moving,
-            wrench: [less(0), less(1)],
-            velocity: floors(&|axis| series(&velocity, axis), of_poses),
-            pose: floors(
-                &|axis| places.iter().map(|place| place[axis]).collect(),
-                Noise::White,
-            ),
+            floors: NoiseFloors {
+                wrench: [less(0), less(1)],
+                velocity: floors(&|axis| series(&velocity, axis), of_poses),
+                pose: floors(
+                    &|axis| places.iter().map(|place| place[axis]).collect(),
+                    Noise::White,
+                ),
+            },
             largest: largest(cycles, &wrench),
             acceleration: acceleration(cycles, signals.cycle_s),
         })
@@ -330,7 +360,7 @@ fn largest(cycles: &[CycleRecord], of: &dyn Fn(&CycleRecord) -> [f64; 6]) -> [f6
     })
 }
 
-/// Largest noise floor of the three translations and of the three rotations, two digits; `of` an axis the series.
+/// Largest noise floor of the three translations and of the three rotations; `of` an axis the series.
 fn floors(
     of: &dyn Fn(usize) -> Vec<f64>,
     noise: Noise,
@@ -345,8 +375,5 @@ fn floors(
             .fold(0.0_f64, |largest, v| largest.max(v.abs()));
         noise_floor(&values, noise, filter).filter(|floor| *floor > ROUND_OFF * largest)
     };
-    [0..3, 3..6].map(|axes| {
-        let largest = axes.filter_map(floor).fold(0.0, f64::max);
-        two_digits(largest)
-    })
+    [0..3, 3..6].map(|axes| axes.filter_map(floor).reduce(f64::max))
 }

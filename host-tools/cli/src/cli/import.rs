@@ -169,7 +169,7 @@ fn mapped(path: &Path, mapping_file: &Path) -> Result<Imported> {
     let model_toml = match logs.model {
         Some((_, text)) => text,
         None => {
-            let starter = starter::starter(&logs.train, logs.filter, &logs.told)?;
+            let starter = starter::starter(&logs.train, logs.filtered.as_ref(), &logs.told)?;
             logs.warnings.extend(starter.guessed);
             starter.text
         }

@@ -31,7 +31,7 @@ mod source;
 mod stamps;
 
 use super::checks::{self, Context as CheckContext};
-use super::starter::Told;
+use super::starter::{Filtered, NoiseFloors, Told};
 use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
 use channels::Channels;
@@ -41,7 +41,7 @@ use softdock_app::record::CycleRecord;
 use softdock_control::frames;
 use softdock_io::input;
 use softdock_io::recording::{Header, Recording};
-use softdock_physics::model::{FilterModel, Model};
+use softdock_physics::model::Model;
 use source::Source;
 use std::path::Path;
 
@@ -54,8 +54,8 @@ pub struct MappedLogs {
     pub train: Vec<Recording>,
     /// Logs that the fit must not see, if the mapping names any.
     pub test: Vec<Recording>,
-    /// The filter that every channel went through.
-    pub filter: Option<FilterModel>,
+    /// What every channel went through.
+    pub filtered: Option<Filtered>,
     /// What a model to start from says that no column tells.
     pub told: Told,
     /// Channels that were not measured, and from what they were made.
@@ -109,15 +109,19 @@ pub fn import_at_least(
         fewest_rows,
         derived: Vec::new(),
         warnings: Vec::new(),
+        behind_filter: Vec::new(),
         turning: Turning::default(),
     };
     let (train, test) = importer.logs(&train, &test)?;
     let (mut derived, mut warnings) = (importer.derived, importer.warnings);
     derived.sort_unstable();
     derived.dedup();
-    let filter = mapping.filter.map(|filter| filter.as_modelled());
-    if let (Some((model, _)), Some(own)) = (&model, filter)
-        && model.sensor.filter != filter
+    let filtered = mapping.filter.map(|filter| Filtered {
+        filter: filter.as_modelled(),
+        noise: importer.behind_filter,
+    });
+    if let (Some((model, _)), Some(own)) = (&model, filtered.as_ref().map(|f| f.filter))
+        && model.sensor.filter != Some(own)
     {
         warnings.push(format!(
             "the model does not say through which filter the log went, so that friction would be compared \
@@ -126,7 +130,7 @@ pub fn import_at_least(
         ));
     }
     Ok(MappedLogs {
-        filter,
+        filtered,
         told: mapping.starter.clone().unwrap_or_default(),
         derived,
         model,
@@ -192,6 +196,8 @@ struct Importer<'a> {
     fewest_rows: Option<usize>,
     derived: Vec<(&'static str, &'static str)>,
     warnings: Vec<String>,
+    /// What the filter leaves of the noise of each table.
+    behind_filter: Vec<NoiseFloors>,
     turning: Turning,
 }
 
@@ -272,7 +278,8 @@ impl Importer<'_> {
             }
             self.derived.extend(cycles::derived(&channels, at_rest));
             if let Some(filter) = &mapping.filter {
-                shape::filter(&mut channels, filter, &said, &mut self.warnings)?;
+                let noise = shape::filter(&mut channels, filter, &said, &mut self.warnings)?;
+                self.behind_filter.push(noise);
             }
             let cycles = cycles::cycles(&channels, mapping, &self.m_from_s(), at_rest)?;
             Ok((cycles, channels))

@@ -3,10 +3,11 @@
 use super::channels::Channels;
 use super::file::Filter;
 use super::stamps::pieces;
+use crate::import::starter::NoiseFloors;
 use anyhow::{bail, ensure};
 use nalgebra::Vector3;
 use softdock_report::number;
-use softdock_statistics::{LowPass, sample_time};
+use softdock_statistics::{LowPass, LowPassed, noise_let_through, sample_time};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
@@ -14,7 +15,7 @@ use std::ops::Range;
 const HIGHEST_ORDER: u32 = 12;
 
 /// Filters every channel alike between its gaps, and keeps every n-th row between the ends that are
-/// left out; what gaps cost goes to `told`.
+/// left out; what gaps cost goes to `told`. Returns what is left of the noise.
 ///
 /// # Errors
 ///
@@ -25,13 +26,15 @@ pub(super) fn filter(
     filter: &Filter,
     name: &str,
     told: &mut Vec<String>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<NoiseFloors> {
     let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
     let trimmed = rows_trimmed(filter, rate_hz, channels.len())?;
     let (decimate, trim_s) = (filter.decimate, filter.trim_s);
     let low_pass = LowPass::new(filter.order, filter.cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
     let unrolled = unroll(channels);
+    let filtered = filter.as_modelled().on_samples(1.0 / rate_hz);
+    let noise = noise_behind(filtered, channels, &pieces, unrolled.is_some());
     for signal in channels.signals_mut() {
         let parts = pieces
             .iter()
@@ -53,7 +56,42 @@ pub(super) fn filter(
     }
     channels.keep(|n| kept[n]);
     roll(channels, unrolled);
-    Ok(())
+    Ok(noise)
+}
+
+/// What a filter will leave of the noise on what is measured, seen in the longest of the `pieces`; of orientations if they stand there
+/// as `angles`.
+fn noise_behind(
+    filter: LowPassed,
+    channels: &Channels,
+    pieces: &[Range<usize>],
+    angles: bool,
+) -> NoiseFloors {
+    let longest = pieces.iter().max_by_key(|piece| piece.len());
+    let largest = |signals: &[Vec<f64>]| {
+        let noise = |signal: &Vec<f64>| noise_let_through(&signal[longest?.clone()], filter);
+        let above_0 = |noise: &f64| *noise > 0.0;
+        signals
+            .iter()
+            .filter_map(noise)
+            .filter(above_0)
+            .reduce(f64::max)
+    };
+    let of_axes = |signals: &Option<[Vec<f64>; 6]>| {
+        let halves = signals.as_ref().map(|signals| signals.split_at(3));
+        halves.map_or([None; 2], |(linear, angular)| {
+            [linear, angular].map(largest)
+        })
+    };
+    let angle = channels.quaternion.as_ref().filter(|_| angles);
+    NoiseFloors {
+        wrench: of_axes(&channels.wrench),
+        velocity: of_axes(&channels.executed),
+        pose: [
+            channels.position.as_ref().and_then(|p| largest(p)),
+            angle.and_then(|[angle, ..]| largest(std::slice::from_ref(angle))),
+        ],
+    }
 }
 
 /// Checks a filter for so many rows. Returns how many it leaves out at each end.
