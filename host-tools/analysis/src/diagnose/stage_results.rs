@@ -19,6 +19,7 @@ use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What was found in logs with one belief about their clock.
 pub(super) struct StageResults {
@@ -67,7 +68,7 @@ impl StageResults {
             Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
             None => cost.clone(),
         };
-        let mut searches = 0;
+        let (mut searches, fits) = (0, Arc::default());
         let mut search = |model: &Model, question: &Question<'_>| {
             searches += 1;
             // How many there will be, nobody knows.
@@ -78,6 +79,7 @@ impl StageResults {
                 cost: &moved,
                 intervals,
                 actuator: actuator.as_ref(),
+                fits: Arc::clone(&fits),
             };
             wrench_stage(model, &motion, &mut sampling, question)
         };

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use softdock_physics::effects::by_id;
 use softdock_physics::model::Model;
 use softdock_physics::model::log::Log;
+use std::sync::Arc;
 
 /// Residual of the velocity over noise up to which the simulated motion is trusted: its misfit is then three quarters
 /// of the noise that a measured velocity would bring into the load.
@@ -24,6 +25,8 @@ pub(super) struct Motion<'a> {
     pub(super) cost: &'a Cost<'a>,
     pub(super) intervals: &'a Logs<Vec<f64>>,
     pub(super) actuator: Option<&'a ActuatorFinding>,
+    /// What the searches have fitted.
+    pub(super) fits: Arc<wrench::Fits>,
 }
 
 impl Motion<'_> {
@@ -83,7 +86,7 @@ pub(super) fn wrench_stage(
     if !logs.all.iter().all(measured) {
         return None;
     }
-    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted);
+    let mut prepared = Joint::new(motion.felt(model, sampling), logs.fitted, &motion.fits);
     if let Some(smooth) = question.beside {
         prepared.stand_beside(smooth);
     }

@@ -293,25 +293,37 @@ impl Lateness {
         });
         anticipated.collect()
     }
+
+    /// A series as it comes out, as if its first value had been there for a long time.
+    pub fn delayed(&self, series: &[f64], step_s: f64) -> Vec<f64> {
+        let mut late = Late::new(*self, step_s, [series.first().copied().unwrap_or(0.0)]);
+        series
+            .iter()
+            .map(|value| late.advance([*value])[0])
+            .collect()
+    }
 }
 
-/// Six signals that come late, sampled at equal steps and straight between two samples.
+/// Signals that come late together, sampled at equal steps and straight between two samples.
 #[derive(Clone, Debug)]
-pub struct Late {
+pub struct Late<const N: usize = 6> {
     lateness: Lateness,
     step_s: f64,
-    line: VecDeque<[f64; 6]>,
-    delayed: [f64; 6],
-    value: [f64; 6],
+    /// What is left of a value behind the lag after a step.
+    left: f64,
+    line: VecDeque<[f64; N]>,
+    delayed: [f64; N],
+    value: [f64; N],
 }
 
-impl Late {
+impl<const N: usize> Late<N> {
     /// As if `first` had been there for a long time.
-    pub fn new(lateness: Lateness, step_s: f64, first: [f64; 6]) -> Self {
+    pub fn new(lateness: Lateness, step_s: f64, first: [f64; N]) -> Self {
         let held = (lateness.delay_s.max(0.0) / step_s).ceil() as usize + 2;
         Self {
             lateness,
             step_s,
+            left: (-step_s / lateness.lag_s).exp(),
             line: VecDeque::from(vec![first; held]),
             delayed: first,
             value: first,
@@ -319,7 +331,7 @@ impl Late {
     }
 
     /// What comes out when this sample goes in.
-    pub fn advance(&mut self, sample: [f64; 6]) -> [f64; 6] {
+    pub fn advance(&mut self, sample: [f64; N]) -> [f64; N] {
         self.line.pop_back();
         self.line.push_front(sample);
         let steps = self.lateness.delay_s.max(0.0) / self.step_s;
@@ -328,7 +340,7 @@ impl Late {
             self.line[whole],
             self.line[(whole + 1).min(self.line.len() - 1)],
         );
-        let now: [f64; 6] = std::array::from_fn(|i| near[i] + rest * (far[i] - near[i]));
+        let now: [f64; N] = std::array::from_fn(|i| near[i] + rest * (far[i] - near[i]));
         let before = std::mem::replace(&mut self.delayed, now);
         if self.lateness.lag_s <= 0.0 {
             self.value = now;
@@ -336,16 +348,15 @@ impl Late {
         }
         // Exact for an input that is straight between two samples.
         let h = self.step_s / self.lateness.lag_s;
-        let left = (-h).exp();
         for (i, value) in self.value.iter_mut().enumerate() {
             let slope = (now[i] - before[i]) / h;
-            *value = now[i] - slope + (*value - before[i] + slope) * left;
+            *value = now[i] - slope + (*value - before[i] + slope) * self.left;
         }
         self.value
     }
 
     /// What comes out now.
-    pub fn value(&self) -> [f64; 6] {
+    pub fn value(&self) -> [f64; N] {
         self.value
     }
 }

@@ -1,5 +1,6 @@
 //! The logs together, with one regression.
 
+use super::fits::Fits;
 use super::fitted::Fitted;
 use super::nuisance;
 use super::prepared_log::PreparedLog;
@@ -12,6 +13,7 @@ use softdock_physics::model::Axis;
 use softdock_physics::model::load::effects::{LoadEffect, Pace, Sign, contribution};
 use softdock_physics::model::load::{Column, Scene};
 use softdock_statistics::dot;
+use std::sync::Arc;
 
 /// χ² per value beyond the noise that is more than details of the form of an effect.
 const MUCH: f64 = 0.05;
@@ -34,6 +36,8 @@ pub(crate) struct Joint {
     frozen: Vec<usize>,
     /// A smooth remainder is among the tolerances.
     pub(crate) has_remainder: bool,
+    /// Hypotheses that the searches of the diagnosis have fitted.
+    pub(super) fits: Arc<Fits>,
 }
 
 /// The highest point of a parabola through 0 at 0, of which the values at 1 and at -1 are given; 0 for one that has none.
@@ -64,8 +68,8 @@ impl Joint {
         }
     }
 
-    /// All logs together.
-    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize) -> Self {
+    /// All logs together. `fits`: of all searches of the diagnosis.
+    pub(crate) fn new(logs: Vec<PreparedLog>, fitted: usize, fits: &Arc<Fits>) -> Self {
         let problem = problem(&logs, &[], |_, _| true);
         let joint = Self {
             logs,
@@ -75,6 +79,7 @@ impl Joint {
             levels: [0.0; 2],
             frozen: Vec::new(),
             has_remainder: false,
+            fits: Arc::clone(fits),
         };
         let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));

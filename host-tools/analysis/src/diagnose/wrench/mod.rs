@@ -1,6 +1,7 @@
 //! The unmodelled wrench, by regression on physical columns.
 
 mod autoregressive;
+mod fits;
 mod fitted;
 mod gram;
 mod joint;
@@ -20,6 +21,7 @@ mod stiction;
 mod tested;
 mod variants;
 
+pub(crate) use fits::Fits;
 pub(crate) use fitted::Fitted;
 pub(crate) use motions::scene;
 pub(crate) use problem::{Problem, Segment, Solution, subtract};

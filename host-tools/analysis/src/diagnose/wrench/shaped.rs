@@ -8,8 +8,13 @@ use super::search::Part;
 use super::variants::Library;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{LoadEffect, Sign, Valued, added, contribution};
+use softdock_physics::model::load::effects::{LoadEffect, Loaded, Sign, Valued};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// What a part with some shapes loads the sensor of each log with by each coefficient that is 1; none where that is not in proportion.
+type UnitLoads = (Vec<f64>, Rc<Vec<Option<Vec<Column>>>>);
 
 /// The columns of a hypothesis in units of the noise: a shape that moves changes only those of its
 /// own part.
@@ -24,6 +29,8 @@ pub(super) struct Shaped<'a> {
     /// time stand.
     shapes: Vec<Vec<f64>>,
     coefficients: Vec<f64>,
+    /// Of each part, what it loads the sensor with.
+    loads: RefCell<Vec<Option<UnitLoads>>>,
     /// Products of all columns, in their order.
     gram: DMatrix<f64>,
     signs: Vec<Sign>,
@@ -51,6 +58,7 @@ impl<'a> Shaped<'a> {
                 .map(|part| library.variants[part.variant].shapes.clone())
                 .collect(),
             coefficients: Vec::new(),
+            loads: RefCell::new(vec![None; parts.len()]),
             gram: DMatrix::zeros(0, 0),
             signs: parts.iter().flat_map(sign).collect(),
         };
@@ -154,18 +162,66 @@ impl<'a> Shaped<'a> {
 
     /// What a part does that the others do not do without it.
     fn beside_others(&self, i: usize, shapes: &[f64]) -> Option<Projected> {
-        let all = self.valued(&self.coefficients, &self.shapes)?;
-        let mut others = all;
-        others.remove(i);
         let effect = self.effect(&self.parts[i]);
         let own = (effect, effect.values(shapes, &[]));
-        let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
-            true => added(&log.scene, &others, own.clone()),
-            false => Column::default(),
+        let added = |others: Loaded<'_>| others.added(own.clone());
+        let white = self.over_logs(&self.coefficients, &self.shapes, Some(i), &added)?;
+        (!white.is_zero()).then(|| self.problem.projected(white))
+    }
+
+    /// What is `read` of the parts, but for one, over all logs, in units of the noise; none if there is not a coefficient of each
+    /// column.
+    fn over_logs(
+        &self,
+        coefficients: &[f64],
+        shapes: &[Vec<f64>],
+        but: Option<usize>,
+        read: &dyn Fn(Loaded<'_>) -> Column,
+    ) -> Option<Column> {
+        let valued = self.valued(coefficients, shapes)?;
+        let parts: Vec<usize> = (0..self.parts.len()).filter(|i| Some(*i) != but).collect();
+        let loads = parts.iter().map(|&i| self.unit_loads(i, &shapes[i]));
+        let loads: Vec<Rc<_>> = loads.collect();
+        let of = |(k, log): (usize, &PreparedLog)| {
+            if !self.problem.counts(k) {
+                return Column::default();
+            }
+            let (mut load, mut others) = (Column::default(), Vec::new());
+            for (&i, of_logs) in parts.iter().zip(&loads) {
+                let Some(units) = &of_logs[k] else {
+                    others.push(valued[i].clone());
+                    continue;
+                };
+                for (unit, c) in units.iter().zip(&coefficients[self.places(i)]) {
+                    subtract(&mut load, unit, -c);
+                }
+            }
+            read(Loaded::by(&log.scene, &others).and(load))
         };
         let columns: Vec<Column> = self.joint.logs.iter().enumerate().map(of).collect();
-        let white = self.problem.whitened(&columns.iter().collect::<Vec<_>>());
-        (!white.is_zero()).then(|| self.problem.projected(white))
+        Some(self.problem.whitened(&columns.iter().collect::<Vec<_>>()))
+    }
+
+    /// What a part loads the sensor with, evaluated once for the same shapes.
+    fn unit_loads(&self, i: usize, shapes: &[f64]) -> Rc<Vec<Option<Vec<Column>>>> {
+        let known = self.loads.borrow()[i].clone();
+        if let Some((_, known)) = known.filter(|(of, _)| of == shapes) {
+            return known;
+        }
+        let part = &self.parts[i];
+        let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
+            true => self.effect(part).unit_loads(&log.scene, shapes, &part.used),
+            false => None,
+        };
+        let of_logs: Rc<Vec<_>> = Rc::new(self.joint.logs.iter().enumerate().map(of).collect());
+        self.loads.borrow_mut()[i] = Some((shapes.to_vec(), of_logs.clone()));
+        of_logs
+    }
+
+    /// Of the coefficients of a part among all.
+    fn places(&self, i: usize) -> std::ops::Range<usize> {
+        let before = self.parts[..i].iter().map(|part| part.used.len()).sum();
+        before..before + self.parts[i].used.len()
     }
 
     fn multiply(&mut self) {
@@ -299,14 +355,8 @@ impl<'a> Shaped<'a> {
 
     /// What all parts together do to the reading.
     fn whole(&self, coefficients: &[f64], shapes: &[Vec<f64>]) -> Projected {
-        let effects = self.valued(coefficients, shapes).unwrap_or_default();
-        let of = |(k, log): (usize, &PreparedLog)| match self.problem.counts(k) {
-            true => contribution(&log.scene, &effects),
-            false => Column::default(),
-        };
-        let columns: Vec<Column> = self.joint.logs.iter().enumerate().map(of).collect();
-        let white = self.problem.whitened(&columns.iter().collect::<Vec<_>>());
-        self.problem.projected(white)
+        let all = self.over_logs(coefficients, shapes, None, &|all| all.read());
+        self.problem.projected(all.unwrap_or_default())
     }
 
     /// Takes the slopes of the contribution for the columns of open coefficients.

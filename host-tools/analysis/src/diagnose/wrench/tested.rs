@@ -1,5 +1,6 @@
 //! A hypothesis with refined shapes.
 
+use super::fits;
 use super::fitted::Fitted;
 use super::joint::Joint;
 use super::problem::{Problem, Solution};
@@ -11,7 +12,7 @@ use crate::diagnose::evidence::Foretold;
 use crate::diagnose::finding::Trial;
 use softdock_physics::effects::Difference;
 use softdock_physics::model::load::effects::{
-    Coefficient, LoadEffect, Valued, added, contribution,
+    Coefficient, LoadEffect, Loaded, Valued, contribution,
 };
 use softdock_physics::model::load::{Column, Scene};
 use softdock_physics::model::{Channel, Model};
@@ -104,7 +105,7 @@ impl Tested {
     /// does so to what the others load the sensor with.
     pub(crate) fn part(&self, scene: &Scene, one: &Fitted) -> Column {
         match one.valued(scene) {
-            Some(late) if late.0.is_late() => added(scene, &self.loads(scene), late),
+            Some(late) if late.0.is_late() => Loaded::by(scene, &self.loads(scene)).added(late),
             Some(load) => contribution(scene, &[load]),
             None => Column::default(),
         }
@@ -120,6 +121,18 @@ pub(super) fn tested(library: &Library, hypothesis: &Hypothesis, joint: &Joint) 
 
 /// The same, fitted to some rows of the logs.
 pub(super) fn fitted_to(
+    problem: &Problem,
+    library: &Library,
+    hypothesis: &Hypothesis,
+    joint: &Joint,
+    care: Care,
+) -> Tested {
+    let key = fits::key([problem, &joint.problem], library, hypothesis, care);
+    let fit = || fit(problem, library, hypothesis, joint, care);
+    joint.fits.known_or(key, fit)
+}
+
+fn fit(
     problem: &Problem,
     library: &Library,
     hypothesis: &Hypothesis,

@@ -5,9 +5,7 @@ use super::prepared_log::PreparedLog;
 use super::tested::Tested;
 use nalgebra::{DMatrix, DVector};
 use softdock_physics::model::load::Column;
-use softdock_physics::model::load::effects::{
-    LoadEffect, Pace, Shape, Sign, Valued, added, contribution,
-};
+use softdock_physics::model::load::effects::{LoadEffect, Loaded, Pace, Shape, Sign};
 
 /// An effect with given shape parameters.
 pub(crate) struct Variant {
@@ -107,10 +105,9 @@ impl Library {
     /// too far `apart`, what was found has its own. Beside a delay that is off by half a step all that looks like the difference
     /// would seem to be missing. None where neither makes a difference.
     pub(crate) fn around(mut self, joint: &Joint, found: &Tested, apart: bool) -> Option<Self> {
-        let loads: Vec<Vec<Valued<'static>>> = joint
-            .logs
-            .iter()
-            .map(|log| found.loads(&log.scene))
+        let scenes = joint.logs.iter().map(|log| &log.scene);
+        let loads: Vec<Loaded<'_>> = scenes
+            .map(|scene| Loaded::by(scene, &found.loads(scene)))
             .collect();
         let moves = self.moves(joint, &loads);
         if moves {
@@ -137,15 +134,15 @@ impl Library {
     /// Whether what moves the reading in time has to move what was found to load the sensor of each log: without that it
     /// cannot be seen. Not where there is none, where what was found is little beside what was known, or where what is measured
     /// hardly changes: of a constant command nobody knows when it was given.
-    fn moves(&self, joint: &Joint, of_logs: &[Vec<Valued<'static>>]) -> bool {
+    fn moves(&self, joint: &Joint, of_logs: &[Loaded<'_>]) -> bool {
         /// Share of the reading, as a power, below which a column that lacks it is right enough to look on: its
         /// gain is wrong by as much.
         const LITTLE: f64 = 0.1;
-        let power = |of: &dyn Fn(&PreparedLog, &[Valued<'_>]) -> Column| -> f64 {
+        let power = |of: &dyn Fn(&PreparedLog, &Loaded<'_>) -> Column| -> f64 {
             let logs = joint.logs.iter().zip(of_logs);
             logs.map(|(log, loads)| variation(&of(log, loads))).sum()
         };
-        let more = power(&|log, loads| contribution(&log.scene, loads));
+        let more = power(&|_, loads| loads.read());
         let known = power(&|log, _| log.scene.reading.clone());
         let measured = power(&|log, _| {
             let mut measured = log.residual.clone();
@@ -158,7 +155,7 @@ impl Library {
     }
 
     /// What moves the reading in time moves these loads, too.
-    fn move_in_time(&mut self, joint: &Joint, of_logs: &[Vec<Valued<'static>>]) {
+    fn move_in_time(&mut self, joint: &Joint, of_logs: &[Loaded<'_>]) {
         for variant in self.variants.iter_mut().filter(|v| v.effect.is_late()) {
             variant.columns = vec![self.columns.len()];
             self.columns
@@ -167,7 +164,7 @@ impl Library {
     }
 
     /// Adds what was found with its own shapes.
-    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Vec<Valued<'static>>]) {
+    fn refine(&mut self, joint: &Joint, found: &Tested, of_logs: &[Loaded<'_>]) {
         for fitted in &found.effects {
             let alike = self.variants.iter().find(|v| v.effect.id == fitted.id);
             let Some((effect, signs)) = alike.map(|v| (v.effect, v.signs.clone())) else {
@@ -223,15 +220,13 @@ impl Library {
 /// What an effect that moves the reading in time adds to given loads of each log.
 fn moved(
     joint: &Joint,
-    of_logs: &[Vec<Valued<'static>>],
+    of_logs: &[Loaded<'_>],
     effect: &'static LoadEffect,
     shapes: &[f64],
 ) -> Column {
     let valued = (effect, effect.values(shapes, &[]));
-    let logs = joint.logs.iter().zip(of_logs);
-    let each: Vec<Column> = logs
-        .map(|(log, loads)| added(&log.scene, loads, valued.clone()))
-        .collect();
+    let each = of_logs.iter().map(|loads| loads.added(valued.clone()));
+    let each: Vec<Column> = each.collect();
     joint.problem.whitened(&each.iter().collect::<Vec<_>>())
 }
 

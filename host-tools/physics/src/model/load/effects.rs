@@ -322,10 +322,26 @@ impl LoadEffect {
         }
         let column = |k: &usize| match self.coefficients.is_empty() {
             true => self.part(scene, &self.values(shapes, &[])),
-            false => self.slope(scene, shapes, *k),
+            false => self.slope(shapes, *k, |p| self.part(scene, p)),
         };
         let columns: Option<Vec<Column>> = places.iter().map(column).collect();
         columns.filter(|columns| !columns.iter().all(Column::is_zero))
+    }
+
+    /// What it loads the sensor with by its coefficients at some places if each is 1; None if it acts on the reading as a whole, or if
+    /// that is not linear in its coefficients.
+    pub fn unit_loads(
+        &self,
+        scene: &Scene,
+        shapes: &[f64],
+        places: &[usize],
+    ) -> Option<Vec<Column>> {
+        if self.acts_on_reading() || !self.is_linear() || self.coefficients.is_empty() {
+            return None;
+        }
+        let change = |p: &[f64]| Some(self.change_if_any(scene, &scene.reading, p));
+        let slopes = places.iter().map(|k| self.slope(shapes, *k, change));
+        slopes.collect()
     }
 
     /// Whether a friction would change its sign over a speed so large that it never reaches its level: it would be a viscous
@@ -425,9 +441,14 @@ impl LoadEffect {
         given.map(|v| v.copied().unwrap_or(0.0)).collect()
     }
 
-    /// Difference quotient of the part by a coefficient, at zero. Its step, a millionth of the plausible
+    /// Difference quotient of a part by a coefficient, at zero. Its step, a millionth of the plausible
     /// range, is a power of two, so that what is linear has no error of rounding.
-    fn slope(&self, scene: &Scene, shapes: &[f64], k: usize) -> Option<Column> {
+    fn slope(
+        &self,
+        shapes: &[f64],
+        k: usize,
+        part: impl Fn(Values<'_>) -> Option<Column>,
+    ) -> Option<Column> {
         let mut linear = self
             .effect
             .parameters
@@ -440,7 +461,7 @@ impl LoadEffect {
             .exp2();
         let mut coefficients = vec![0.0; self.coefficients.len()];
         coefficients[k] = step;
-        let mut slope = self.part(scene, &self.values(shapes, &coefficients))?;
+        let mut slope = part(&self.values(shapes, &coefficients))?;
         slope.scale(1.0 / step);
         Some(slope)
     }
@@ -479,41 +500,63 @@ pub type Valued<'a> = (&'a LoadEffect, Vec<f64>);
 
 /// What effects together do to the reading, beside those that the model knows.
 pub fn contribution(scene: &Scene, effects: &[Valued<'_>]) -> Column {
-    let (whole, loads): (Vec<&Valued<'_>>, Vec<_>) =
-        effects.iter().partition(|(law, _)| law.acts_on_reading());
-    let mut load = Column::default();
-    for (law, p) in loads {
-        load.add(&law.change_if_any(scene, &scene.reading, p).0);
-    }
-    as_read(scene, load, &whole)
+    Loaded::by(scene, effects).read()
 }
 
-/// What an effect does to the reading that others do not do without it.
-pub fn added(scene: &Scene, others: &[Valued<'_>], effect: Valued<'_>) -> Column {
-    let with = [others, &[effect]].concat();
-    let mut added = contribution(scene, &with);
-    let mut without = contribution(scene, others);
-    without.scale(-1.0);
-    added.add(&without.0);
-    added
+/// What effects load the sensor with beside those that the model knows, and those of them that act on the reading as a whole.
+pub struct Loaded<'a> {
+    scene: &'a Scene,
+    load: Column,
+    whole: Vec<Valued<'a>>,
+}
+
+impl<'a> Loaded<'a> {
+    /// Of some effects.
+    pub fn by(scene: &'a Scene, effects: &[Valued<'a>]) -> Self {
+        let mut load = Column::default();
+        for (law, p) in effects.iter().filter(|(law, _)| !law.acts_on_reading()) {
+            load.add(&law.change_if_any(scene, &scene.reading, p).0);
+        }
+        let whole = effects.iter().filter(|(law, _)| law.acts_on_reading());
+        Self {
+            scene,
+            load,
+            whole: whole.cloned().collect(),
+        }
+    }
+
+    /// With a further load.
+    pub fn and(mut self, load: Column) -> Self {
+        self.load.add(&load.0);
+        self
+    }
+
+    /// What they do to the reading.
+    pub fn read(&self) -> Column {
+        as_read(self.scene, self.load.clone(), &self.whole)
+    }
+
+    /// What a further effect on the reading as a whole does that these do not do without it.
+    pub fn added(&self, effect: Valued<'a>) -> Column {
+        let with = [&self.whole[..], &[effect]].concat();
+        as_read(self.scene, self.load.clone(), &with).less(&self.read())
+    }
 }
 
 /// What the reading shows of a further load: what acts on the reading as a whole (a delay, a gain) acts on
 /// all that loads the sensor, first the known effects, then `whole`.
-fn as_read(scene: &Scene, load: Column, whole: &[&Valued<'_>]) -> Column {
+fn as_read(scene: &Scene, load: Column, whole: &[Valued<'_>]) -> Column {
     let known = known(&scene.model, &scene.model.effects, true);
     if whole.is_empty() && known.iter().all(|(law, _)| !law.acts_on_load()) {
         return scene.shown(load);
     }
     let mut reading = scene.load.clone();
     reading.add(&load.0);
-    for (law, p) in known.iter().chain(whole.iter().copied()) {
+    for (law, p) in known.iter().chain(whole) {
         let change = law.change_if_any(scene, &reading, p);
         reading.add(&change.0);
     }
-    scene.shown(Column::of(scene.len(), |n| {
-        std::array::from_fn(|axis| reading.at(axis, n) - scene.reading.at(axis, n))
-    }))
+    scene.shown(reading.less(&scene.reading))
 }
 
 /// Effects of a model file: those that act on the reading as a whole, or those that load the sensor.

@@ -5,8 +5,8 @@ use super::{Column, Scene, Touch};
 use crate::effects::formula::{ActsOn, Formula, Signals};
 use crate::effects::sensor::tool::{LoadMotion, ToolState};
 use crate::effects::{
-    Actuator, Direction, Effect, Facing, Group, Guide, Late, Lateness, Law, Penetration, Slide,
-    Values, sign,
+    Actuator, Direction, Effect, Facing, Group, Guide, Lateness, Law, Penetration, Slide, Values,
+    sign,
 };
 use crate::model::{EffectModel, Model, WrenchMeaning};
 use nalgebra::{Matrix3, Vector3};
@@ -122,17 +122,17 @@ pub(super) fn part(
         Law::Load(law) => {
             let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
             let zero = Wrench::of(&scene.bias.map(|b| kept * b));
-            changed(scene, reading, |_, reading| {
+            changed(scene, reading, |reading| {
                 let load = *reading - zero;
                 law(p, &load) + zero
             })
         }
-        Law::Drive(law) => changed(scene, reading, |_, force| law(p, force)),
+        Law::Drive(law) => changed(scene, reading, |force| law(p, force)),
         Law::Zero(law) => {
             let start = scene.time_s.first().copied().unwrap_or(0.0);
             Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
         }
-        Law::Range(law) => changed(scene, reading, |_, reading| law(p, reading)),
+        Law::Range(law) => changed(scene, reading, |reading| law(p, reading)),
         Law::Late(law) => late(scene, reading, law(p)),
         Law::Actuator(Actuator {
             late: Some(law), ..
@@ -258,28 +258,21 @@ fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
 
 /// Change of a reading that comes late.
 fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
-    let mut late = Late::new(by, scene.cycle_s, reading.row(0));
-    changed(scene, reading, |_, reading| {
-        Wrench::of(&late.advance(reading.get()))
-    })
+    let late = reading.each(|series| by.delayed(series, scene.cycle_s));
+    late.less(reading)
 }
 
 /// Change of a reading that is there before what it is the reading of.
 fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
-    let anticipated = |series: &Vec<f64>| by.anticipated(series, scene.cycle_s);
-    let anticipated = Column(reading.0.each_ref().map(anticipated));
-    changed(scene, reading, |n, _| Wrench::of(&anticipated.row(n)))
+    let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
+    early.less(reading)
 }
 
 /// Change of a reading in each cycle.
-fn changed(
-    scene: &Scene,
-    reading: &Column,
-    mut read: impl FnMut(usize, &Wrench<f64>) -> Wrench<f64>,
-) -> Column {
+fn changed(scene: &Scene, reading: &Column, read: impl Fn(&Wrench<f64>) -> Wrench<f64>) -> Column {
     Column::of(scene.len(), |n| {
         let before = Wrench::of(&reading.row(n));
-        (read(n, &before) - before).get()
+        (read(&before) - before).get()
     })
 }
 

@@ -66,6 +66,30 @@ impl Column {
         }
     }
 
+    /// What a function makes of each series in which there is something.
+    pub fn each(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let each = |series: &Vec<f64>| match series.is_empty() {
+            true => Vec::new(),
+            false => of(series),
+        };
+        Self(self.0.each_ref().map(each))
+    }
+
+    /// Without another column; series of which nothing is left are empty.
+    pub fn less(mut self, other: &Self) -> Self {
+        for (own, other) in self.0.iter_mut().zip(&other.0) {
+            if own.is_empty() {
+                *own = other.iter().map(|o| -o).collect();
+            } else {
+                own.iter_mut().zip(other).for_each(|(own, o)| *own -= o);
+            }
+            if own.iter().all(|value| *value == 0.0) {
+                own.clear();
+            }
+        }
+        self
+    }
+
     /// Multiplies all series.
     pub fn scale(&mut self, factor: f64) {
         let all = self.0.iter_mut().flatten();
@@ -410,9 +434,7 @@ impl Scene {
 
     /// What effects of the model file make of the reading.
     pub fn known(&self) -> Column {
-        self.shown(Column::of(self.len(), |n| {
-            std::array::from_fn(|axis| self.reading.at(axis, n) - self.nominal.at(axis, n))
-        }))
+        self.shown(self.reading.clone().less(&self.nominal))
     }
 
     /// Reading of a force in C on a point of M.
