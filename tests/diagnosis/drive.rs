@@ -220,6 +220,10 @@ fn amounts_of_several_rounds_are_those_of_all_together() {
     let (report, _) = add_effects(&model, &ids.map(str::to_owned), &logs, false).unwrap();
     let viscous = &report.diagnosis.parameters["guide_viscous"]["damping_n_s_per_m"];
     assert!(
+        0.9 * VISCOUS < viscous.low && viscous.high < 1.1 * VISCOUS,
+        "{viscous:?}"
+    );
+    assert!(
         (viscous.value / VISCOUS - 1.0).abs() < 0.2,
         "{viscous:?} {:?}",
         report.diagnosis.notes

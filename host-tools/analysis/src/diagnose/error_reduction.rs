@@ -209,7 +209,7 @@ impl Known<'_> {
             return Ok(());
         }
         let named: Vec<Named> = effects.iter().map(|k| self.found[*k].clone()).collect();
-        let better = for_prediction::refit(self.model, self.recordings, &named)?;
+        let better = for_prediction::refit(self.model, self.recordings, &named, self.in_rounds)?;
         let (best, errors) = better.map_or((named, None), |(best, errors)| (best, Some(errors)));
         effects
             .iter()

@@ -21,17 +21,19 @@ use softdock_physics::model::{Channel, Model};
 pub(super) type Better = (Vec<Named>, [f64; 2]);
 
 /// The effects with the parameters of least squares, if these foretell unseen data better. Each interval holds what both
-/// likelihoods say.
+/// likelihoods say; `in_rounds`: what least squares say, as some were found while others were held, beside which what is known of these
+/// was too much or too little.
 pub(super) fn refit(
     model: &Model,
     recordings: &Logs<&Recording>,
     named: &[Named],
+    in_rounds: bool,
 ) -> anyhow::Result<Option<Better>> {
     if named.is_empty() {
         return Ok(None);
     }
     let before = Errors::of(model, recordings, named)?;
-    let refitted = by_least_squares(model, recordings, named)?;
+    let refitted = by_least_squares(model, recordings, named, in_rounds)?;
     let after = Errors::of(model, recordings, &refitted)?;
     let is_better = after.unseen * RISES < before.unseen; // not so for NaN
     Ok(is_better.then_some((refitted, [before.unseen, after.unseen])))
@@ -53,7 +55,7 @@ pub(super) fn with_reversals(
         return Ok(None);
     }
     let before = Errors::of(model, recordings, named)?;
-    let as_found = by_least_squares(model, recordings, named)?;
+    let as_found = by_least_squares(model, recordings, named, false)?;
     let as_found = Errors::of(model, recordings, &as_found)?;
     let (mut least, mut best) = (as_found.of_fit, None);
     for (k, named) in frictions {
@@ -66,7 +68,7 @@ pub(super) fn with_reversals(
                 continue;
             };
             others[k] = turning;
-            let others = by_least_squares(model, recordings, &others)?;
+            let others = by_least_squares(model, recordings, &others, false)?;
             let errors = Errors::of(model, recordings, &others)?;
             rises = if errors.of_fit > last { rises + 1 } else { 0 };
             last = errors.of_fit;
@@ -110,6 +112,7 @@ fn by_least_squares(
     model: &Model,
     recordings: &Logs<&Recording>,
     named: &[Named],
+    anew: bool,
 ) -> anyhow::Result<Vec<Named>> {
     let first = model.effects.len();
     let found = refit_effects(
@@ -118,7 +121,7 @@ fn by_least_squares(
         recordings.train(),
     )?;
     let fitted = named.iter().zip(&found.after.effects[first..]);
-    let refitted = fitted.map(|(named, fitted)| named.clone().refitted(fitted));
+    let refitted = fitted.map(|(named, fitted)| named.clone().refitted(fitted, anew));
     Ok(refitted.collect())
 }
 

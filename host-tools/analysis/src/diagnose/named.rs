@@ -94,8 +94,8 @@ impl Named {
         self
     }
 
-    /// With the values of another fit, and intervals that hold what both say.
-    pub(super) fn refitted(mut self, fitted: &EffectModel) -> Self {
+    /// With the values of another fit, and intervals that hold what both say; `anew`: those of that fit alone.
+    pub(super) fn refitted(mut self, fitted: &EffectModel, anew: bool) -> Self {
         let estimates = std::mem::take(&mut self.estimates);
         for (name, before) in estimates {
             let Some(value) = fitted.parameters.get(&name).copied() else {
@@ -103,8 +103,11 @@ impl Named {
             };
             let ends = fitted.interval_95.get(&name).copied();
             let [low, high] = self.foretold.within(value, ends.unwrap_or([value; 2]));
-            let hull = [low.min(before.low), high.max(before.high)];
-            self = self.within(&name, value, hull, &before.unit);
+            let interval = match anew {
+                true => [low, high],
+                false => [low.min(before.low), high.max(before.high)],
+            };
+            self = self.within(&name, value, interval, &before.unit);
         }
         self
     }
