@@ -229,3 +229,33 @@ fn amounts_of_several_rounds_are_those_of_all_together() {
         report.diagnosis.notes
     );
 }
+
+/// An offset that is worth less than its price in the likelihood, beside a friction: who asks for both gets both, as unseen data is
+/// foretold better, and nobody one that is not there.
+#[test]
+fn what_foretells_unseen_data_better_is_added_to_those_who_ask_for_it() {
+    let text = MODEL.split("[[effect]]").next().unwrap();
+    let text = text.replace("unscaled", "commanded");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let ids = ["guide_viscous", "guide_offset"].map(str::to_owned);
+    let added = |offset: f64| {
+        let record = |seconds, phase, seed| {
+            SWUNG.record(seconds, phase, seed, |[_, v, a]| {
+                KNOWN.0 * a + FRICTION.1 * v + offset
+            })
+        };
+        let logs = logs(record(4.0, 0.0, 1), record(3.0, 2.0, 2));
+        add_effects(&model, &ids, &logs, false)
+    };
+    let (report, _) = added(0.14).unwrap();
+    let diagnosis = &report.diagnosis;
+    let by = "`guide_viscous` and `guide_offset` are fitted by least squares";
+    assert!(diagnosis.sentence.starts_with(by), "{}", diagnosis.sentence);
+    let offset = &diagnosis.parameters["guide_offset"]["force_n"];
+    assert!((offset.low..offset.high).contains(&-0.14), "{offset:?}");
+    let errors = diagnosis.steps.iter().map(|step| step.test_error.unwrap());
+    assert!(errors.is_sorted_by(|before, after| before > after));
+    let refused = added(0.0).unwrap_err().to_string();
+    let says = "do not pay for the parameters of `guide_offset`";
+    assert!(refused.contains(says), "{refused}");
+}

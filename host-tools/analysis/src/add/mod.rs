@@ -56,7 +56,7 @@ pub fn add_effect(
             return Ok((report, moved));
         }
     }
-    together::found_beside(model, id, logs)?.ok_or(alone)
+    together::found_beside(model, &[id.to_owned()], logs)?.ok_or(alone)
 }
 
 /// Fits one effect as [`add_effect`] does, or several together, in the forms that suit the logs, and beside them what the model
@@ -91,6 +91,11 @@ pub fn add_effects(
 fn add_together(model: &Model, ids: &[String], logs: &Logs) -> Result<(Report, Vec<Refitted>)> {
     let mut report = fit_effects(model, ids, &logs.fitted(), &logs.unseen_ones(), true)?;
     let is_found = |id: &&String| report.diagnosis.effects.contains(id);
+    if !ids.iter().all(|id| is_found(&id))
+        && let Some(all) = together::found_beside(model, ids, logs)?
+    {
+        return Ok(all);
+    }
     let (found, missing): (Vec<&String>, Vec<&String>) = ids.iter().partition(is_found);
     let quoted = |ids: &[&String]| {
         let quoted: Vec<String> = ids.iter().map(|id| format!("`{id}`")).collect();

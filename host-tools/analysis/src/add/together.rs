@@ -1,6 +1,7 @@
 //! What a model has already, fitted anew together with what is added: a weight that was found without an offset has taken a
 //! part of it.
 
+use crate::compare::sentence::listed;
 use crate::diagnose::{Estimate, Parameters, Report, evidence, fit_effects};
 use crate::fit::judged::RISES;
 use crate::fit::logs::refs;
@@ -60,52 +61,50 @@ pub fn refit_beside(model: &Model, report: &mut Report, logs: &Logs) -> Result<V
     Ok(moved(model, &parameters))
 }
 
-/// An effect that is refused while the others are held, fitted together with them, if that foretells unseen data better by so
-/// much as names it, also than with the others fitted anew without it: a viscous friction that was fitted alone has taken all of
-/// a dry one, and more. A search chooses the forms; if it finds less than all of them, least squares gives the parameters of
-/// the plain ones.
+/// Effects that are refused while others are held, fitted together with these, if that foretells unseen data better by so much as
+/// names them, also than with the others fitted anew without them: a viscous friction that was fitted alone has taken all of a dry
+/// one, and more. A search chooses the forms; of what it does not find, least squares give the parameters of the plain ones.
 pub(super) fn found_beside(
     model: &Model,
-    id: &str,
+    ids: &[String],
     logs: &Logs,
 ) -> Result<Option<(Report, Vec<Refitted>)>> {
-    if !model.effects.iter().any(EffectModel::was_fitted) {
+    let new = model.effects.len();
+    if ids.len() < 2 && !model.effects.iter().any(EffectModel::was_fitted) {
         return Ok(None);
     }
     let parts = logs.parted();
     let [train, test] = parts.each_ref().map(|logs| refs(logs));
-    let (mut report, finds_all) = search(model, &[id.to_owned()], logs)?;
+    let (mut report, finds_all) = search(model, ids, logs)?;
+    let missing = |id: &&String| finds_all || !report.diagnosis.effects.contains(id);
+    let missing: Vec<String> = ids.iter().filter(missing).cloned().collect();
     if !finds_all {
-        let (after, parameters) = refitted(&with_plain(model, id)?, model.effects.len(), &train)?;
+        let start = with_all(model, ids, &report.after)?;
+        let (after, parameters) = refitted(&start, new, &train)?;
         report.after = after;
         report.diagnosis.is_of_fit();
         report.diagnosis.parameters = parameters;
-        report.diagnosis.sentence =
-            format!("`{id}` is fitted by least squares, together with what the model has.");
+        report.diagnosis.sentence = by_least_squares(ids);
     }
-    let step = |effect: &str, model: &Model| -> Result<Step> {
-        Ok(Step {
-            effect: effect.to_owned(),
-            train_error: error(model, &train)?,
-            test_error: Some(error(model, &test)?),
-        })
-    };
-    let steps = [step(HistoryStep::NOMINAL, model)?, step(id, &report.after)?];
-    let [before, now] = steps
-        .each_ref()
-        .map(|step| step.test_error.unwrap_or(f64::NAN));
-    let without = error(&refitted(model, model.effects.len(), &train)?.0, &test)?;
+    let mut others = report.after.clone();
+    others.effects.retain(|one| !missing.contains(&one.id));
+    let without = error(&refitted(&others, new, &train)?.0, &test)?;
+    let steps = steps(model, ids, &report.after, [&train, &test])?;
+    let errors = [steps.first(), steps.last()].map(|step| step.and_then(|step| step.test_error));
+    let [before, now] = errors.map(|error| error.unwrap_or(f64::NAN));
     let falls = now * evidence::RISES < before.min(without); // not so for NaN
-    if !falls || !is_sure(&report, id) {
+    if !falls || !ids.iter().all(|id| is_sure(&report, id)) {
         return Ok(None);
     }
     let [before, now] = [model, &report.after].map(|model| predictions(model, &test));
     let (before, now) = (before?, now?);
     let moved = moved(model, &report.diagnosis.parameters);
     let diagnosis = &mut report.diagnosis;
-    diagnosis.effects = vec![id.to_owned()];
-    diagnosis.parameters.retain(|effect, _| effect == id);
-    diagnosis.steps = steps.into();
+    diagnosis.effects = ids.to_vec();
+    diagnosis
+        .parameters
+        .retain(|effect, _| ids.contains(effect));
+    diagnosis.steps = steps;
     diagnosis.residual_rms_sigma = BeforeAfter {
         before: ChannelLevels::of(&before),
         after: ChannelLevels::of(&now),
@@ -114,6 +113,39 @@ pub(super) fn found_beside(
         (report.before_prediction, report.after_prediction) = (before, now);
     }
     Ok(Some((report, moved)))
+}
+
+fn by_least_squares(ids: &[String]) -> String {
+    let quoted: Vec<String> = ids.iter().map(|id| format!("`{id}`")).collect();
+    let are = if ids.len() < 2 { "is" } else { "are" };
+    format!(
+        "{} {are} fitted by least squares, together with what the model has.",
+        listed(&quoted)
+    )
+}
+
+/// The error of both logs as one effect after the other is added, with the parameters that they have all together.
+fn steps(
+    model: &Model,
+    ids: &[String],
+    after: &Model,
+    [train, test]: [&[&Recording]; 2],
+) -> Result<Vec<Step>> {
+    let step = |count: usize| -> Result<Step> {
+        let mut with = after.clone();
+        let later = ids.get(count..).unwrap_or_default();
+        with.effects.retain(|one| !later.contains(&one.id));
+        let (with, effect) = match count.checked_sub(1).and_then(|last| ids.get(last)) {
+            Some(last) => (&with, last.as_str()),
+            None => (model, HistoryStep::NOMINAL),
+        };
+        Ok(Step {
+            effect: effect.to_owned(),
+            train_error: error(with, train)?,
+            test_error: Some(error(with, test)?),
+        })
+    };
+    (0..=ids.len()).map(step).collect()
 }
 
 fn predictions(model: &Model, logs: &[&Recording]) -> Result<Vec<Prediction>> {
@@ -126,19 +158,25 @@ pub(super) fn is_sure(report: &Report, id: &str) -> bool {
     amounts.is_some_and(|all| all.values().any(|one| one.low * one.high > 0.0))
 }
 
-/// The model with an effect in its plain form that does nothing yet.
-fn with_plain(model: &Model, id: &str) -> Result<Model> {
-    let entry = model.effect(id)?;
-    let parameters = known_parameters(model, entry).into_iter();
+/// The model with effects as a search has found them, and in their plain forms, in which they do nothing yet, where it has not.
+fn with_all(model: &Model, ids: &[String], found: &Model) -> Result<Model> {
+    let mut with = model.clone();
+    for id in ids {
+        let found = found.effects.iter().find(|one| one.id == *id).cloned();
+        with.effects
+            .push(found.map_or_else(|| plain(model, id), Ok)?);
+    }
+    Ok(with)
+}
+
+fn plain(model: &Model, id: &str) -> Result<EffectModel> {
+    let parameters = known_parameters(model, model.effect(id)?).into_iter();
     let parameters = parameters.map(|allowed| (allowed.name.to_owned(), allowed.default));
-    let plain = EffectModel {
+    Ok(EffectModel {
         id: id.to_owned(),
         parameters: parameters.collect(),
         ..EffectModel::default()
-    };
-    let mut with = model.clone();
-    with.effects.push(plain);
-    Ok(with)
+    })
 }
 
 /// A search among all of them, which chooses their forms anew, and whether it finds them all.
@@ -164,8 +202,12 @@ fn search(model: &Model, named: &[String], logs: &Logs) -> Result<(Report, bool)
 /// What was fitted, and what stands from the place `new` on, in the form that they have, moved until they fit; what was
 /// written by hand stays.
 fn refitted(after: &Model, new: usize, train: &[&Recording]) -> Result<Fitted> {
+    let is_open = |place: usize| place >= new || after.effects[place].was_fitted();
+    if !(0..after.effects.len()).any(is_open) {
+        return Ok((after.clone(), Parameters::new()));
+    }
     let of_effect = |parameter: &Parameter| match parameter.id {
-        ParameterId::Effect(place, _) => place >= new || after.effects[place].was_fitted(),
+        ParameterId::Effect(place, _) => is_open(place),
         _ => false,
     };
     let found = refit_those(after, train, &of_effect, &|_, _| {})?;
@@ -220,8 +262,7 @@ mod tests {
             let text = format!("[rig]\nactive_axes = [\"{axis}\"]\n");
             let model = Model::from_toml(&text, "model.toml").unwrap();
             for id in ["guide_coulomb", "guide_stribeck", "guide_hysteresis"] {
-                let plain = with_plain(&model, id).unwrap();
-                let values = &plain.effects[0].parameters;
+                let values = plain(&model, id).unwrap().parameters;
                 for allowed in known_parameters(&model, model.effect(id).unwrap()) {
                     let value = values[allowed.name];
                     let range = allowed.low..=allowed.high;
