@@ -258,11 +258,7 @@ impl Formula {
     fn is_linear_in(&self, linear: &[usize], symbols: &[Symbol<'_>]) -> bool {
         (0..POINTS).all(|point| {
             let signals = signals_at(point);
-            let others: Vec<f64> = symbols
-                .iter()
-                .enumerate()
-                .map(|(k, s)| s.low + (s.high - s.low) * scattered(point, 20 + k))
-                .collect();
+            let others = values_at(point, symbols);
             let with = |factor: f64, which: usize| {
                 let mut p = others.clone();
                 for k in linear {
@@ -291,43 +287,21 @@ impl Formula {
     /// Whether it gives the unit of what it acts on: if all quantities are counted in other base
     /// units, the result has to change as a force does.
     fn check_units(&self, symbols: &[Symbol<'_>]) -> Result<(), String> {
-        let units: Vec<Dimension> = symbols
-            .iter()
-            .map(|s| {
-                Dimension::of(s.unit).ok_or_else(|| {
-                    format!(
-                        "unit `{}` of `{}` is not known; expected products of m, s, kg, N, rad, Hz and \
-                         `-` for none, as `N·s/m` or `N/m^3`",
-                        s.unit, s.name
-                    )
-                })
-            })
-            .collect::<Result<_, _>>()?;
+        let units = dimensions(symbols)?;
         let result = self.acts_on.unit(self.turns);
         let wanted = Dimension::of(result).unwrap_or_default();
         let mut tested = false;
         for point in 0..POINTS {
             let signals = signals_at(point);
-            let values: Vec<f64> = symbols
-                .iter()
-                .enumerate()
-                .map(|(k, s)| s.low + (s.high - s.low) * scattered(point, 20 + k))
-                .collect();
+            let values = values_at(point, symbols);
             let plain = self.value(&values, &signals);
             if !plain.is_finite() || plain == 0.0 {
                 continue;
             }
             tested = true;
-            for (name, scale) in [
-                ("metres", [2.0, 1.0, 1.0]),
-                ("seconds", [1.0, 2.0, 1.0]),
-                ("newtons", [1.0, 1.0, 2.0]),
-            ] {
-                let scaled: Vec<f64> = values
-                    .iter()
-                    .zip(&units)
-                    .map(|(value, unit)| value * unit.factor(scale))
-                    .collect();
+            for (name, scale) in OTHER_UNITS {
+                let scaled = values.iter().zip(&units);
+                let scaled: Vec<f64> = scaled.map(|(v, unit)| v * unit.factor(scale)).collect();
                 let got = self.value(&scaled, &scaled_signals(&signals, self.turns, scale));
                 let expected = plain * wanted.factor(scale);
                 if (got - expected).abs() > 1e-6 * expected.abs() {
@@ -432,6 +406,27 @@ fn tried(s: &Symbol<'_>, count: usize) -> Vec<f64> {
     (0..count).map(value).collect()
 }
 
+/// Dimensions of the parameters.
+fn dimensions(symbols: &[Symbol<'_>]) -> Result<Vec<Dimension>, String> {
+    let of = |s: &Symbol<'_>| {
+        Dimension::of(s.unit).ok_or_else(|| {
+            format!(
+                "unit `{}` of `{}` is not known; expected products of m, s, kg, N, rad, Hz and \
+                 `-` for none, as `N·s/m` or `N/m^3`",
+                s.unit, s.name
+            )
+        })
+    };
+    symbols.iter().map(of).collect()
+}
+
+/// Base units that are changed, and by what metres, seconds and newtons then are multiplied.
+const OTHER_UNITS: [(&str, [f64; 3]); 3] = [
+    ("metres", [2.0, 1.0, 1.0]),
+    ("seconds", [1.0, 2.0, 1.0]),
+    ("newtons", [1.0, 1.0, 2.0]),
+];
+
 /// Points at which a formula is tried out.
 const POINTS: usize = 8;
 
@@ -441,6 +436,12 @@ fn scattered(point: usize, k: usize) -> f64 {
     (golden * (1.0 + point as f64 * 13.0 + k as f64 * 7.0))
         .fract()
         .clamp(0.05, 0.95)
+}
+
+/// Parameters within their ranges.
+fn values_at(point: usize, symbols: &[Symbol<'_>]) -> Vec<f64> {
+    let value = |(k, s): (usize, &Symbol<'_>)| s.low + (s.high - s.low) * scattered(point, 20 + k);
+    symbols.iter().enumerate().map(value).collect()
 }
 
 fn signals_at(point: usize) -> Signals {

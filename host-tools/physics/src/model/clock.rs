@@ -19,10 +19,61 @@ const SOLVER: usize = 30;
 const STEP_S: f64 = 1e-6;
 
 /// Residuals and their derivatives, row by row.
+#[derive(Default)]
 struct Linear {
     residual: Vec<f64>,
     /// (column, derivative) of each row.
     rows: Vec<Vec<(usize, f64)>>,
+}
+
+impl Linear {
+    fn push(&mut self, residual: f64, row: Vec<(usize, f64)>) {
+        self.residual.push(residual);
+        self.rows.push(row);
+    }
+}
+
+/// Velocities of an axis by the model, m/s or rad/s.
+struct Simulated {
+    /// With the durations as they are.
+    base: Vec<f64>,
+    /// The same for each phase of the reach, with the durations of that phase longer by [`STEP_S`].
+    perturbed: Vec<Vec<f64>>,
+}
+
+impl Simulated {
+    fn new(model: &Model, log: &Log, axis: usize, intervals: &[f64], reach: usize) -> Self {
+        let chain = model.chain(axis);
+        let simulated = |intervals: &[f64]| {
+            let timing = Timing {
+                cycle_s: log.cycle_s,
+                intervals_s: intervals,
+            };
+            let mut velocity = simulate(&chain, &log.sent[axis], &timing, log.reading);
+            timing.as_recorded(&mut velocity, log.reading);
+            velocity
+        };
+        let perturbed = |phase: usize| {
+            let mut shifted = intervals.to_vec();
+            let apart = shifted.iter_mut().skip(phase).step_by(reach);
+            apart.for_each(|i| *i += STEP_S);
+            simulated(&shifted)
+        };
+        Self {
+            base: simulated(intervals),
+            perturbed: (0..reach).map(perturbed).collect(),
+        }
+    }
+
+    /// Derivatives of the velocity of a cycle, in units of its noise, by the durations that it feels: (cycle, per s).
+    fn slopes(&self, n: usize, sigma: f64) -> Vec<(usize, f64)> {
+        let reach = self.perturbed.len();
+        let slope = |k: usize| (self.perturbed[k % reach][n] - self.base[n]) / STEP_S / sigma;
+        ((n + 1).saturating_sub(reach)..=n)
+            .map(|k| (k, slope(k)))
+            .filter(|(_, slope)| slope.abs() > 1e-9)
+            .collect()
+    }
 }
 
 /// Durations of all cycles, s; entry n belongs to the cycle that ends with cycle n.
@@ -44,54 +95,21 @@ pub fn recover(model: &Model, log: &Log, jitter: &Scatter) -> Vec<f64> {
 }
 
 fn linearise(model: &Model, log: &Log, intervals: &[f64], reach: usize) -> Linear {
-    let axes: Vec<usize> = model.rig.active_axes.iter().map(|a| a.index()).collect();
-    let mut linear = Linear {
-        residual: Vec::new(),
-        rows: Vec::new(),
-    };
-    for axis in axes {
+    let mut linear = Linear::default();
+    for axis in model.rig.active_axes.iter().map(|a| a.index()) {
         let sigma = log.velocity_sigma[axis];
-        let chain = model.chain(axis);
-        let simulated = |intervals: &[f64]| {
-            let timing = Timing {
-                cycle_s: log.cycle_s,
-                intervals_s: intervals,
-            };
-            let mut velocity = simulate(&chain, &log.sent[axis], &timing, log.reading);
-            timing.as_recorded(&mut velocity, log.reading);
-            velocity
-        };
-        let base = simulated(intervals);
-        let perturbed: Vec<Vec<f64>> = (0..reach)
-            .map(|phase| {
-                let mut shifted = intervals.to_vec();
-                shifted
-                    .iter_mut()
-                    .skip(phase)
-                    .step_by(reach)
-                    .for_each(|i| *i += STEP_S);
-                simulated(&shifted)
-            })
-            .collect();
+        let simulated = Simulated::new(model, log, axis, intervals, reach);
+        let base = &simulated.base;
         for n in 1..log.cycle_count() {
-            let first = (n + 1).saturating_sub(reach);
-            let row: Vec<(usize, f64)> = (first..=n)
-                .map(|k| (k, (perturbed[k % reach][n] - base[n]) / STEP_S / sigma))
-                .filter(|(_, slope)| slope.abs() > 1e-9)
-                .collect();
-            linear
-                .residual
-                .push((log.executed[axis][n] - base[n]) / sigma);
-            linear.rows.push(row);
+            let residual = (log.executed[axis][n] - base[n]) / sigma;
+            linear.push(residual, simulated.slopes(n, sigma));
             // A difference of poses says all that the poses say.
             if axis < 3 && log.reading == Reading::AtEnd {
                 let (displacement, _) = increments(log, n);
                 let velocity = 0.5 * (base[n] + base[n - 1]);
                 let sigma = std::f64::consts::SQRT_2 * model.noise.position_m;
-                linear
-                    .residual
-                    .push((displacement[axis] - velocity * intervals[n]) / sigma);
-                linear.rows.push(vec![(n, velocity / sigma)]);
+                let residual = (displacement[axis] - velocity * intervals[n]) / sigma;
+                linear.push(residual, vec![(n, velocity / sigma)]);
             }
         }
     }

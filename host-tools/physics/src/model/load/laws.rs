@@ -87,38 +87,15 @@ pub(super) fn part(
             let rests_at_start = form("about_start") > 0.5;
             spring(scene, rests_at_start, form("acts_at"), |d| law(p, d))
         }
-        Law::Push(law) => scene.wall_force(|t, n| {
-            let more = penetration(t, n).map_or(0.0, |at| law(p, &at));
-            (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
-        }),
-        Law::Depth(law) => scene.wall_force(|t, n| {
-            let facing = Facing {
-                along_axis: t.normal.dot(&scene.axis),
-                number: t.number,
-            };
-            t.push_at(n, law(p, t.penetration[n], &facing)).max(0.0) - t.force[n]
-        }),
-        Law::Friction(law) => scene.force_of_walls(|t, n| {
-            let (_, velocity) = scene.point(n, &t.tip);
-            let sliding = velocity - t.normal * t.normal.dot(&velocity);
-            match t.force[n] > 0.0 {
-                true => law(p, t.force[n], &sliding),
-                false => Vector3::zeros(),
-            }
-        }),
+        Law::Push(law) => push(scene, |at, _| law(p, at)),
+        Law::Depth(law) => depth(scene, |depth, facing| law(p, depth, facing)),
+        Law::Friction(law) => friction(scene, |push, sliding| law(p, push, sliding)),
         Law::Docking(law) => {
             let mut settings = scene.model.contact.docking.clone();
             settings.iter_mut().for_each(|d| law(p, &mut d.kind));
             scene.docked_change(&settings)
         }
-        Law::Tool(law) => {
-            let tool = nominal_tool(&scene.model);
-            Column::of(scene.len(), |n| {
-                let s_from_c = scene.s_from_m * scene.m_from_c[n];
-                let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
-                law(p, &in_motion(tool, s_from_c, &scene.m_from_s, pose, motion)).get()
-            })
-        }
+        Law::Tool(law) => tool(scene, |tool| law(p, tool)),
         Law::Load(law) => {
             let kept = if form("with_zero") > 0.5 { 0.0 } else { 1.0 };
             let zero = Wrench::of(&scene.bias.map(|b| kept * b));
@@ -127,27 +104,16 @@ pub(super) fn part(
                 law(p, &load) + zero
             })
         }
-        Law::Drive(law) => changed(scene, reading, |force| law(p, force)),
+        Law::Drive(law) | Law::Range(law) => changed(scene, reading, |wrench| law(p, wrench)),
         Law::Zero(law) => {
             let start = scene.time_s.first().copied().unwrap_or(0.0);
             Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
         }
-        Law::Range(law) => changed(scene, reading, |reading| law(p, reading)),
         Law::Late(law) => late(scene, reading, law(p)),
         Law::Actuator(Actuator {
             late: Some(law), ..
         }) => early(scene, reading, law(p)),
-        Law::Apart(law) => {
-            let delay_s = law(p);
-            let by = Lateness {
-                delay_s: delay_s.abs(),
-                lag_s: 0.0,
-            };
-            match delay_s < 0.0 {
-                true => late(scene, reading, by),
-                false => early(scene, reading, by),
-            }
-        }
+        Law::Apart(law) => apart(scene, reading, law(p)),
         Law::Formula(law) => formula(scene, law, p)?,
         Law::Sample(_) | Law::Actuator(_) | Law::Spacecraft(_) | Law::Clock(_) => return None,
     })
@@ -173,7 +139,7 @@ fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Colu
 /// What a user has written; None where it has no value.
 fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
     let start = scene.time_s.first().copied().unwrap_or(0.0);
-    let push = |n: usize| {
+    let pushes = |n: usize| {
         scene
             .touches
             .iter()
@@ -184,7 +150,7 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
         velocity: scene.along(n, 0.0),
         acceleration: scene.acceleration[n],
         direction: sign(scene.along(n, 0.0)),
-        force: push(n).sum(),
+        force: pushes(n).sum(),
         time: scene.time_s[n] - start,
         ..Signals::default()
     };
@@ -192,30 +158,21 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
     let column = match law.acts_on {
         ActsOn::Guide => scene.guide_force(0.0, value),
         ActsOn::Wall => scene.wall_force(|t, n| {
-            let (gap, rate) = ((-t.penetration[n]).max(0.0), t.rate[n]);
-            law.value(
-                p,
-                &Signals {
-                    gap,
-                    rate,
-                    ..moving(n)
-                },
-            )
+            let outside = Signals {
+                gap: (-t.penetration[n]).max(0.0),
+                rate: t.rate[n],
+                ..moving(n)
+            };
+            law.value(p, &outside)
         }),
         ActsOn::Reading(axis) => Column::on_axis(axis, (0..scene.len()).map(value)),
-        ActsOn::Contact => scene.wall_force(|t, n| {
-            let more = penetration(t, n).map_or(0.0, |at| {
-                let (depth, rate) = (at.depth, at.rate);
-                law.value(
-                    p,
-                    &Signals {
-                        depth,
-                        rate,
-                        ..moving(n)
-                    },
-                )
-            });
-            (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
+        ActsOn::Contact => push(scene, |at, n| {
+            let inside = Signals {
+                depth: at.depth,
+                rate: at.rate,
+                ..moving(n)
+            };
+            law.value(p, &inside)
         }),
     };
     let finite = column.0.iter().flatten().all(|value| value.is_finite());
@@ -246,6 +203,47 @@ fn spring(
     })
 }
 
+/// What walls push more than the nominal ones, N, given the tip in one and the cycle.
+fn push(scene: &Scene, more: impl Fn(&Penetration, usize) -> f64) -> Column {
+    scene.wall_force(|t, n| {
+        let more = penetration(t, n).map_or(0.0, |at| more(&at, n));
+        (t.push_at(n, t.penetration[n]) + more).max(0.0) - t.force[n]
+    })
+}
+
+/// What walls push more if the tip is at another depth (m) than the nominal one.
+fn depth(scene: &Scene, other: impl Fn(f64, &Facing) -> f64) -> Column {
+    scene.wall_force(|t, n| {
+        let facing = Facing {
+            along_axis: t.normal.dot(&scene.axis),
+            number: t.number,
+        };
+        t.push_at(n, other(t.penetration[n], &facing)).max(0.0) - t.force[n]
+    })
+}
+
+/// A force of walls across their normals, given their push (N) and the sliding velocity (m/s).
+fn friction(scene: &Scene, force: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>) -> Column {
+    scene.force_of_walls(|t, n| {
+        let (_, velocity) = scene.point(n, &t.tip);
+        let sliding = velocity - t.normal * t.normal.dot(&velocity);
+        match t.force[n] > 0.0 {
+            true => force(t.force[n], &sliding),
+            false => Vector3::zeros(),
+        }
+    })
+}
+
+/// A wrench at S of the nominal tool in its motion.
+fn tool(scene: &Scene, wrench: impl Fn(&ToolState) -> Wrench<f64>) -> Column {
+    let tool = nominal_tool(&scene.model);
+    Column::of(scene.len(), |n| {
+        let s_from_c = scene.s_from_m * scene.m_from_c[n];
+        let (pose, motion) = (&scene.pose[n], &scene.motion[n]);
+        wrench(&in_motion(tool, s_from_c, &scene.m_from_s, pose, motion)).get()
+    })
+}
+
 /// The tip in a wall; None outside.
 fn penetration(t: &Touch, n: usize) -> Option<Penetration> {
     let depth = t.penetration[n];
@@ -266,6 +264,18 @@ fn late(scene: &Scene, reading: &Column, by: Lateness) -> Column {
 fn early(scene: &Scene, reading: &Column, by: Lateness) -> Column {
     let early = reading.each(|series| by.anticipated(series, scene.cycle_s));
     early.less(reading)
+}
+
+/// Change of a reading whose motion is read so much later, s, or earlier if negative.
+fn apart(scene: &Scene, reading: &Column, delay_s: f64) -> Column {
+    let by = Lateness {
+        delay_s: delay_s.abs(),
+        lag_s: 0.0,
+    };
+    match delay_s < 0.0 {
+        true => late(scene, reading, by),
+        false => early(scene, reading, by),
+    }
 }
 
 /// Change of a reading in each cycle.

@@ -2,7 +2,7 @@
 
 use super::{Docked, LoadModel, Wall, tip_motion};
 use crate::model::Model;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
 use softdock_control::wrench::Motion;
 use softdock_mechanism::DockingSettings;
@@ -280,6 +280,11 @@ impl Touch {
     }
 }
 
+/// The matrix that undoes a rotation.
+fn turned_back(rotation: &UnitQuaternion<f64>) -> Matrix3<f64> {
+    rotation.inverse().to_rotation_matrix().into_inner()
+}
+
 /// Where forces act, in M, and the axis of the guide: of the guide, of a bearing, of what docks, else x.
 fn guided_by(model: &Model, load: &LoadModel) -> (Vector3<f64>, Vector3<f64>) {
     let docking = model.contact.docking.first();
@@ -326,16 +331,13 @@ impl Scene {
         let touches = walls
             .map(|(wall, number)| Touch::of(wall, number, &pose, &motion))
             .collect();
-        let m_from_c = pose
-            .iter()
-            .map(|p| p.rotation.inverse().to_rotation_matrix().into_inner())
-            .collect();
+        let m_from_c = pose.iter().map(|p| turned_back(&p.rotation)).collect();
         let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion);
         let nominal = Column::of(pose.len(), |n| {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
         let (tip, axis) = guided_by(model, &load);
-        let mut scene = Self {
+        let scene = Self {
             cycle_s,
             touches,
             docked,
@@ -348,12 +350,7 @@ impl Scene {
             measured: [true; 6],
             m_from_s: load.m_from_s,
             sensor: load.m_from_s.translation.vector,
-            s_from_m: load
-                .m_from_s
-                .rotation
-                .inverse()
-                .to_rotation_matrix()
-                .into_inner(),
+            s_from_m: turned_back(&load.m_from_s.rotation),
             tip,
             axis,
             position: Vec::new(),
@@ -364,13 +361,18 @@ impl Scene {
             pose,
             motion,
         };
-        scene.position = match scene.model.bearing() {
-            Some(_) => angles(&scene.pose, &scene.axis, 0),
-            None => positions(&scene.pose, &scene.axis),
+        scene.along_guide()
+    }
+
+    /// With the motion along the guide, or about the bearing.
+    fn along_guide(mut self) -> Self {
+        self.position = match self.model.bearing() {
+            Some(_) => angles(&self.pose, &self.axis, 0),
+            None => positions(&self.pose, &self.axis),
         };
-        scene.acceleration = scene.accelerations();
-        scene.guided = std::array::from_fn(|choice| scene.guided_at(choice as f64));
-        scene
+        self.acceleration = self.accelerations();
+        self.guided = std::array::from_fn(|choice| self.guided_at(choice as f64));
+        self
     }
 
     /// With a sensor of fewer than six axes: on the others nothing is read, whatever loads them.
@@ -560,7 +562,6 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::UnitQuaternion;
 
     /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
     #[test]
