@@ -30,47 +30,22 @@ pub enum Distribution {
 impl Distribution {
     /// Its numbers make sense.
     pub(super) fn check(&self) -> Result<()> {
-        let finite = |numbers: &[f64]| {
-            let wrong = numbers.iter().find(|number| !number.is_finite());
-            ensure!(
-                wrong.is_none(),
-                "{}: expected finite numbers, received {}",
-                self.text(),
-                wrong.copied().unwrap_or_default()
-            );
-            Ok(())
-        };
         match self {
             Self::Uniform([low, high]) => {
-                finite(&[*low, *high])?;
+                self.finite(&[*low, *high])?;
                 ensure!(
                     low < high,
                     "uniform from {low} to {high}: expected low < high"
                 );
             }
             Self::LogUniform([low, high]) => {
-                finite(&[*low, *high])?;
+                self.finite(&[*low, *high])?;
                 ensure!(
                     *low > 0.0 && low < high,
                     "log_uniform from {low} to {high}: expected 0 < low < high"
                 );
             }
-            Self::Normal(normal) => {
-                let bounds = normal.low.into_iter().chain(normal.high);
-                let numbers: Vec<f64> = bounds.chain([normal.mean, normal.sigma]).collect();
-                finite(&numbers)?;
-                ensure!(
-                    normal.sigma > 0.0,
-                    "normal with sigma {}: expected more than 0",
-                    normal.sigma
-                );
-                let [low, high] = shares(normal);
-                ensure!(
-                    high - low > 1e-6,
-                    "{}: less than a millionth of it lies between its bounds; expected low < high around the mean",
-                    self.text()
-                );
-            }
+            Self::Normal(normal) => self.check_normal(normal)?,
             Self::List(values) => {
                 ensure!(
                     !values.is_empty(),
@@ -84,7 +59,7 @@ impl Distribution {
                 );
             }
             Self::Grid(grid) => {
-                finite(&[grid.from, grid.to])?;
+                self.finite(&[grid.from, grid.to])?;
                 ensure!(
                     (1..=MOST_POINTS).contains(&grid.points),
                     "{}: expected 1 to {MOST_POINTS}",
@@ -92,6 +67,37 @@ impl Distribution {
                 );
             }
         }
+        Ok(())
+    }
+
+    /// Numbers of it are finite.
+    fn finite(&self, numbers: &[f64]) -> Result<()> {
+        let wrong = numbers.iter().find(|number| !number.is_finite());
+        ensure!(
+            wrong.is_none(),
+            "{}: expected finite numbers, received {}",
+            self.text(),
+            wrong.copied().unwrap_or_default()
+        );
+        Ok(())
+    }
+
+    /// Something lies between the bounds of a normal distribution.
+    fn check_normal(&self, normal: &Normal) -> Result<()> {
+        let bounds = normal.low.into_iter().chain(normal.high);
+        let numbers: Vec<f64> = bounds.chain([normal.mean, normal.sigma]).collect();
+        self.finite(&numbers)?;
+        ensure!(
+            normal.sigma > 0.0,
+            "normal with sigma {}: expected more than 0",
+            normal.sigma
+        );
+        let [low, high] = shares(normal);
+        ensure!(
+            high - low > 1e-6,
+            "{}: less than a millionth of it lies between its bounds; expected low < high around the mean",
+            self.text()
+        );
         Ok(())
     }
 

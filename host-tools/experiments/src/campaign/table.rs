@@ -104,67 +104,55 @@ fn factor_values(factor: &super::plan::PlannedFactor, values: &[&Value]) -> Valu
     values.iter().map(text).collect::<Vec<_>>().into()
 }
 
+/// A value of every row.
+fn all<T>(rows: &[(u64, Outcome)], value: impl Fn(&Outcome) -> T) -> Vec<T> {
+    rows.iter().map(|(_, outcome)| value(outcome)).collect()
+}
+
+/// A column without a unit.
+fn plain(name: &str, meaning: &str, values: impl Into<Values>) -> DataColumn {
+    DataColumn::new(name, "1", meaning, values)
+}
+
+/// How each run went and ended.
+fn run_columns(plan: &Plan, rows: &[(u64, Outcome)]) -> Vec<DataColumn> {
+    let status = all(rows, |o| o.status.word().to_owned());
+    let reason = all(rows, |o| o.reason.clone());
+    let success = all(rows, |o| is_success(plan, o));
+    let captured = all(rows, |o| o.captured);
+    let impacts = all(rows, |o| o.impacts);
+    let cycles = all(rows, |o| o.cycles);
+    let fault = all(rows, |o| o.fault.clone());
+    let final_mode = all(rows, |o| o.final_mode.clone());
+    let kept = "completed without a fault and within all limits";
+    vec![
+        plain("status", "completed, refused, failed or panicked", status),
+        plain("reason", "why it is not completed", reason),
+        plain(SUCCESS, kept, success),
+        plain("captured", "the mechanism has captured", captured),
+        plain("impacts", "whole impacts", impacts),
+        DataColumn::new("cycles", "cycles", "that were run", cycles),
+        plain("fault", "latched at the end", fault),
+        plain("final_mode", "mode at the end", final_mode),
+    ]
+}
+
+/// What a benchmark of the diagnosis hid and was told.
+fn diagnosis_columns(rows: &[(u64, Outcome)]) -> [DataColumn; 3] {
+    let hidden = all(rows, |o| o.hidden.clone());
+    let said = all(rows, |o| o.said.clone());
+    let right = all(rows, |o| o.right);
+    [
+        plain("hidden", "effects in the logs", hidden),
+        plain("said", "verdict and named effects", said),
+        plain("right", "both are right", right),
+    ]
+}
+
 fn outcome_columns(plan: &Plan, rows: &[(u64, Outcome)]) -> Vec<DataColumn> {
-    fn all<T>(rows: &[(u64, Outcome)], value: impl Fn(&Outcome) -> T) -> Vec<T> {
-        rows.iter().map(|(_, outcome)| value(outcome)).collect()
-    }
-    let word = |outcome: &Outcome| outcome.status.word().to_owned();
-    let mut columns = vec![
-        DataColumn::new(
-            "status",
-            "1",
-            "completed, refused, failed or panicked",
-            all(rows, word),
-        ),
-        DataColumn::new(
-            "reason",
-            "1",
-            "why it is not completed",
-            all(rows, |o| o.reason.clone()),
-        ),
-        DataColumn::new(
-            SUCCESS,
-            "1",
-            "completed without a fault and within all limits",
-            all(rows, |outcome| is_success(plan, outcome)),
-        ),
-        DataColumn::new(
-            "captured",
-            "1",
-            "the mechanism has captured",
-            all(rows, |o| o.captured),
-        ),
-        DataColumn::new("impacts", "1", "whole impacts", all(rows, |o| o.impacts)),
-        DataColumn::new("cycles", "cycles", "that were run", all(rows, |o| o.cycles)),
-        DataColumn::new(
-            "fault",
-            "1",
-            "latched at the end",
-            all(rows, |o| o.fault.clone()),
-        ),
-        DataColumn::new(
-            "final_mode",
-            "1",
-            "mode at the end",
-            all(rows, |o| o.final_mode.clone()),
-        ),
-    ];
+    let mut columns = run_columns(plan, rows);
     if plan.campaign.bench == Some(Bench::Diagnose) {
-        columns.extend([
-            DataColumn::new(
-                "hidden",
-                "1",
-                "effects in the logs",
-                all(rows, |o| o.hidden.clone()),
-            ),
-            DataColumn::new(
-                "said",
-                "1",
-                "verdict and named effects",
-                all(rows, |o| o.said.clone()),
-            ),
-            DataColumn::new("right", "1", "both are right", all(rows, |o| o.right)),
-        ]);
+        columns.extend(diagnosis_columns(rows));
     }
     columns.extend(NUMBERS.iter().map(|number| {
         let unit = setting::unit(number.name);
