@@ -27,35 +27,10 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
     let (straight, others): (Vec<&Row>, Vec<&Row>) =
         rows.iter().partition(|row| row.sweep == "headline");
     if !straight.is_empty() {
-        page.section("Five robots, everything known");
-        page.paragraph(
-            &format!(
-                "An elastic contact of 21 rad/s and 500 kg; the robot stands still for 16 ms when it \
-                 reverses. Each number is the worst over {} instants of the touch within a cycle. The \
-                 ideal is the bounce in closed form.",
-                straight[0].touches
-            ),
-        );
-        page.table(&tables::robots(&straight, &best_first));
-        page.columns(&plots(&straight, &best_first))?;
-        page.table(&tables::worst(&straight, &best_first));
-        page.table(&tables::speeds(&straight, laws, &best_first));
+        everything_known(&mut page, &straight, laws, &best_first)?;
     }
     if !others.is_empty() {
-        page.section("What is not as believed");
-        page.paragraph(
-            "One line per case: the restitution of the worst touch. `At least` is the restitution below which no law can bring a first contact: \
-             the impulse that is spent before the robot can turn. A run that leaves every bound is \
-             said to run away.",
-        );
-        page.table(&tables::cases(&others, laws, &best_first));
-        let spread = tables::spread(&others, laws, &best_first);
-        if !spread.rows.is_empty() {
-            page.paragraph(
-                "Mean and standard deviation over the touches, where something is drawn by chance.",
-            );
-            page.table(&spread);
-        }
+        not_as_believed(&mut page, &others, laws, &best_first);
     }
     page.section("What no law can do better");
     page.paragraph(
@@ -68,6 +43,45 @@ pub fn page(rows: &[Row], laws: &[LawName]) -> Result<Page> {
     page.table(&tables::limits(rows));
     page.identity(&identity::text());
     Ok(page)
+}
+
+/// The laws with the very robot and contact that they were told of; `rows` is not empty.
+fn everything_known(
+    page: &mut Page,
+    rows: &[&Row],
+    laws: &[LawName],
+    best_first: &[LawName],
+) -> Result<()> {
+    page.section("Five robots, everything known");
+    page.paragraph(&format!(
+        "An elastic contact of 21 rad/s and 500 kg; the robot stands still for 16 ms when it \
+         reverses. Each number is the worst over {} instants of the touch within a cycle. The \
+         ideal is the bounce in closed form.",
+        rows[0].touches
+    ));
+    page.table(&tables::robots(rows, best_first));
+    page.columns(&plots(rows, best_first))?;
+    page.table(&tables::worst(rows, best_first));
+    page.table(&tables::speeds(rows, laws, best_first));
+    Ok(())
+}
+
+/// The laws where robot or contact is another one.
+fn not_as_believed(page: &mut Page, rows: &[&Row], laws: &[LawName], best_first: &[LawName]) {
+    page.section("What is not as believed");
+    page.paragraph(
+        "One line per case: the restitution of the worst touch. `At least` is the restitution below which no law can bring a first contact: \
+         the impulse that is spent before the robot can turn. A run that leaves every bound is \
+         said to run away.",
+    );
+    page.table(&tables::cases(rows, laws, best_first));
+    let spread = tables::spread(rows, laws, best_first);
+    if !spread.rows.is_empty() {
+        page.paragraph(
+            "Mean and standard deviation over the touches, where something is drawn by chance.",
+        );
+        page.table(&spread);
+    }
 }
 
 /// Restitution over speed, one plot per robot.

@@ -59,6 +59,55 @@ pub struct Row {
     pub limits: Option<Limits>,
 }
 
+/// The runs of all touches.
+struct Runs<'a>(&'a [Numbers]);
+
+impl Runs<'_> {
+    /// The number that is farthest from another one, which stands for none.
+    fn worst(&self, pick: fn(&Numbers) -> f64, from: f64) -> f64 {
+        let farther = |a: f64, b: f64| {
+            if (b - from).abs() > (a - from).abs() {
+                b
+            } else {
+                a
+            }
+        };
+        let values = self.0.iter().map(pick);
+        values.reduce(farther).unwrap_or(from)
+    }
+
+    /// The worst of the robot, where it is told.
+    fn robot_restitution(&self, expected: f64) -> Option<f64> {
+        let robots = self.0.iter().filter_map(|r| r.robot_restitution);
+        robots.max_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()))
+    }
+
+    fn restitution_mean_and_sd(&self) -> (f64, f64) {
+        let restitutions = || self.0.iter().map(|r| r.restitution);
+        let count = self.0.len().max(1) as f64;
+        let mean = restitutions().sum::<f64>() / count;
+        let squares: f64 = restitutions().map(|e| (e - mean).powi(2)).sum();
+        (mean, (squares / count).sqrt())
+    }
+
+    /// The largest error of the way, where the bounce has a closed form.
+    fn tracking(&self, pick: fn((f64, f64)) -> f64) -> Option<f64> {
+        let values = self.0.iter().filter_map(|r| r.tracking.map(pick));
+        values.reduce(f64::max)
+    }
+
+    fn failed(&self) -> usize {
+        let failed = self.0.iter().filter(|r| r.ending != Ending::Ended);
+        failed.count()
+    }
+
+    /// The worst ending.
+    fn ending(&self) -> Ending {
+        let endings = self.0.iter().map(|r| r.ending);
+        endings.max().unwrap_or(Ending::NoContact)
+    }
+}
+
 impl Row {
     /// From the runs of all touches.
     pub fn new(
@@ -69,53 +118,30 @@ impl Row {
         limits: Option<Limits>,
         runs: &[Numbers],
     ) -> Self {
-        let worst = |pick: fn(&Numbers) -> f64, from: f64| {
-            let values = runs.iter().map(pick);
-            let farther = |a: f64, b: f64| {
-                if (b - from).abs() > (a - from).abs() {
-                    b
-                } else {
-                    a
-                }
-            };
-            values.reduce(farther).unwrap_or(from)
-        };
-        let robots = runs.iter().filter_map(|r| r.robot_restitution);
-        let robot_restitution =
-            robots.max_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
-        let count = runs.len().max(1) as f64;
-        let mean = runs.iter().map(|r| r.restitution).sum::<f64>() / count;
-        let squares: f64 = runs.iter().map(|r| (r.restitution - mean).powi(2)).sum();
-        let tracking = |pick: fn((f64, f64)) -> f64| {
-            let values = runs.iter().filter_map(|r| r.tracking.map(pick));
-            values.reduce(f64::max)
-        };
+        let runs = Runs(runs);
+        let (restitution_mean, restitution_sd) = runs.restitution_mean_and_sd();
         Self {
             case: case.name.clone(),
             sweep: case.sweep,
             law,
             actuator: case.robot.name,
             speed_mm_s,
-            restitution: worst(|r| r.restitution, expected),
-            robot_restitution,
+            restitution: runs.worst(|r| r.restitution, expected),
+            robot_restitution: runs.robot_restitution(expected),
             expected_restitution: expected,
-            energy_error: worst(|r| r.energy_error, 0.0),
-            peak_force_error: worst(|r| r.peak_force_error, 0.0),
-            contact_time_error: worst(|r| r.contact_time_error, 0.0),
-            impulse_unaccounted: worst(|r| r.impulse_unaccounted, 0.0),
-            velocity_error: worst(|r| r.velocity_error, 0.0),
-            restitution_mean: mean,
-            restitution_sd: (squares / count).sqrt(),
-            tracking_nrms: tracking(|t| t.0),
-            tracking_peak: tracking(|t| t.1),
-            command_peak: worst(|r| r.command_peak, 0.0),
-            touches: runs.len(),
-            failed: runs.iter().filter(|r| r.ending != Ending::Ended).count(),
-            ending: runs
-                .iter()
-                .map(|r| r.ending)
-                .max()
-                .unwrap_or(Ending::NoContact),
+            energy_error: runs.worst(|r| r.energy_error, 0.0),
+            peak_force_error: runs.worst(|r| r.peak_force_error, 0.0),
+            contact_time_error: runs.worst(|r| r.contact_time_error, 0.0),
+            impulse_unaccounted: runs.worst(|r| r.impulse_unaccounted, 0.0),
+            velocity_error: runs.worst(|r| r.velocity_error, 0.0),
+            restitution_mean,
+            restitution_sd,
+            tracking_nrms: runs.tracking(|t| t.0),
+            tracking_peak: runs.tracking(|t| t.1),
+            command_peak: runs.worst(|r| r.command_peak, 0.0),
+            touches: runs.0.len(),
+            failed: runs.failed(),
+            ending: runs.ending(),
             limits,
         }
     }

@@ -73,58 +73,76 @@ fn values(id: &str, hidden: Option<&BTreeMap<String, f64>>, model: &Model) -> Va
         .filter(|name| name.0 == id)
         .filter_map(|(_, theirs, ours)| Some(((*ours).to_owned(), get(theirs)?)))
         .collect();
-    let mut derived = |name: &str, value: Option<f64>| {
-        known.extend(value.map(|value| (name.to_owned(), value)));
-    };
-    match id {
-        "tool_inertia" => derived("mass_kg", Some(model.tool.mass_kg)),
-        "sc_mass_error" => {
-            let nominal = model.bodies.k.mass_kg;
-            derived(
-                "mass_error_kg",
-                get("ratio").zip(nominal).map(|(r, m)| (r - 1.0) * m),
-            );
-        }
-        "ft_dropout" => derived(
-            "held_share",
-            get("probability").map(|p| held_share(p, get("run_ticks"))),
-        ),
-        // A displacement of each instant; the catalogue knows no clock whose intervals scatter.
-        "clock_jitter" if get("of_intervals") != Some(1.0) => {
-            derived("jitter_s", get("jitter_sigma_s"));
-        }
-        "ft_scale" => {
-            let gains = AXES.map(|axis| get(&format!("gain_{axis}")).map(|gain| gain - 1.0));
-            for (axis, gain) in AXES.into_iter().zip(gains) {
-                derived(axis, gain);
-            }
-            let alike = gains.iter().all(|gain| *gain == gains[0]);
-            derived("all_axes", gains[0].filter(|_| alike));
-        }
-        // The end of a ramp is not the asymptote that the catalogue means.
-        "ft_bias_drift" if get("tau_s").is_some() => {
-            derived("time_constant_s", get("tau_s"));
-            for (i, axis) in AXES.into_iter().enumerate() {
-                let unit = if i < 3 { "n" } else { "n_m" };
-                let last = get(&format!("last_{axis}")).or(get(&format!("drift_final_{i}")));
-                derived(&format!("{axis}_{unit}"), last);
-            }
-        }
-        "ft_crosstalk" => {
-            for (row, to) in AXES.into_iter().enumerate() {
-                for (column, from) in AXES.into_iter().enumerate() {
-                    let name = format!("{to}_from_{from}");
-                    let value = get(&name).or(get(&format!("C_{row}_{column}")));
-                    derived(&name, value);
-                }
-            }
-        }
-        _ => {}
-    }
+    let derived = derived(id, &get, model).into_iter();
+    known.extend(derived.filter_map(|(name, value)| Some((name, value?))));
     Values {
         others_zero: id == "ft_crosstalk" && !known.is_empty(),
         known,
     }
+}
+
+/// A value of the generator by its name.
+type Get<'a> = &'a dyn Fn(&str) -> Option<f64>;
+/// Values under this catalogue's names.
+type Named = Vec<(String, Option<f64>)>;
+
+/// Values that are not the generator's own.
+fn derived(id: &str, get: Get<'_>, model: &Model) -> Named {
+    let one = |name: &str, value| vec![(name.to_owned(), value)];
+    match id {
+        "tool_inertia" => one("mass_kg", Some(model.tool.mass_kg)),
+        "sc_mass_error" => {
+            let known = get("ratio").zip(model.bodies.k.mass_kg);
+            one("mass_error_kg", known.map(|(r, m)| (r - 1.0) * m))
+        }
+        "ft_dropout" => {
+            let share = |p| held_share(p, get("run_ticks"));
+            one("held_share", get("probability").map(share))
+        }
+        // A displacement of each instant; the catalogue knows no clock whose intervals scatter.
+        "clock_jitter" if get("of_intervals") != Some(1.0) => {
+            one("jitter_s", get("jitter_sigma_s"))
+        }
+        "ft_scale" => scale(get),
+        // The end of a ramp is not the asymptote that the catalogue means.
+        "ft_bias_drift" if get("tau_s").is_some() => drift(get),
+        "ft_crosstalk" => crosstalk(get),
+        _ => Vec::new(),
+    }
+}
+
+/// Errors of the gains.
+fn scale(get: Get<'_>) -> Named {
+    let gains = AXES.map(|axis| get(&format!("gain_{axis}")).map(|gain| gain - 1.0));
+    let alike = gains.iter().all(|gain| *gain == gains[0]);
+    let names = AXES.map(str::to_owned).into_iter();
+    let all_axes = ("all_axes".to_owned(), gains[0].filter(|_| alike));
+    names.zip(gains).chain([all_axes]).collect()
+}
+
+/// A drift towards an asymptote.
+fn drift(get: Get<'_>) -> Named {
+    let of_axis = |(i, axis): (usize, &str)| {
+        let unit = if i < 3 { "n" } else { "n_m" };
+        let last = get(&format!("last_{axis}")).or(get(&format!("drift_final_{i}")));
+        (format!("{axis}_{unit}"), last)
+    };
+    let time_constant = ("time_constant_s".to_owned(), get("tau_s"));
+    let of_axes = AXES.into_iter().enumerate().map(of_axis);
+    [time_constant].into_iter().chain(of_axes).collect()
+}
+
+/// Entries of the matrix.
+fn crosstalk(get: Get<'_>) -> Named {
+    let mut all = Vec::new();
+    for (row, to) in AXES.into_iter().enumerate() {
+        for (column, from) in AXES.into_iter().enumerate() {
+            let name = format!("{to}_from_{from}");
+            let value = get(&name).or(get(&format!("C_{row}_{column}")));
+            all.push((name, value));
+        }
+    }
+    all
 }
 
 /// Share of readings that repeat the last one: each fresh one is followed by `run` held ones with
