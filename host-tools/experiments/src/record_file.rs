@@ -9,7 +9,7 @@ use softdock_io::recording::TruthRecord;
 use softdock_io::say;
 use softdock_io::telemetry::Pieces;
 use std::ops::ControlFlow;
-use std::sync::mpsc::{channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -32,6 +32,58 @@ impl Batch {
     }
 }
 
+/// Hands cycles to the writing thread, in batches.
+struct Handover {
+    batch: Batch,
+    queue: SyncSender<Batch>,
+    /// Batches that were written.
+    empty: Receiver<Batch>,
+    /// Time for which the queue was full.
+    waited: Duration,
+}
+
+impl Handover {
+    /// Breaks off if the writing thread has ended.
+    fn push(&mut self, record: &CycleRecord, truth: &TruthRecord) -> ControlFlow<()> {
+        self.batch.records.push(*record);
+        self.batch.truths.push(*truth);
+        if self.batch.records.len() < BATCH {
+            return ControlFlow::Continue(());
+        }
+        let next = self.empty.try_recv().unwrap_or_default();
+        let full = std::mem::replace(&mut self.batch, next);
+        self.batch.clear();
+        let before = Instant::now();
+        let sent = self.queue.send(full);
+        self.waited += before.elapsed();
+        // The queue is closed when the disk failed; the thread says why.
+        match sent {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(_) => ControlFlow::Break(()),
+        }
+    }
+
+    /// Hands over what is left; gives the time that was waited.
+    fn finish(self) -> Duration {
+        let _ = self.queue.send(self.batch);
+        self.waited
+    }
+}
+
+/// Writes batches until nobody hands over more, and gives each back.
+fn write(pieces: &mut Pieces, batches: Receiver<Batch>, give_back: &Sender<Batch>) -> Result<()> {
+    for batch in batches {
+        for (record, truth) in batch.records.iter().zip(&batch.truths) {
+            pieces.push(record, Some(truth))?;
+            for warning in pieces.take_warnings() {
+                say!("{warning}");
+            }
+        }
+        let _ = give_back.send(batch);
+    }
+    pieces.finish()
+}
+
 /// Runs and records; `on_cycle` sees each cycle and says whether there is to be another. A thread of its own writes the file; the time for which
 /// the simulation waits for it is not the simulation's.
 ///
@@ -47,40 +99,21 @@ pub fn record_file(
     let (queue, batches) = sync_channel::<Batch>(QUEUED_BATCHES);
     let (give_back, empty) = channel();
     thread::scope(|scope| {
-        let disk = scope.spawn(move || -> Result<()> {
-            for batch in batches {
-                for (record, truth) in batch.records.iter().zip(&batch.truths) {
-                    pieces.push(record, Some(truth))?;
-                    for warning in pieces.take_warnings() {
-                        say!("{warning}");
-                    }
-                }
-                let _ = give_back.send(batch);
-            }
-            pieces.finish()
-        });
-        let mut batch = Batch::default();
-        let mut waited = Duration::ZERO;
+        let disk = scope.spawn(move || write(pieces, batches, &give_back));
+        let mut handover = Handover {
+            batch: Batch::default(),
+            queue,
+            empty,
+            waited: Duration::ZERO,
+        };
         let statistics = run(scenario, &mut |record, truth| {
             let goes_on = on_cycle(record, truth);
-            batch.records.push(*record);
-            batch.truths.push(*truth);
-            if batch.records.len() < BATCH {
-                return goes_on;
-            }
-            let full = std::mem::replace(&mut batch, empty.try_recv().unwrap_or_default());
-            batch.clear();
-            let before = Instant::now();
-            let sent = queue.send(full);
-            waited += before.elapsed();
-            // The queue is closed when the disk failed; the thread says why.
-            match sent {
-                Ok(()) => goes_on,
-                Err(_) => ControlFlow::Break(()),
+            match handover.push(record, truth) {
+                ControlFlow::Continue(()) => goes_on,
+                ended => ended,
             }
         });
-        let _ = queue.send(batch);
-        drop(queue);
+        let waited = handover.finish();
         let written = disk
             .join()
             .map_err(|_| anyhow!("the writing thread ended unexpectedly"))?;

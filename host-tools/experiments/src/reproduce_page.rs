@@ -116,23 +116,15 @@ pub fn page(reproduction: &Reproduction) -> Result<Page> {
          paper does not have, keeps it bounded at this speed, not at every one.",
     );
     page.table(&bounce_table(reproduction));
-    page.columns(
-        &reproduction
-            .bounces
-            .iter()
-            .map(force_plot)
-            .collect::<Vec<_>>(),
-    )?;
+    let forces: Vec<Plot> = reproduction.bounces.iter().map(force_plot).collect();
+    page.columns(&forces)?;
     page.section("Velocities before and after compensation (Figs. 5 to 8)");
     page.paragraph(
         "The model's velocity comes from the measured force; the command is what the robot is \
          told; executed is what the robot reports. Without compensation command and model are one.",
     );
-    page.columns(&plots(
-        reproduction,
-        &[LawName::None, LawName::Seed],
-        velocity_plot,
-    ))?;
+    let both = [LawName::None, LawName::Seed];
+    page.columns(&plots(reproduction, &both, velocity_plot))?;
     page.section("The seven parts of the law (Fig. 9)");
     for plot in plots(reproduction, &[LawName::Seed], parts_plot) {
         page.plot(&plot)?;

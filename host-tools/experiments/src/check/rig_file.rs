@@ -104,26 +104,13 @@ impl Rig {
     /// A value of the rig is out of its range, or no wall is approached.
     pub fn of_scenario(scenario: &Scenario) -> Result<Self> {
         scenario.rig.validate().context("[rig]")?;
-        let mechanism = &scenario.rig.mechanism;
-        let dockings = mechanism.docking.iter();
-        // A mechanism that is no spring takes part with none: it may be what is met first.
-        let none = Joint {
-            stiffness_n_per_m: 0.0,
-            damping_n_s_per_m: 0.0,
-        };
-        let met = dockings.clone().enumerate().map(|(place, docking)| {
-            let joint = docking.kind.first_contact();
-            let wall = as_wall(docking, joint.unwrap_or(none));
-            (wall, joint.is_none().then_some(place))
-        });
-        let walls = mechanism.walls.iter().cloned().map(|wall| (wall, None));
-        let approached = walls.chain(met).filter_map(|(wall, nonlinear)| {
-            let (distance_m, speed_m_s) = approach(scenario, &wall);
-            let time_s = distance_m.max(0.0) / speed_m_s;
-            (speed_m_s > 0.0).then_some((time_s, speed_m_s, wall, nonlinear))
-        });
-        let first = approached.min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, speed_m_s, wall, nonlinear)) = first else {
+        let Some(Met {
+            speed_m_s,
+            wall,
+            nonlinear,
+            ..
+        }) = met_first(scenario)
+        else {
             bail!(
                 "neither a wall of `rig.mechanism.walls` nor a docking mechanism is approached; give the spacecraft a velocity towards one \
                  (`control.body_k.velocity_m_s` of the settings)"
@@ -147,7 +134,9 @@ impl Rig {
             approach_speed_m_s: speed_m_s,
             noise_force_n: Some(scenario.rig.sensor.noise_force_n),
         };
+        let mechanism = &scenario.rig.mechanism;
         if mechanism.runs_on_after_capture {
+            let dockings = mechanism.docking.iter();
             for (docking, joint) in dockings.filter_map(|d| Some((d, d.kind.latched()?))) {
                 let mass_kg = AnalyticBounce::new(scenario, &as_wall(docking, joint)).mass_kg;
                 rig.bears(&joint, mass_kg)?;
@@ -300,6 +289,44 @@ fn as_wall(docking: &DockingSettings, joint: Joint) -> WallSettings {
         friction_coefficient: 0.0,
         smoothing_speed_m_s: 1e-3,
     }
+}
+
+/// A wall that is approached.
+struct Met {
+    /// Until it is met, s.
+    time_s: f64,
+    /// Speed towards it, m/s.
+    speed_m_s: f64,
+    wall: WallSettings,
+    /// Place of the docking mechanism, if the wall stands for one that is no spring.
+    nonlinear: Option<usize>,
+}
+
+/// The wall or docking mechanism that is met first; None if none is approached.
+fn met_first(scenario: &Scenario) -> Option<Met> {
+    let mechanism = &scenario.rig.mechanism;
+    // A mechanism that is no spring takes part with none: it may be what is met first.
+    let none = Joint {
+        stiffness_n_per_m: 0.0,
+        damping_n_s_per_m: 0.0,
+    };
+    let dockings = mechanism.docking.iter().enumerate();
+    let dockings = dockings.map(|(place, docking)| {
+        let joint = docking.kind.first_contact();
+        let wall = as_wall(docking, joint.unwrap_or(none));
+        (wall, joint.is_none().then_some(place))
+    });
+    let walls = mechanism.walls.iter().cloned().map(|wall| (wall, None));
+    let approached = walls.chain(dockings).filter_map(|(wall, nonlinear)| {
+        let (distance_m, speed_m_s) = approach(scenario, &wall);
+        (speed_m_s > 0.0).then(|| Met {
+            time_s: distance_m.max(0.0) / speed_m_s,
+            speed_m_s,
+            wall,
+            nonlinear,
+        })
+    });
+    approached.min_by(|a, b| a.time_s.total_cmp(&b.time_s))
 }
 
 /// Distance of a wall from its tip at the start (m), and the speed towards it (m/s).
