@@ -3,6 +3,7 @@
 
 use softdock_app::settings::{BoardSettings, BoardSettingsError};
 use softdock_control::settings::CorrectionMode;
+use softdock_link::rsi::Tags;
 use std::fmt::Write;
 use std::net::SocketAddr;
 
@@ -27,36 +28,7 @@ pub fn ethernet_xml(
         CorrectionMode::Relative => ("#RELATIVE", 0),
         CorrectionMode::Absolute => ("#ABSOLUTE", 1),
     };
-    let mut send = String::new();
-    let mut internal = |tag: &str| {
-        let _ = writeln!(
-            send,
-            r#"      <ELEMENT TAG="{tag}" TYPE="DOUBLE" INDX="INTERNAL"/>"#
-        );
-    };
-    internal("DEF_RIst");
-    internal("DEF_RSol");
-    send.push_str("      <ELEMENT TAG=\"DEF_Delay\" TYPE=\"LONG\" INDX=\"INTERNAL\"/>\n");
-    if let Some(stat) = tags.poscorr_stat {
-        let _ = writeln!(
-            send,
-            r#"      <ELEMENT TAG="{stat}" TYPE="LONG" INDX="1"/>"#
-        );
-    }
-    let mut receive = String::new();
-    for (index, axis) in (1..).zip(["X", "Y", "Z", "A", "B", "C"]) {
-        let name = tags.correction;
-        let _ = writeln!(
-            receive,
-            r#"      <ELEMENT TAG="{name}.{axis}" TYPE="DOUBLE" INDX="{index}" HOLDON="{hold_on}"/>"#
-        );
-    }
-    if let Some(stop) = tags.stop {
-        let _ = writeln!(
-            receive,
-            r#"      <ELEMENT TAG="{stop}" TYPE="BOOL" INDX="7" HOLDON="1"/>"#
-        );
-    }
+    let (send, receive) = (sent_elements(&tags), received_elements(&tags, hold_on));
     let (ip, port, sentype) = (board.ip(), board.port(), tags.sentype);
     Ok(format!(
         "<ROOT>
@@ -78,6 +50,44 @@ pub fn ethernet_xml(
 </ROOT>
 "
     ))
+}
+
+/// Elements that the robot sends.
+fn sent_elements(tags: &Tags) -> String {
+    let mut elements = String::new();
+    // Writing to a String cannot fail.
+    let mut element = |tag: &str, kind: &str, index: &str| {
+        let _ = writeln!(
+            elements,
+            r#"      <ELEMENT TAG="{tag}" TYPE="{kind}" INDX="{index}"/>"#
+        );
+    };
+    element("DEF_RIst", "DOUBLE", "INTERNAL");
+    element("DEF_RSol", "DOUBLE", "INTERNAL");
+    element("DEF_Delay", "LONG", "INTERNAL");
+    if let Some(stat) = &tags.poscorr_stat {
+        element(&stat.to_string(), "LONG", "1");
+    }
+    elements
+}
+
+/// Elements that the robot receives.
+fn received_elements(tags: &Tags, hold_on: u8) -> String {
+    let mut elements = String::new();
+    let mut element = |tag: &str, kind: &str, index: u8, hold_on: u8| {
+        let _ = writeln!(
+            elements,
+            r#"      <ELEMENT TAG="{tag}" TYPE="{kind}" INDX="{index}" HOLDON="{hold_on}"/>"#
+        );
+    };
+    for (index, axis) in (1..).zip(["X", "Y", "Z", "A", "B", "C"]) {
+        let name = &tags.correction;
+        element(&format!("{name}.{axis}"), "DOUBLE", index, hold_on);
+    }
+    if let Some(stop) = &tags.stop {
+        element(&stop.to_string(), "BOOL", 7, 1);
+    }
+    elements
 }
 
 /// What to enter in the robot program and in the RSI objects, as text.

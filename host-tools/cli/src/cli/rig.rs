@@ -114,27 +114,7 @@ impl RigCommand {
                  unless its `control.sensor.frozen_after_cycles` is 0"
             );
         }
-        let link = match (self.can, self.ethercat) {
-            (Some(can), _) => SensorLink::Can(can),
-            (None, Some(ethercat)) => SensorLink::Ethercat(ethercat),
-            (None, None) => bail!("where is the sensor's port? --can or --ethercat says it"),
-        };
-        let Some(robot) = self.robot else {
-            bail!("where does the board wait for the robot? --robot says it");
-        };
-        let peer = Peer {
-            rig: scenario.rig.clone(),
-            start_pose: scenario.start_pose(),
-            seed: scenario.seed,
-            board: scenario.board,
-            robot,
-            sensor: link,
-            patience: if self.patient {
-                PATIENCE
-            } else {
-                Duration::ZERO
-            },
-        };
+        let peer = self.peer(scenario)?;
         let stop = raised_by_ctrl_c()?;
         let display = Display {
             bar: spinner(),
@@ -149,9 +129,35 @@ impl RigCommand {
         }
         ensure!(
             summary.runs > 0,
-            "no board answered on UDP {robot}: does it run, and is this its --robot address?"
+            "no board answered on UDP {}: does it run, and is this its --robot address?",
+            peer.robot
         );
         Ok(())
+    }
+
+    /// The rig and where its board is.
+    fn peer(&self, scenario: Scenario) -> Result<Peer> {
+        let sensor = match (self.can, self.ethercat) {
+            (Some(can), _) => SensorLink::Can(can),
+            (None, Some(ethercat)) => SensorLink::Ethercat(ethercat),
+            (None, None) => bail!("where is the sensor's port? --can or --ethercat says it"),
+        };
+        let Some(robot) = self.robot else {
+            bail!("where does the board wait for the robot? --robot says it");
+        };
+        Ok(Peer {
+            start_pose: scenario.start_pose(),
+            rig: scenario.rig,
+            seed: scenario.seed,
+            board: scenario.board,
+            robot,
+            sensor,
+            patience: if self.patient {
+                PATIENCE
+            } else {
+                Duration::ZERO
+            },
+        })
     }
 
     /// A seed by the time of day where nobody gave one for a secret.

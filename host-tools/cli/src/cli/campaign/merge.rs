@@ -50,6 +50,17 @@ struct Merged {
     summary: Summary,
 }
 
+impl Merged {
+    fn text(&self) -> String {
+        let tables = page::tables(&self.summary).into_iter();
+        let tables: String = tables
+            .map(|(title, table)| format!("{title}\n\n{table}\n"))
+            .collect();
+        let (headline, files) = (page::headline(&self.summary), self.files.join(", "));
+        format!("{headline}\n\n{tables}{files}\n")
+    }
+}
+
 impl Merge {
     pub(super) fn execute(self) -> Result<()> {
         let parquet = self
@@ -93,14 +104,6 @@ impl Merge {
         if self.json {
             return print_json(&merged);
         }
-        let tables = page::tables(&merged.summary).into_iter();
-        let tables: String = tables
-            .map(|(title, table)| format!("{title}\n\n{table}\n"))
-            .collect();
-        print(&format!(
-            "{}\n\n{tables}{}\n",
-            page::headline(&merged.summary),
-            merged.files.join(", ")
-        ))
+        print(&merged.text())
     }
 }

@@ -57,16 +57,7 @@ impl Rerun {
                 bench.command(seed, &values)
             );
         }
-        let scenario = plan
-            .scenario(self.index)
-            .context("the row has no recording: its settings are refused")?;
-        let mut observer = Observer::new(&scenario);
-        let mut pieces = Pieces::new(&self.output, Bounds::default(), Time::Virtual);
-        let ran = record_file(&scenario, &mut pieces, &mut |record, truth| {
-            observer.push(record, truth);
-            ControlFlow::Continue(())
-        })?;
-        let outcome = observer.finish(&ran);
+        let outcome = self.recorded(&plan)?;
         let success = table::is_success(&plan, &outcome);
         let row = table::table(&plan, &[(self.index, outcome.clone())]);
         let stored = StoredRow::find(&plan, &place, self.index)?;
@@ -81,23 +72,33 @@ impl Rerun {
                 stored.place
             );
         }
+        let factors = plan.factors.iter().map(|factor| factor.name.clone());
         let again = Again {
             index: self.index,
             recording: &recording,
             success,
             same_as: stored.map(|stored| stored.place),
-            conditions: plan
-                .factors
-                .iter()
-                .zip(plan.conditions(self.index).values)
-                .map(|(factor, value)| (factor.name.clone(), value))
-                .collect(),
+            conditions: factors.zip(plan.conditions(self.index).values).collect(),
             outcome: &outcome,
         };
         if self.json {
             return print_json(&again);
         }
         print(&again.text(&row))
+    }
+
+    /// Runs the row and records every cycle.
+    fn recorded(&self, plan: &Plan) -> Result<Outcome> {
+        let scenario = plan
+            .scenario(self.index)
+            .context("the row has no recording: its settings are refused")?;
+        let mut observer = Observer::new(&scenario);
+        let mut pieces = Pieces::new(&self.output, Bounds::default(), Time::Virtual);
+        let ran = record_file(&scenario, &mut pieces, &mut |record, truth| {
+            observer.push(record, truth);
+            ControlFlow::Continue(())
+        })?;
+        Ok(observer.finish(&ran))
     }
 }
 

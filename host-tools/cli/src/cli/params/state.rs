@@ -7,7 +7,9 @@ use serde::Serialize;
 use softdock_commissioning::parameters::words;
 use softdock_control::modes::{Command, FaultCode, Refusal};
 use softdock_io::input::nearest;
-use softdock_link::service::{AnswerTimes, Counters, InputStatistics, Machine, Origin, Status};
+use softdock_link::service::{
+    AnswerTimes, Counters, EthernetHealth, InputStatistics, Machine, Origin, StackUse, Status,
+};
 use softdock_report::number::{percent, significant};
 use std::fmt::Write;
 use std::time::Duration;
@@ -172,38 +174,14 @@ fn sensor(status: &Status, counters: &Counters) -> String {
 fn lines(machine: &Machine) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    if let Some(stack) = &machine.stack {
-        let share = f64::from(stack.deepest) / f64::from(stack.available);
-        let _ = writeln!(
-            out,
-            "stack     {} of {} bytes at its deepest, {}; reset by: {}",
-            stack.deepest,
-            stack.available,
-            percent(share, 0),
-            machine.reset
-        );
+    if let Some(used) = &machine.stack {
+        let _ = writeln!(out, "stack     {}", stack(used, &machine.reset));
     }
-    if let Some(ethernet) = &machine.ethernet {
-        let _ = writeln!(
-            out,
-            "ethernet  {}; lost {} times, reception brought back {} times",
-            match ethernet.link {
-                true => "linked",
-                false => "no link",
-            },
-            ethernet.losses,
-            ethernet.overruns
-        );
+    if let Some(health) = &machine.ethernet {
+        let _ = writeln!(out, "ethernet  {}", ethernet(health));
     }
     if machine.answers != AnswerTimes::NONE {
-        let times = &machine.answers;
-        let _ = writeln!(
-            out,
-            "answers   after {} µs, at most {} µs, {} later than a cycle",
-            times.last_us,
-            times.longest_us,
-            times.late()
-        );
+        let _ = writeln!(out, "answers   {}", answers(&machine.answers));
     }
     if let Some(work) = &machine.work {
         let _ = writeln!(
@@ -213,18 +191,51 @@ fn lines(machine: &Machine) -> String {
         );
     }
     if machine.inputs != InputStatistics::NONE {
-        let inputs = &machine.inputs;
-        let of = |value: f32, digits| significant(f64::from(value), digits);
-        let _ = writeln!(
-            out,
-            "noise     about {} N and {} N·m rms; telegrams each {} µs ± about {} µs",
-            of(inputs.force_noise_n, 2),
-            of(inputs.torque_noise_n_m, 2),
-            of(inputs.cycle_us, 5),
-            of(inputs.cycle_deviation_us, 2)
-        );
+        let _ = writeln!(out, "noise     {}", noise(&machine.inputs));
     }
     out
+}
+
+fn stack(stack: &StackUse, reset: &str) -> String {
+    let share = f64::from(stack.deepest) / f64::from(stack.available);
+    format!(
+        "{} of {} bytes at its deepest, {}; reset by: {reset}",
+        stack.deepest,
+        stack.available,
+        percent(share, 0)
+    )
+}
+
+fn ethernet(ethernet: &EthernetHealth) -> String {
+    format!(
+        "{}; lost {} times, reception brought back {} times",
+        match ethernet.link {
+            true => "linked",
+            false => "no link",
+        },
+        ethernet.losses,
+        ethernet.overruns
+    )
+}
+
+fn answers(times: &AnswerTimes) -> String {
+    format!(
+        "after {} µs, at most {} µs, {} later than a cycle",
+        times.last_us,
+        times.longest_us,
+        times.late()
+    )
+}
+
+fn noise(inputs: &InputStatistics) -> String {
+    let of = |value: f32, digits| significant(f64::from(value), digits);
+    format!(
+        "about {} N and {} N·m rms; telegrams each {} µs ± about {} µs",
+        of(inputs.force_noise_n, 2),
+        of(inputs.torque_noise_n_m, 2),
+        of(inputs.cycle_us, 5),
+        of(inputs.cycle_deviation_us, 2)
+    )
 }
 
 fn line(status: &Status, counters: &Counters) -> String {
