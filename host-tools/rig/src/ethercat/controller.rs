@@ -290,27 +290,11 @@ impl Controller {
         let (mut has_read, mut has_written) = (false, false);
         for number in 0..FMMUS {
             let at = FMMU + number * FMMU_BYTES;
-            let fmmu: [u8; FMMU_BYTES] = std::array::from_fn(|n| self.memory[at + n]);
-            let [
-                l0,
-                l1,
-                l2,
-                l3,
-                n0,
-                n1,
-                _,
-                _,
-                p0,
-                p1,
-                _,
-                direction,
-                enabled,
-                ..,
-            ] = fmmu;
-            let mapped = u64::from(u32::from_le_bytes([l0, l1, l2, l3]));
-            let length = usize::from(u16::from_le_bytes([n0, n1]));
-            let physical = usize::from(u16::from_le_bytes([p0, p1]));
-            let Some(first) = mapped
+            let mapped = u32::from(self.word(at)) | u32::from(self.word(at + 2)) << 16;
+            let length = usize::from(self.word(at + 4));
+            let physical = usize::from(self.word(at + 8));
+            let (direction, enabled) = (self.memory[at + 11], self.memory[at + 12]);
+            let Some(first) = u64::from(mapped)
                 .checked_sub(begin)
                 .and_then(|n| usize::try_from(n).ok())
             else {

@@ -68,12 +68,7 @@ impl Wall {
     /// Force on the tip at a position (m) with a velocity (m/s), axes of C.
     pub(super) fn evaluate(&self, tip: &Vector3<f64>, velocity: &Vector3<f64>) -> Contact {
         let wall = &self.settings;
-        let mut depth = self.offset_m - self.normal.dot(tip);
-        for (law, p) in &self.laws {
-            if let Law::Depth(law) = law {
-                depth = law(p, depth, &self.facing);
-            }
-        }
+        let depth = self.depth(tip);
         if depth <= 0.0 {
             return Contact {
                 penetration_m: depth,
@@ -91,31 +86,54 @@ impl Wall {
                 false => 1.0,
             },
         };
-        let mut push =
-            wall.stiffness_n_per_m * depth + wall.damping_n_s_per_m * touch.onset * touch.rate;
-        for (law, p) in &self.laws {
-            if let Law::Push(law) = law {
-                push += law(p, &touch);
-            }
-        }
-        let push = push.max(0.0);
-        let sliding = velocity - self.normal * receding;
-        let nominal = [wall.friction_coefficient, wall.smoothing_speed_m_s];
-        let mut force = self.normal * push;
-        if wall.friction_coefficient != 0.0 {
-            force += contact_coulomb::force(&nominal, push, &sliding);
-        }
-        for (law, p) in &self.laws {
-            if let Law::Friction(law) = law {
-                force += law(p, push, &sliding);
-            }
-        }
+        let push = self.push(&touch);
+        let force = self.force(push, &(velocity - self.normal * receding));
         Contact {
             penetration_m: depth,
             force,
             stored_j: 0.5 * wall.stiffness_n_per_m * depth * depth,
             charging_w: wall.stiffness_n_per_m * depth * touch.rate,
         }
+    }
+
+    /// Penetration into the spring, m; negative is the distance to it.
+    fn depth(&self, tip: &Vector3<f64>) -> f64 {
+        let mut depth = self.offset_m - self.normal.dot(tip);
+        for (law, p) in &self.laws {
+            if let Law::Depth(law) = law {
+                depth = law(p, depth, &self.facing);
+            }
+        }
+        depth
+    }
+
+    /// Size of the force along the normal, N.
+    fn push(&self, touch: &Penetration) -> f64 {
+        let wall = &self.settings;
+        let mut push = wall.stiffness_n_per_m * touch.depth
+            + wall.damping_n_s_per_m * touch.onset * touch.rate;
+        for (law, p) in &self.laws {
+            if let Law::Push(law) = law {
+                push += law(p, touch);
+            }
+        }
+        push.max(0.0)
+    }
+
+    /// The push along the normal, N, with the friction on a tip that slides (m/s) across it.
+    fn force(&self, push: f64, sliding: &Vector3<f64>) -> Vector3<f64> {
+        let wall = &self.settings;
+        let nominal = [wall.friction_coefficient, wall.smoothing_speed_m_s];
+        let mut force = self.normal * push;
+        if wall.friction_coefficient != 0.0 {
+            force += contact_coulomb::force(&nominal, push, sliding);
+        }
+        for (law, p) in &self.laws {
+            if let Law::Friction(law) = law {
+                force += law(p, push, sliding);
+            }
+        }
+        force
     }
 }
 

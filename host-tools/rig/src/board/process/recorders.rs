@@ -1,12 +1,15 @@
 //! Where the record of each cycle goes.
 
-use super::telemetry;
-use anyhow::Result;
+use super::Shared;
+use super::clock::RealClock;
+use super::telemetry::{self, Telemetry};
+use anyhow::{Result, anyhow};
 use softdock_app::board::Recorder;
 use softdock_app::record::CycleRecord;
 use softdock_io::say;
+use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 /// Records that wait for the recorder: 4 s of cycles, for a disk that takes its time.
 const RECORD_QUEUE: usize = 1000;
@@ -18,6 +21,54 @@ pub type Record = Box<dyn FnOnce(&mut dyn Iterator<Item = CycleRecord>) -> Resul
 pub(super) struct Recorders {
     pub(super) file: QueueRecorder,
     pub(super) telemetry: Option<telemetry::Queue>,
+}
+
+/// The threads behind the recorders.
+pub(super) struct Writers {
+    file: JoinHandle<Result<()>>,
+    telemetry: Option<JoinHandle<()>>,
+}
+
+impl Writers {
+    /// Waits for their ends, which come when the recorders are gone.
+    pub(super) fn join(self) -> Result<()> {
+        if let Some(telemetry) = self.telemetry {
+            joined(telemetry, "telemetry")?;
+        }
+        joined(self.file, "recorder")?
+    }
+}
+
+/// What a thread gave.
+fn joined<T>(thread: JoinHandle<T>, whose: &str) -> Result<T> {
+    let gave = thread.join();
+    gave.map_err(|_| anyhow!("the {whose}'s thread ended unexpectedly"))
+}
+
+impl Recorders {
+    /// Starts them.
+    pub(super) fn start(
+        record: Record,
+        telemetry: Option<Telemetry>,
+        clock: &RealClock,
+        shared: &Arc<Shared>,
+    ) -> (Self, Writers) {
+        let (file, writer) = start_recorder(record);
+        let start = |telemetry: Telemetry| telemetry.start(clock.clone(), shared.clone());
+        let (telemetry, sender) = telemetry.map(start).unzip();
+        let writers = Writers {
+            file: writer,
+            telemetry: sender,
+        };
+        (Self { file, telemetry }, writers)
+    }
+
+    /// After the last record.
+    pub(super) async fn close(self) {
+        if let Some(telemetry) = self.telemetry {
+            telemetry.close().await;
+        }
+    }
 }
 
 impl Recorder for Recorders {
@@ -56,7 +107,7 @@ impl Drop for QueueRecorder {
 
 /// A thread that writes records until the queue's sender is gone. An error of the recorder stops
 /// the recording, not the board.
-pub(super) fn start_recorder(record: Record) -> (QueueRecorder, thread::JoinHandle<Result<()>>) {
+fn start_recorder(record: Record) -> (QueueRecorder, JoinHandle<Result<()>>) {
     let (queue, records) = sync_channel(RECORD_QUEUE);
     let writer = thread::spawn(move || {
         let mut records = records.into_iter();

@@ -1,10 +1,10 @@
 //! One run of the board's firmware: from its start until it starts over or ends.
 
-use super::can_bus::CanPort;
+use super::can_bus::{CanBus, CanPort};
 use super::clock::RealClock;
 use super::line::Line;
 use super::operator::start_watch;
-use super::recorders::{Record, Recorders, start_recorder};
+use super::recorders::{Record, Recorders};
 use super::segment_port::SegmentPort;
 use super::telemetry::Telemetry;
 use super::udp::UdpPort;
@@ -34,6 +34,28 @@ pub(super) struct Io {
     pub(super) telemetry: Option<SocketAddr>,
     /// Who the board is.
     pub(super) identity: String,
+}
+
+/// The links of a board, each with threads of its own.
+struct Links {
+    robot: UdpPort,
+    bus: Option<CanBus>,
+    segment: Option<SegmentPort>,
+}
+
+impl Links {
+    /// They end when `ended` is raised.
+    fn start(
+        (robot, can, ethercat): (UdpSocket, Option<CanPort>, Option<UdpSocket>),
+        ended: &Arc<AtomicBool>,
+    ) -> Result<Self> {
+        let segment = |socket| SegmentPort::start(socket, ended.clone());
+        Ok(Self {
+            robot: UdpPort::start(robot, ended.clone())?,
+            bus: can.map(|port| port.start(ended.clone())).transpose()?,
+            segment: ethercat.map(segment).transpose()?,
+        })
+    }
 }
 
 /// A board that is ready to run.
@@ -83,17 +105,8 @@ impl BoardSession {
         let shared = Arc::new(Shared::new());
         *current.lock().unwrap_or_else(PoisonError::into_inner) = shared.clone();
         let clock = RealClock::start();
-        let port = UdpPort::start(io.udp, ended.clone())?;
-        let start_can = |port: CanPort| port.start(ended.clone());
-        let bus = io.can.map(start_can).transpose()?;
-        let start_ethercat = |socket| SegmentPort::start(socket, ended.clone());
-        let segment = io.ethercat.map(start_ethercat).transpose()?;
-        let (file, writer) = start_recorder(record);
-        let (telemetry, sender) = self
-            .telemetry
-            .map(|telemetry| telemetry.start(clock.clone(), shared.clone()))
-            .unzip();
-        let recorders = Recorders { file, telemetry };
+        let links = Links::start((io.udp, io.can, io.ethercat), &ended)?;
+        let (recorders, writers) = Recorders::start(record, self.telemetry, &clock, &shared);
         let watch = start_watch(shared.clone(), stop.clone(), ended.clone());
         let settings = boot.settings.clone();
         let wait_us = settings.sample_wait_us();
@@ -107,14 +120,13 @@ impl BoardSession {
                     end
                 })
             });
+            let (bus, segment) = (links.bus, links.segment);
             scope.spawn(|| block_on(tasks::sensor(shared, settings, bus, segment, clock.clone())));
-            let io = (port, clock.clone());
+            let io = (links.robot, clock.clone());
             let mut recorders = recorders;
             block_on(async {
                 tasks::robot(shared, link, start, wait_us, io, &mut recorders).await;
-                if let Some(telemetry) = recorders.telemetry {
-                    telemetry.close().await;
-                }
+                recorders.close().await;
             });
             // Without a service nothing but `stop` ends the tasks.
             service.map_or(Ok(End::Closed), thread::ScopedJoinHandle::join)
@@ -122,14 +134,7 @@ impl BoardSession {
         let end = end.map_err(|_| anyhow!("the service's thread ended unexpectedly"))?;
         let _ = watch.join();
         print_counters(&shared.status().link);
-        if let Some(sender) = sender {
-            sender
-                .join()
-                .map_err(|_| anyhow!("the telemetry's thread ended unexpectedly"))?;
-        }
-        writer
-            .join()
-            .map_err(|_| anyhow!("the recorder's thread ended unexpectedly"))??;
+        writers.join()?;
         Ok(end)
     }
 }
