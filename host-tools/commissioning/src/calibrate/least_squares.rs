@@ -212,6 +212,19 @@ struct Solved {
     inverse: DMatrix<f64>,
 }
 
+impl Solved {
+    /// Of rows that say nothing about so many unknowns.
+    fn nothing(count: usize) -> Self {
+        Self {
+            values: DVector::zeros(count),
+            condition: f64::INFINITY,
+            open: count,
+            weakest: DVector::zeros(count),
+            inverse: DMatrix::zeros(count, count),
+        }
+    }
+}
+
 /// What the rows leave.
 #[derive(Clone, Copy, Default)]
 struct Left {
@@ -256,29 +269,27 @@ impl Problem {
         }
     }
 
-    fn solve(&self) -> Solved {
-        let count = self.rows.ncols();
-        // Columns of one length: the condition must not depend on units.
-        let length: Vec<f64> = self.rows.column_iter().map(|c| c.norm()).collect();
+    /// The rows with columns of one length, because the condition must not depend on units, and the factors of the columns.
+    fn scaled(&self) -> (DMatrix<f64>, Vec<f64>) {
+        let length = self.rows.column_iter().map(|c| c.norm());
         let scale: Vec<f64> = length
-            .iter()
-            .map(|l| if *l > 0.0 { 1.0 / l } else { 0.0 })
+            .map(|l| if l > 0.0 { 1.0 / l } else { 0.0 })
             .collect();
         let mut scaled = self.rows.clone();
         for (mut column, scale) in scaled.column_iter_mut().zip(&scale) {
             column.scale_mut(*scale);
         }
+        (scaled, scale)
+    }
+
+    fn solve(&self) -> Solved {
+        let count = self.rows.ncols();
+        let (scaled, scale) = self.scaled();
         // The triangle of a QR decomposition has the singular values of the rows and is small.
         let (q, r) = scaled.qr().unpack();
         let svd = r.svd(true, true);
         let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
-            return Solved {
-                values: DVector::zeros(count),
-                condition: f64::INFINITY,
-                open: count,
-                weakest: DVector::zeros(count),
-                inverse: DMatrix::zeros(count, count),
-            };
+            return Solved::nothing(count);
         };
         let singular = &svd.singular_values;
         let largest = singular.max();

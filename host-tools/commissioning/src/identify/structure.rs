@@ -136,43 +136,9 @@ fn scanned(track: &Track) -> Start {
 
 /// The best fit of a structure from several starts.
 fn best(track: &Track, structure: Structure, start: &Start, before: &[Fit]) -> Fit {
-    let delay_s = start.delay_s;
-    let mut starts: Vec<Vec<f64>> = match structure.response {
-        Response::Direct => vec![vec![delay_s]],
-        Response::Lag => SHARES
-            .iter()
-            .map(|share| vec![(1.0 - share) * delay_s, share * delay_s])
-            .collect(),
-        Response::Servo => SERVOS_HZ
-            .iter()
-            .map(|hz| {
-                let mean_s = mean_of_servo(*hz, DAMPING);
-                vec![(delay_s - mean_s).max(0.0), *hz, DAMPING]
-            })
-            .collect(),
-    };
-    for start_values in &mut starts {
-        if structure.pause.is_some() {
-            start_values.push(start.pause_s.max(0.004));
-        }
-    }
+    let mut starts = starts_of(structure, start);
     if structure.limit != Limit::None {
-        // From the same structure without a limit, and a limit that just acts.
-        let same = before.iter().find(|f| {
-            f.structure.response == structure.response && f.structure.limit == Limit::None
-        });
-        let from = same.map_or_else(|| starts[0].clone(), |f| f.values.clone());
-        let most = structure.limit.never_acts(track);
-        starts = [0.8, 0.3, 0.1, 0.03]
-            .iter()
-            .map(|share| {
-                let mut values = from.clone();
-                values.push(share * most);
-                // What was taken for delay may be the ramp of the limit.
-                values[DELAY] *= 0.8;
-                values
-            })
-            .collect();
+        starts = starts_with_limit(track, structure, &starts[0], before);
     }
     let fits: Vec<Fit> = starts.iter().map(|s| fit(track, structure, s)).collect();
     let best = least(&fits)
@@ -190,6 +156,53 @@ fn best(track: &Track, structure: Structure, start: &Start, before: &[Fit]) -> F
     all.push(best);
     // There is one at least.
     least(&all).unwrap_or(&all[0]).clone()
+}
+
+/// Values from which the fits of a response with its pause begin.
+fn starts_of(structure: Structure, start: &Start) -> Vec<Vec<f64>> {
+    let delay_s = start.delay_s;
+    let mut starts: Vec<Vec<f64>> = match structure.response {
+        Response::Direct => vec![vec![delay_s]],
+        Response::Lag => SHARES
+            .iter()
+            .map(|share| vec![(1.0 - share) * delay_s, share * delay_s])
+            .collect(),
+        Response::Servo => SERVOS_HZ
+            .iter()
+            .map(|hz| {
+                let mean_s = mean_of_servo(*hz, DAMPING);
+                vec![(delay_s - mean_s).max(0.0), *hz, DAMPING]
+            })
+            .collect(),
+    };
+    if structure.pause.is_some() {
+        let pause_s = start.pause_s.max(0.004);
+        starts.iter_mut().for_each(|values| values.push(pause_s));
+    }
+    starts
+}
+
+/// The same with a limit, from one that just acts to a much smaller one: beside what the structure without a limit was fitted
+/// with before, or `first`.
+fn starts_with_limit(
+    track: &Track,
+    structure: Structure,
+    first: &[f64],
+    before: &[Fit],
+) -> Vec<Vec<f64>> {
+    let same = before
+        .iter()
+        .find(|f| f.structure.response == structure.response && f.structure.limit == Limit::None);
+    let from = same.map_or_else(|| first.to_vec(), |f| f.values.clone());
+    let most = structure.limit.never_acts(track);
+    let with_limit = |share: f64| {
+        let mut values = from.clone();
+        values.push(share * most);
+        // What was taken for delay may be the ramp of the limit.
+        values[DELAY] *= 0.8;
+        values
+    };
+    [0.8, 0.3, 0.1, 0.03].map(with_limit).into()
 }
 
 /// The fit that leaves least.
