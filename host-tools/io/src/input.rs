@@ -297,37 +297,14 @@ fn tables_of<'a>(item: &'a Item, path: &str) -> Vec<Part<'a>> {
 /// What is wrong, in the words of the person who wrote the file, and what else to know.
 fn explain(message: &str, location: &Location, table: &dyn TableLike) -> (String, &'static str) {
     let (first, expected) = message.split_once(", expected ").unwrap_or((message, ""));
+    let known = names_in(expected);
     if let Some(wrong) = quoted(first, "unknown field ") {
-        let known: Vec<&str> = names_in(expected);
-        let near = nearest(wrong, known.iter().copied());
-        let unit = near.is_some_and(|name| differs_in_unit(wrong, name));
-        let hint = if unit {
-            "The unit is part of the name: convert the value too."
-        } else if location.is_top_level() {
-            kind::other_kind(table, &known).unwrap_or_default()
-        } else {
-            ""
-        };
-        return (
-            format!(
-                "unknown key `{wrong}` {}; {}",
-                location.within(),
-                offer(near, &known)
-            ),
-            hint,
-        );
+        return unknown_key(wrong, &known, location, table);
     }
     if let Some(wrong) = quoted(first, "unknown variant ") {
-        let known = names_in(expected);
-        let near = nearest(wrong, known.iter().copied());
-        return (
-            format!(
-                "{}: unknown value `{wrong}`; {}",
-                location.subject(),
-                offer(near, &known)
-            ),
-            "",
-        );
+        let offer = offer(nearest(wrong, known.iter().copied()), &known);
+        let what = format!("{}: unknown value `{wrong}`; {offer}", location.subject());
+        return (what, "");
     }
     if let Some(key) = quoted(first, "missing field ") {
         return (format!("missing key `{key}` {}", location.within()), "");
@@ -339,16 +316,29 @@ fn explain(message: &str, location: &Location, table: &dyn TableLike) -> (String
         let found = found
             .replace("floating point", "number")
             .replace("integer", "number");
-        return (
-            format!(
-                "{}: expected {}, found {found}",
-                location.subject(),
-                plain(expected)
-            ),
-            "",
-        );
+        let (subject, expected) = (location.subject(), plain(expected));
+        return (format!("{subject}: expected {expected}, found {found}"), "");
     }
     (format!("{}: {message}", location.subject()), "")
+}
+
+/// The same of a key that is none of those that are known.
+fn unknown_key(
+    wrong: &str,
+    known: &[&str],
+    location: &Location,
+    table: &dyn TableLike,
+) -> (String, &'static str) {
+    let near = nearest(wrong, known.iter().copied());
+    let hint = if near.is_some_and(|name| differs_in_unit(wrong, name)) {
+        "The unit is part of the name: convert the value too."
+    } else if location.is_top_level() {
+        kind::other_kind(table, known).unwrap_or_default()
+    } else {
+        ""
+    };
+    let (within, offer) = (location.within(), offer(near, known));
+    (format!("unknown key `{wrong}` {within}; {offer}"), hint)
 }
 
 fn offer(near: Option<&str>, known: &[&str]) -> String {

@@ -39,29 +39,7 @@ pub(super) fn all(
     let touching = touching(source.signals.len(), contacts);
     let mut found = Vec::new();
     for (quantity, axis, values) in quantities {
-        let size: Vec<f64> = values.iter().map(|v| v.abs()).collect();
-        let touched: Vec<f64> = values
-            .iter()
-            .zip(&touching)
-            .map(|(v, touching)| if *touching { *v } else { f64::NAN })
-            .collect();
-        let both_signs = values.iter().any(|v| *v < 0.0) && values.iter().any(|v| *v > 0.0);
-        let has_size = both_signs && quantity.has_size();
-        let variants = [
-            (Groups::along(values), false, false),
-            (Groups::along(touched).map(Groups::with_others), true, false),
-            (Groups::along(size).filter(|_| has_size), false, true),
-        ];
-        for (groups, in_contact, absolute) in variants {
-            found.extend(groups.map(|groups| Candidate {
-                quantity,
-                along: Some(axis),
-                unit: unit(quantity, axis),
-                in_contact,
-                absolute,
-                groups,
-            }));
-        }
+        found.extend(variants(quantity, axis, values, &touching));
     }
     let time = source.prediction.time_s.clone();
     let since = since_contact(source.signals.len(), source.signals.cycle_s, contacts);
@@ -81,6 +59,40 @@ pub(super) fn all(
         }));
     }
     found
+}
+
+/// A quantity of an axis over the whole recording, in contact only, and by its size where it has both signs.
+fn variants(
+    quantity: Quantity,
+    axis: Axis,
+    values: Vec<f64>,
+    touching: &[bool],
+) -> impl Iterator<Item = Candidate> {
+    let size: Vec<f64> = values.iter().map(|v| v.abs()).collect();
+    let touched: Vec<f64> = values
+        .iter()
+        .zip(touching)
+        .map(|(v, touching)| if *touching { *v } else { f64::NAN })
+        .collect();
+    let both_signs = values.iter().any(|v| *v < 0.0) && values.iter().any(|v| *v > 0.0);
+    let has_size = both_signs && quantity.has_size();
+    let variants = [
+        (Groups::along(values), false, false),
+        (Groups::along(touched).map(Groups::with_others), true, false),
+        (Groups::along(size).filter(|_| has_size), false, true),
+    ];
+    variants
+        .into_iter()
+        .filter_map(move |(groups, in_contact, absolute)| {
+            Some(Candidate {
+                quantity,
+                along: Some(axis),
+                unit: unit(quantity, axis),
+                in_contact,
+                absolute,
+                groups: groups?,
+            })
+        })
 }
 
 /// Quantities along, or about, one axis.
