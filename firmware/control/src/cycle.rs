@@ -100,22 +100,7 @@ impl<S: Scalar> Cycle<S> {
         }
 
         // Integrate, compensate the delay, limit.
-        let moved = match self.modes.mode() {
-            Mode::Running => {
-                let freeze = self.freeze(&inputs.robot);
-                let input = LoopInput {
-                    wrench: &wrench.at_m,
-                    measured: &pose,
-                    freeze,
-                };
-                self.run
-                    .step(&self.plan, &input, trace, probe)
-                    .map(|()| true)
-            }
-            Mode::Jogging => self.jog_on(&inputs.robot, trace),
-            Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, trace),
-            Mode::Fault => Ok(false),
-        };
+        let moved = self.moved(&inputs.robot, &pose, &wrench.at_m, trace, probe);
         let output = Output {
             start,
             motion: self.motion(moved),
@@ -127,6 +112,31 @@ impl<S: Scalar> Cycle<S> {
         self.finish(inputs, trace);
         probe.finished(Phase::Trace);
         output
+    }
+
+    /// Moves as the mode says; false: the robot is to rest.
+    fn moved(
+        &mut self,
+        robot: &RobotSample,
+        measured: &Pose<S>,
+        wrench: &Wrench<S>,
+        trace: &mut Trace,
+        probe: &mut impl Probe,
+    ) -> Result<bool, Fault> {
+        match self.modes.mode() {
+            Mode::Running => {
+                let input = LoopInput {
+                    wrench,
+                    measured,
+                    freeze: self.freeze(robot),
+                };
+                let sent = self.run.step(&self.plan, &input, trace, probe);
+                sent.map(|()| true)
+            }
+            Mode::Jogging => self.jog_on(robot, trace),
+            Mode::Idle | Mode::Hold | Mode::Armed => self.run.fade_out(&self.plan, trace),
+            Mode::Fault => Ok(false),
+        }
     }
 
     /// The present mode.

@@ -2,9 +2,10 @@
 
 use super::Supervisor;
 use crate::delay::predictor::V6;
+use crate::delay::predictor::axis_map::AxisMap;
 use crate::delay::predictor::contact::Contact;
 use crate::delay::predictor::contact_estimator::Estimate;
-use crate::delay::predictor::control_problem::ControlProblem;
+use crate::delay::predictor::control_problem::{Command, ControlProblem};
 use crate::delay::predictor::observer::Observer;
 use crate::delay::predictor::reference::Reference;
 use crate::delay::predictor::tuning::*;
@@ -32,16 +33,7 @@ impl Supervisor {
             observer.model = robot.position + velocity * cycle_s;
             return self.output(LawOutput::of(input.model_end));
         }
-        let (reference, estimate) = match &contact {
-            Some(contact) => (
-                self.reference(contact, observer, &velocity),
-                Some(*contact.estimate(self.latency)),
-            ),
-            None => self.reference_ahead(observer, &velocity),
-        };
-        if estimate.is_none() {
-            self.matrix.prepare();
-        }
+        let (reference, estimate) = self.aim(contact.as_deref(), observer, &velocity);
         let problem = ControlProblem {
             cycle: observer.cycle,
             model: &self.model,
@@ -60,10 +52,6 @@ impl Supervisor {
         };
         let trusted = self.confidence != ConfidenceLevel::Fallback;
         let command = self.fallback.command(&problem, contact.is_some(), trusted);
-        self.reversals = command.reversals;
-        if command.at_speed_limit {
-            self.flags.set(LawFlags::SPEED_LIMIT);
-        }
         if let Some(contact) = contact {
             contact.preload = problem.reference.preload;
             contact.preload.advance(command.preload_rate * cycle_s);
@@ -72,9 +60,38 @@ impl Supervisor {
             observer.model = robot.position;
         }
         observer.model += velocity * cycle_s;
-        let mut output = LawOutput::of(observer.map.twist(&command.velocity));
-        output.parts[0] = observer.map.twist(&command.tracking);
-        output.parts[1] = observer.map.twist(&command.preload);
+        self.given(&command, &observer.map)
+    }
+
+    /// The reference, and the contact that is going on or expected.
+    fn aim(
+        &mut self,
+        contact: Option<&Contact>,
+        observer: &Observer,
+        velocity: &V6,
+    ) -> (Reference, Option<Estimate>) {
+        let (reference, estimate) = match contact {
+            Some(contact) => (
+                self.reference(contact, observer, velocity),
+                Some(*contact.estimate(self.latency)),
+            ),
+            None => self.reference_ahead(observer, velocity),
+        };
+        if estimate.is_none() {
+            self.matrix.prepare();
+        }
+        (reference, estimate)
+    }
+
+    /// The output with a command, whose reversals and limits are noted.
+    fn given<S: Scalar>(&mut self, command: &Command, map: &AxisMap) -> LawOutput<S> {
+        self.reversals = command.reversals;
+        if command.at_speed_limit {
+            self.flags.set(LawFlags::SPEED_LIMIT);
+        }
+        let mut output = LawOutput::of(map.twist(&command.velocity));
+        output.parts[0] = map.twist(&command.tracking);
+        output.parts[1] = map.twist(&command.preload);
         self.output(output)
     }
 
