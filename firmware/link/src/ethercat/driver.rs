@@ -64,6 +64,27 @@ struct Running {
     measured: bool,
 }
 
+impl Running {
+    /// When the sample before was seen, µs, if this one is new and the bias has settled; an error if none has been new for too long.
+    fn take(&mut self, sample: u32, now_us: u64) -> Result<Option<u64>, SensorFault> {
+        let Some((last, seen_us)) = self.sample else {
+            // Whether it is new, the next one tells.
+            self.sample = Some((sample, now_us));
+            return Ok(None);
+        };
+        // A frame that comes twice, or late, holds an older sample.
+        if sample.wrapping_sub(last).cast_signed() <= 0 {
+            return match now_us.saturating_sub(seen_us) >= MOST_STANDING_US {
+                true => Err(SensorFault::Standing),
+                false => Ok(None),
+            };
+        }
+        self.sample = Some((sample, now_us));
+        let settled_us = self.since_us.saturating_add(CLEAR_BIAS_US + SETTLE_US);
+        Ok((now_us >= settled_us).then_some(seen_us))
+    }
+}
+
 /// Driver of one sensor; see [`SensorDriver`] for how to use it.
 #[derive(Clone, Debug)]
 pub struct AtiSubDevice {
@@ -163,22 +184,13 @@ impl AtiSubDevice {
         running.pending = false;
         running.failed = 0;
         let inputs = Inputs::decode(bytes);
-        let Some((last, seen_us)) = running.sample else {
-            // Whether it is new, the next one tells.
-            running.sample = Some((inputs.sample, now_us));
-            return None;
-        };
-        // A frame that comes twice, or late, holds an older sample.
-        if inputs.sample.wrapping_sub(last).cast_signed() <= 0 {
-            if now_us.saturating_sub(seen_us) >= MOST_STANDING_US {
-                self.down(SensorFault::Standing, now_us);
+        let seen_us = match running.take(inputs.sample, now_us) {
+            Ok(seen_us) => seen_us?,
+            Err(fault) => {
+                self.down(fault, now_us);
+                return None;
             }
-            return None;
-        }
-        running.sample = Some((inputs.sample, now_us));
-        if now_us < running.since_us.saturating_add(CLEAR_BIAS_US + SETTLE_US) {
-            return None;
-        }
+        };
         running.measured = true;
         self.fault = None;
         self.readings = self.readings.wrapping_add(1);

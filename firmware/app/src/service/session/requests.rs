@@ -9,7 +9,7 @@ use crate::service::state::{counters, health};
 use crate::settings::BoardSettings;
 use crate::store::{Block, Origin};
 use softdock_control::modes::Command;
-use softdock_link::service::{Answer, Counters, Frame, Refusal, Request};
+use softdock_link::service::{Answer, Counters, Frame, Refusal, Request, Value};
 
 impl Session {
     pub(super) fn request(&mut self, frame: &Frame<'_>, now: &Now, block: &mut Block) -> Outcome {
@@ -62,30 +62,11 @@ impl Session {
                 self.staged = None;
                 self.done()
             }
-            Request::Set { path, value } => {
-                let Some(draft) = &mut self.draft else {
-                    return self.refuse(Refusal::NoDraft);
-                };
-                match parameters::set(draft, path, value) {
-                    Ok(()) => self.done(),
-                    Err(refusal) => self.refuse(refusal),
-                }
-            }
+            Request::Set { path, value } => self.set(path, value),
             Request::Stage { offset, bytes } => self.stage(*offset, bytes, block),
             Request::Validate => self.validate(block),
-            Request::Commit { confirm_within_s } => {
-                if self.moves(now) {
-                    return self.refuse(Refusal::Moves);
-                }
-                let checked = self.draft.as_ref().map(|draft| self.check(draft));
-                match checked {
-                    None => self.refuse(Refusal::NoDraft),
-                    Some(Err(refusal)) => self.refuse(refusal),
-                    Some(Ok(())) => Outcome::Job(Job::Commit {
-                        confirm_within_s: *confirm_within_s,
-                    }),
-                }
-            }
+            Request::Commit { .. } if self.moves(now) => self.refuse(Refusal::Moves),
+            Request::Commit { confirm_within_s } => self.commit(*confirm_within_s),
             Request::Confirm => match self.origin {
                 Origin::Trial(trial) => Outcome::Job(Job::Confirm(trial)),
                 _ => self.refuse(Refusal::NotOnTrial),
@@ -121,6 +102,25 @@ impl Session {
         match line {
             Ok(line) => self.send(line),
             Err(refusal) => self.refuse(refusal),
+        }
+    }
+
+    fn set(&mut self, path: &str, value: &Value<'_>) -> Outcome {
+        let Some(draft) = &mut self.draft else {
+            return self.refuse(Refusal::NoDraft);
+        };
+        match parameters::set(draft, path, value) {
+            Ok(()) => self.done(),
+            Err(refusal) => self.refuse(refusal),
+        }
+    }
+
+    fn commit(&mut self, confirm_within_s: u16) -> Outcome {
+        let checked = self.draft.as_ref().map(|draft| self.check(draft));
+        match checked {
+            None => self.refuse(Refusal::NoDraft),
+            Some(Err(refusal)) => self.refuse(refusal),
+            Some(Ok(())) => Outcome::Job(Job::Commit { confirm_within_s }),
         }
     }
 
