@@ -54,6 +54,13 @@ bind_interrupts!(struct Irqs {
     FDCAN1_IT1 => can::IT1InterruptHandler<FDCAN1>;
 });
 
+/// The controller and its pins.
+pub(crate) struct Pins {
+    pub(crate) fdcan: Peri<'static, FDCAN1>,
+    pub(crate) rx: Peri<'static, PD0>,
+    pub(crate) tx: Peri<'static, PD1>,
+}
+
 /// FDCAN1.
 pub(crate) struct Bus(BufferedCan<'static, TO_SEND, RECEIVED>, Handed);
 
@@ -63,14 +70,10 @@ impl Bus {
     /// # Errors
     /// [`SensorFault::BitTiming`], by its registers and by the clock that it got: no bus is better than one whose
     /// bits others read wrongly now and then.
-    pub(crate) fn start(
-        fdcan: Peri<'static, FDCAN1>,
-        rx: Peri<'static, PD0>,
-        tx: Peri<'static, PD1>,
-    ) -> Result<Self, SensorFault> {
+    pub(crate) fn start(pins: Pins) -> Result<Self, SensorFault> {
         static TX: ConstStaticCell<TxBuf<TO_SEND>> = ConstStaticCell::new(TxBuf::new());
         static RX: ConstStaticCell<RxBuf<RECEIVED>> = ConstStaticCell::new(RxBuf::new());
-        let mut can = CanConfigurator::new(fdcan, rx, tx, Irqs);
+        let mut can = CanConfigurator::new(pins.fdcan, pins.rx, pins.tx, Irqs);
         can.set_config(
             FdCanConfig::default()
                 .set_frame_transmit(FrameTransmissionConfig::ClassicCanOnly)

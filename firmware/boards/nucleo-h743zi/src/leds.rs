@@ -7,6 +7,13 @@ use softdock_app::leds;
 use softdock_app::micro::SHARED;
 use softdock_app::micro::clock::UptimeClock;
 
+/// Their pins.
+pub(crate) struct Pins {
+    pub(crate) green: Peri<'static, PB0>,
+    pub(crate) yellow: Peri<'static, PE1>,
+    pub(crate) red: Peri<'static, PB14>,
+}
+
 /// LD1, LD2, LD3.
 pub(crate) struct Leds {
     green: Output<'static>,
@@ -16,15 +23,11 @@ pub(crate) struct Leds {
 
 impl Leds {
     /// All dark.
-    pub(crate) fn new(
-        green: Peri<'static, PB0>,
-        yellow: Peri<'static, PE1>,
-        red: Peri<'static, PB14>,
-    ) -> Self {
+    pub(crate) fn new(pins: Pins) -> Self {
         Self {
-            green: Output::new(green, Level::Low, Speed::Low),
-            yellow: Output::new(yellow, Level::Low, Speed::Low),
-            red: Output::new(red, Level::Low, Speed::Low),
+            green: Output::new(pins.green, Level::Low, Speed::Low),
+            yellow: Output::new(pins.yellow, Level::Low, Speed::Low),
+            red: Output::new(pins.red, Level::Low, Speed::Low),
         }
     }
 }

@@ -10,6 +10,7 @@
 //! | parameter service | USART3, through the ST-Link (CN1), 115,200 bit/s | [`serial`] |
 //! | settings | two slots in the last sectors of flash | [`flash`] |
 //! | watchdog | IWDG, fed by completed work | [`watchdog`] |
+//! | peripherals and pins | by their use | [`hardware`] |
 //! | caches | both on, but for what others reach as well | [`memory`] |
 //!
 //! Network, sensor and robot have the executor of highest priority; log, LEDs and watchdog the next;
@@ -25,6 +26,7 @@ mod clocks;
 mod ethernet;
 mod executors;
 mod flash;
+mod hardware;
 mod leds;
 mod memory;
 mod reset;
@@ -43,6 +45,7 @@ use embassy_stm32::peripherals::RNG;
 use embassy_stm32::rng::{self, Rng};
 use embassy_stm32::{Peri, bind_interrupts};
 use flash::Sectors;
+use hardware::Hardware;
 use leds::Leds;
 use softdock_app::micro::boot::{self, Before, Identity};
 use softdock_app::micro::clock::UptimeClock;
@@ -90,22 +93,18 @@ fn start() {
         // Only a second call of `main` could get here.
         SCB::sys_reset();
     };
-    softdock_crash::arm(&mut core.SCB, &mut core.MPU);
-    memory::start_caches(&mut core);
-    core.DCB.enable_trace();
-    DWT::unlock();
-    core.DWT.enable_cycle_counter();
+    prepare_core(&mut core);
     watchdog::guard_start();
-    let p = clocks::start();
-    let watchdog = watchdog::start(p.IWDG1);
+    let hardware = Hardware::new(clocks::start());
+    let watchdog = watchdog::start(hardware.watchdog);
     let crash = softdock_crash::take_message();
     let before = Before {
         crash: crash.as_deref(),
         retained: softdock_crash::take_retained(),
         reset: reset::reason(),
     };
-    let number = boot_number(p.RNG);
-    let store = STORE.init_with(|| Store::new(WordFlash::new(Sectors::new(p.FLASH))));
+    let number = boot_number(hardware.random);
+    let store = STORE.init_with(|| Store::new(WordFlash::new(Sectors::new(hardware.flash))));
     let Some((start, prepared)) = boot::boot(&IDENTITY, store, before, number) else {
         SCB::sys_reset();
     };
@@ -115,40 +114,8 @@ fn start() {
         auto_start: false,
         boot: number,
     };
-    let ethernet = ethernet::Pins {
-        eth: p.ETH,
-        sma: p.ETH_SMA,
-        ref_clk: p.PA1,
-        mdio: p.PA2,
-        crs: p.PA7,
-        tx_d1: p.PB13,
-        mdc: p.PC1,
-        rx_d0: p.PC4,
-        rx_d1: p.PC5,
-        tx_en: p.PG11,
-        tx_d0: p.PG13,
-    };
-    #[cfg(not(feature = "ethercat"))]
-    let sensor = can::Bus::start(p.FDCAN1, p.PD0, p.PD1);
-    #[cfg(feature = "ethercat")]
-    let sensor = w5500::Pins {
-        spi: p.SPI1,
-        sck: p.PA5,
-        mosi: p.PB5,
-        miso: p.PA6,
-        tx: p.DMA1_CH0,
-        rx: p.DMA1_CH1,
-        select: p.PD14,
-        interrupt: p.PD15,
-        exti: p.EXTI15,
-        reset: p.PF12,
-    };
-    let leds = Leds::new(p.PB0, p.PE1, p.PB14);
-    let serial = serial::Pins {
-        usart: p.USART3,
-        rx: p.PD9,
-        tx: p.PD8,
-    };
+    let (ethernet, sensor) = (hardware.ethernet, sensor_link::prepare(hardware.sensor));
+    let leds = Leds::new(hardware.leds);
     let robot = build_robot(&start.settings, options, &ROBOT);
     let spawners = executors::start();
     let background = spawners.background;
@@ -157,7 +124,16 @@ fn start() {
     send(background, monitor());
     send(background, leds::show(leds));
     send(background, watchdog::feed(watchdog));
-    send(spawners.service, serve(prepared, serial));
+    send(spawners.service, serve(prepared, hardware.serial));
+}
+
+/// Guards of memory, caches and the counter of cycles.
+fn prepare_core(core: &mut cortex_m::Peripherals) {
+    softdock_crash::arm(&mut core.SCB, &mut core.MPU);
+    memory::start_caches(core);
+    core.DCB.enable_trace();
+    DWT::unlock();
+    core.DWT.enable_cycle_counter();
 }
 
 /// A number that differs from boot to boot.

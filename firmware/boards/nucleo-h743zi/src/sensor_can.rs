@@ -1,6 +1,7 @@
 //! The sensor on CAN; the robot's network on the on-board Ethernet.
 
 use crate::can::Bus;
+pub(crate) use crate::can::Pins;
 use crate::ethernet;
 use embassy_executor::Spawner;
 use softdock_app::micro::SHARED;
@@ -14,6 +15,11 @@ use softdock_link::sensor::SensorFault;
 pub(crate) type Hardware = Result<Bus, SensorFault>;
 /// The robot's network.
 pub(crate) type Network = ethernet::Driver;
+
+/// Starts the sensor's bus.
+pub(crate) fn prepare(pins: Pins) -> Hardware {
+    Bus::start(pins)
+}
 
 /// Starts the sensor's task; the robot's network.
 pub(crate) async fn start(

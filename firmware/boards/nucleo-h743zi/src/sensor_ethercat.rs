@@ -1,5 +1,6 @@
 //! The sensor on EtherCAT, on the on-board Ethernet; the robot's network on a W5500.
 
+pub(crate) use crate::w5500::Pins;
 use crate::{ethernet, w5500};
 use embassy_executor::Spawner;
 use softdock_app::ethercat::port::DriverPort;
@@ -11,9 +12,14 @@ use softdock_app::sensor;
 use softdock_app::settings::{BoardSettings, EtherCatSettings};
 
 /// What the robot's network takes in place of the on-board Ethernet.
-pub(crate) type Hardware = w5500::Pins;
+pub(crate) type Hardware = Pins;
 /// The robot's network.
 pub(crate) type Network = w5500::Driver;
+
+/// Its task starts the chip.
+pub(crate) fn prepare(pins: Pins) -> Hardware {
+    pins
+}
 
 /// Starts the sensor's task; the robot's network.
 pub(crate) async fn start(
