@@ -218,25 +218,7 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding = fewer;
         least = least.min(finding.error_on_unseen());
     }
-    let mut unrefuted = Vec::new();
-    for Imitated { id, evidence, .. } in imitated.clone() {
-        let mut ids = finding.ids();
-        ids.push(id.clone());
-        let more = asking.among_beside(&ids, beside.as_ref());
-        let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
-            continue;
-        };
-        let worse = finding.foretells_worse_by(more.error_on_unseen());
-        let worse = worse.filter(|_| more.is_a_law(&id));
-        let mut with_it = foretelling.clone();
-        with_it.extend(worse.map(|worse| (id.clone(), worse)));
-        if weakest(&mut more, &with_it).is_none() {
-            (finding, foretelling) = (more, with_it);
-            imitated.retain(|other| other.id != id);
-        } else if evidence > 0.0 {
-            unrefuted.push(more.whole());
-        }
-    }
+    let unrefuted = second_chance(&mut finding, &mut foretelling, &mut imitated, asking);
     // What is there may be less or more beside what lacks the evidence to be named.
     unrefuted.iter().for_each(|other| finding.hold(other));
     finding.foretell(&foretelling);
@@ -247,6 +229,35 @@ pub(super) fn beside_remainder(first: WrenchFinding, asking: &mut Asking<'_>) ->
         finding.beside_remainder.get_or_insert_default().imitated = imitated;
     }
     finding
+}
+
+/// Takes back what was left out and stands beside what was left out later. Returns the answers with what has evidence, and does not stand.
+fn second_chance(
+    finding: &mut WrenchFinding,
+    foretelling: &mut BTreeMap<String, f64>,
+    imitated: &mut Vec<Imitated>,
+    asking: &mut Asking<'_>,
+) -> Vec<wrench::Tested> {
+    let mut unrefuted = Vec::new();
+    for Imitated { id, evidence, .. } in imitated.clone() {
+        let mut ids = finding.ids();
+        ids.push(id.clone());
+        let more = asking.among_beside(&ids, finding.beside.as_ref());
+        let Some(mut more) = more.filter(|more| more.ids().contains(&id)) else {
+            continue;
+        };
+        let worse = finding.foretells_worse_by(more.error_on_unseen());
+        let worse = worse.filter(|_| more.is_a_law(&id));
+        let mut with_it = foretelling.clone();
+        with_it.extend(worse.map(|worse| (id.clone(), worse)));
+        if weakest(&mut more, &with_it).is_none() {
+            (*finding, *foretelling) = (more, with_it);
+            imitated.retain(|other| other.id != id);
+        } else if evidence > 0.0 {
+            unrefuted.push(more.whole());
+        }
+    }
+    unrefuted
 }
 
 /// With an effect of one amount in the place of one of the same kind that has several (a dry friction for a Stribeck curve), where

@@ -4,7 +4,7 @@ use super::engine::Stages;
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
-use super::finding::{Diagnosis, Nominal, RunnerUp, Verdict};
+use super::finding::{Diagnosis, Equivalent, Nominal, Region, RunnerUp, Verdict};
 use super::left_over::left_over;
 use super::log_to_log::from_log_to_log;
 use super::logs::Logs;
@@ -15,7 +15,7 @@ use super::structure::Left;
 use super::unaccounted::Unaccounted;
 use super::verdict::Grounds;
 use super::{closest_rival, ranking, regions, sentence};
-use crate::levels::{BeforeAfter, ChannelLevels};
+use crate::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::Prediction;
@@ -49,8 +49,6 @@ pub(crate) fn conclude(
     let in_sample = recordings.all.len() < 2;
     let judged = Judged::new(model, stages, question, found, &left, in_sample);
     let rest = Unaccounted::new(stages, &left, &judged);
-    let ranked = ranking::ranked(stages);
-    let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
     let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
     let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
     let notes = Answer {
@@ -67,54 +65,19 @@ pub(crate) fn conclude(
         equivalent: same.as_ref(),
     };
     let notes = notes.all(judged.unexplained, in_sample);
-    let rivals: Vec<&RunnerUp> = runner_up.iter().chain(&further_ties).collect();
-    let probability = match judged.is_unnamed() {
-        true => BTreeMap::new(),
-        false => probabilities(&named, &rivals, rest.remainder.share > 0.0),
-    };
-    let mut diagnosis = Diagnosis {
-        sentence: String::new(),
-        verdict: judged.verdict,
-        experiment: runner_up.as_ref().and_then(|rival| {
-            closest_rival::experiment(judged.named().first(), rival, of_a_rig(stages))
-        }),
-        parameters: named
-            .iter()
-            .map(|n| (n.effect.id.clone(), n.estimates.clone()))
-            .collect(),
-        equivalent: same,
-        effects: judged.named().to_vec(),
-        probability,
-        nominal: nominal(stages),
-        residual_rms_sigma: BeforeAfter {
-            before: ChannelLevels::of(stages.before.test()),
-            after: ChannelLevels::of(predictions.test()),
-        },
-        steps: reduction.steps,
-        runner_up,
-        further_ties,
-        regions: match judged.is_unnamed() {
-            true => regions::left_over(&left, stages),
-            false => regions::explained(stages.before.shown(), predictions.shown(), stages),
-        },
-        looks_like: rest.looks_like(&judged),
-        remainder: rest.remainder,
-        ranked,
-        strongest_evidence: ranking::strongest(stages),
-        noise: stages.noise.clone(),
-        notes,
-        unseen,
-        of_all_logs: None,
-        seconds: 0.0,
-        disagreeing: judged.disagreeing,
-    };
-    let accepted = stages
-        .wrench
-        .as_ref()
-        .and_then(|found| found.found.accepted.as_ref());
-    let why = accepted.and_then(|accepted| accepted.of_all_logs.clone());
     // Least squares are those of the logs of the fit.
-    if let Some(why) = why.filter(|_| reduction.refitted.is_none() && !named.is_empty()) {
+    let of_search = reduction.refitted.is_none() && !named.is_empty();
+    let of_all_logs = of_all_logs(stages).filter(|_| of_search);
+    let said = Said {
+        stages,
+        named,
+        left: &left,
+        judged: &judged,
+        rest,
+        predictions: &predictions,
+    };
+    let mut diagnosis = said.diagnosis(same, reduction.steps, notes, unseen);
+    if let Some(why) = of_all_logs {
         diagnosis.is_of_all_logs(why);
     }
     diagnosis.sentence = sentence::of(&diagnosis, &left, judged.stands_still);
@@ -123,6 +86,89 @@ pub(crate) fn conclude(
         after,
         predictions,
     })
+}
+
+/// What is said of what was found.
+struct Said<'a> {
+    stages: &'a Stages,
+    named: Vec<&'a Named>,
+    left: &'a [Left],
+    judged: &'a Judged,
+    rest: Unaccounted,
+    predictions: &'a Logs<Prediction>,
+}
+
+impl Said<'_> {
+    /// Without the sentence over all.
+    fn diagnosis(
+        self,
+        equivalent: Option<Equivalent>,
+        steps: Vec<Step>,
+        notes: Vec<String>,
+        unseen: bool,
+    ) -> Diagnosis {
+        let (stages, judged, predictions) = (self.stages, self.judged, self.predictions);
+        let ranked = ranking::ranked(stages);
+        let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
+        let named = self.named.iter();
+        Diagnosis {
+            sentence: String::new(),
+            verdict: judged.verdict,
+            experiment: runner_up.as_ref().and_then(|rival| {
+                closest_rival::experiment(judged.named().first(), rival, of_a_rig(stages))
+            }),
+            parameters: named
+                .map(|n| (n.effect.id.clone(), n.estimates.clone()))
+                .collect(),
+            equivalent,
+            effects: judged.named().to_vec(),
+            probability: self.probability(runner_up.iter().chain(&further_ties).collect()),
+            nominal: nominal(stages),
+            residual_rms_sigma: BeforeAfter {
+                before: ChannelLevels::of(stages.before.test()),
+                after: ChannelLevels::of(predictions.test()),
+            },
+            steps,
+            runner_up,
+            further_ties,
+            regions: self.regions(),
+            looks_like: self.rest.looks_like(judged),
+            remainder: self.rest.remainder,
+            ranked,
+            strongest_evidence: ranking::strongest(stages),
+            noise: stages.noise.clone(),
+            notes,
+            unseen,
+            of_all_logs: None,
+            seconds: 0.0,
+            disagreeing: judged.disagreeing.clone(),
+        }
+    }
+
+    /// Of each named effect, beside its rivals.
+    fn probability(&self, rivals: Vec<&RunnerUp>) -> BTreeMap<String, f64> {
+        match self.judged.is_unnamed() {
+            true => BTreeMap::new(),
+            false => probabilities(&self.named, &rivals, self.rest.remainder.share > 0.0),
+        }
+    }
+
+    /// Where it shows: what is left, or what is explained.
+    fn regions(&self) -> Vec<Region> {
+        match self.judged.is_unnamed() {
+            true => regions::left_over(self.left, self.stages),
+            false => {
+                let [before, after] = [&self.stages.before, self.predictions].map(Logs::shown);
+                regions::explained(before, after, self.stages)
+            }
+        }
+    }
+}
+
+/// Why what was found has the parameters of all logs, if it has.
+fn of_all_logs(stages: &Stages) -> Option<String> {
+    let accepted = stages.wrench.as_ref()?.found.accepted.as_ref()?;
+    accepted.of_all_logs.clone()
 }
 
 /// The verdict, and on what it stands.
