@@ -83,30 +83,40 @@ impl Joint {
         };
         let mut known: Vec<Column> = joint.logs.iter().map(|log| log.scene.known()).collect();
         known.iter_mut().for_each(|column| column.scale(-1.0));
-        let whitened =
-            |columns: &[Column]| joint.problem.whitened(&columns.iter().collect::<Vec<_>>());
-        // Uncertainties, which are among the tolerances, must not stand in for what is uncertain.
-        let squares = |white: &Column| -> f64 {
-            let at_rest = DVector::zeros(joint.all_tolerances());
-            let rest = joint.problem.rest(white, &at_rest);
-            rest.0.iter().flatten().map(|r| r * r).sum()
-        };
-        let nothing = whitened(&known);
-        let before = squares(&nothing);
+        let nothing = joint.problem.whitened(&known.iter().collect::<Vec<_>>());
+        let (before, now) = (joint.squares(&nothing), joint.squares(&Column::default()));
+        Self {
+            known: (before - now).max(0.0),
+            levels: joint.levels_beside(&nothing, before),
+            ..joint
+        }
+    }
+
+    /// Squares of what a column leaves beside the tolerances as they are: uncertainties, which are among these, must not stand in
+    /// for what is uncertain.
+    fn squares(&self, white: &Column) -> f64 {
+        let at_rest = DVector::zeros(self.all_tolerances());
+        let rest = self.problem.rest(white, &at_rest);
+        rest.0.iter().flatten().map(|r| r * r).sum()
+    }
+
+    /// See [`Self::levels`]; `nothing`: what the known effects took, taken back, and `before`, what is left then.
+    fn levels_beside(&self, nothing: &Column, before: f64) -> [f64; 2] {
         let constant = |axis: &Axis| {
             let of = |log: &PreparedLog| {
                 let mut constant = Column::default();
                 constant.0[axis.index()] = vec![1.0; log.fresh.len()];
                 constant
             };
-            whitened(&joint.logs.iter().map(of).collect::<Vec<_>>())
+            let of_logs: Vec<Column> = self.logs.iter().map(of).collect();
+            self.problem.whitened(&of_logs.iter().collect::<Vec<_>>())
         };
         let constants: Vec<Column> = Axis::ALL.iter().map(constant).collect();
         let beside_known = |constant: &Column| {
             let with = |amount: f64| {
                 let mut both = nothing.clone();
                 subtract(&mut both, constant, -amount);
-                before - squares(&both)
+                before - self.squares(&both)
             };
             top(with(1.0), with(-1.0))
         };
@@ -114,20 +124,14 @@ impl Joint {
             let with = |amount: f64| {
                 let mut constant = constant.clone();
                 constant.scale(amount);
-                joint.problem.gain_of(&constant)
+                self.problem.gain_of(&constant)
             };
             top(with(1.0), with(-1.0))
         };
-        let levels = [
+        [
             constants.iter().map(beside_known).sum(),
             constants.iter().map(beside_tolerances).sum(),
-        ];
-        let known = (before - squares(&Column::default())).max(0.0);
-        Self {
-            known,
-            levels,
-            ..joint
-        }
+        ]
     }
 
     /// From now on beside a smooth remainder, which may take what it likes as the tolerances may.

@@ -47,20 +47,7 @@ impl Library {
     pub(crate) fn new(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Self {
         use rayon::prelude::*;
         let model = joint.logs.first().map(|log| &log.scene.model);
-        let all = model.into_iter().flat_map(LoadEffect::all);
-        // What is commanded went through no sensor: a constant is the guide's offset there.
-        let driven = model.is_some_and(|model| model.sensor.wrench.drives());
-        let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
-            true => false,
-            false => !excluded(effect.id),
-        };
-        let wanted: Vec<(&LoadEffect, Vec<f64>)> = all
-            .filter(is_tried)
-            .flat_map(|effect| {
-                let shapes = combinations(effect, joint.pace());
-                shapes.into_iter().map(move |shapes| (effect, shapes))
-            })
-            .collect();
+        let wanted = wanted(joint, excluded);
         let built: Vec<Option<Vec<Column>>> = wanted
             .par_iter()
             .map(|(effect, shapes)| {
@@ -266,6 +253,23 @@ impl Store {
         self.prints.push(print);
         self.columns.len() - 1
     }
+}
+
+/// Effects that are tried, with the shapes in which they are.
+fn wanted(joint: &Joint, excluded: &dyn Fn(&str) -> bool) -> Vec<(&'static LoadEffect, Vec<f64>)> {
+    let model = joint.logs.first().map(|log| &log.scene.model);
+    let all = model.into_iter().flat_map(LoadEffect::all);
+    // What is commanded went through no sensor: a constant is the guide's offset there.
+    let driven = model.is_some_and(|model| model.sensor.wrench.drives());
+    let is_tried = |effect: &&LoadEffect| match driven && effect.is_of_a_zero() {
+        true => false,
+        false => !excluded(effect.id),
+    };
+    let with_shapes = |effect: &'static LoadEffect| {
+        let shapes = combinations(effect, joint.pace()).into_iter();
+        shapes.map(move |shapes| (effect, shapes))
+    };
+    all.filter(is_tried).flat_map(with_shapes).collect()
 }
 
 /// All combinations of the shapes that are tried in such logs.
