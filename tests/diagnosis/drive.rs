@@ -259,3 +259,26 @@ fn what_foretells_unseen_data_better_is_added_to_those_who_ask_for_it() {
     let says = "do not pay for the parameters of `guide_offset`";
     assert!(refused.contains(says), "{refused}");
 }
+
+/// A hose: what it holds builds up over more than the centimetre that a search takes. Who asks for it gets it.
+#[test]
+fn a_friction_that_builds_up_over_centimetres_is_fitted_beyond_the_search() {
+    const OVER_M: f64 = 0.016;
+    let text = MODEL.split("[[effect]]").next().unwrap();
+    let text = text.replace("unscaled", "commanded");
+    let model = Model::from_toml(&text, "model.toml").unwrap();
+    let record = |seconds, phase, seed| {
+        let (mut held, mut before) = (0.0, None);
+        SWUNG.record(seconds, phase, seed, |[x, v, a]| {
+            let moved = x - before.replace(x).unwrap_or(x);
+            held += (moved - moved.abs() * held) / OVER_M;
+            KNOWN.0 * a + FRICTION.1 * v + 30.0 * held
+        })
+    };
+    let logs = logs(record(12.0, 0.0, 3), record(8.0, 2.0, 4));
+    let ids = ["guide_viscous", "guide_hysteresis"].map(str::to_owned);
+    let (report, _) = add_effects(&model, &ids, &logs, false).unwrap();
+    let over = &report.diagnosis.parameters["guide_hysteresis"]["displacement_m"];
+    assert!((over.low..over.high).contains(&OVER_M), "{over:?}");
+    assert!(over.value > 0.0105, "{over:?}");
+}

@@ -50,18 +50,7 @@ impl ErrorReduction {
             turned,
             done_without,
         } = Found::of(model, recordings, stages)?;
-        let wrench = stages.wrench.as_ref();
-        let mut known = Known {
-            model,
-            recordings,
-            all: found.clone(),
-            found,
-            refitted: None,
-            predictions: BTreeMap::new(),
-            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
-            in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
-            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
-        };
+        let mut known = Known::new(model, recordings, found, stages.wrench.as_ref());
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (undetermined, refused) = match asked {
@@ -149,10 +138,33 @@ struct Known<'a> {
     leaves_structure: bool,
     /// Some were held while others were found beside them.
     in_rounds: bool,
+    /// A shape stands where a search ends; least squares may go on.
+    at_an_end: bool,
     can_foretell: bool,
 }
 
-impl Known<'_> {
+impl<'a> Known<'a> {
+    fn new(
+        model: &'a Model,
+        recordings: &'a Logs<&'a Recording>,
+        found: Vec<Named>,
+        wrench: Option<&WrenchFinding>,
+    ) -> Self {
+        let is_at_end = |named: &Named| wrench.is_some_and(|w| named.at_its_end(w).is_some());
+        Self {
+            model,
+            recordings,
+            all: found.clone(),
+            refitted: None,
+            predictions: BTreeMap::new(),
+            leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
+            in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
+            at_an_end: found.iter().any(is_at_end),
+            can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
+            found,
+        }
+    }
+
     /// Error on both logs with these effects.
     fn levels(&mut self, effects: &[usize]) -> anyhow::Result<Error> {
         let key = sorted(effects);
@@ -200,7 +212,7 @@ impl Known<'_> {
 
     /// Whether the parameters that foretell best may be others than those that were found.
     fn is_refitted(&self) -> bool {
-        self.leaves_structure || self.in_rounds
+        self.leaves_structure || self.in_rounds || self.at_an_end
     }
 
     /// Gives these effects the parameters that foretell best beside each other.

@@ -155,9 +155,9 @@ impl Named {
         (!chosen.is_empty()).then(|| format!("Of `{id}` these logs choose {}.", chosen.join(", ")))
     }
 
-    /// Shapes, such as a time constant, that stand where their range ends, in words; none if there are none.
+    /// Shapes, such as a time constant, that stand where a search ends, in words; none if there are none.
     pub(super) fn at_its_end(&self, found: &WrenchFinding) -> Option<String> {
-        /// Part of the end that is the end.
+        /// Part of the end that is the end; what a fit has moved by more lies beyond.
         const END: f64 = 0.99;
         let joint = &found.prepared;
         let effect = LoadEffect::find(&joint.logs.first()?.scene.model, &self.effect.id)?;
@@ -165,7 +165,7 @@ impl Named {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
             let [_, end] = effect.searched(parameter, joint.pace());
-            let is_at_end = is_shape && estimate.value >= END * end;
+            let is_at_end = is_shape && (END * end..end / END).contains(&estimate.value);
             is_at_end.then(|| {
                 let end = number::significant(end, 3);
                 format!(

@@ -6,6 +6,7 @@ use super::error_reduction::ErrorReduction;
 use super::evidence::NAMED;
 use super::finding::{Equivalent, NoiseFloor, Verdict};
 use super::log_to_log::LogToLog;
+use super::ranking;
 use super::structure::SLOW_HZ;
 use super::unaccounted::Unaccounted;
 use super::wrench::{Disagreement, PreparedLog, Ripple};
@@ -158,7 +159,12 @@ impl Answer<'_> {
     fn of_refused(&self) -> Vec<String> {
         let reduction = self.reduction;
         let curves = self.rest.curves.iter().map(|id| {
-            format!("{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {id} --fit LOG` adds it.")
+            let ids = ranking::with_shape(self.stages, id);
+            let others = if ids.len() > 1 { " with what it needs beside it" } else { "" };
+            format!(
+                "{id} is a curve that fits many mechanisms, and is not named; `softdock add MODEL {} --fit LOG` adds it{others}.",
+                ids.join(" ")
+            )
         });
         let same = self.equivalent.iter().map(|same| same.sentence.clone());
         let undetermined = reduction.undetermined.iter().map(|id| {

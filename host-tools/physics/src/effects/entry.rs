@@ -234,6 +234,8 @@ pub struct Tried {
     pub default: f64,
     /// It takes any value between those that are tried.
     pub continuous: bool,
+    /// Largest value that a search takes. What fits only with more imitates other effects; a fit that was asked for may move there.
+    pub most: f64,
 }
 
 impl Tried {
@@ -242,6 +244,7 @@ impl Tried {
             values,
             default,
             continuous,
+            most: f64::INFINITY,
         }
     }
 
@@ -250,6 +253,7 @@ impl Tried {
         Self {
             values: Box::leak(values.collect()),
             default: share * self.default,
+            most: share * self.most,
             ..self
         }
     }
@@ -287,6 +291,14 @@ impl Parameter {
             common: false,
             words: &[],
         }
+    }
+
+    /// A shape that a search takes up to a value, and a fit up to the end of the range.
+    pub(super) const fn searched_to(mut self, most: f64) -> Self {
+        if let Role::Shape(tried) = &mut self.role {
+            tried.most = most;
+        }
+        self
     }
 
     /// It says which of some forms the law has: 0 the first of these words, which is the usual one, 1 the second ..

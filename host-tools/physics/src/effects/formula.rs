@@ -202,6 +202,7 @@ impl Formula {
                         values,
                         default: values[count / 2],
                         continuous: true,
+                        most: f64::INFINITY,
                     })
                 }
             },

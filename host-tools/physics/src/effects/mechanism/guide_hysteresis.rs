@@ -13,13 +13,15 @@ pub const EFFECT: Effect = Effect {
                (Bouc-Wen with A = 1, beta = gamma = 1/2, n = 1), or 1 - sgn(dx) z throughout (Dahl)",
     source: "Bouc 1967, Wen 1976 (J. Eng. Mech. 102); Dahl 1968; presliding of rolling guides",
     signature: "force against position is a loop with rounded corners; its width does not depend on speed",
-    typical: "presliding over 0.01 to 0.2 mm in a rolling guide; millimetres in hoses and rubber",
+    typical: "presliding over 0.01 to 0.2 mm in a rolling guide; millimetres in hoses and rubber, centimetres in what is stretched",
     parameters: &[
         Parameter::new("force_n", "N", 0.0, 1e6)
             .hidden(0.8, 1.4)
             .pictured(5.0),
-        Parameter::new("displacement_m", "m", 1e-5, 0.01)
+        Parameter::new("displacement_m", "m", 1e-5, 0.1)
             .shape(&[2e-5, 5e-5, 1e-4, 2e-4, 4e-4, 8e-4, 1.5e-3, 3e-3], 1e-3)
+            // Presliding ends within a millimetre in guides, within some in hoses and rubber.
+            .searched_to(0.01)
             .hidden(5e-4, 2e-3)
             .pictured(0.001),
         Parameter::choice(

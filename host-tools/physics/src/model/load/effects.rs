@@ -221,9 +221,10 @@ impl LoadEffect {
     /// slower than that is something else.
     pub fn searched(&self, parameter: &Parameter, logs: Pace) -> [f64; 2] {
         let Parameter { low, high, .. } = *parameter;
-        if parameter.tried().is_none() {
+        let Some(tried) = parameter.tried() else {
             return [low, high];
-        }
+        };
+        let high = high.min(tried.most);
         if self.is_late_reading() {
             let latest = (LATEST_S * logs.slower()).min(LATEST_SHARE * logs.shortest_s);
             return [low, high].map(|end| end.clamp(-latest, latest));
@@ -231,8 +232,7 @@ impl LoadEffect {
         let is_speed = matches!(parameter.unit, "m/s" | "rad/s");
         match matches!(self.effect.law, Law::Guide(_)) && is_speed {
             true if parameter.is_form() => {
-                let largest = parameter.tried().map_or(&[][..], |tried| tried.values);
-                let largest = largest.iter().copied().fold(0.0, f64::max);
+                let largest = tried.values.iter().copied().fold(0.0, f64::max);
                 [low, high.min(SHARP * largest)]
             }
             true => [low, high.min(FALLEN * logs.speed).max(low)],
