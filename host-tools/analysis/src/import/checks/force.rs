@@ -90,52 +90,69 @@ fn place(signals: &Signals<'_>, n: usize, axis: Axis) -> Option<f64> {
     })
 }
 
-/// Least squares along one axis; None where terms are missing or cannot be told apart.
-fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
+/// Terms of a row, position, velocity, its sign, acceleration and a constant, with the force that they explain.
+type Row = (Vector5<f64>, f64);
+
+/// Rows of a log that tell of its force along an axis; None if they are too few, or all of one way.
+fn rows(signals: &Signals<'_>, axis: Axis) -> Option<Vec<Row>> {
     let i = axis.index();
     let highest = (0..signals.len())
         .filter_map(|n| Some(signals.velocity_at_pose(n)?.get()[i].abs()))
         .fold(0.0, f64::max);
-    let row = |n: usize| -> Option<(Vector5<f64>, f64)> {
-        let (x, v) = (
-            place(signals, n, axis)?,
-            signals.velocity_at_pose(n)?.get()[i],
-        );
+    let row = |n: usize| -> Option<Row> {
+        let x = place(signals, n, axis)?;
+        let v = signals.velocity_at_pose(n)?.get()[i];
         let dry = (v / (STICKS * highest)).clamp(-1.0, 1.0);
         let a = signals.acceleration_at_pose(n).get()[i];
         let force = signals.cycles[n].inputs.sensor.wrench[i];
-        force
-            .is_finite()
-            .then(|| (Vector5::new(x, v, dry, a, 1.0), force))
+        let terms = Vector5::new(x, v, dry, a, 1.0);
+        force.is_finite().then_some((terms, force))
     };
     // The ends have no neighbours on both sides.
-    let rows: Vec<_> = (1..signals.len() - 1).filter_map(row).collect();
-    let count = rows.len() as f64;
+    let rows: Vec<Row> = (1..signals.len() - 1).filter_map(row).collect();
     let [back, forth] = [-1.0, 1.0].map(|sign| {
         let moves = rows.iter().filter(|(t, _)| sign * t[2] >= 1.0);
         moves.count() as f64
     });
     let one_way = back.min(forth) < BOTH_WAYS * (back + forth);
-    if highest == 0.0 || one_way || rows.len() < 10 * Vector5::<f64>::zeros().len() {
-        return None;
+    let too_few = rows.len() < 10 * Vector5::<f64>::zeros().len();
+    (highest != 0.0 && !one_way && !too_few).then_some(rows)
+}
+
+/// What takes terms to mean zero and variance one; the constant stays as it is.
+struct Standard {
+    mean: Vector5<f64>,
+    scale: Vector5<f64>,
+}
+
+impl Standard {
+    /// None if a term is the same in all rows.
+    fn new(rows: &[Row]) -> Option<Self> {
+        let count = rows.len() as f64;
+        let sum_of = |of: &dyn Fn(&Vector5<f64>) -> Vector5<f64>| {
+            rows.iter()
+                .fold(Vector5::zeros(), |sum, (t, _)| sum + of(t))
+        };
+        let mut mean = sum_of(&|t| *t) / count;
+        let squares = sum_of(&|t| (t - mean).component_mul(&(t - mean)));
+        let mut scale = (squares / count).map(f64::sqrt);
+        (mean[4], scale[4]) = (0.0, 1.0);
+        (!scale.iter().any(|s| *s <= 0.0)).then_some(Self { mean, scale })
     }
-    let mean = rows.iter().fold(Vector5::zeros(), |sum, (t, _)| sum + t) / count;
-    let square = |t: &Vector5<f64>| (t - mean).component_mul(&(t - mean));
-    let scale = (rows
-        .iter()
-        .fold(Vector5::zeros(), |sum, (t, _)| sum + square(t))
-        / count)
-        .map(f64::sqrt);
-    // The constant is a term as it is.
-    let (mut mean, mut scale) = (mean, scale);
-    (mean[4], scale[4]) = (0.0, 1.0);
-    if scale.iter().any(|s| *s <= 0.0) {
-        return None;
+
+    fn of(&self, terms: &Vector5<f64>) -> Vector5<f64> {
+        (terms - self.mean).component_div(&self.scale)
     }
-    let standard = |t: &Vector5<f64>| (t - mean).component_div(&scale);
+}
+
+/// Least squares along one axis; None where terms are missing or cannot be told apart.
+fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
+    let rows = rows(signals, axis)?;
+    let standard = Standard::new(&rows)?;
+    let count = rows.len() as f64;
     let (mut matrix, mut right) = (Matrix5::zeros(), Vector5::zeros());
     for (t, force) in &rows {
-        let t = standard(t);
+        let t = standard.of(t);
         matrix += t * t.transpose();
         right += t * *force;
     }
@@ -146,14 +163,15 @@ fn fit(signals: &Signals<'_>, axis: Axis) -> Option<Fitted> {
     let coefficients = inverse * right;
     let left = rows
         .iter()
-        .map(|(t, force)| force - standard(t).dot(&coefficients));
+        .map(|(t, force)| force - standard.of(t).dot(&coefficients));
     let left = DVector::from_iterator(rows.len(), left);
     let variance = left.norm_squared() / (count - 5.0) * correlated_cycles(left.as_slice());
     let errors = inverse.diagonal().map(|v| (variance * v).sqrt());
+    let scale = standard.scale[3];
     Some(Fitted {
         standard: coefficients,
         p: coefficients.zip_map(&errors, |c, e| normal_p(c / e.max(f64::MIN_POSITIVE))),
-        mass: (coefficients[3] / scale[3], errors[3] / scale[3]),
+        mass: (coefficients[3] / scale, errors[3] / scale),
     })
 }
 

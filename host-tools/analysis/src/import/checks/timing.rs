@@ -24,54 +24,67 @@ pub(super) fn check(
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     ensure_rising(name, &times)?;
     let median = median(&steps);
-    let gaps: Vec<usize> = (0..steps.len())
-        .filter(|n| steps[*n] > GAP * median)
-        .collect();
     match context.sample_time_s {
-        // Gaps are told below; they do not change the rate of the rest.
-        Some(expected_s) => {
-            let kept = steps.iter().filter(|step| **step <= GAP * median);
-            let (sum, count) = kept.fold((0.0, 0_usize), |(sum, n), step| (sum + step, n + 1));
-            let received_s = sum / count.max(1) as f64;
-            if (received_s / expected_s - 1.0).abs() > SAME_RATE {
-                return Err(CheckError::SampleTime {
-                    name: name.to_owned(),
-                    expected_s,
-                    received_s,
-                });
-            }
-        }
-        None if !context.at_rest() && median > SLOWEST_S => warnings.push(format!(
-            "{name}: the rows are {} s apart; is the time in milliseconds?",
-            number::significant(median, 3)
-        )),
-        None if median < FASTEST_S => warnings.push(format!(
-            "{name}: the rows are {} s apart; is the unit of the time right?",
-            number::significant(median, 3)
-        )),
-        None => {}
+        Some(expected_s) => ensure_rate(name, &steps, median, expected_s)?,
+        None => warnings.extend(other_unit(context, median)),
     }
     if !context.at_rest() {
         warnings.extend(two_rates(name, &times, &steps, median));
-        if let Some(first) = gaps.first() {
-            let counted = |n: &usize| cycles[n + 1].trace.cycle > cycles[*n].trace.cycle + 1;
-            let so = if gaps.iter().all(counted) {
-                "the row behind a gap begins anew, and nothing is concluded across it (an import with \
-                 `gaps = \"bridge\"` in [time] fills short ones)"
-            } else {
-                "what is behind a gap is compared as if it followed directly, so import the parts one \
-                 by one"
-            };
-            warnings.push(format!(
-                "{name}, row {}: {} s are missing after {} s ({} such gap(s)); {so}",
-                first + 2,
-                number::significant(steps[*first] - median, 3),
-                number::significant(times[*first], 6),
-                gaps.len()
-            ));
-        }
+        warnings.extend(gaps(name, cycles, &steps, median));
     }
     Ok(median)
+}
+
+/// Refuses another rate than the promised one. Gaps do not change the rate of the rest.
+fn ensure_rate(name: &str, steps: &[f64], median: f64, expected_s: f64) -> Result<(), CheckError> {
+    let kept = steps.iter().filter(|step| **step <= GAP * median);
+    let (sum, count) = kept.fold((0.0, 0_usize), |(sum, n), step| (sum + step, n + 1));
+    let received_s = sum / count.max(1) as f64;
+    if (received_s / expected_s - 1.0).abs() > SAME_RATE {
+        return Err(CheckError::SampleTime {
+            name: name.to_owned(),
+            expected_s,
+            received_s,
+        });
+    }
+    Ok(())
+}
+
+/// A median step that is none in seconds.
+fn other_unit(context: &Context<'_>, median: f64) -> Option<String> {
+    let question = match median {
+        slow if !context.at_rest() && slow > SLOWEST_S => "is the time in milliseconds?",
+        fast if fast < FASTEST_S => "is the unit of the time right?",
+        _ => return None,
+    };
+    let apart = number::significant(median, 3);
+    Some(format!(
+        "{}: the rows are {apart} s apart; {question}",
+        context.name
+    ))
+}
+
+/// What is missing between rows, and what becomes of the rest.
+fn gaps(name: &str, cycles: &[CycleRecord], steps: &[f64], median: f64) -> Option<String> {
+    let gaps: Vec<usize> = (0..steps.len())
+        .filter(|n| steps[*n] > GAP * median)
+        .collect();
+    let first = *gaps.first()?;
+    let counted = |n: &usize| cycles[n + 1].trace.cycle > cycles[*n].trace.cycle + 1;
+    let so = if gaps.iter().all(counted) {
+        "the row behind a gap begins anew, and nothing is concluded across it (an import with \
+         `gaps = \"bridge\"` in [time] fills short ones)"
+    } else {
+        "what is behind a gap is compared as if it followed directly, so import the parts one \
+         by one"
+    };
+    Some(format!(
+        "{name}, row {}: {} s are missing after {} s ({} such gap(s)); {so}",
+        first + 2,
+        number::significant(steps[first] - median, 3),
+        number::significant(cycles[first].trace.time_s, 6),
+        gaps.len()
+    ))
 }
 
 /// Refuses times that do not rise in every row.

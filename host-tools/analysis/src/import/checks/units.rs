@@ -36,7 +36,9 @@ pub(super) fn check(
 ) -> Result<(), CheckError> {
     let name = context.name;
     let mut warn = |text: String| warnings.push(format!("{name}: {text}"));
-    sizes(cycles, &mut warn);
+    positions(cycles, &mut warn);
+    velocities(cycles, &mut warn);
+    loads(cycles, &mut warn);
     quaternion(cycles, &mut warn);
     same_numbers(cycles, &mut warn);
     if context.at_rest() {
@@ -71,7 +73,7 @@ fn rounded(value: f64) -> String {
     number::significant(value, 4)
 }
 
-fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
+fn positions(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let position = largest(cycles, |c| &c.trace.pose[..3]);
     if position > FARTHEST_M {
         warn(format!(
@@ -79,6 +81,9 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
             rounded(position)
         ));
     }
+}
+
+fn velocities(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let fastest_turn = match turns_alone(cycles) {
         true => FASTEST_SHAFT_RAD_S,
         false => FASTEST_RAD_S,
@@ -108,6 +113,9 @@ fn sizes(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
             ));
         }
     }
+}
+
+fn loads(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let force = largest(cycles, |c| &c.inputs.sensor.wrench[..3]);
     let torque = largest(cycles, |c| &c.inputs.sensor.wrench[3..]);
     if force > LARGEST_LOAD || torque > LARGEST_LOAD {
