@@ -2,23 +2,44 @@
 //! every value explained.
 
 use softdock_mechanism::DockingSettings;
-use softdock_physics::model::{ContactModel, Model, SensorModel, ToleranceModel, WrenchMeaning};
+use softdock_physics::model::{
+    ContactModel, Model, SensorModel, ToleranceModel, ToolModel, WrenchMeaning,
+};
 use std::fmt::Write;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table};
 
 /// The text; `origin` says in its first line where the numbers come from. Added effects and the
 /// history are left out: an imported model has none.
 pub fn commented(model: &Model, origin: &str) -> String {
+    let mut text = head(model, origin);
+    contact(&mut text, &model.contact);
+    docking(&mut text, &model.contact.docking);
+    tool(&mut text, &model.tool);
+    sensor(&mut text, &model.sensor);
+    bodies(&mut text, model);
+    noise(&mut text, model);
+    tolerance(&mut text, &model.tolerance);
+    text.push_str(
+        "
+# Effects that a rig has beyond the above; `softdock effects` lists them, `softdock add` fits and
+# writes them here.
+",
+    );
+    text
+}
+
+/// What the text is and what holds for all of it, the axes and their actuator.
+fn head(model: &Model, origin: &str) -> String {
     let axes: Vec<String> = model
         .rig
         .active_axes
         .iter()
         .map(|a| format!("{a}"))
         .collect();
-    let (actuator, tool) = (&model.actuator, &model.tool);
+    let actuator = &model.actuator;
     // A comment ends with its line, and TOML allows no control characters in it.
     let origin: String = origin.chars().filter(|c| !c.is_control()).collect();
-    let mut text = format!(
+    format!(
         "# Nominal model, from {origin}.
 # SI units; the unit stands in each key's name. `#` begins a comment.
 #
@@ -36,11 +57,12 @@ transport_delay_s = {:?}
 lag_s = {:?}
 ",
         actuator.transport_delay_s, actuator.lag_s
-    );
-    contact(&mut text, &model.contact);
-    docking(&mut text, &model.contact.docking);
+    )
+}
+
+fn tool(text: &mut String, tool: &ToolModel) {
     add(
-        &mut text,
+        text,
         format_args!(
             "
 [tool]
@@ -54,17 +76,6 @@ dynamic_compensation = {}
             tool.mass_kg, tool.com_m, tool.inertia_kg_m2, tool.dynamic_compensation
         ),
     );
-    sensor(&mut text, &model.sensor);
-    bodies(&mut text, model);
-    noise(&mut text, model);
-    tolerance(&mut text, &model.tolerance);
-    text.push_str(
-        "
-# Effects that a rig has beyond the above; `softdock effects` lists them, `softdock add` fits and
-# writes them here.
-",
-    );
-    text
 }
 
 /// Appends; a String takes everything.
@@ -272,6 +283,11 @@ fn tolerance(text: &mut String, t: &ToleranceModel) {
     line("body_mass_kg", t.body_mass_kg);
     line("body_inertia_kg_m2", t.body_inertia_kg_m2);
     add(text, format_args!("bias = {:?}\n", t.bias));
+    shares(text, t);
+}
+
+/// Tolerances that are a share of the value where they are left out.
+fn shares(text: &mut String, t: &ToleranceModel) {
     for (key, value, default) in [
         (
             "wall_stiffness_n_per_m",

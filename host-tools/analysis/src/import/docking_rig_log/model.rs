@@ -1,6 +1,6 @@
 //! The model that a `meta.json` describes.
 
-use super::meta::{Contact, Meta, Rotation};
+use super::meta::{Contact, Meta, Noise, Rotation};
 use super::tolerance;
 use anyhow::{bail, ensure};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
@@ -18,7 +18,6 @@ const ORTHONORMAL: f64 = 1e-3;
 ///
 /// A value out of its range, or an orientation that is none.
 pub(super) fn model(meta: &Meta, notes: &mut Vec<String>) -> anyhow::Result<Model> {
-    let noise = &meta.noise_sigma;
     let model = Model {
         rig: RigModel {
             active_axes: active_axes(&meta.dof_mask),
@@ -38,13 +37,7 @@ pub(super) fn model(meta: &Meta, notes: &mut Vec<String>) -> anyhow::Result<Mode
             inertia_kg_m2: meta.tool.inertia_kg_m2,
             dynamic_compensation: meta.tool.dynamic_compensation,
         },
-        sensor: SensorModel {
-            position_m: meta.geometry.r_sensor_m,
-            orientation_wxyz: orientation(&meta.geometry.m_from_s)?,
-            bias: meta.ft_sensor.bias,
-            gravity_m_s2: meta.gravity_m_s2,
-            ..SensorModel::default()
-        },
+        sensor: sensor(meta)?,
         bodies: TwoBodyModel {
             k: BodyModel {
                 mass_kg: Some(meta.spacecraft.mass_kg),
@@ -53,15 +46,7 @@ pub(super) fn model(meta: &Meta, notes: &mut Vec<String>) -> anyhow::Result<Mode
             },
             q: BodyModel::default(),
         },
-        noise: NoiseModel {
-            force_n: noise.force_n,
-            torque_n_m: noise.torque_n_m,
-            velocity_m_s: noise.velocity_m_s,
-            rate_rad_s: noise.rate_rad_s,
-            position_m: noise.position_m,
-            angle_rad: noise.angle_rad,
-            ..NoiseModel::default()
-        },
+        noise: noise(&meta.noise_sigma),
         tolerance: match &meta.tolerance {
             Some(paths) => tolerance::tolerance(paths, notes)?,
             None => tolerance::unstated(),
@@ -72,6 +57,28 @@ pub(super) fn model(meta: &Meta, notes: &mut Vec<String>) -> anyhow::Result<Mode
         .validate()
         .map_err(|error| anyhow::anyhow!("meta.json, by the names of model.toml: {error}"))?;
     Ok(model)
+}
+
+fn sensor(meta: &Meta) -> anyhow::Result<SensorModel> {
+    Ok(SensorModel {
+        position_m: meta.geometry.r_sensor_m,
+        orientation_wxyz: orientation(&meta.geometry.m_from_s)?,
+        bias: meta.ft_sensor.bias,
+        gravity_m_s2: meta.gravity_m_s2,
+        ..SensorModel::default()
+    })
+}
+
+fn noise(sigma: &Noise) -> NoiseModel {
+    NoiseModel {
+        force_n: sigma.force_n,
+        torque_n_m: sigma.torque_n_m,
+        velocity_m_s: sigma.velocity_m_s,
+        rate_rad_s: sigma.rate_rad_s,
+        position_m: sigma.position_m,
+        angle_rad: sigma.angle_rad,
+        ..NoiseModel::default()
+    }
 }
 
 fn active_axes(mask: &[f64; 6]) -> Vec<Axis> {

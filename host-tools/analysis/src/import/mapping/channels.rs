@@ -287,6 +287,7 @@ fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<
     })
 }
 
+/// Orientation of M in C, w x y z, and what its columns say of whole turns.
 fn quaternion(
     orientation: &Orientation,
     source: &mut Source,
@@ -314,33 +315,11 @@ fn quaternion(
         }
         (None, Some(rotation)) => {
             let [x, y, z] = &rotation;
-            let vectors = x
-                .iter()
-                .zip(y)
-                .zip(z)
-                .map(|((x, y), z)| Vector3::new(*x, *y, *z));
-            let largest = vectors.clone().map(|v| v.norm()).fold(0.0, f64::max);
-            let unsaid = |column: &&Column| !column.says_unit();
-            let columns = orientation.rotation_columns();
-            if largest > MORE_THAN_A_TURN_RAD && columns.iter().flatten().any(unsaid) {
-                warnings.push(format!(
-                    "{}: the orientation reaches {} rad, more than a turn: is it in degrees? Say `unit = \"deg\"`, or \"rad\"",
-                    source.name(),
-                    number::significant(largest, 4)
-                ));
-            }
-            let turned = |v: Vector3<f64>| match orientation.euler {
-                None => UnitQuaternion::from_scaled_axis(v),
-                Some(Turns(axes)) => axes.iter().fold(UnitQuaternion::identity(), |q, axis| {
-                    q * UnitQuaternion::from_axis_angle(&Vector3::ith_axis(*axis), v[*axis])
-                }),
-            };
-            let mut parts = [const { Vec::new() }; 4];
-            for q in vectors.map(turned) {
-                for (part, value) in parts.iter_mut().zip([q.w, q.i, q.j, q.k]) {
-                    part.push(value);
-                }
-            }
+            let rows = x.iter().zip(y).zip(z);
+            let vectors: Vec<Vector3<f64>> =
+                rows.map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect();
+            warnings.extend(more_than_a_turn(orientation, &vectors, source));
+            let parts = turned(orientation.euler, &vectors);
             Ok((parts, FirstAngle::of(&rotation)))
         }
         _ => anyhow::bail!(
@@ -348,4 +327,39 @@ fn quaternion(
              turns one after the other"
         ),
     }
+}
+
+/// A hint where rotations whose unit is not said reach more than a turn.
+fn more_than_a_turn(
+    orientation: &Orientation,
+    vectors: &[Vector3<f64>],
+    source: &Source,
+) -> Option<String> {
+    let largest = vectors.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let unsaid = |column: &&Column| !column.says_unit();
+    let columns = orientation.rotation_columns();
+    (largest > MORE_THAN_A_TURN_RAD && columns.iter().flatten().any(unsaid)).then(|| {
+        format!(
+            "{}: the orientation reaches {} rad, more than a turn: is it in degrees? Say `unit = \"deg\"`, or \"rad\"",
+            source.name(),
+            number::significant(largest, 4)
+        )
+    })
+}
+
+/// Quaternions w x y z of rotation vectors, or of angles of turns one after the other, rad.
+fn turned(euler: Option<Turns>, vectors: &[Vector3<f64>]) -> [Vec<f64>; 4] {
+    let turned = |v: &Vector3<f64>| match euler {
+        None => UnitQuaternion::from_scaled_axis(*v),
+        Some(Turns(axes)) => axes.iter().fold(UnitQuaternion::identity(), |q, axis| {
+            q * UnitQuaternion::from_axis_angle(&Vector3::ith_axis(*axis), v[*axis])
+        }),
+    };
+    let mut parts = [const { Vec::new() }; 4];
+    for q in vectors.iter().map(turned) {
+        for (part, value) in parts.iter_mut().zip([q.w, q.i, q.j, q.k]) {
+            part.push(value);
+        }
+    }
+    parts
 }

@@ -222,30 +222,14 @@ fn resample(
 ) -> anyhow::Result<()> {
     let before = channels.clone();
     let rows = before.time_s.as_slice();
-    let start = rows[0];
     let found = split(rows, longest_s);
     let pieces = match gaps {
         Some(Gaps::Bridge) => std::iter::once(0..rows.len()).collect(),
         _ => found.clone(),
     };
-    let samples: Vec<f64> = pieces
-        .iter()
-        .flat_map(|piece| {
-            let place = |row: usize| (rows[row] - start) / step_s;
-            let from = (place(piece.start) - SAME).ceil() as u64;
-            let to = (place(piece.end - 1) + SAME).floor() as u64;
-            (from..=to).map(|k| start + k as f64 * step_s)
-        })
-        .collect();
+    let samples = equal_steps(rows, &pieces, step_s);
     let turn = interpolate(channels, &samples, longest_s, &pieces);
-    ensure!(
-        turn < PI,
-        "{name}: [time] resample_hz makes {} Hz: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
-         can tell which way; expected more than {}",
-        number::significant(1.0 / step_s, 4),
-        number::significant(turn, 3),
-        number::significant(turn / (PI * step_s), 4)
-    );
+    ensure_followed(turn, step_s, name)?;
     let share = interpolated(rows, &samples, step_s);
     if share <= 0.0 && samples.len() == rows.len() && found.len() == 1 {
         return Ok(());
@@ -268,6 +252,31 @@ fn resample(
         number::significant(0.5 / step_s, 3),
         losses(&before, channels, longest_s)
     ));
+    Ok(())
+}
+
+/// Times of equal steps from the first row on, s, as far as the pieces reach.
+fn equal_steps(rows: &[f64], pieces: &[Range<usize>], step_s: f64) -> Vec<f64> {
+    let start = rows[0];
+    let place = |row: usize| (rows[row] - start) / step_s;
+    let of_piece = |piece: &Range<usize>| {
+        let from = (place(piece.start) - SAME).ceil() as u64;
+        let to = (place(piece.end - 1) + SAME).floor() as u64;
+        (from..=to).map(|k| start + k as f64 * step_s)
+    };
+    pieces.iter().flat_map(of_piece).collect()
+}
+
+/// Refuses steps from one to the next of which something turns by half a turn or more; `turn`: the most, rad.
+fn ensure_followed(turn: f64, step_s: f64, name: &str) -> anyhow::Result<()> {
+    ensure!(
+        turn < PI,
+        "{name}: [time] resample_hz makes {} Hz: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
+         can tell which way; expected more than {}",
+        number::significant(1.0 / step_s, 4),
+        number::significant(turn, 3),
+        number::significant(turn / (PI * step_s), 4)
+    );
     Ok(())
 }
 
