@@ -9,7 +9,7 @@ use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Recordings to fit on, and recordings that the fit does not see, if there are any.
 #[derive(Clone, Debug)]
@@ -32,52 +32,23 @@ impl Logs {
     /// A file that is no recording, one from which nothing can be concluded, or the same file twice.
     pub fn open(model: &Model, train: &[PathBuf], test: &[PathBuf]) -> Result<Self> {
         refuse_twice(train.iter().chain(test))?;
-        let mut notes = Vec::new();
-        // What the logs lack, each once with the names of those that lack it.
-        let mut lacking: Vec<(String, Vec<String>)> = Vec::new();
-        let mut read = |path: &PathBuf| -> Result<Recording> {
-            let name = path.display().to_string();
-            let recording = Recording::open(path)?;
-            notes.extend(recording.notes().map(|note| format!("{name}: {note}")));
-            let context = Context {
-                name: &name,
-                sample_time_s: None,
-                fewest_rows: None,
-                model: Some(model),
-            };
-            notes.extend(check(&recording, &context)?);
-            for lack in excitation::missing(model, &recording, &name)? {
-                match lacking.iter_mut().find(|(known, _)| *known == lack) {
-                    Some((_, names)) => names.push(name.clone()),
-                    None => lacking.push((lack, vec![name.clone()])),
-                }
-            }
-            Ok(recording)
+        let mut reader = Reader {
+            model,
+            notes: Vec::new(),
+            lacking: Vec::new(),
         };
-        let mut all =
-            |paths: &[PathBuf]| -> Result<Vec<Recording>> { paths.iter().map(&mut read).collect() };
-        let logs = (all(train)?, all(test)?);
-        let lacking = lacking.into_iter();
-        notes.extend(lacking.map(|(lack, names)| format!("{}: {lack}", names.join(", "))));
-        let names = |paths: &[PathBuf]| -> Vec<String> {
-            paths
-                .iter()
-                .map(|path| path.display().to_string())
-                .collect()
-        };
-        let all_names = [names(train), names(test)].concat();
-        let recordings = logs.0.iter().chain(&logs.1);
-        let named: Vec<(&str, &Recording)> = all_names
-            .iter()
-            .map(String::as_str)
-            .zip(recordings)
-            .collect();
+        let (train_logs, test_logs) = (reader.all(train)?, reader.all(test)?);
+        let mut notes = reader.told();
+        let (train, test) = (names(train), names(test));
+        let all_names = train.iter().chain(&test).map(String::as_str);
+        let named: Vec<(&str, &Recording)> =
+            all_names.zip(train_logs.iter().chain(&test_logs)).collect();
         refuse_copies(&named)?;
         notes.extend(same_rig::differences(&named));
         Ok(Self {
-            names: Names::of(&names(train), &names(test)),
-            train: logs.0,
-            test: logs.1,
+            names: Names::of(&train, &test),
+            train: train_logs,
+            test: test_logs,
             notes,
         })
     }
@@ -112,6 +83,53 @@ impl Logs {
     /// Its name in sentences.
     pub fn unseen(&self) -> &str {
         self.names.test.as_deref().unwrap_or_default()
+    }
+}
+
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let names = paths.iter().map(|path| path.display().to_string());
+    names.collect()
+}
+
+/// Reads and checks one recording after the other.
+struct Reader<'a> {
+    model: &'a Model,
+    notes: Vec<String>,
+    /// What the logs lack, each once with the names of those that lack it.
+    lacking: Vec<(String, Vec<String>)>,
+}
+
+impl Reader<'_> {
+    fn all(&mut self, paths: &[PathBuf]) -> Result<Vec<Recording>> {
+        paths.iter().map(|path| self.read(path)).collect()
+    }
+
+    fn read(&mut self, path: &Path) -> Result<Recording> {
+        let name = path.display().to_string();
+        let recording = Recording::open(path)?;
+        self.notes
+            .extend(recording.notes().map(|note| format!("{name}: {note}")));
+        let context = Context {
+            name: &name,
+            sample_time_s: None,
+            fewest_rows: None,
+            model: Some(self.model),
+        };
+        self.notes.extend(check(&recording, &context)?);
+        for lack in excitation::missing(self.model, &recording, &name)? {
+            match self.lacking.iter_mut().find(|(known, _)| *known == lack) {
+                Some((_, names)) => names.push(name.clone()),
+                None => self.lacking.push((lack, vec![name.clone()])),
+            }
+        }
+        Ok(recording)
+    }
+
+    /// What the user should know about all that was read.
+    fn told(self) -> Vec<String> {
+        let lacking = self.lacking.into_iter();
+        let lacking = lacking.map(|(lack, names)| format!("{}: {lack}", names.join(", ")));
+        self.notes.into_iter().chain(lacking).collect()
     }
 }
 

@@ -182,36 +182,13 @@ fn result(
     let mut after = model.clone();
     let mut parameters = Vec::new();
     for (k, parameter) in free.iter().enumerate() {
-        let (value, sigma) = (rounded(solution.values[k]), solution.sigma(k));
-        let reach = (DEVIATIONS_95 * sigma).max(parameter.resolution);
-        let interval = [value - reach, value + reach].map(rounded);
-        let nominal = parameter.tolerance.is_some();
-        let kept = if believed && parameter.is_of_the_reading() {
-            Some(CONTROLLERS)
-        } else {
-            (nominal && (value - parameter.value).abs() < reach).then_some(NO_NEWS)
-        };
-        if kept.is_none() {
-            parameter.write(&mut after, value);
-            parameter.set_interval(&mut after, interval);
+        let fitted = (rounded(solution.values[k]), solution.sigma(k));
+        let one = refitted(parameter, fitted, &held, believed);
+        if !one.kept {
+            parameter.write(&mut after, one.value);
+            parameter.set_interval(&mut after, [one.low, one.high]);
         }
-        let mut partners = held.iter();
-        let partner = partners.find(|(_, doubt)| doubt.partner() == Some(&parameter.name));
-        let with = |(other, _): &(Parameter, Doubt)| format!("with {} as it is", other.name);
-        let note = kept.map(str::to_owned).or_else(|| partner.map(with));
-        parameters.push(Refitted {
-            name: parameter.name.clone(),
-            unit: parameter.unit.to_owned(),
-            before: parameter.value,
-            value,
-            low: interval[0],
-            high: interval[1],
-            prior_share: parameter
-                .tolerance
-                .map_or(0.0, |t| (sigma / t).powi(2).min(1.0)),
-            kept: kept.is_some(),
-            note,
-        });
+        parameters.push(one);
     }
     let undetermined = held
         .into_iter()
@@ -226,5 +203,38 @@ fn result(
         parameters,
         undetermined,
         after,
+    }
+}
+
+/// A parameter of the fit with its value and standard deviation; `believed`: see [`Residuals`].
+fn refitted(
+    parameter: &Parameter,
+    (value, sigma): (f64, f64),
+    held: &[(Parameter, Doubt)],
+    believed: bool,
+) -> Refitted {
+    let reach = (DEVIATIONS_95 * sigma).max(parameter.resolution);
+    let [low, high] = [value - reach, value + reach].map(rounded);
+    let nominal = parameter.tolerance.is_some();
+    let kept = if believed && parameter.is_of_the_reading() {
+        Some(CONTROLLERS)
+    } else {
+        (nominal && (value - parameter.value).abs() < reach).then_some(NO_NEWS)
+    };
+    let mut partners = held.iter();
+    let partner = partners.find(|(_, doubt)| doubt.partner() == Some(&parameter.name));
+    let with = |(other, _): &(Parameter, Doubt)| format!("with {} as it is", other.name);
+    Refitted {
+        name: parameter.name.clone(),
+        unit: parameter.unit.to_owned(),
+        before: parameter.value,
+        value,
+        low,
+        high,
+        prior_share: parameter
+            .tolerance
+            .map_or(0.0, |t| (sigma / t).powi(2).min(1.0)),
+        kept: kept.is_some(),
+        note: kept.map(str::to_owned).or_else(|| partner.map(with)),
     }
 }

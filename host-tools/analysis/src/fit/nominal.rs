@@ -2,7 +2,9 @@
 
 use super::parameter::{ParameterId, Spacecraft};
 use softdock_physics::model::docking::numbers;
-use softdock_physics::model::{BodyModel, Model};
+use softdock_physics::model::{
+    BodyModel, GuideModel, Model, SensorModel, ToleranceModel, ToolModel, WallModel,
+};
 
 /// Takes place, name, unit, value and tolerance of a nominal parameter.
 pub(super) type Visit<'a> = dyn FnMut(ParameterId, String, &'static str, f64, f64) + 'a;
@@ -42,35 +44,36 @@ pub(super) fn nominal(model: &Model, visit: &mut Visit<'_>) {
 }
 
 fn contact(model: &Model, visit: &mut Visit<'_>) {
-    let tolerance = &model.tolerance;
-    for (i, wall) in model.contact.walls.iter().enumerate() {
-        let name = |key: &str| format!("contact.walls[{i}].{key}");
-        visit(
-            ParameterId::WallStiffness(i),
-            name("stiffness_n_per_m"),
-            "N/m",
-            wall.stiffness_n_per_m,
-            tolerance.wall_stiffness(wall),
-        );
-        visit(
-            ParameterId::WallDamping(i),
-            name("damping_n_s_per_m"),
-            "N·s/m",
-            wall.damping_n_s_per_m,
-            tolerance.wall_damping(wall),
-        );
-        let position_m = tolerance.wall_position_m;
-        visit(
-            ParameterId::WallPosition(i),
-            name("point_m (along the normal)"),
-            "m",
-            0.0,
-            position_m,
-        );
+    for (i, one) in model.contact.walls.iter().enumerate() {
+        wall(i, one, &model.tolerance, visit);
     }
-    let Some(guide) = &model.contact.guide else {
-        return;
-    };
+    if let Some(one) = &model.contact.guide {
+        guide(one, &model.tolerance, visit);
+    }
+}
+
+fn wall(i: usize, wall: &WallModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
+    let name = |key: &str| format!("contact.walls[{i}].{key}");
+    visit(
+        ParameterId::WallStiffness(i),
+        name("stiffness_n_per_m"),
+        "N/m",
+        wall.stiffness_n_per_m,
+        tolerance.wall_stiffness(wall),
+    );
+    visit(
+        ParameterId::WallDamping(i),
+        name("damping_n_s_per_m"),
+        "N·s/m",
+        wall.damping_n_s_per_m,
+        tolerance.wall_damping(wall),
+    );
+    let name = name("point_m (along the normal)");
+    let id = ParameterId::WallPosition(i);
+    visit(id, name, "m", 0.0, tolerance.wall_position_m);
+}
+
+fn guide(guide: &GuideModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
     let name = |key: &str| format!("contact.guide.{key}");
     let (stiffness, damping) = (guide.stiffness_n_per_m, guide.damping_n_s_per_m);
     visit(
@@ -89,13 +92,8 @@ fn contact(model: &Model, visit: &mut Visit<'_>) {
     );
     for (i, value) in guide.point_m.into_iter().enumerate() {
         let name = name(&format!("point_m[{i}]"));
-        visit(
-            ParameterId::GuidePosition(i),
-            name,
-            "m",
-            value,
-            tolerance.guide_position_m,
-        );
+        let id = ParameterId::GuidePosition(i);
+        visit(id, name, "m", value, tolerance.guide_position_m);
     }
 }
 
@@ -122,62 +120,48 @@ fn docking(model: &Model, visit: &mut Visit<'_>) {
 }
 
 fn tool_and_sensor(model: &Model, visit: &mut Visit<'_>) {
-    let (tolerance, tool, sensor) = (&model.tolerance, &model.tool, &model.sensor);
-    let mass = "tool.mass_kg".to_owned();
-    visit(
-        ParameterId::ToolMass,
-        mass,
-        "kg",
-        tool.mass_kg,
-        tolerance.tool_mass_kg,
-    );
+    let tolerance = &model.tolerance;
+    let name = "tool.mass_kg".to_owned();
+    let mass_kg = model.tool.mass_kg;
+    let id = ParameterId::ToolMass;
+    visit(id, name, "kg", mass_kg, tolerance.tool_mass_kg);
     for i in 0..3 {
-        let name = format!("tool.com_m[{i}]");
-        visit(
-            ParameterId::ToolCom(i),
-            name,
-            "m",
-            tool.com_m[i],
-            tolerance.tool_com_m,
-        );
-        let moment = tool.inertia_kg_m2[i][i];
-        let name = format!("tool.inertia_kg_m2[{i}][{i}]");
-        visit(
-            ParameterId::ToolInertia(i),
-            name,
-            "kg·m²",
-            moment,
-            tolerance.tool_inertia(moment),
-        );
-        let name = format!("sensor.position_m[{i}]");
-        let position_m = sensor.position_m[i];
-        visit(
-            ParameterId::SensorPosition(i),
-            name,
-            "m",
-            position_m,
-            tolerance.sensor_position_m,
-        );
-        let name = format!("sensor.orientation_wxyz (about {})", ["x", "y", "z"][i]);
-        let turn_rad = tolerance.sensor_orientation_rad;
-        visit(
-            ParameterId::SensorOrientation(i),
-            name,
-            "rad",
-            0.0,
-            turn_rad,
-        );
+        tool_along(i, &model.tool, tolerance, visit);
+        sensor_along(i, &model.sensor, tolerance, visit);
     }
     for (i, tolerance) in tolerance.bias.into_iter().enumerate() {
         let unit = if i < 3 { "N" } else { "N·m" };
-        visit(
-            ParameterId::Bias(i),
-            format!("sensor.bias[{i}]"),
-            unit,
-            sensor.bias[i],
-            tolerance,
-        );
+        let name = format!("sensor.bias[{i}]");
+        let bias = model.sensor.bias[i];
+        visit(ParameterId::Bias(i), name, unit, bias, tolerance);
     }
+}
+
+/// What the tool has along or about one axis.
+fn tool_along(i: usize, tool: &ToolModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
+    let name = format!("tool.com_m[{i}]");
+    let id = ParameterId::ToolCom(i);
+    visit(id, name, "m", tool.com_m[i], tolerance.tool_com_m);
+    let moment = tool.inertia_kg_m2[i][i];
+    visit(
+        ParameterId::ToolInertia(i),
+        format!("tool.inertia_kg_m2[{i}][{i}]"),
+        "kg·m²",
+        moment,
+        tolerance.tool_inertia(moment),
+    );
+}
+
+/// The same of the sensor.
+fn sensor_along(i: usize, sensor: &SensorModel, tolerance: &ToleranceModel, visit: &mut Visit<'_>) {
+    let name = format!("sensor.position_m[{i}]");
+    let position_m = sensor.position_m[i];
+    let id = ParameterId::SensorPosition(i);
+    visit(id, name, "m", position_m, tolerance.sensor_position_m);
+    let name = format!("sensor.orientation_wxyz (about {})", ["x", "y", "z"][i]);
+    let turn_rad = tolerance.sensor_orientation_rad;
+    let id = ParameterId::SensorOrientation(i);
+    visit(id, name, "rad", 0.0, turn_rad);
 }
 
 fn spacecraft_of(
