@@ -120,16 +120,7 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         .map(|axis| axis.index())
         .filter(|axis| *axis < 3)
         .collect();
-    let mut errors = Vec::new();
-    let mut slopes = Vec::new();
-    for n in 1..log.cycle_count() {
-        let (way, velocity) = increments(log, n);
-        for &axis in &axes {
-            let change = log.executed[axis][n] - log.executed[axis][n - 1];
-            errors.push((way[axis] - velocity[axis] * log.cycle_s, velocity[axis]));
-            slopes.push(change);
-        }
-    }
+    let (errors, changes) = displacements(log, &axes);
     if errors.is_empty() {
         return Clock::default();
     }
@@ -138,18 +129,6 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
     let duration_s = found.value;
     let squares = errors.iter().map(|e| e.0 * e.0).sum::<f64>();
     let noise = (squares / errors.len() as f64).sqrt().max(sheet);
-    let linear = |regressor: &dyn Fn(usize) -> f64| {
-        let (mut xx, mut xy) = (0.0, 0.0);
-        for (k, (error, _)) in errors.iter().enumerate() {
-            xx += regressor(k) * regressor(k);
-            xy += regressor(k) * error;
-        }
-        if xx > 0.0 {
-            (xy / xx, noise / xx.sqrt())
-        } else {
-            (0.0, 0.0)
-        }
-    };
     Clock {
         duration_s,
         // Errors of differences follow each other with a correlation of −1/2, which makes half of them worth
@@ -157,12 +136,38 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         sigma_s: 1.5_f64.sqrt() * found.sigma,
         correlation: correlation(&errors, axes.len(), duration_s),
         jitter_gain: found.gain,
-        rate: linear(&|k| errors[k].1 * log.cycle_s),
+        rate: slope(&errors, &|k| errors[k].1 * log.cycle_s, noise),
         // Of any machine the reading shows it.
         offset_s: match log.of_a_rig {
-            true => linear(&|k| slopes[k]),
+            true => slope(&errors, &|k| changes[k], noise),
             false => (0.0, 0.0),
         },
+    }
+}
+
+/// Errors of the displacements of each cycle and axis, m, with the velocities, m/s, and the changes of these.
+fn displacements(log: &Log, axes: &[usize]) -> (Vec<(f64, f64)>, Vec<f64>) {
+    let of_cycle = |n: usize| {
+        let (way, velocity) = increments(log, n);
+        axes.iter().map(move |&axis| {
+            let error = way[axis] - velocity[axis] * log.cycle_s;
+            let change = log.executed[axis][n] - log.executed[axis][n - 1];
+            ((error, velocity[axis]), change)
+        })
+    };
+    (1..log.cycle_count()).flat_map(of_cycle).unzip()
+}
+
+/// Error per unit of a regressor, with its deviation by the noise; 0 where the regressor is.
+fn slope(errors: &[(f64, f64)], regressor: &dyn Fn(usize) -> f64, noise: f64) -> (f64, f64) {
+    let (mut xx, mut xy) = (0.0, 0.0);
+    for (k, (error, _)) in errors.iter().enumerate() {
+        xx += regressor(k) * regressor(k);
+        xy += regressor(k) * error;
+    }
+    match xx > 0.0 {
+        true => (xy / xx, noise / xx.sqrt()),
+        false => (0.0, 0.0),
     }
 }
 

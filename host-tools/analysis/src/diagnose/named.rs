@@ -94,6 +94,27 @@ impl Named {
         self
     }
 
+    /// Adds the parameters of a term of the actuator, with the ends of their intervals: for each kind of axis that it has.
+    fn with_term(mut self, term: &Term, intervals: &[[f64; 2]]) -> Self {
+        let turns = term.axes.iter().skip(3).any(|a| *a);
+        let kinds: &[bool] = match term.axes.iter().take(3).any(|a| *a) {
+            true if turns && term.stage.has_units_of_its_axes() => &[false, true],
+            true => &[false],
+            false => &[true],
+        };
+        for rotation in kinds {
+            let values = term.values.iter().zip(intervals);
+            let parameters = term.stage.parameters(*rotation).iter();
+            for ((name, unit), (value, interval)) in parameters.zip(values) {
+                self = self.within(name, *value, *interval, unit);
+            }
+        }
+        for name in term.stage.form() {
+            self = self.choosing(name, 1.0);
+        }
+        self
+    }
+
     /// With the values of another fit, and intervals that hold what both say; `anew`: those of that fit alone.
     pub(super) fn refitted(mut self, fitted: &EffectModel, anew: bool) -> Self {
         let estimates = std::mem::take(&mut self.estimates);
@@ -290,10 +311,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
     let Some(found) = &stages.actuator else {
         return Vec::new();
     };
-    let Some(accepted) = &found.search.accepted else {
-        return Vec::new();
-    };
-    let Some(active) = found.white.first() else {
+    let (Some(accepted), Some(active)) = (&found.search.accepted, found.white.first()) else {
         return Vec::new();
     };
     let active = active.each_ref().map(|series| !series.is_empty());
@@ -301,7 +319,7 @@ fn actuator(stages: &Stages) -> Vec<Named> {
     for (term, intervals) in accepted.terms.iter().zip(&found.intervals) {
         let id = term.stage.id();
         let same = |one: &Named| one.effect.id == id;
-        let mut one = match named.iter().position(same) {
+        let one = match named.iter().position(same) {
             // Translations and rotations with a limit each are one effect.
             Some(at) => named.remove(at),
             None => {
@@ -310,30 +328,10 @@ fn actuator(stages: &Stages) -> Vec<Named> {
                 Named::new(id, axes_of(term, &active)).with_support(support)
             }
         };
-        let turns = term.axes.iter().skip(3).any(|a| *a);
-        let kinds: &[bool] = match term.axes.iter().take(3).any(|a| *a) {
-            true if turns && term.stage.has_units_of_its_axes() => &[false, true],
-            true => &[false],
-            false => &[true],
-        };
-        for rotation in kinds {
-            let values = term.values.iter().zip(intervals);
-            for ((name, unit), (value, interval)) in
-                term.stage.parameters(*rotation).iter().zip(values)
-            {
-                one = one.within(name, *value, *interval, unit);
-            }
-        }
-        for name in term.stage.form() {
-            one = one.choosing(name, 1.0);
-        }
-        named.push(one);
+        named.push(one.with_term(term, intervals));
     }
-    if accepted
-        .terms
-        .iter()
-        .any(|t| t.stage != accepted.terms[0].stage)
-    {
+    let first = accepted.terms.first().map(|term| term.stage);
+    if accepted.terms.iter().any(|term| Some(term.stage) != first) {
         for one in &mut named {
             widen(one, &found.search);
         }

@@ -7,7 +7,7 @@
 //! velocity and wrench is believed; where neither does they are tied.
 
 use super::clock::{Jitter, PoseScatter};
-use super::engine::ClockFinding;
+use super::engine::{ActuatorFinding, ClockFinding};
 use super::evidence::TOLD_APART;
 use super::logs::Logs;
 use super::question::Question;
@@ -131,28 +131,12 @@ fn alternatives(
     let Some(actuator) = &found.actuator else {
         return all;
     };
-    let accepted = actuator.search.accepted.as_ref();
-    let everywhere = |axes: &[bool; 6]| {
-        let moves = |white: &[Vec<f64>; 6]| white.each_ref().map(|series| !series.is_empty());
-        actuator
-            .white
-            .first()
-            .is_some_and(|white| *axes == moves(white))
-    };
-    // The fitted value of a stage that all axes have, with its deviation.
-    let value = |stage: Stage| -> Option<(f64, f64)> {
-        let terms = accepted?.terms.iter().zip(&actuator.intervals);
-        let mut of_stage = terms.filter(|(term, _)| term.stage == stage && everywhere(&term.axes));
-        let (term, intervals) = of_stage.next()?;
-        let [low, high] = *intervals.first()?;
-        Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
-    };
     let jitter = found.timed.clock.jitter;
     let reached = actuator.search.reached();
     let earlier = found
         .common_delay
         .filter(|l| question.asks_for(clock_offset::EFFECT.id) || l.chi2 + TOLD_APART < reached);
-    let late_s = value(Stage::Delay).or(earlier.map(|l| l.late_s));
+    let late_s = of_all_axes(actuator, Stage::Delay).or(earlier.map(|l| l.late_s));
     if let Some(late_s) = late_s.filter(|_| question.tries(model, clock_offset::EFFECT.id)) {
         let clock = ClockFinding {
             jitter,
@@ -161,7 +145,7 @@ fn alternatives(
         };
         all.push((clock_offset::EFFECT.id, Stage::Delay.id(), clock));
     }
-    let rate = value(Stage::Gain).or(question
+    let rate = of_all_axes(actuator, Stage::Gain).or(question
         .asks_for(clock_rate::EFFECT.id)
         .then_some(found.proportion));
     if let Some(rate) = rate.filter(|_| question.tries(model, clock_rate::EFFECT.id)) {
@@ -173,6 +157,17 @@ fn alternatives(
         all.push((clock_rate::EFFECT.id, Stage::Gain.id(), clock));
     }
     all
+}
+
+/// The fitted value of a stage that all axes have, with its deviation.
+fn of_all_axes(found: &ActuatorFinding, stage: Stage) -> Option<(f64, f64)> {
+    let white = found.white.first()?;
+    let moves = white.each_ref().map(|series| !series.is_empty());
+    let accepted = found.search.accepted.as_ref()?;
+    let mut terms = accepted.terms.iter().zip(&found.intervals);
+    let (term, intervals) = terms.find(|(term, _)| term.stage == stage && term.axes == moves)?;
+    let [low, high] = *intervals.first()?;
+    Some((*term.values.first()?, (high - low) / (2.0 * DEVIATIONS_95)))
 }
 
 /// Σ of squares of what is left of velocities and wrench over all logs, in units of the data sheet's

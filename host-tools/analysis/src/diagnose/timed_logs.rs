@@ -70,22 +70,11 @@ impl TimedLogs {
             all: logs.all.iter().zip(&all.all).map(own).collect(),
             fitted: logs.fitted,
         };
-        let retimed = |(signals, all): (&Signals<'_>, &Vec<f64>)| -> Option<anyhow::Result<Log>> {
-            let cycles = retimed(&model, signals, all)?;
-            Some(Log::of(&signals.with(&cycles), &model.noise))
-        };
-        let aligned: Option<Vec<anyhow::Result<Log>>> =
-            signals.all.iter().zip(&all.all).map(retimed).collect();
-        let aligned = aligned.map(|all| {
-            let fitted = logs.fitted;
-            Logs { all, fitted }.whole()
-        });
-        let aligned = aligned.transpose()?;
         Ok(Self {
+            aligned: aligned(&model, &signals, &all)?,
             clock,
             model,
             logs,
-            aligned,
             intervals,
         })
     }
@@ -101,6 +90,22 @@ impl TimedLogs {
         model.effects.retain(|e| e.id != clock_offset::EFFECT.id);
         model
     }
+}
+
+/// Logs with poses at the instants of the wrenches and true velocities, where they differ; `durations`: of all of their cycles, s.
+fn aligned(
+    model: &Model,
+    signals: &Logs<Signals<'_>>,
+    durations: &Logs<Vec<f64>>,
+) -> anyhow::Result<Option<Logs<Log>>> {
+    let one = |(signals, durations): (&Signals<'_>, &Vec<f64>)| {
+        let cycles = retimed(model, signals, durations)?;
+        Some(Log::of(&signals.with(&cycles), &model.noise))
+    };
+    let all = signals.all.iter().zip(&durations.all).map(one);
+    let all: Option<Vec<anyhow::Result<Log>>> = all.collect();
+    let fitted = signals.fitted;
+    all.map(|all| Logs { all, fitted }.whole()).transpose()
 }
 
 /// The model with errors of the clock.

@@ -16,54 +16,72 @@ pub(super) fn improved(
     logs: &Cost<'_>,
     cost: &dyn Fn(&[Term]) -> f64,
 ) -> Vec<Term> {
-    let specs: Vec<Vec<Spec>> = terms
-        .iter()
-        .map(|t| specs(t.stage, &logs.scale(&t.axes)))
-        .collect();
-    let with = |places: &[f64]| -> Vec<Term> {
-        let mut places = places.iter();
-        terms
+    let on_grid = OnGrid {
+        specs: terms
             .iter()
-            .zip(&specs)
-            .map(|(term, specs)| Term {
-                values: specs
-                    .iter()
-                    .zip(places.by_ref())
-                    .map(|(spec, at)| place(spec, at.clamp(0.0, 1.0)))
-                    .collect(),
-                ..term.clone()
-            })
-            .collect()
+            .map(|t| specs(t.stage, &logs.scale(&t.axes)))
+            .collect(),
+        terms: &terms,
     };
-    let flat: Vec<&Spec> = specs.iter().flatten().collect();
-    let start: Vec<f64> = terms
-        .iter()
-        .flat_map(|t| t.values.iter())
-        .zip(&flat)
-        .map(|(value, spec)| place_of(spec, *value).clamp(0.0, 1.0))
-        .collect();
-    let width: Vec<f64> = flat
-        .iter()
+    let width: Vec<f64> = on_grid
+        .specs()
         .map(|s| 1.0 / (s.grid.max(2) - 1) as f64)
         .collect();
+    let start = on_grid.places();
     let best = if let [at] = start[..] {
         let (low, high) = ((at - width[0]).max(0.0), (at + width[0]).min(1.0));
-        vec![bottom(low, high, |at| cost(&with(&[at]))).0]
+        vec![bottom(low, high, |at| cost(&on_grid.at(&[at]))).0]
     } else {
         let scale: Vec<f64> = width.iter().map(|w| 0.4 * w).collect();
         nelder_mead(&start, &scale, 60, |places| {
             let outside: f64 = places.iter().map(|p| (p - p.clamp(0.0, 1.0)).abs()).sum();
-            cost(&with(places)) * (1.0 + outside)
+            cost(&on_grid.at(places)) * (1.0 + outside)
         })
         .0
     };
-    let found = with(&best);
+    let found = on_grid.at(&best);
     let found = if cost(&found) <= cost(&terms) {
         found
     } else {
         terms
     };
     middle_of_plateaus(found, logs.cycle_s(), cost)
+}
+
+/// Terms whose parameters are places on their grid, 0 to 1.
+struct OnGrid<'a> {
+    terms: &'a [Term],
+    /// Of the parameters of each term.
+    specs: Vec<Vec<Spec>>,
+}
+
+impl OnGrid<'_> {
+    fn specs(&self) -> impl Iterator<Item = &Spec> {
+        self.specs.iter().flatten()
+    }
+
+    /// Where the terms are.
+    fn places(&self) -> Vec<f64> {
+        let values = self.terms.iter().flat_map(|t| t.values.iter());
+        values
+            .zip(self.specs())
+            .map(|(value, spec)| place_of(spec, *value).clamp(0.0, 1.0))
+            .collect()
+    }
+
+    /// The terms at other places.
+    fn at(&self, places: &[f64]) -> Vec<Term> {
+        let mut places = places.iter();
+        let term = |(term, specs): (&Term, &Vec<Spec>)| Term {
+            values: specs
+                .iter()
+                .zip(places.by_ref())
+                .map(|(spec, at)| place(spec, at.clamp(0.0, 1.0)))
+                .collect(),
+            ..term.clone()
+        };
+        self.terms.iter().zip(&self.specs).map(term).collect()
+    }
 }
 
 /// Minimum of a cost in some cells of a grid, where and how low: a finer grid, as it may have several valleys there.
