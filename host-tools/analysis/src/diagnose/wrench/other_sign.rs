@@ -5,6 +5,7 @@ use super::Tested;
 use super::joint::Joint;
 use crate::diagnose::engine::has;
 use crate::diagnose::evidence::MOST;
+use softdock_physics::model::Model;
 use softdock_physics::model::load::Column;
 use softdock_physics::model::load::effects::{LoadEffect, Sign};
 use softdock_report::number;
@@ -36,26 +37,33 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
         return None;
     }
     let left = joint.left(alone);
-    let with = |effect: &'static LoadEffect, place: usize| -> Option<(f64, OtherSign)> {
+    let with = |(effect, place): (&'static LoadEffect, usize)| -> Option<(f64, OtherSign)> {
         let defaults: Vec<f64> = effect.shapes.iter().map(|shape| shape.tried[0]).collect();
         let own = joint.columns(&joint.problem, effect, &defaults, &[place], &[])?;
         let solution = gain(&[&known[..], &own].concat())?;
         let coefficient = &effect.coefficients[place];
         let value = *solution.coefficients.last()?;
         let more = solution.gain - alone;
+        let amount = number::significant(value, 3);
         let one = OtherSign {
             id: effect.id,
-            amount: format!(
-                "{} = {} {}",
-                coefficient.name,
-                number::significant(value, 3),
-                coefficient.unit
-            ),
+            amount: format!("{} = {amount} {}", coefficient.name, coefficient.unit),
             share: (more / left).min(1.0),
         };
         (coefficient.sign == Sign::Positive && value < 0.0 && more > MOST * left)
             .then_some((more, one))
     };
+    let best = simple_laws(joint, model, accepted).filter_map(with);
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, one)| one)
+}
+
+/// Laws without a free shape that are not found yet, with the place of each coefficient that may be there alone.
+fn simple_laws(
+    joint: &Joint,
+    model: &Model,
+    accepted: &Tested,
+) -> impl Iterator<Item = (&'static LoadEffect, usize)> {
     let is_simple = |effect: &&LoadEffect| {
         let acts = joint.logs.iter().any(|log| effect.acts(&log.scene));
         // Less of what the model has is no other sign.
@@ -63,14 +71,11 @@ pub(crate) fn other_sign(joint: &Joint, accepted: &Tested) -> Option<OtherSign> 
             && !effect.acts_on_reading()
             && effect.shapes.iter().all(|shape| shape.choice)
     };
-    let new = |effect: &&LoadEffect| accepted.effects.iter().all(|one| one.id != effect.id);
-    let all = LoadEffect::all(model).filter(is_simple).filter(new);
-    let each = all.flat_map(|effect| {
+    let is_new = |effect: &&LoadEffect| accepted.effects.iter().all(|one| one.id != effect.id);
+    let all = LoadEffect::all(model).filter(is_simple).filter(is_new);
+    all.flat_map(|effect| {
         let places = 0..effect.coefficients.len();
         let alone = places.filter(|k| (effect.effect.is_whole)(&[*k], &|_| true));
         alone.map(move |place| (effect, place))
-    });
-    let best = each.filter_map(|(effect, place)| with(effect, place));
-    let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, one)| one)
+    })
 }

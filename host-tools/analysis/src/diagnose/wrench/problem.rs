@@ -412,11 +412,37 @@ pub(super) struct Best {
     pub own: f64,
 }
 
-/// The columns whose coefficients are open, in units of their own length.
+/// The columns whose coefficients are open, in units of their own length, so that "undetermined" has one meaning.
 struct Open {
     places: Vec<usize>,
     scale: Vec<f64>,
     cholesky: Cholesky<f64, Dyn>,
+}
+
+impl Open {
+    /// None where a column is 0, is no number or follows from the others.
+    fn new(gram: &DMatrix<f64>, chosen: &[usize], places: Vec<usize>) -> Option<Self> {
+        let columns: Vec<usize> = places.iter().map(|&place| chosen[place]).collect();
+        let scale: Vec<f64> = columns.iter().map(|&c| gram[(c, c)].sqrt()).collect();
+        if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
+            return None;
+        }
+        let size = places.len();
+        let normal = DMatrix::from_fn(size, size, |i, k| {
+            gram[(columns[i], columns[k])] / (scale[i] * scale[k])
+        });
+        Some(Self {
+            places,
+            scale,
+            cholesky: normal.cholesky()?,
+        })
+    }
+
+    /// See [`Best`].
+    fn own(&self) -> f64 {
+        let shares = self.cholesky.l_dirty().diagonal().map(|d| d * d);
+        shares.iter().copied().fold(1.0, f64::min)
+    }
 }
 
 /// What [`solve`] finds, without the deviations.
@@ -453,38 +479,23 @@ fn best(
     if places.is_empty() {
         return best.gain.is_finite().then_some((best, None));
     }
-    let columns: Vec<usize> = places.iter().map(|&place| chosen[place]).collect();
-    let scale: Vec<f64> = columns.iter().map(|&c| gram[(c, c)].sqrt()).collect();
-    if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
-        return None;
-    }
-    // Columns in units of their own length, so that "undetermined" has one meaning.
-    let size = places.len();
-    let normal = DMatrix::from_fn(size, size, |i, k| {
-        gram[(columns[i], columns[k])] / (scale[i] * scale[k])
-    });
-    let product = DVector::from_fn(size, |i, _| {
-        (right[columns[i]] - beside(columns[i])) / scale[i]
-    });
-    let cholesky = normal.cholesky()?;
-    let shares = cholesky.l_dirty().diagonal().map(|d| d * d);
-    best.own = shares.iter().copied().fold(best.own, f64::min);
+    let open = Open::new(gram, chosen, places)?;
+    best.own = open.own();
     if best.own < LEFT {
         return None;
     }
-    let values = cholesky.solve(&product);
+    let product = DVector::from_fn(open.places.len(), |i, _| {
+        let column = chosen[open.places[i]];
+        (right[column] - beside(column)) / open.scale[i]
+    });
+    let values = open.cholesky.solve(&product);
     best.gain += values.dot(&product);
-    for (i, &place) in places.iter().enumerate() {
-        best.coefficients[place] = values[i] / scale[i];
+    for (i, &place) in open.places.iter().enumerate() {
+        best.coefficients[place] = values[i] / open.scale[i];
         if signs[place] == Sign::Positive && values[i] < 0.0 {
             best.wrong.push(place);
         }
     }
-    let open = Open {
-        places,
-        scale,
-        cholesky,
-    };
     best.gain.is_finite().then_some((best, Some(open)))
 }
 

@@ -41,6 +41,16 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
+    const ALL: [Self; 7] = [
+        Self::Position,
+        Self::PositionEachWay,
+        Self::Velocity,
+        Self::Acceleration,
+        Self::Depth,
+        Self::DampedDepth,
+        Self::Time,
+    ];
+
     /// In words.
     pub(crate) fn words(self) -> &'static str {
         match self {
@@ -63,69 +73,94 @@ pub(super) struct Group {
 
 /// The functions of one axis.
 pub(super) fn of_axis(logs: &[PreparedLog], axis: usize) -> Vec<Group> {
-    let motions: Vec<Motion> = logs
-        .iter()
-        .map(|log| Motion::new(&log.scene, axis))
-        .collect();
-    let scales = Scales::of(&motions);
-    let group = |count: usize, of: &dyn Fn(usize, &Motion, usize) -> f64| -> Vec<Function> {
-        let column = |k, m: &Motion| Column::on_axis(axis, (0..m.len()).map(|n| of(k, m, n)));
-        let function = |k| motions.iter().map(|m| column(k, m)).collect();
-        (1..=count).map(function).collect()
-    };
-    let position = group(POSITION, &|k, m, n| wave(k, scales.place(m.position[n])));
-    let each_way = group(DIRECTION, &|k, m, n| {
-        scales.side(m.velocity[n]) * wave(k, scales.place(m.position[n]))
-    });
-    let velocity = group(VELOCITY, &|k, m, n| wave(k, scales.speed(m.velocity[n])));
-    let acceleration = group(ACCELERATION, &|k, m, n| {
-        wave(k, scales.slope(m.acceleration[n]))
-    });
-    // Place and time follow each other, and on a ramp all of a motion: a constant, a spring, on a bearing a weight on a lever,
-    // dry and viscous friction, inertia.
-    let of_motion = SimpleLaws::new(&motions, axis, &|m, n| {
-        let (q, v) = (m.position[n], m.velocity[n]);
-        let mut laws = vec![1.0, q, scales.side(v), v, m.acceleration[n]];
-        if axis >= 3 {
-            laws.extend([q.sin(), q.cos()]);
-        }
-        laws
-    });
-    let dry = SimpleLaws::new(&motions, axis, &|m, n| vec![scales.side(m.velocity[n])]);
-    let friction = SimpleLaws::new(&motions, axis, &|m, n| {
-        vec![1.0, scales.side(m.velocity[n]), m.velocity[n]]
-    });
-    let inertia = SimpleLaws::new(&motions, axis, &|m, n| vec![1.0, m.acceleration[n]]);
-    let depth = group(DEPTH, &|k, m, n| {
-        m.pushes(n) * wave(k - 1, scales.depth(m.depth[n]))
-    });
-    let damped = group(DEPTH, &|k, m, n| {
-        m.velocity[n] / scales.speed * m.pushes(n).abs() * wave(k - 1, scales.depth(m.depth[n]))
-    });
+    let motions = Motions::new(logs, axis);
     let placed = !logs.iter().any(|log| log.has_own_origin);
-    let functions = [
-        (Quantity::Position, of_motion.taken_from(position)),
-        (Quantity::PositionEachWay, dry.taken_from(each_way)),
-        (Quantity::Velocity, friction.taken_from(velocity)),
-        (Quantity::Acceleration, inertia.taken_from(acceleration)),
-        (Quantity::Depth, depth),
-        (Quantity::DampedDepth, damped),
-        (
-            Quantity::Time,
-            of_motion.taken_from(of_time(&motions, axis)),
-        ),
-    ];
+    let of_position = [Quantity::Position, Quantity::PositionEachWay];
+    let asked = |quantity: &Quantity| placed || !of_position.contains(quantity);
     let finite = |c: &Column| !c.is_zero() && c.0[axis].iter().all(|v| v.is_finite());
     let some = |function: &Function| function.iter().any(finite);
-    let of_position = [Quantity::Position, Quantity::PositionEachWay];
-    let asked = functions
-        .into_iter()
-        .filter(|(quantity, _)| placed || !of_position.contains(quantity));
-    let groups = asked.map(|(quantity, functions)| Group {
-        quantity,
-        functions: functions.into_iter().filter(some).collect(),
+    let groups = Quantity::ALL.into_iter().filter(asked).map(|quantity| {
+        let functions = motions.functions(quantity).into_iter().filter(some);
+        Group {
+            quantity,
+            functions: functions.collect(),
+        }
     });
     groups.filter(|group| !group.functions.is_empty()).collect()
+}
+
+/// Motions of one axis over all logs.
+struct Motions {
+    all: Vec<Motion>,
+    axis: usize,
+    scales: Scales,
+}
+
+impl Motions {
+    fn new(logs: &[PreparedLog], axis: usize) -> Self {
+        let all = logs.iter().map(|log| Motion::new(&log.scene, axis));
+        let all: Vec<Motion> = all.collect();
+        Self {
+            scales: Scales::of(&all),
+            all,
+            axis,
+        }
+    }
+
+    /// Functions of one quantity, without what its simple laws are.
+    fn functions(&self, quantity: Quantity) -> Vec<Function> {
+        let scales = &self.scales;
+        let place = |k, m: &Motion, n: usize| wave(k, scales.place(m.position[n]));
+        let depth = |k, m: &Motion, n: usize| wave(k - 1, scales.depth(m.depth[n]));
+        let side = |m: &Motion, n: usize| scales.side(m.velocity[n]);
+        match quantity {
+            Quantity::Position => self.of_motion().taken_from(self.group(POSITION, &place)),
+            Quantity::PositionEachWay => {
+                let each_way = self.group(DIRECTION, &|k, m, n| side(m, n) * place(k, m, n));
+                let dry = self.laws(&|m, n| vec![side(m, n)]);
+                dry.taken_from(each_way)
+            }
+            Quantity::Velocity => {
+                let velocity = |k, m: &Motion, n: usize| wave(k, scales.speed(m.velocity[n]));
+                let friction = self.laws(&|m, n| vec![1.0, side(m, n), m.velocity[n]]);
+                friction.taken_from(self.group(VELOCITY, &velocity))
+            }
+            Quantity::Acceleration => {
+                let slope = |k, m: &Motion, n: usize| wave(k, scales.slope(m.acceleration[n]));
+                let inertia = self.laws(&|m, n| vec![1.0, m.acceleration[n]]);
+                inertia.taken_from(self.group(ACCELERATION, &slope))
+            }
+            Quantity::Depth => self.group(DEPTH, &|k, m, n| m.pushes(n) * depth(k, m, n)),
+            Quantity::DampedDepth => self.group(DEPTH, &|k, m, n| {
+                m.velocity[n] / scales.speed * m.pushes(n).abs() * depth(k, m, n)
+            }),
+            Quantity::Time => self.of_motion().taken_from(of_time(&self.all, self.axis)),
+        }
+    }
+
+    /// So many functions by their values: of the number of the function, from 1 on, a motion and a cycle of it.
+    fn group(&self, count: usize, of: &dyn Fn(usize, &Motion, usize) -> f64) -> Vec<Function> {
+        let column = |k, m: &Motion| Column::on_axis(self.axis, (0..m.len()).map(|n| of(k, m, n)));
+        let function = |k| self.all.iter().map(|m| column(k, m)).collect();
+        (1..=count).map(function).collect()
+    }
+
+    fn laws(&self, laws: &dyn Fn(&Motion, usize) -> Vec<f64>) -> SimpleLaws<'_> {
+        SimpleLaws::new(&self.all, self.axis, laws)
+    }
+
+    /// Place and time follow each other, and on a ramp all of a motion: a constant, a spring, on a bearing a weight on a lever,
+    /// dry and viscous friction, inertia.
+    fn of_motion(&self) -> SimpleLaws<'_> {
+        self.laws(&|m, n| {
+            let (q, v) = (m.position[n], m.velocity[n]);
+            let mut laws = vec![1.0, q, self.scales.side(v), v, m.acceleration[n]];
+            if self.axis >= 3 {
+                laws.extend([q.sin(), q.cos()]);
+            }
+            laws
+        })
+    }
 }
 
 /// Simple laws, to be taken out of functions: what is left is that after a regression on these.
