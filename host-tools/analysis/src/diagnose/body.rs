@@ -356,67 +356,81 @@ pub(crate) fn search(
 ) -> BodySearch {
     let joint = Joint::new(logs, |_| true);
     let fitted = Joint::new(logs, |log| log < logs.fitted);
-    let mut chosen: Vec<usize> = Vec::new();
-    let mut reached = 0.0;
-    let mut strongest: Option<f64> = None;
-    loop {
-        let is_new = |k: &usize| {
-            let id = joint.hypothesis(*k).id;
-            !excluded(id) && chosen.iter().all(|c| joint.hypothesis(*c).id != id)
-        };
-        let candidates = (0..joint.white.len()).filter(is_new).filter_map(|k| {
-            let more = [&chosen[..], &[k]].concat();
-            Some((k, joint.evidence(&more)?))
-        });
-        let explained = joint.solve(&chosen).map_or(0.0, |s| s.gain);
-        let best = candidates.max_by(|a, b| a.1.total_cmp(&b.1));
-        strongest = strongest
-            .into_iter()
-            .chain(best.map(|b| b.1 - reached))
-            .max_by(f64::total_cmp);
-        match best {
-            Some((k, evidence)) if evidence - reached > threshold(explained) => {
-                chosen.push(k);
-                reached = evidence;
+    let chosen = joint.chosen(excluded);
+    let solution = fitted.solve(&chosen.places);
+    let solution = solution.or_else(|| joint.solve(&chosen.places));
+    BodySearch {
+        accepted: solution.map_or_else(Vec::new, |s| joint.fits(model, &chosen, &s)),
+        strongest: chosen.strongest,
+    }
+}
+
+/// Hypotheses that explain enough, each beside those before it.
+#[derive(Default)]
+struct Chosen {
+    places: Vec<usize>,
+    /// Of all together.
+    evidence: f64,
+    /// See [`BodySearch`].
+    strongest: Option<f64>,
+}
+
+impl Joint<'_> {
+    /// Takes the best hypothesis beside those that were taken, as long as it explains enough.
+    fn chosen(&self, excluded: &dyn Fn(&str) -> bool) -> Chosen {
+        let mut chosen = Chosen::default();
+        loop {
+            let before = &chosen.places;
+            let is_new = |k: &usize| {
+                let id = self.hypothesis(*k).id;
+                !excluded(id) && before.iter().all(|c| self.hypothesis(*c).id != id)
+            };
+            let candidates = (0..self.white.len()).filter(is_new).filter_map(|k| {
+                let more = [&before[..], &[k]].concat();
+                Some((k, self.evidence(&more)?))
+            });
+            let explained = self.solve(before).map_or(0.0, |s| s.gain);
+            let best = candidates.max_by(|a, b| a.1.total_cmp(&b.1));
+            let more = best.map(|(_, evidence)| evidence - chosen.evidence);
+            let strongest = chosen.strongest.into_iter().chain(more);
+            chosen.strongest = strongest.max_by(f64::total_cmp);
+            match best {
+                Some((k, evidence)) if evidence - chosen.evidence > threshold(explained) => {
+                    chosen.places.push(k);
+                    chosen.evidence = evidence;
+                }
+                _ => return chosen,
             }
-            _ => break,
         }
     }
-    let Some(solution) = fitted.solve(&chosen).or_else(|| joint.solve(&chosen)) else {
-        return BodySearch {
-            accepted: Vec::new(),
-            strongest,
+
+    /// What is chosen, with the values of a solution.
+    fn fits(&self, model: &Model, chosen: &Chosen, solution: &Solution) -> Vec<BodyFit> {
+        let all = self.squares(&chosen.places);
+        let left = all.iter().sum::<f64>() - self.problem.count as f64;
+        // Of digits, which are no noise, only the size tells: logs disagree if amounts of their own explain most of it.
+        let disagrees = |k: usize, evidence: f64| {
+            let own = self.contrast(&chosen.places, k);
+            own > 0.5 * left && evidence::disagree(own, evidence, 1, self.problem.count)
         };
-    };
-    let all = joint.squares(&chosen);
-    let left = all.iter().sum::<f64>() - joint.problem.count as f64;
-    // Of digits, which are no noise, only the size tells: logs disagree if amounts of their own explain most of it.
-    let disagrees = |k: usize, evidence: f64| {
-        let own = joint.contrast(&chosen, k);
-        own > 0.5 * left && evidence::disagree(own, evidence, 1, joint.problem.count)
-    };
-    let mut at = 0;
-    let accepted = chosen
-        .iter()
-        .map(|k| {
-            let hypothesis = joint.hypothesis(*k);
+        let mut at = 0;
+        let fit = |k: &usize| {
+            let hypothesis = self.hypothesis(*k);
             let range = at..at + hypothesis.columns.len();
             at = range.end;
-            let others: Vec<usize> = chosen.iter().copied().filter(|c| c != k).collect();
-            let without = joint.squares(&others);
-            let evidence = reached - joint.evidence(&others).unwrap_or(0.0);
+            let others = chosen.places.iter().copied().filter(|c| c != k);
+            let others: Vec<usize> = others.collect();
+            let without = self.squares(&others);
+            let evidence = chosen.evidence - self.evidence(&others).unwrap_or(0.0);
             BodyFit {
                 id: hypothesis.id,
-                parameters: parameters(model, hypothesis, &solution, range),
+                parameters: parameters(model, hypothesis, solution, range),
                 gains: without.iter().zip(&all).map(|(w, a)| w - a).collect(),
                 evidence,
                 disagrees: disagrees(*k, evidence),
             }
-        })
-        .collect();
-    BodySearch {
-        accepted,
-        strongest,
+        };
+        chosen.places.iter().map(fit).collect()
     }
 }
 

@@ -61,41 +61,12 @@ fn left_of_actuator(found: &ActuatorFinding, stages: &Stages) -> Left {
 
 /// Structure of a channel that the stages do not whiten themselves.
 fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left {
-    let series = |prediction: &Prediction, axis: Axis| -> Vec<f64> {
-        let values = prediction.channel(channel);
-        (0..prediction.time_s.len())
-            .map(|n| values.residual(n, axis).unwrap_or(0.0))
-            .collect()
-    };
-    let rms = |v: &[f64]| (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt();
-    let of = |prediction: &Prediction, axis: Axis| -> Structure {
-        let values = series(prediction, axis);
-        let sheet = prediction.channel(channel).sigma[axis.index()];
-        let level = rms(&values) / sheet;
-        if channel == Channel::ModelVelocity {
-            // Digits are no noise: only their size counts.
-            return Structure {
-                level: if level > DIGITS { level } else { 0.0 },
-                ..Structure::default()
-            };
-        }
-        // The increments of a noisy pose are differences: their spectrum is no test of anything.
-        let floor = noise_floor(&values, Noise::Differenced, None)
-            .unwrap_or(sheet)
-            .max(0.3 * sheet);
-        let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
-        Structure {
-            slow: 0.0,
-            line: Line::default(),
-            narrow: Line::default(),
-            ..Structure::of(&white, prediction.cycle_s, level)
-        }
-    };
     let judged = after.all[0].judged(channel).iter().copied();
     let axes = judged
         .filter(|a| !(channel == Channel::Pose && a.is_rotation()))
         .map(|axis| {
-            let each = after.all.iter().map(|prediction| of(prediction, axis));
+            let each = after.all.iter();
+            let each = each.map(|prediction| structure_of(prediction, channel, axis));
             (channel, axis, each.collect())
         })
         .collect();
@@ -112,4 +83,33 @@ fn left_of(channel: Channel, stages: &Stages, after: &Logs<Prediction>) -> Left 
     let excess = (now - floor).max(0.0);
     let was = excess + (before - now).max(0.0);
     Left::new(axes, excess / was.max(1e-12))
+}
+
+/// Structure of one axis of such a channel in one log.
+fn structure_of(prediction: &Prediction, channel: Channel, axis: Axis) -> Structure {
+    let predicted = prediction.channel(channel);
+    let values: Vec<f64> = (0..prediction.time_s.len())
+        .map(|n| predicted.residual(n, axis).unwrap_or(0.0))
+        .collect();
+    let squares = values.iter().map(|x| x * x).sum::<f64>();
+    let sheet = predicted.sigma[axis.index()];
+    let level = (squares / values.len().max(1) as f64).sqrt() / sheet;
+    if channel == Channel::ModelVelocity {
+        // Digits are no noise: only their size counts.
+        return Structure {
+            level: if level > DIGITS { level } else { 0.0 },
+            ..Structure::default()
+        };
+    }
+    // The increments of a noisy pose are differences: their spectrum is no test of anything.
+    let floor = noise_floor(&values, Noise::Differenced, None)
+        .unwrap_or(sheet)
+        .max(0.3 * sheet);
+    let white: Vec<f64> = values.iter().map(|v| v / floor).collect();
+    Structure {
+        slow: 0.0,
+        line: Line::default(),
+        narrow: Line::default(),
+        ..Structure::of(&white, prediction.cycle_s, level)
+    }
 }

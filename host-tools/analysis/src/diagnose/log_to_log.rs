@@ -35,37 +35,18 @@ pub(super) fn from_log_to_log(
     after: &Logs<Prediction>,
     named: &[&Named],
 ) -> Option<LogToLog> {
-    let unseen = after.fitted..after.all.len();
-    let rests: Vec<Vec<f64>> = after.all[unseen.clone()].iter().map(rest).collect();
-    let left: f64 = rests.iter().map(|rest| dot(rest, rest)).sum();
-    let count = rests.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let logs = after.fitted..after.all.len();
+    let unseen = Unseen {
+        model,
+        rests: after.all[logs.clone()].iter().map(rest).collect(),
+        recordings: &recordings.all[logs],
+    };
+    let left: f64 = unseen.rests.iter().map(|rest| dot(rest, rest)).sum();
+    let count = unseen.rests.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let rms = |squares: f64| (squares.max(0.0) / count).sqrt();
     if rms(left) <= TOLERATED_NOISE {
         return None;
     }
-    let with_own = |effect: &str, name: &str, value: f64| -> Option<(f64, Vec<f64>)> {
-        /// Share by which a value is changed; what it does is proportional to it.
-        const CHANGE: f64 = 0.01;
-        let mut changed = model.clone();
-        let one = changed.effects.iter_mut().find(|one| one.id == effect)?;
-        *one.parameters.get_mut(name)? *= 1.0 + CHANGE;
-        let (mut taken, mut values) = (0.0, Vec::new());
-        for (log, before) in unseen.clone().zip(&rests) {
-            let after = rest(&predict(&changed, recordings.all[log]).ok()?);
-            let part: Vec<f64> = before
-                .iter()
-                .zip(&after)
-                .map(|(b, a)| (b - a) / CHANGE)
-                .collect();
-            let (both, own) = (dot(before, &part), dot(&part, &part));
-            if before.len() != after.len() || own <= 0.0 {
-                return None;
-            }
-            taken += both * both / own;
-            values.push(value * (1.0 + both / own));
-        }
-        Some((taken, values))
-    };
     let coefficients = named.iter().flat_map(|one| {
         let id = one.effect.id.as_str();
         // What moves or scales the whole reading is not proportional to what it has, nor is a contact.
@@ -75,17 +56,48 @@ pub(super) fn from_log_to_log(
     });
     let each = coefficients.filter_map(|(one, coefficient)| {
         let fitted = *one.effect.parameters.get(coefficient.name)?;
-        let (taken, unseen) = with_own(&one.effect.id, coefficient.name, fitted)?;
-        let is_possible = coefficient.sign != Sign::Positive || unseen.iter().all(|v| *v >= 0.0);
+        let (taken, own) = unseen.with_own(&one.effect.id, coefficient.name, fitted)?;
+        let is_possible = coefficient.sign != Sign::Positive || own.iter().all(|v| *v >= 0.0);
         (is_possible && taken > MOST * left).then(|| LogToLog {
             effect: one.effect.id.clone(),
             parameter: (coefficient.name, coefficient.unit),
             fitted,
-            unseen,
+            unseen: own,
             errors: [rms(left), rms(left - taken)],
         })
     });
     each.min_by(|a, b| a.errors[1].total_cmp(&b.errors[1]))
+}
+
+/// The unseen logs, and what a model leaves of the wrench of each.
+struct Unseen<'a> {
+    model: &'a Model,
+    recordings: &'a [&'a Recording],
+    rests: Vec<Vec<f64>>,
+}
+
+impl Unseen<'_> {
+    /// By how much a value of its own for each log lets χ² fall, and these values; `value`: that of the model.
+    fn with_own(&self, effect: &str, name: &str, value: f64) -> Option<(f64, Vec<f64>)> {
+        /// Share by which a value is changed; what it does is proportional to it.
+        const CHANGE: f64 = 0.01;
+        let mut changed = self.model.clone();
+        let one = changed.effects.iter_mut().find(|one| one.id == effect)?;
+        *one.parameters.get_mut(name)? *= 1.0 + CHANGE;
+        let (mut taken, mut values) = (0.0, Vec::new());
+        for (recording, before) in self.recordings.iter().zip(&self.rests) {
+            let after = rest(&predict(&changed, recording).ok()?);
+            let both = before.iter().zip(&after);
+            let part: Vec<f64> = both.map(|(b, a)| (b - a) / CHANGE).collect();
+            let (both, own) = (dot(before, &part), dot(&part, &part));
+            if before.len() != after.len() || own <= 0.0 {
+                return None;
+            }
+            taken += both * both / own;
+            values.push(value * (1.0 + both / own));
+        }
+        Some((taken, values))
+    }
 }
 
 /// What is left of the wrench, in units of the noise.
