@@ -51,23 +51,21 @@ pub(crate) fn conclude(
     let rest = Unaccounted::new(stages, &left, &judged);
     let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
     let asks_logs = judged.verdict == Verdict::Named && !question.of_one_log;
+    let log_to_log = asks_logs
+        .then(|| from_log_to_log(&after, recordings, &predictions, &named))
+        .flatten();
     let notes = Answer {
         model,
         stages,
         fitted: recordings.fitted,
         verdict: judged.verdict,
         reduction: &reduction,
-        log_to_log: match asks_logs {
-            true => from_log_to_log(&after, recordings, &predictions, &named),
-            false => None,
-        },
+        log_to_log,
         rest: &rest,
         equivalent: same.as_ref(),
     };
     let notes = notes.all(judged.unexplained, in_sample);
-    // Least squares are those of the logs of the fit.
-    let of_search = reduction.refitted.is_none() && !named.is_empty();
-    let of_all_logs = of_all_logs(stages).filter(|_| of_search);
+    let of_all_logs = of_all_logs(stages, &reduction);
     let said = Said {
         stages,
         named,
@@ -165,10 +163,11 @@ impl Said<'_> {
     }
 }
 
-/// Why what was found has the parameters of all logs, if it has.
-fn of_all_logs(stages: &Stages) -> Option<String> {
-    let accepted = stages.wrench.as_ref()?.found.accepted.as_ref()?;
-    accepted.of_all_logs.clone()
+/// Why what is named has the parameters of all logs, if it has: least squares are those of the logs of the fit.
+fn of_all_logs(stages: &Stages, reduction: &ErrorReduction) -> Option<String> {
+    let of_search = reduction.refitted.is_none() && !reduction.named.is_empty();
+    let wrench = stages.wrench.as_ref().filter(|_| of_search)?;
+    wrench.found.accepted.as_ref()?.of_all_logs.clone()
 }
 
 /// The verdict, and on what it stands.

@@ -43,6 +43,12 @@ pub(super) struct StageResults {
     pub nominal: Vec<(String, f64, f64, f64)>,
 }
 
+/// How many searches there will be, nobody knows.
+fn tell_search(number: i32, progress: &dyn Fn(f64, &str)) {
+    let share = 0.9 - 0.4 * 0.9_f64.powi(number - 1);
+    progress(share, &format!("explaining the wrench, search {number}"));
+}
+
 impl StageResults {
     /// Searches actuator and reading.
     pub(super) fn of(
@@ -58,8 +64,6 @@ impl StageResults {
         let terms = actuator.as_ref().map_or(&[][..], |a| a.search.terms());
         let of_log = |log| clock::scatter(&cost, log, terms);
         let scatter = cost.logs.iter().map(of_log).collect();
-        let common_delay = clock::common_delay(&cost);
-        let proportion = clock::proportion(&cost);
         let sigma = wrench::sheet_sigma(model);
         let mut sampling = logs.map(|log| Sampling::of(log, &sigma));
         let plain = timed.without_offset();
@@ -68,19 +72,17 @@ impl StageResults {
             Some(aligned) => Cost::new(&plain, &aligned.all, &intervals.all),
             None => cost.clone(),
         };
-        let (mut searches, fits) = (0, Arc::default());
+        let motion = Motion {
+            logs: timed.aligned(),
+            cost: &moved,
+            intervals,
+            actuator: actuator.as_ref(),
+            fits: Arc::default(),
+        };
+        let mut searches = 0;
         let mut search = |model: &Model, question: &Question<'_>| {
             searches += 1;
-            // How many there will be, nobody knows.
-            let share = 0.9 - 0.4 * 0.9_f64.powi(searches - 1);
-            progress(share, &format!("explaining the wrench, search {searches}"));
-            let motion = Motion {
-                logs: timed.aligned(),
-                cost: &moved,
-                intervals,
-                actuator: actuator.as_ref(),
-                fits: Arc::clone(&fits),
-            };
+            tell_search(searches, progress);
             wrench_stage(model, &motion, &mut sampling, question)
         };
         let mut wrench = wrench_rounds(&mut Asking {
@@ -89,16 +91,15 @@ impl StageResults {
             search: &mut search,
         });
         let nominal = wrench.as_mut().map_or(Vec::new(), WrenchFinding::nominal);
-        let noise = noise_floors(model, &cost, wrench.as_ref());
         Self {
             actuator,
             scatter,
-            common_delay,
-            proportion,
+            common_delay: clock::common_delay(&cost),
+            proportion: clock::proportion(&cost),
             sampling,
+            noise: noise_floors(model, &cost, wrench.as_ref()),
             wrench,
             nominal,
-            noise,
             timed,
         }
     }

@@ -92,15 +92,9 @@ pub fn import_at_least(
         "{}: `model` and [starter] exclude each other: what [starter] says stands in the model file, where there is one",
         mapping_file.display()
     );
-    let model = match &mapping.model {
-        Some(name) => {
-            let file = mapping_file.with_file_name(name);
-            let text = std::fs::read_to_string(&file)
-                .with_context(|| format!("cannot read the mapping's model {}", file.display()))?;
-            Some((Model::from_toml(&text, &file.display().to_string())?, text))
-        }
-        None => None,
-    };
+    let file = mapping.model.as_ref();
+    let file = file.map(|name| mapping_file.with_file_name(name));
+    let model = file.map(|file| read_model(&file)).transpose()?;
     let (folder, train, test) = files(path, &mapping)?;
     let mut importer = Importer {
         folder,
@@ -120,15 +114,8 @@ pub fn import_at_least(
         filter: filter.as_modelled(),
         noise: importer.behind_filter,
     });
-    if let (Some((model, _)), Some(own)) = (&model, filtered.as_ref().map(|f| f.filter))
-        && model.sensor.filter != Some(own)
-    {
-        warnings.push(format!(
-            "the model does not say through which filter the log went, so that friction would be compared \
-             unfiltered: write `filter = {{ order = {}, cutoff_hz = {:?} }}` into its [sensor]",
-            own.order, own.cutoff_hz
-        ));
-    }
+    let both = model.as_ref().zip(filtered.as_ref());
+    warnings.extend(both.and_then(|((model, _), filtered)| lacks_filter(model, filtered)));
     Ok(MappedLogs {
         filtered,
         told: mapping.starter.clone().unwrap_or_default(),
@@ -137,6 +124,25 @@ pub fn import_at_least(
         train,
         test,
         warnings,
+    })
+}
+
+/// A model file, and its text as the user wrote it.
+fn read_model(file: &Path) -> anyhow::Result<(Model, String)> {
+    let text = std::fs::read_to_string(file)
+        .with_context(|| format!("cannot read the mapping's model {}", file.display()))?;
+    Ok((Model::from_toml(&text, &file.display().to_string())?, text))
+}
+
+/// Says so of a model that does not know the filter.
+fn lacks_filter(model: &Model, filtered: &Filtered) -> Option<String> {
+    let own = filtered.filter;
+    (model.sensor.filter != Some(own)).then(|| {
+        format!(
+            "the model does not say through which filter the log went, so that friction would be compared \
+             unfiltered: write `filter = {{ order = {}, cutoff_hz = {:?} }}` into its [sensor]",
+            own.order, own.cutoff_hz
+        )
     })
 }
 
