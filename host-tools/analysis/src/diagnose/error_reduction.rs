@@ -51,6 +51,7 @@ impl ErrorReduction {
             done_without,
         } = Found::of(model, recordings, stages)?;
         let mut known = Known::new(model, recordings, found, stages.wrench.as_ref());
+        known.at_an_end &= asked;
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (undetermined, refused) = match asked {
@@ -138,7 +139,7 @@ struct Known<'a> {
     leaves_structure: bool,
     /// Some were held while others were found beside them.
     in_rounds: bool,
-    /// A shape stands where a search ends; least squares may go on.
+    /// A shape that somebody asks for stands where a search ends: least squares may go on.
     at_an_end: bool,
     can_foretell: bool,
 }

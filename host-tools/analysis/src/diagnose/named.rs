@@ -178,7 +178,7 @@ impl Named {
 
     /// Shapes, such as a time constant, that stand where a search ends, in words; none if there are none.
     pub(super) fn at_its_end(&self, found: &WrenchFinding) -> Option<String> {
-        /// Part of the end that is the end; what a fit has moved by more lies beyond.
+        /// Part of the end that is the end.
         const END: f64 = 0.99;
         let joint = &found.prepared;
         let effect = LoadEffect::find(&joint.logs.first()?.scene.model, &self.effect.id)?;
@@ -186,7 +186,7 @@ impl Named {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
             let [_, end] = effect.searched(parameter, joint.pace());
-            let is_at_end = is_shape && (END * end..end / END).contains(&estimate.value);
+            let is_at_end = is_shape && estimate.value >= END * end;
             is_at_end.then(|| {
                 let end = number::significant(end, 3);
                 format!(
