@@ -204,6 +204,16 @@ fn stamps_that_repeat_are_refused_before_rows_are_trimmed() {
     }
 }
 
+/// A mapping that filters a position and a force.
+const FILTERED: &str = r#"
+    files = { train = "log.csv" }
+    time = { column = "t" }
+    position = { x = "p" }
+    executed_velocity = { derive = true }
+    wrench = { fx = "f" }
+    filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
+"#;
+
 /// A swept sine fills the band of the filter; what of the force follows it is no noise.
 #[test]
 fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
@@ -216,15 +226,7 @@ fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
         let position = sin / (1.0 + rate * rate);
         format!("{t},{position},{}", -0.5 * sin + noise[n as usize])
     });
-    let mapping = r#"
-        files = { train = "log.csv" }
-        time = { column = "t" }
-        position = { x = "p" }
-        executed_velocity = { derive = true }
-        wrench = { fx = "f" }
-        filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
-    "#;
-    let logs = imported("sweep", mapping, &[("log.csv", log)]).unwrap();
+    let logs = imported("sweep", FILTERED, &[("log.csv", log)]).unwrap();
     let filtered = logs.filtered.as_ref();
     let text = starter(&logs.train, filtered, &Told::default())
         .unwrap()
@@ -248,15 +250,7 @@ fn a_band_full_of_motion_is_not_taken_for_noise() {
         let noise = noise[n as usize];
         format!("{t},{position},{}", noise - position * position)
     });
-    let mapping = r#"
-        files = { train = "log.csv" }
-        time = { column = "t" }
-        position = { x = "p" }
-        executed_velocity = { derive = true }
-        wrench = { fx = "f" }
-        filter = { cutoff_hz = 15.0, order = 4, trim_s = 0.3 }
-    "#;
-    let logs = imported("full_band", mapping, &[("log.csv", log)]).unwrap();
+    let logs = imported("full_band", FILTERED, &[("log.csv", log)]).unwrap();
     let noise_by = |filtered: &Filtered| {
         let starter = starter(&logs.train, Some(filtered), &Told::default()).unwrap();
         let model = Model::from_toml(&starter.text, "model.toml").unwrap();

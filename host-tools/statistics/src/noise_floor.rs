@@ -131,6 +131,7 @@ fn quietest_of_band(values: &[f64], noise: Noise, filter: &LowPassed) -> Option<
 /// In its own band there may be nothing but motion: the quietest tenth of the lines above it, up to four times the cutoff, tells
 /// how much noise there is.
 pub fn noise_let_through(values: &[f64], filter: LowPassed) -> Option<f64> {
+    // Who sets a cutoff cuts where the motion ends, more or less.
     let above = (1.5 * filter.cutoff)..(4.0 * filter.cutoff).min(0.5);
     let quiet = quietest(values, |_| 1.0, |frequency| above.contains(&frequency))?;
     Some((quiet * mean(filter.power())).sqrt())

@@ -65,7 +65,7 @@ pub fn add_effect(
 /// # Errors
 ///
 /// Those of [`add_effect`] and [`fit_effects`]; no effect, or one twice, or, of several, one that does not pay for its parameters
-/// beside the others, also if it is `forced`.
+/// beside the others and without which unseen data is foretold as well, also if it is `forced`.
 pub fn add_effects(
     model: &Model,
     ids: &[String],

@@ -50,8 +50,7 @@ impl ErrorReduction {
             turned,
             done_without,
         } = Found::of(model, recordings, stages)?;
-        let mut known = Known::new(model, recordings, found, stages.wrench.as_ref());
-        known.at_an_end &= asked;
+        let mut known = Known::new(model, recordings, found, stages.wrench.as_ref(), asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
         let (undetermined, refused) = match asked {
@@ -150,6 +149,7 @@ impl<'a> Known<'a> {
         recordings: &'a Logs<&'a Recording>,
         found: Vec<Named>,
         wrench: Option<&WrenchFinding>,
+        asked: bool,
     ) -> Self {
         let is_at_end = |named: &Named| wrench.is_some_and(|w| named.at_its_end(w).is_some());
         Self {
@@ -160,7 +160,7 @@ impl<'a> Known<'a> {
             predictions: BTreeMap::new(),
             leaves_structure: wrench.is_some_and(|w| w.beside_remainder.is_some()),
             in_rounds: wrench.is_some_and(|w| !w.earlier.0.is_empty()),
-            at_an_end: found.iter().any(is_at_end),
+            at_an_end: asked && found.iter().any(is_at_end),
             can_foretell: wrench.is_some_and(WrenchFinding::can_foretell),
             found,
         }

@@ -35,7 +35,7 @@ pub(super) fn key(
 ) -> Vec<u64> {
     let mut key = vec![u64::from(care == Care::Estimating)];
     for problem in [problem, of_all] {
-        key.extend(problem.print());
+        key.extend(problem.fingerprint());
     }
     for part in &hypothesis.parts {
         let variant = &library.variants[part.variant];

@@ -100,7 +100,7 @@ impl Problem {
     }
 
     /// What is left of the logs, beside what, and how much of it each of them has: equal in every bit for the same problem.
-    pub(super) fn print(&self) -> impl Iterator<Item = u64> + '_ {
+    pub(super) fn fingerprint(&self) -> impl Iterator<Item = u64> + '_ {
         let counts = [self.count, self.tolerances.len()].map(|count| count as u64);
         let spent = self.spent.iter();
         let numbers = spent.chain(&self.chi2_of_logs).chain([&self.chi2]);
