@@ -5,7 +5,7 @@ use softdock_control::delay::status::{ConfidenceLevel, LawFlags, LawStatus};
 use softdock_control::io::{BodyTrace, SensorSample, Sequence, Trace};
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::{Command, Fault, FaultCode, Mode, Refusal};
-use softdock_io::recording::{Header, Recording, TruthRecord, WallClock};
+use softdock_io::recording::{Beginning, Header, Recording, TruthRecord, WallClock};
 
 const MODES: [Mode; 5] = [
     Mode::Idle,
@@ -186,6 +186,11 @@ impl Source {
                 settings_toml: "[control.robot]\ncycle_s = 0.004 # \"quoted\", µ\n".into(),
                 scenario_toml: truth.then(|| "speed_m_s = 0.015\n".into()),
                 whole_turns: -3,
+                began: Some(Beginning {
+                    time_s: -0.25,
+                    pose: [0.1, -0.2, 1.0 / 3.0, 0.5, 0.5, -0.5, 0.5],
+                    whole_turns: -4,
+                }),
             },
             cycles: (0..cycles as u64).map(|i| self.cycle(i)).collect(),
             truth: (0..if truth { cycles } else { 0 })

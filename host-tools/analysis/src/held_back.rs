@@ -1,6 +1,7 @@
 //! Parts of a recording.
 
 use softdock_io::recording::Recording;
+use softdock_physics::model::prediction::signals::Signals;
 use std::ops::Range;
 
 /// Share of a log that is held back where no unseen log is given.
@@ -35,10 +36,16 @@ pub(crate) fn are_of_one_log(fitted: &[&Recording], unseen: &[&Recording]) -> bo
     same && (follows(of_fit, of_unseen) || follows(of_unseen, of_fit))
 }
 
-/// Some of its rows.
+/// Some of its rows, which know where the whole log begins.
 pub(crate) fn part(recording: &Recording, range: Range<usize>) -> Recording {
+    let mut header = recording.header.clone();
+    // Of fewer rows than signals need nothing is cut.
+    if let Ok(whole) = Signals::new(recording) {
+        header.whole_turns = whole.whole_turns_at(range.start);
+        header.began = (range.start > 0).then_some(whole.began).or(header.began);
+    }
     Recording {
-        header: recording.header.clone(),
+        header,
         cycles: recording.cycles[range].to_vec(),
         cut: recording.cut.clone(),
         ..Recording::default()

@@ -13,7 +13,9 @@ use softdock_control::wrench::Motion;
 use softdock_physics::effects::sensor::tool::ToolState;
 use softdock_physics::effects::{Actuator, Direction, Guide, Late, Lateness, Law, Slide};
 use softdock_physics::model::load::effects::LoadEffect;
-use softdock_physics::model::load::{LoadModel, angles, in_motion, nominal_tool, positions};
+use softdock_physics::model::load::{
+    LoadModel, angles, in_motion, nominal_tool, pose_of, positions,
+};
 use softdock_physics::model::log::Log;
 use softdock_physics::model::prediction::signals::Signals;
 use softdock_physics::model::{Axis, EffectModel, Model};
@@ -101,13 +103,12 @@ fn run(
 ) -> Result<FreeSimulation, String> {
     let step_s = log.cycle_s / STEPS as f64;
     let input = acting.input(body, log);
-    let measured = body.positions(log);
+    let measured = body.along_axis(&log.pose, log.whole_turns);
     let mut slide = Slide {
         position: measured[FIRST],
         velocity,
         ..Slide::default()
     };
-    let rest = measured[0];
     let mean = measured[FIRST..].iter().sum::<f64>() / (log.cycle_count() - FIRST) as f64;
     let [mut error, mut motion] = [0.0; 2];
     for n in FIRST..log.cycle_count() {
@@ -117,7 +118,7 @@ fn run(
             for k in 0..STEPS {
                 let share = (k as f64 + 0.5) / STEPS as f64;
                 let force = input[n] + share * (input[n + 1] - input[n]);
-                acting.step(body, &mut slide, force, step_s, rest);
+                acting.step(body, &mut slide, force, step_s);
             }
         }
     }
@@ -149,6 +150,8 @@ struct Body {
     direction: Vector3<f64>,
     first: Pose<f64>,
     start: f64,
+    /// Where the log begins, of which the simulation may see a part.
+    rest: f64,
 }
 
 impl Body {
@@ -168,16 +171,18 @@ impl Body {
             direction: Vector3::ith(axis.index() % 3, 1.0),
             first: log.pose[0],
             start: 0.0,
+            rest: 0.0,
         };
-        body.start = body.positions(log)[0];
+        body.start = body.along_axis(&log.pose, log.whole_turns)[0];
+        body.rest = body.along_axis(&[pose_of(&log.began.pose)], log.began.whole_turns)[0];
         body
     }
 
     /// Position along the axis, or the angle about it with its whole turns.
-    fn positions(&self, log: &Log) -> Vec<f64> {
+    fn along_axis(&self, poses: &[Pose<f64>], whole_turns: i32) -> Vec<f64> {
         match self.axis.is_rotation() {
-            true => angles(&log.pose, &self.direction, log.whole_turns),
-            false => positions(&log.pose, &self.direction),
+            true => angles(poses, &self.direction, whole_turns),
+            false => positions(poses, &self.direction),
         }
     }
 
@@ -326,8 +331,8 @@ impl Acting {
         (0..log.cycle_count()).map(arrived).collect()
     }
 
-    /// One step under a force; `rest` is where the log begins.
-    fn step(&mut self, body: &Body, slide: &mut Slide, force: f64, step_s: f64, rest: f64) {
+    /// One step under a force.
+    fn step(&mut self, body: &Body, slide: &mut Slide, force: f64, step_s: f64) {
         let middle = Slide {
             position: slide.position + 0.5 * step_s * slide.velocity,
             ..*slide
@@ -341,7 +346,7 @@ impl Acting {
         // Falls with the velocity: whatever brakes, brakes more.
         let excess = |velocity: f64| {
             let at = ends(velocity);
-            let load = self.force(body, &at, velocity, step_s, rest);
+            let load = self.force(body, &at, velocity, step_s);
             nominal - inertia * at.acceleration + load - force
         };
         let per_excess = step_s / self.inertia(body, &middle);
@@ -357,7 +362,7 @@ impl Acting {
     }
 
     /// Force of the effects at the middle of a step that ends with a velocity.
-    fn force(&self, body: &Body, at: &Slide, end: f64, step_s: f64, rest: f64) -> f64 {
+    fn force(&self, body: &Body, at: &Slide, end: f64, step_s: f64) -> f64 {
         let of = |part: &Part| match part {
             Part::Along(law, direction, values) => {
                 let mut moved = *direction;
@@ -366,7 +371,7 @@ impl Acting {
                 (law.force)(values, &Slide { direction, ..*at })
             }
             Part::Spring(law, about_start, values) => {
-                let from = if *about_start > 0.5 { rest } else { 0.0 };
+                let from = if *about_start > 0.5 { body.rest } else { 0.0 };
                 let displacement = body.direction * (at.position - from);
                 law(values, &displacement).dot(&body.direction)
             }

@@ -152,6 +152,8 @@ pub struct Table {
     /// Names of the columns; `1`, `2`, ... where the file has no header.
     pub names: Vec<String>,
     rows: Vec<csv::StringRecord>,
+    /// The file's first row, also where it is not [kept](Self::keep).
+    first: csv::StringRecord,
     decimal_comma: bool,
 }
 
@@ -226,9 +228,6 @@ impl Table {
         } else {
             (1..=first.len()).map(|n| n.to_string()).collect()
         };
-        if rows.is_empty() {
-            return Err(no_row());
-        }
         for row in &mut rows {
             if row.len() == names.len() + 1 && ends_empty(row) {
                 row.truncate(names.len());
@@ -237,6 +236,7 @@ impl Table {
         Ok(Self {
             file: file.to_owned(),
             names,
+            first: rows.first().cloned().ok_or_else(no_row)?,
             rows,
             decimal_comma: dialect.decimal_comma,
         })
@@ -265,6 +265,17 @@ impl Table {
     pub fn keep(&mut self, wanted: impl Fn(usize) -> bool) {
         let mut place = 0..;
         self.rows.retain(|_| place.next().is_some_and(&wanted));
+    }
+
+    /// The file's first row alone.
+    pub fn beginning(&self) -> Self {
+        Self {
+            file: self.file.clone(),
+            names: self.names.clone(),
+            rows: vec![self.first.clone()],
+            first: self.first.clone(),
+            decimal_comma: self.decimal_comma,
+        }
     }
 
     /// Number of rows without the header.
@@ -362,7 +373,7 @@ impl Table {
         self.rows.iter().map(number).collect()
     }
 
-    /// Seconds since the first of a column of dates with their times, or of times of one day; those without a zone are
+    /// Seconds since the file's first of a column of dates with their times, or of times of one day; those without a zone are
     /// of one zone.
     ///
     /// # Errors
@@ -378,7 +389,8 @@ impl Table {
             })
         };
         let all: Vec<i64> = self.rows.iter().map(date).collect::<Result<_, _>>()?;
-        let first = all.first().copied().unwrap_or(0);
+        let first = date_ns(cell(&self.first, place)).or(all.first().copied());
+        let first = first.unwrap_or(0);
         Ok(all
             .into_iter()
             .map(|ns| (ns - first) as f64 / 1e9)

@@ -5,7 +5,7 @@
 use super::schema::{Described, fields};
 use super::text::{CellReader, CellWriter, columns};
 use super::topics::{Row, Topic};
-use super::{Header, Recording, WallClock};
+use super::{Beginning, Header, Recording, WallClock};
 use crate::data_table::Description;
 use crate::output::NewFile;
 use anyhow::{Context, ensure};
@@ -31,6 +31,9 @@ struct Sidecar {
     /// See [`Header::whole_turns`].
     #[serde(default, skip_serializing_if = "is_zero")]
     whole_turns: i32,
+    /// See [`Header::began`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    began: Option<Beginning>,
     /// Why the recording ended early.
     cut: Option<String>,
     /// When it was.
@@ -58,6 +61,7 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
         settings_toml,
         scenario_toml,
         whole_turns,
+        began,
     } = recording.header.clone();
     let sidecar = Sidecar {
         format: FORMAT.to_owned(),
@@ -66,6 +70,7 @@ pub fn export_csv(recording: &Recording, path: &Path) -> anyhow::Result<()> {
         settings_toml,
         scenario_toml,
         whole_turns,
+        began,
         cut: recording.cut.clone(),
         wall_clock: recording.wall_clock,
         cycles: recording.cycles.len(),
@@ -166,6 +171,7 @@ pub fn import_csv(path: &Path) -> anyhow::Result<Recording> {
         settings_toml: sidecar.settings_toml,
         scenario_toml: sidecar.scenario_toml,
         whole_turns: sidecar.whole_turns,
+        began: sidecar.began,
     };
     recording.cut = sidecar.cut;
     recording.wall_clock = sidecar.wall_clock;

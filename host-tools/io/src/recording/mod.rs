@@ -41,6 +41,7 @@ pub use wall_clock::{WALL_CLOCK, WallClock};
 pub use writer::RecordingWriter;
 
 use crate::input;
+use serde::{Deserialize, Serialize};
 use softdock_app::record::CycleRecord;
 use softdock_control::settings::Settings;
 
@@ -66,6 +67,19 @@ pub struct Header {
     pub scenario_toml: Option<String>,
     /// Whole turns of the first pose about the axis of a machine that turns, which a pose does not hold; of a log that was
     /// imported.
+    pub whole_turns: i32,
+    /// Beginning of the log of which this is a later part; None of a whole log.
+    pub began: Option<Beginning>,
+}
+
+/// Where a log begins, which effects that count from there depend on: a drift, a spring that rests at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beginning {
+    /// Time of the first cycle, s.
+    pub time_s: f64,
+    /// First pose of M in C: position (m), quaternion (w x y z).
+    pub pose: [f64; 7],
+    /// Its whole turns: see [`Header::whole_turns`].
     pub whole_turns: i32,
 }
 

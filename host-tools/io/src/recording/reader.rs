@@ -192,6 +192,13 @@ impl Loader {
                     .context("`whole_turns` in the header of the recording")?,
                 Err(_) => 0,
             },
+            began: match entry("began") {
+                Ok(began) => Some(
+                    serde_json::from_str(&began)
+                        .context("`began` in the header of the recording")?,
+                ),
+                Err(_) => None,
+            },
         });
         self.recording.cut = metadata.remove("cut");
         Ok(())

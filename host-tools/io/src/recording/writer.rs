@@ -218,12 +218,16 @@ pub(super) const SCHEMA_ENCODING: &str = "ros2msg";
 /// The header as a metadata record of MCAP.
 pub(super) fn metadata(header: &Header, cut: Option<&str>) -> Metadata {
     let turns = (header.whole_turns != 0).then(|| header.whole_turns.to_string());
+    let began = header
+        .began
+        .and_then(|began| serde_json::to_string(&began).ok());
     let entries = [
         ("format", Some(FORMAT)),
         ("identity", Some(header.identity.as_str())),
         ("settings", Some(header.settings_toml.as_str())),
         ("scenario", header.scenario_toml.as_deref()),
         ("whole_turns", turns.as_deref()),
+        ("began", began.as_deref()),
         ("cut", cut),
     ];
     let entry = |(key, value): (&str, Option<&str>)| Some((key.to_owned(), value?.to_owned()));

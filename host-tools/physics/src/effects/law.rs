@@ -115,8 +115,6 @@ pub struct Slide {
     pub velocity: f64,
     /// Acceleration, m/s².
     pub acceleration: f64,
-    /// Time since the log began, s.
-    pub time_s: f64,
     /// Sign of the velocity, −1 to 1, as the reversal lets it change.
     pub direction: f64,
 }

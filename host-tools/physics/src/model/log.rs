@@ -1,6 +1,6 @@
 //! A recording as plain series, one per axis: what the search for effects works on.
 
-use crate::model::load::{angles, turned_since_first};
+use crate::model::load::turned_since_first;
 use crate::model::prediction::robot_axes::Turned;
 use crate::model::prediction::signals::{Signals, Step, VelocityMeaning};
 use crate::model::{Model, NoiseModel};
@@ -8,29 +8,10 @@ use anyhow::ensure;
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
-use softdock_io::recording::Recording;
-use std::f64::consts::TAU;
+use softdock_io::recording::{Beginning, Recording};
 
 /// Six series, one per axis.
 pub type Series = [Vec<f64>; 6];
-
-/// Whole turns of the pose of a cycle about the axis about which the poses before it turn most.
-fn whole_turns(signals: &Signals<'_>, cycle: usize) -> i32 {
-    let poses: Vec<Pose<f64>> = (0..=cycle).filter_map(|n| signals.pose(n)).collect();
-    let farthest = |axis: usize| {
-        let about = poses
-            .iter()
-            .map(|pose| pose.rotation.scaled_axis()[axis].abs());
-        about.fold(0.0, f64::max)
-    };
-    let axis = (0..3).max_by(|a, b| farthest(*a).total_cmp(&farthest(*b)));
-    let axis = Vector3::ith(axis.unwrap_or(0), 1.0);
-    let turned = angles(&poses, &axis, signals.whole_turns);
-    let (Some(turned), Some(pose)) = (turned.last(), poses.last()) else {
-        return signals.whole_turns;
-    };
-    ((turned - axis.dot(&pose.rotation.scaled_axis())) / TAU).round() as i32
-}
 
 /// The longest stretch of a recording without a gap.
 #[derive(Clone, Debug)]
@@ -61,6 +42,8 @@ pub struct Log {
     pub of_a_rig: bool,
     /// Whole turns of the first pose about the axis of a machine that turns.
     pub whole_turns: i32,
+    /// Where the log begins of which this is a stretch.
+    pub began: Beginning,
 }
 
 /// Whether values are readings: no sensor reads exactly 0 throughout.
@@ -122,7 +105,8 @@ impl Log {
             velocity_sigma: signals.velocity_sigma(noise),
             first: range.start,
             of_a_rig: signals.is_of_a_rig(),
-            whole_turns: whole_turns(signals, range.start),
+            whole_turns: signals.whole_turns_at(range.start),
+            began: signals.began,
         })
     }
 

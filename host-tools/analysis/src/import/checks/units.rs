@@ -220,7 +220,7 @@ fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(A
     let found = found.filter_map(|(axis, [dp_dp, dp_v, v_v])| {
         // Only where the two clearly belong together is their ratio worth a word; what is no number is none of the units'.
         let together = dp_v * dp_v >= 0.8 * dp_dp * v_v;
-        if !together || dp_dp == 0.0 {
+        if !together || dp_dp == 0.0 || v_v == 0.0 {
             return None;
         }
         let ratio = dp_v / v_v;

@@ -240,8 +240,13 @@ fn select(mapping: &Mapping, span: Span, source: &mut Source) -> anyhow::Result<
         .filter(|n| wanted(*n))
         .map(|n| times[n])
         .collect();
-    // A recording counts from its start: its time cannot be negative.
-    let start = kept.first().map_or(0.0, |first| first.min(0.0));
+    // A recording's time cannot be negative. All parts of a table are moved alike, if its first row has a time.
+    let begins = self::times(mapping, &mut source.beginning()).ok();
+    let begins = begins.and_then(|times| times.first().copied().filter(|time| time.is_finite()));
+    let start = begins
+        .into_iter()
+        .chain(kept.first().copied())
+        .fold(0.0, f64::min);
     Ok(kept.into_iter().map(|t| t - start).collect())
 }
 

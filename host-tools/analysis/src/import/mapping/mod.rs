@@ -40,7 +40,7 @@ use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames;
 use softdock_io::input;
-use softdock_io::recording::{Header, Recording};
+use softdock_io::recording::{Beginning, Header, Recording};
 use softdock_physics::model::Model;
 use source::Source;
 use std::path::Path;
@@ -214,6 +214,30 @@ struct Stretch {
     cycles: Vec<CycleRecord>,
     /// See [`Header::whole_turns`].
     whole_turns: i32,
+    /// See [`Header::began`].
+    began: Option<Beginning>,
+}
+
+impl Stretch {
+    /// Where the log begins of which this is a part.
+    fn beginning(&self) -> Option<Beginning> {
+        let of = |first: &CycleRecord| Beginning {
+            time_s: first.trace.time_s,
+            pose: first.trace.pose,
+            whole_turns: self.whole_turns,
+        };
+        self.began.or(self.cycles.first().map(of))
+    }
+
+    /// Two parts of one log: the later one knows where the earlier one begins.
+    fn joined(mut self, mut other: Self) -> (Self, Self) {
+        let times = |part: &Self| part.cycles.first().map(|first| first.trace.time_s);
+        match times(&self) <= times(&other) {
+            true => other.began = self.beginning(),
+            false => self.began = other.beginning(),
+        }
+        (self, other)
+    }
 }
 
 impl Importer<'_> {
@@ -246,6 +270,7 @@ impl Importer<'_> {
                 None if own_rows && test.is_empty() => {
                     let apart = self.stretch(tables, Part::Test)?;
                     ensure_apart(&stretch.cycles, &apart.cycles)?;
+                    let (stretch, apart) = stretch.joined(apart);
                     (stretch, Some(apart))
                 }
                 None => (stretch, None),
@@ -299,6 +324,7 @@ impl Importer<'_> {
             name,
             cycles,
             whole_turns,
+            began: None,
         })
     }
 
@@ -320,11 +346,13 @@ impl Importer<'_> {
             name,
             cycles,
             whole_turns,
+            began,
         } = whole;
         let part = |cycles, whole_turns| Stretch {
             name: name.clone(),
             cycles,
             whole_turns,
+            began,
         };
         match split {
             Split::TestEvery(every) => {
@@ -354,7 +382,7 @@ impl Importer<'_> {
                 let at = (share * train.len() as f64).round() as usize;
                 let turns = turns::later(&train, whole_turns, at);
                 let test = train.split_off(at);
-                Ok((part(train, whole_turns), part(test, turns)))
+                Ok(part(train, whole_turns).joined(part(test, turns)))
             }
         }
     }
@@ -365,6 +393,7 @@ impl Importer<'_> {
             name,
             mut cycles,
             whole_turns,
+            began,
         } = stretch;
         let numbers = if self.at_rest() {
             (0..cycles.len() as u64).collect()
@@ -379,6 +408,7 @@ impl Importer<'_> {
             header: Header {
                 identity: format!("imported from {name}"),
                 whole_turns,
+                began,
                 ..Header::default()
             },
             cycles,

@@ -65,6 +65,16 @@ impl Source {
         files.join(" + ")
     }
 
+    /// The first row of each table, also where it is not kept.
+    pub(super) fn beginning(&self) -> Self {
+        Self {
+            tables: self.tables.iter().map(Table::beginning).collect(),
+            rows: vec![0],
+            missing: Vec::new(),
+            incomplete: self.incomplete,
+        }
+    }
+
     /// Number of rows.
     pub(super) fn rows(&self) -> usize {
         self.rows.len()

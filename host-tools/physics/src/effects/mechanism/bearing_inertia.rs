@@ -12,8 +12,8 @@ pub const EFFECT: Effect = Effect {
     equation: "T = -inertia_error_kg_m2 dw/dt",
     source: "Newton-Euler; the rotor of a geared motor counts with the square of its ratio",
     signature: "a torque in proportion to the angular acceleration, largest where the motion turns",
-    typical: "0.01 to 5 kg m2 by the rotor of a robot's joint",
-    parameters: &[Parameter::new("inertia_error_kg_m2", "kg·m²", -1e3, 1e3)
+    typical: "0.01 to 5 kg m2 by the rotor of a robot's joint; thousands about the first axis of a large robot",
+    parameters: &[Parameter::new("inertia_error_kg_m2", "kg·m²", -1e6, 1e6)
         // Something is left of it.
         .of_the_tool(-0.99)
         .pictured(0.05)],

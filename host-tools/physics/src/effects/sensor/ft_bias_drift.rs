@@ -24,9 +24,9 @@ pub const EFFECT: Effect = Effect {
             .pictured(2.0),
         Parameter::new("fy_n", "N", -1e4, 1e4),
         Parameter::new("fz_n", "N", -1e4, 1e4),
-        Parameter::new("tx_n_m", "N·m", -1e3, 1e3),
-        Parameter::new("ty_n_m", "N·m", -1e3, 1e3),
-        Parameter::new("tz_n_m", "N·m", -1e3, 1e3),
+        Parameter::new("tx_n_m", "N·m", -1e4, 1e4),
+        Parameter::new("ty_n_m", "N·m", -1e4, 1e4),
+        Parameter::new("tz_n_m", "N·m", -1e4, 1e4),
         // What is over within a second is no drift: but for the first rows it is a constant, such as an offset of the guide.
         Parameter::new("time_constant_s", "s", 1.0, 1e4)
             .shape(&[1.2, 2.0, 3.0, 4.0, 5.5, 8.0, 12.0, 25.0, 1e3], 1e3)

@@ -105,10 +105,7 @@ pub(super) fn part(
             })
         }
         Law::Drive(law) | Law::Range(law) => changed(scene, reading, |wrench| law(p, wrench)),
-        Law::Zero(law) => {
-            let start = scene.time_s.first().copied().unwrap_or(0.0);
-            Column::of(scene.len(), |n| law(p, scene.time_s[n] - start).get())
-        }
+        Law::Zero(law) => Column::of(scene.len(), |n| law(p, scene.since_began(n)).get()),
         Law::Late(law) => late(scene, reading, law(p)),
         Law::Actuator(Actuator {
             late: Some(law), ..
@@ -122,14 +119,12 @@ pub(super) fn part(
 /// A force along the guide on the point where it acts.
 fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Column> {
     let mut direction = Direction::new((law.reversal)(p)?);
-    let start = scene.time_s.first().copied().unwrap_or(0.0);
     Some(scene.guide_force(acts_at, |n| {
         let velocity = scene.along(n, acts_at);
         let slide = Slide {
             position: scene.position[n],
             velocity,
             acceleration: scene.acceleration[n],
-            time_s: scene.time_s[n] - start,
             direction: direction.advance(velocity, scene.cycle_s),
         };
         (law.force)(p, &slide)
@@ -138,7 +133,6 @@ fn guide(scene: &Scene, law: &Guide, p: Values<'_>, acts_at: f64) -> Option<Colu
 
 /// What a user has written; None where it has no value.
 fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
-    let start = scene.time_s.first().copied().unwrap_or(0.0);
     let pushes = |n: usize| {
         scene
             .touches
@@ -151,7 +145,7 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
         acceleration: scene.acceleration[n],
         direction: sign(scene.along(n, 0.0)),
         force: pushes(n).sum(),
-        time: scene.time_s[n] - start,
+        time: scene.since_began(n),
         ..Signals::default()
     };
     let value = |n: usize| law.value(p, &moving(n));
@@ -187,15 +181,17 @@ fn spring(
     force: impl Fn(&Vector3<f64>) -> Vector3<f64>,
 ) -> Column {
     if scene.model.bearing().is_some() {
-        let start = scene.position.first().copied().unwrap_or(0.0);
-        let rest = if rests_at_start { start } else { 0.0 };
+        let rest = match rests_at_start {
+            true => scene.first_angle(),
+            false => 0.0,
+        };
         let turned = |n: usize| scene.axis * (scene.position[n] - rest);
         return scene.guide_force(acts_at, |n| scene.axis.dot(&force(&turned(n))));
     }
     let at = scene.point_of_action(acts_at);
     let position = |n: usize| scene.pose[n].translation.vector + scene.pose[n].rotation * at - at;
-    let rest = match rests_at_start && !scene.is_empty() {
-        true => position(0),
+    let rest = match rests_at_start {
+        true => scene.first_place_of(&at) - at,
         false => Vector3::zeros(),
     };
     Column::of(scene.len(), |n| {

@@ -10,7 +10,9 @@ mod wall;
 pub use docked::Docked;
 pub use guide::Guide;
 pub use laws::{in_motion, nominal_tool};
-pub use scene::{Column, Scene, Touch, angles, count_turns, positions, turned_since_first};
+pub use scene::{
+    Column, Scene, Touch, angles, count_turns, pose_of, positions, turned_since_first,
+};
 pub use wall::Wall;
 
 use crate::effects::sensor::tool::{LoadMotion, Tool};

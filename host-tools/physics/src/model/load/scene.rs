@@ -3,8 +3,9 @@
 use super::{Docked, LoadModel, Wall, tip_motion};
 use crate::model::Model;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use softdock_control::frames::{Pose, Wrench, orientation_from_abc};
+use softdock_control::frames::{self, Pose, Wrench, orientation_from_abc};
 use softdock_control::wrench::Motion;
+use softdock_io::recording::Beginning;
 use softdock_mechanism::DockingSettings;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -154,6 +155,8 @@ pub struct Scene {
     pub cycle_s: f64,
     /// Time of each cycle, s.
     pub time_s: Vec<f64>,
+    /// Where the log begins of which this is all or a part.
+    began: Beginning,
     /// Pose of M in C.
     pub pose: Vec<Pose<f64>>,
     /// Velocity and acceleration of M.
@@ -194,6 +197,11 @@ pub struct Scene {
     guided: [Guided; 3],
     /// The nominal model.
     pub model: Model,
+}
+
+/// The pose of a position (m) and a quaternion (w x y z) that a file may have rounded.
+pub fn pose_of([x, y, z, qw, qx, qy, qz]: &[f64; 7]) -> Pose<f64> {
+    frames::pose(&[*x, *y, *z], &[*qw, *qx, *qy, *qz])
 }
 
 /// Where each pose is along an axis of C, m.
@@ -310,12 +318,30 @@ impl Scene {
     }
 
     /// Of a log: what its poses do not say.
-    pub fn of_log(mut self, of_a_rig: bool, whole_turns: i32) -> Self {
+    pub fn of_log(mut self, of_a_rig: bool, whole_turns: i32, began: &Beginning) -> Self {
         self.of_a_rig = of_a_rig;
+        self.began = *began;
         if self.model.bearing().is_some() {
             self.position = angles(&self.pose, &self.axis, whole_turns);
         }
         self
+    }
+
+    /// Time of a cycle since the log began, s.
+    pub fn since_began(&self, n: usize) -> f64 {
+        self.time_s[n] - self.began.time_s
+    }
+
+    /// Where a point of M was when the log began, in C, m.
+    pub(super) fn first_place_of(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let first = pose_of(&self.began.pose);
+        first.translation.vector + first.rotation * point
+    }
+
+    /// Angle of a bearing with which the log began, rad.
+    pub(super) fn first_angle(&self) -> f64 {
+        let first = pose_of(&self.began.pose).rotation.scaled_axis();
+        self.axis.dot(&first) + TAU * f64::from(self.began.whole_turns)
     }
 
     /// From a motion.
@@ -337,6 +363,11 @@ impl Scene {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
         let (tip, axis) = guided_by(model, &load);
+        let began = Beginning {
+            time_s: time_s.first().copied().unwrap_or(0.0),
+            pose: pose.first().map_or([0.0; 7], frames::pose_components),
+            whole_turns: 0,
+        };
         let scene = Self {
             cycle_s,
             touches,
@@ -358,6 +389,7 @@ impl Scene {
             guided: Default::default(),
             model: model.clone(),
             time_s,
+            began,
             pose,
             motion,
         };

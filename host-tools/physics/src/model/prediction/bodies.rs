@@ -14,12 +14,13 @@ use super::signals::{Signals, Step};
 use super::{ChannelPrediction, Six};
 use crate::effects::mechanism::{ABOUT_START, manipulator_resistance};
 use crate::effects::{Law, by_id};
+use crate::model::load::pose_of;
 use crate::model::{Channel, Model};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
 use softdock_control::delay::ModelVelocity;
 use softdock_control::dynamics::{BodyState, TwoBody, TwoBodyState, relative_velocity};
-use softdock_control::frames::{self, Pose, Twist, Wrench};
+use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::io::BodyTrace;
 use softdock_control::limits::LimitFlags;
 use softdock_control::modes::Mode;
@@ -272,9 +273,11 @@ impl Resistance {
         let damping = std::mem::replace(&mut k.arm_damping_n_s_per_m, of_nominal[1]);
         let about_start = effect.parameters.get(ABOUT_START.name);
         let about_start = about_start.is_some_and(|chosen| *chosen > 0.5);
-        let start = signals.cycles.first().filter(|_| about_start);
         Some(Self {
-            rest_m: start.map_or([0.0; 3], |c| [0, 1, 2].map(|axis| c.trace.pose[axis])),
+            rest_m: match about_start {
+                true => [0, 1, 2].map(|axis| signals.began.pose[axis]),
+                false => [0.0; 3],
+            },
             stiffness_per_kg: (stiffness - of_nominal[0]) / k.mass_kg,
             damping_per_kg: (damping - of_nominal[1]) / k.mass_kg,
         })
@@ -296,9 +299,4 @@ fn body_state(trace: &BodyTrace) -> BodyState<f64> {
         c_from_body: pose_of(&trace.pose),
         velocity: Twist::of(&trace.velocity),
     }
-}
-
-fn pose_of(seven: &[f64; 7]) -> Pose<f64> {
-    let [x, y, z, qw, qx, qy, qz] = *seven;
-    frames::pose(&[x, y, z], &[qw, qx, qy, qz])
 }

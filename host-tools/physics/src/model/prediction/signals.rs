@@ -5,17 +5,19 @@ use super::differences::{
     velocity_of_means,
 };
 use super::robot_axes::{RobotAxes, Turned};
+use crate::model::load::{angles, pose_of};
 use crate::model::prediction::{Six, six};
 use crate::model::{Model, NoiseModel};
 use anyhow::{bail, ensure};
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::{self, Pose, Twist};
+use softdock_control::frames::{Pose, Twist};
 use softdock_control::io::Sequence;
 use softdock_control::settings::Settings;
 use softdock_control::wrench::Motion;
-use softdock_io::recording::Recording;
+use softdock_io::recording::{Beginning, Recording};
 use softdock_statistics::sample_time;
+use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// What the recorded velocity of cycle n is.
@@ -56,6 +58,8 @@ pub struct Signals<'a> {
     pub settings: Option<Settings>,
     /// See [`Header::whole_turns`](softdock_io::recording::Header::whole_turns).
     pub whole_turns: i32,
+    /// Where the log begins of which these are all cycles, or a later part.
+    pub began: Beginning,
     /// The robot's own axes; None where the recording does not hold what was answered.
     axes: Option<RobotAxes>,
     /// Robot telegrams are recorded. An imported log has none.
@@ -106,7 +110,7 @@ impl<'a> Signals<'a> {
         );
         let telegrams = cycles.iter().any(|c| c.inputs.robot.counter != 0);
         let answered = telegrams && cycles.iter().any(|c| c.output.correction != [0; 6]);
-        Ok(Self {
+        let mut signals = Self {
             axes: settings.as_ref().filter(|_| answered).map(RobotAxes::new),
             cycles,
             cycle_s,
@@ -114,12 +118,39 @@ impl<'a> Signals<'a> {
             steps: steps(cycles, telegrams),
             settings,
             whole_turns: recording.header.whole_turns,
+            began: Beginning {
+                time_s: cycles[0].trace.time_s,
+                pose: cycles[0].trace.pose,
+                whole_turns: recording.header.whole_turns,
+            },
             telegrams,
             commanded: cycles.iter().any(|c| c.trace.sent_velocity != [0.0; 6]),
             samples_counted: cycles.iter().any(|c| c.inputs.sensor.counter != 0),
             motions: OnceLock::new(),
             poses: OnceLock::new(),
-        })
+        };
+        let first_pose = (0..signals.len()).find_map(|n| signals.recorded_pose(n));
+        signals.began.pose = first_pose.unwrap_or(signals.began.pose);
+        signals.began = recording.header.began.unwrap_or(signals.began);
+        Ok(signals)
+    }
+
+    /// Whole turns of the pose of a cycle about the axis about which the poses before it turn most.
+    pub fn whole_turns_at(&self, cycle: usize) -> i32 {
+        let poses: Vec<Pose<f64>> = (0..=cycle).filter_map(|n| self.pose(n)).collect();
+        let farthest = |axis: usize| {
+            let about = poses
+                .iter()
+                .map(|pose| pose.rotation.scaled_axis()[axis].abs());
+            about.fold(0.0, f64::max)
+        };
+        let axis = (0..3).max_by(|a, b| farthest(*a).total_cmp(&farthest(*b)));
+        let axis = Vector3::ith(axis.unwrap_or(0), 1.0);
+        let turned = angles(&poses, &axis, self.whole_turns);
+        let (Some(turned), Some(pose)) = (turned.last(), poses.last()) else {
+            return self.whole_turns;
+        };
+        ((turned - axis.dot(&pose.rotation.scaled_axis())) / TAU).round() as i32
     }
 
     /// The same signals with other values in their cycles.
@@ -163,10 +194,7 @@ impl<'a> Signals<'a> {
 
     /// Measured pose of M in C, if this cycle has one.
     pub fn pose(&self, n: usize) -> Option<Pose<f64>> {
-        let of = |n: usize| {
-            let [x, y, z, qw, qx, qy, qz] = self.recorded_pose(n)?;
-            Some(frames::pose(&[x, y, z], &[qw, qx, qy, qz]))
-        };
+        let of = |n: usize| Some(pose_of(&self.recorded_pose(n)?));
         let all = || (0..self.len()).map(of).collect();
         *self.poses.get_or_init(all).get(n)?
     }
@@ -359,10 +387,7 @@ fn velocity_meaning(cycles: &[CycleRecord], cycle_s: f64) -> VelocityMeaning {
     const OF_POSES: f64 = 0.25;
     /// Velocities that differ by a smaller part of themselves differ by round-off.
     const ROUND_OFF: f64 = 1e-9;
-    let pose = |c: &CycleRecord| {
-        let [x, y, z, qw, qx, qy, qz] = c.trace.pose;
-        frames::pose(&[x, y, z], &[qw, qx, qy, qz])
-    };
+    let pose = |c: &CycleRecord| pose_of(&c.trace.pose);
     let velocity = |c: &CycleRecord| Vector6::from_row_slice(&c.trace.executed_velocity);
     let (mut of_poses, mut steps) = (0, 0);
     for pair in cycles.windows(2) {

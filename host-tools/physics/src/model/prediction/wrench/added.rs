@@ -77,8 +77,11 @@ fn scene(
         })
         .unzip();
     let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
-    Scene::new(model, signals.cycle_s, time_s, pose, motion)
-        .of_log(signals.is_of_a_rig(), signals.whole_turns)
+    Scene::new(model, signals.cycle_s, time_s, pose, motion).of_log(
+        signals.is_of_a_rig(),
+        signals.whole_turns,
+        &signals.began,
+    )
 }
 
 /// Whether a prediction misses the measurement by little more than noise.
