@@ -160,6 +160,13 @@ fn position_and_velocity_in_other_units_are_refused() {
     }
 }
 
+/// An axis of which only the position was measured, beside one of which the velocity was, too.
+#[test]
+fn a_velocity_that_was_not_measured_is_in_no_other_unit() {
+    let shakes = |n: usize, c: &mut CycleRecord| c.trace.pose[1] = 1e-6 * (7.0 * n as f64).sin();
+    check(&recording(1000, shakes), &context(None)).unwrap();
+}
+
 #[test]
 fn two_rates_in_one_file_are_told() {
     let mut recording = recording(1000, |_, _| ());

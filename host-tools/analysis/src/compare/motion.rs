@@ -10,7 +10,7 @@ use super::Source;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion as Moving;
-use softdock_physics::model::load::{Docked, LoadModel};
+use softdock_physics::model::load::{Docked, LoadModel, turned_since_first};
 use softdock_physics::model::prediction::Six;
 use softdock_physics::model::{Axis, Channel};
 
@@ -26,7 +26,7 @@ pub(super) struct Motion {
     pub(super) velocity: Vec<Six>,
     /// Change of the velocity per second.
     pub(super) acceleration: Vec<Six>,
-    /// m in C, and the rotation vector from the first pose, rad.
+    /// m in C, and what it has turned since the first pose, with all turns, rad.
     pub(super) position: Vec<Six>,
     /// Wrench that the model expects on the sensor, in S, N and N·m.
     pub(super) load: Vec<Six>,
@@ -46,13 +46,14 @@ impl Motion {
             })
             .collect();
         let poses = poses(source, &velocity);
-        let first = poses.iter().flatten().next().copied();
+        let mut turned = turned_since_first(poses.iter().flatten().copied());
+        let mut place = |pose: &Pose<f64>| {
+            let (linear, angular) = (pose.translation.vector, turned.next()?);
+            Some(Twist { linear, angular }.get())
+        };
         let position: Vec<Six> = poses
             .iter()
-            .map(|pose| match (first, pose) {
-                (Some(first), Some(pose)) => coordinates(&first, pose),
-                _ => [f64::NAN; 6],
-            })
+            .map(|pose| pose.as_ref().and_then(&mut place).unwrap_or([f64::NAN; 6]))
             .collect();
         Self {
             load: loads(source, &poses, &velocity, &acceleration),
@@ -117,15 +118,6 @@ fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
             })
         })
         .collect()
-}
-
-fn coordinates(first: &Pose<f64>, pose: &Pose<f64>) -> Six {
-    let turned = (first.rotation.inverse() * pose.rotation).scaled_axis();
-    Twist {
-        linear: pose.translation.vector,
-        angular: turned,
-    }
-    .get()
 }
 
 fn loads(

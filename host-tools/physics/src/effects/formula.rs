@@ -395,7 +395,7 @@ fn source(
     ))
 }
 
-/// Values of a parameter over its range: by equal factors where it spans more than one decade, else
+/// Values of a parameter over its range: by equal factors where it is positive and spans more than one decade, else
 /// by equal steps.
 fn tried(s: &Symbol<'_>, count: usize) -> Vec<f64> {
     let share = |k: usize| (k as f64 + 0.5) / count as f64;
