@@ -4,11 +4,14 @@
 //! law's form is wrong, that likelihood fits the parameters to the fast part of what is left, and others foretell the wrench
 //! better: those of least squares, in which each error counts as it is.
 
-use super::engine::predict_all;
+use super::engine::{Stages, is_shape, predict_all};
 use super::error_reduction::with_effects;
 use super::evidence::RISES;
 use super::logs::Logs;
-use super::named::Named;
+use super::named::{self, Named};
+use super::ranking::foretells_alike;
+use super::wrench::Tested;
+use super::wrench_finding::WrenchFinding;
 use crate::fit::refit_effects;
 use crate::levels::ChannelLevels;
 use softdock_io::recording::Recording;
@@ -83,6 +86,60 @@ pub(super) fn with_reversals(
     let is_better = |errors: &Errors| errors.unseen * RISES < before.unseen.min(as_found.unseen);
     let best = best.filter(|(_, errors)| is_better(errors));
     Ok(best.map(|(named, after)| (named, [before.unseen, after.unseen])))
+}
+
+/// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
+/// that foretells unseen data better than what the likelihood prefers: beside what no law describes, errors of form decide between
+/// the two there.
+pub(super) fn better_tie(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    stages: &Stages,
+) -> anyhow::Result<Option<Vec<String>>> {
+    let ties = stages.wrench.as_ref().map_or(Vec::new(), no_larger_ties);
+    if ties.is_empty() {
+        return Ok(None);
+    }
+    let named = named::all(model, stages);
+    let (mut least, mut best) = (foretold(model, recordings, &named)? / RISES, None);
+    for tie in ties {
+        let mut others = named.clone();
+        let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
+        let accepted: Vec<String> = accepted.flat_map(Tested::ids).collect();
+        others.retain(|one| !accepted.contains(&one.effect.id));
+        others.extend(tie.effects.iter().map(named::of_reading));
+        let error = foretold(model, recordings, &others)?;
+        if error < least {
+            least = error;
+            best = Some(others.into_iter().map(|one| one.effect.id).collect());
+        }
+    }
+    Ok(best)
+}
+
+/// Error on unseen data with the parameters of least squares.
+fn foretold(model: &Model, recordings: &Logs<&Recording>, named: &[Named]) -> anyhow::Result<f64> {
+    let named = by_least_squares(model, recordings, named, false)?;
+    Ok(Errors::of(model, recordings, &named)?.unseen)
+}
+
+/// Hypotheses with another effect in the place of one of the answer, not told from it and with no more parameters.
+fn no_larger_ties(wrench: &WrenchFinding) -> Vec<Tested> {
+    let ranked = &wrench.found.ranked;
+    let accepted = wrench.found.accepted.as_ref();
+    let answer = accepted.and_then(|accepted| ranked.iter().find(|t| t.is_same(accepted)));
+    let Some(answer) = answer.filter(|_| wrench.can_foretell() && wrench.left().is_structured())
+    else {
+        return Vec::new();
+    };
+    let error = |tested: &Tested| wrench.prepared.error_on_unseen(tested);
+    let alike = ranked.iter().filter(|t| t.beside == answer.beside);
+    let alike = alike.map(|t| t.clone().beside_noise(answer.to_explain));
+    let alike = alike.filter(|t| t.wrong.is_empty() && t.parameters <= answer.parameters);
+    let alike = alike.filter(|t| !t.effects.iter().any(|one| is_shape(one.id)));
+    alike
+        .filter(|t| foretells_alike(answer, t, &error).is_some())
+        .collect()
 }
 
 /// Place of each dry friction among effects, and these; where there are others or details of any, which imitate a rounder reversal

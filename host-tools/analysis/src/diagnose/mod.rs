@@ -60,7 +60,10 @@ pub use logs::Logs;
 use crate::compare::compare;
 use crate::fit::same_rig;
 use crate::held_back::{are_of_one_log, held_back};
+use crate::levels::ChannelLevels;
 use anyhow::{bail, ensure};
+use engine::Stages;
+use outcome::Outcome;
 use question::{Question, Watch};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
@@ -253,9 +256,8 @@ fn ask(
     };
     let parts = stretches::of_long(&whole);
     let recordings = parts.as_ref().map_or_else(|| whole.clone(), Logs::map_refs);
-    let stages = engine::run(model, &recordings, question, progress)?;
-    progress(0.95, "drawing the conclusion");
-    let outcome = outcome::conclude(model, &recordings, &stages, !test.is_empty(), question)?;
+    let unseen = !test.is_empty();
+    let (stages, outcome) = concluded(model, &recordings, unseen, question, progress)?;
     let mut diagnosis = outcome.diagnosis;
     if parts.is_some() {
         diagnosis.notes.push(stretches::note(&whole, &recordings));
@@ -274,6 +276,41 @@ fn ask(
         after: outcome.after,
         before_prediction: stages.before.shown().clone(),
         after_prediction: outcome.predictions.shown().clone(),
+    })
+}
+
+/// What is concluded from the stages. Of ties the answer is what foretells unseen data best, with the forms and intervals that a
+/// search among its effects finds.
+fn concluded(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    unseen: bool,
+    question: &Question<'_>,
+    progress: &dyn Fn(f64, &str),
+) -> anyhow::Result<(Stages, Outcome)> {
+    let stages = engine::run(model, recordings, question, progress)?;
+    progress(0.95, "drawing the conclusion");
+    let outcome = outcome::conclude(model, recordings, &stages, unseen, question)?;
+    let tie = match question.is_asked() || question.among.is_some() {
+        true => None,
+        false => for_prediction::better_tie(model, recordings, &stages)?,
+    };
+    let Some(ids) = tie else {
+        return Ok((stages, outcome));
+    };
+    let among = Question {
+        among: Some(&ids),
+        ..*question
+    };
+    let mut other_stages = engine::run(model, recordings, &among, &|_, _| {})?;
+    if let (Some(wrench), Some(tried)) = (&mut other_stages.wrench, &stages.wrench) {
+        wrench.remember(tried.found.ranked.clone());
+    }
+    let other = outcome::conclude(model, recordings, &other_stages, unseen, question)?;
+    let error = |outcome: &Outcome| ChannelLevels::of(outcome.predictions.test()).rms();
+    Ok(match error(&other) * evidence::RISES < error(&outcome) {
+        true => (other_stages, other),
+        false => (stages, outcome),
     })
 }
 

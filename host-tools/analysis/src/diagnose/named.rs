@@ -234,7 +234,7 @@ pub(crate) fn all(model: &Model, stages: &Stages) -> Vec<Named> {
         let earlier = found.earlier.0.iter().zip(&found.earlier.1);
         let accepted = found.found.accepted.iter().flat_map(|t| &t.effects);
         let all = earlier.chain(accepted.zip(&found.found.support));
-        named.extend(all.map(|(fitted, support)| reading(fitted).with_support(*support)));
+        named.extend(all.map(|(fitted, support)| of_reading(fitted).with_support(*support)));
     }
     for fit in &stages.body.accepted {
         let one = Named::new(fit.id, Vec::new());
@@ -412,10 +412,11 @@ fn sampling(stages: &Stages) -> Vec<Named> {
 
 /// A fitted effect on the reading as it stands in a model file.
 pub(crate) fn model_of(fitted: &Fitted) -> EffectModel {
-    reading(fitted).effect
+    of_reading(fitted).effect
 }
 
-fn reading(fitted: &Fitted) -> Named {
+/// A fitted effect on the reading.
+pub(super) fn of_reading(fitted: &Fitted) -> Named {
     let mut one = Named {
         foretold: fitted.foretold,
         ..Named::new(fitted.id, Vec::new())

@@ -144,7 +144,7 @@ fn of_wrench(stage: &WrenchFinding, fitted: usize) -> impl Iterator<Item = (f64,
 
 /// The effect of an answer that has another in its place in a hypothesis, if that foretells the unseen logs as well and
 /// explains nearly as much: beside what no law describes the form of an error decides between such two, not the noise.
-fn foretells_alike(
+pub(super) fn foretells_alike(
     answer: &Tested,
     tested: &Tested,
     error: &dyn Fn(&Tested) -> f64,
