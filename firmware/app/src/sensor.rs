@@ -127,7 +127,7 @@ fn last_sample(reading: &SensorReading) -> LastSample {
         counter: reading.counter,
         at_us: reading.at_us,
         status: reading.status,
-        saturated: reading.flags.saturated,
+        saturated: reading.saturated,
     }
 }
 
@@ -137,6 +137,6 @@ fn sample(reading: &SensorReading) -> SensorSample {
         wrench: reading.wrench,
         counts: reading.counts,
         status: reading.status,
-        saturated: reading.flags.saturated,
+        saturated: reading.saturated,
     }
 }

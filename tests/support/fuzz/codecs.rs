@@ -10,7 +10,7 @@ use softdock_link::ethercat::{
     Product, Setup,
 };
 use softdock_link::rsi::{Tags, parse_rob, parse_sen, salvage_ipoc, write_rob};
-use softdock_link::sensor::SensorDriver;
+use softdock_link::sensor::{SensorDriver, SensorReading};
 use softdock_link::slcan::{Slcan, encode_frame_line, parse_frame_line};
 
 /// A telegram that can be read can be written and read again; its counter is never taken for another.
@@ -120,7 +120,7 @@ fn take<D: SensorDriver>(driver: &mut D, frame: &D::Frame, n: usize) {
         let _ = driver.poll_transmit(now_us);
     }
     let reading = driver.receive(frame, now_us + 300);
-    if let Some(wrench) = reading.and_then(|reading| reading.valid_wrench()) {
+    if let Some(SensorReading { wrench, .. }) = reading {
         assert!(wrench.iter().all(|part| part.is_finite()), "{wrench:?}");
     }
 }

@@ -8,7 +8,7 @@ use embassy_sync::signal::Signal;
 use softdock_app::board::{IoError, SensorBus};
 use softdock_control::modes::{Command, FaultCode, Mode};
 use softdock_link::sensor::{
-    ReadingFlags, SensorCounters, SensorDriver, SensorFault, SensorReading, SensorState,
+    SensorCounters, SensorDriver, SensorFault, SensorReading, SensorState,
 };
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -110,10 +110,7 @@ impl SensorDriver for Driver {
             status: inputs.status,
             counter: self.readings,
             at_us: self.sent_us,
-            flags: ReadingFlags {
-                fault: inputs.status != 0,
-                ..ReadingFlags::default()
-            },
+            saturated: false,
         })
     }
 

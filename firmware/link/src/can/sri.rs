@@ -7,7 +7,7 @@
 //! Source: two public drivers of the sensor.
 
 use super::{Frame, Id};
-use crate::sensor::{ReadingFlags, SensorCounters, SensorReading, SensorState};
+use crate::sensor::{SensorCounters, SensorReading, SensorState};
 
 const START_ID: Id = Id::Standard(0x80);
 const START_DATA: [u8; 1] = [0x02];
@@ -179,10 +179,7 @@ impl SriDriver {
             wrench,
             counter: self.readings,
             at_us,
-            flags: ReadingFlags {
-                saturated,
-                ..ReadingFlags::default()
-            },
+            saturated,
             ..SensorReading::default()
         })
     }

@@ -201,7 +201,7 @@ impl AtiSubDevice {
             counter: self.readings,
             // It was not there when the sample before was seen.
             at_us: seen_us,
-            flags: running.product.flags(inputs.status),
+            saturated: running.product.saturates(inputs.status),
         })
     }
 }

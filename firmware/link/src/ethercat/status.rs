@@ -1,7 +1,6 @@
 //! What the bits of the status word mean; each product has its own.
 
 use super::Product;
-use crate::sensor::ReadingFlags;
 
 /// A bit of the status word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,58 +9,53 @@ pub struct StatusBit {
     pub bit: u8,
     /// What it says.
     pub meaning: &'static str,
-    /// What of a reading it spoils.
-    effect: Effect,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Effect {
-    /// A fault that may pass.
-    Fault,
-    /// The readings are not to be used.
-    Critical,
     /// The load is beyond what the sensor measures.
-    Saturated,
+    saturates: bool,
 }
 
-use Effect::{Critical, Fault, Saturated};
-
-const fn bit(bit: u8, effect: Effect, meaning: &'static str) -> StatusBit {
+const fn fault(bit: u8, meaning: &'static str) -> StatusBit {
     StatusBit {
         bit,
         meaning,
-        effect,
+        saturates: false,
     }
 }
 
-/// SCHUNK/ATI manual 9610-05-EtherCAT Axia-09, status code; bits 26 to 31 are critical.
+const fn saturated(bit: u8, meaning: &'static str) -> StatusBit {
+    StatusBit {
+        saturates: true,
+        ..fault(bit, meaning)
+    }
+}
+
+/// SCHUNK/ATI manual 9610-05-EtherCAT Axia-09, status code.
 const AXIA80: &[StatusBit] = &[
-    bit(0, Fault, "temperature out of range"),
-    bit(1, Fault, "supply out of range"),
-    bit(2, Fault, "broken gauge"),
-    bit(3, Fault, "busy"),
-    bit(5, Fault, "hardware or stack error"),
-    bit(26, Saturated, "gauge near its range"),
-    bit(27, Saturated, "gauge out of range"),
-    bit(28, Critical, "simulated error"),
-    bit(29, Critical, "checksum of the calibration"),
-    bit(30, Saturated, "force or torque out of range"),
-    bit(31, Critical, "error"),
+    fault(0, "temperature out of range"),
+    fault(1, "supply out of range"),
+    fault(2, "broken gauge"),
+    fault(3, "busy"),
+    fault(5, "hardware or stack error"),
+    saturated(26, "gauge near its range"),
+    saturated(27, "gauge out of range"),
+    fault(28, "simulated error"),
+    fault(29, "checksum of the calibration"),
+    saturated(30, "force or torque out of range"),
+    fault(31, "error"),
 ];
 
 /// nasa-jpl/jsd, `jsd_ati_fts_parse_status_code`.
 const ETHERCAT_FT: &[StatusBit] = &[
-    bit(0, Fault, "monitor condition tripped"),
-    bit(1, Fault, "supply out of range"),
-    bit(3, Critical, "bridge voltage out of range"),
-    bit(4, Critical, "bridge current out of range"),
-    bit(5, Critical, "digital potentiometer"),
-    bit(6, Critical, "EEPROM"),
-    bit(7, Critical, "converter"),
-    bit(28, Critical, "simulated error"),
-    bit(29, Critical, "checksum of the calibration"),
-    bit(30, Saturated, "saturated"),
-    bit(31, Critical, "fault"),
+    fault(0, "monitor condition tripped"),
+    fault(1, "supply out of range"),
+    fault(3, "bridge voltage out of range"),
+    fault(4, "bridge current out of range"),
+    fault(5, "digital potentiometer"),
+    fault(6, "EEPROM"),
+    fault(7, "converter"),
+    fault(28, "simulated error"),
+    fault(29, "checksum of the calibration"),
+    saturated(30, "saturated"),
+    fault(31, "fault"),
 ];
 
 impl Product {
@@ -73,18 +67,11 @@ impl Product {
         }
     }
 
-    /// What a status word says of its reading.
-    pub fn flags(self, status: u32) -> ReadingFlags {
-        let any = |wanted: &[Effect]| {
-            self.status_bits()
-                .iter()
-                .any(|known| wanted.contains(&known.effect) && status & known.mask() != 0)
-        };
-        ReadingFlags {
-            saturated: any(&[Saturated]),
-            fault: status != 0,
-            critical: any(&[Saturated, Critical]),
-        }
+    /// Whether a status word says that the load is beyond what the sensor measures.
+    pub fn saturates(self, status: u32) -> bool {
+        let bits = self.status_bits().iter();
+        bits.filter(|bit| bit.saturates)
+            .any(|bit| status & bit.mask() != 0)
     }
 }
 
@@ -101,19 +88,10 @@ mod tests {
 
     #[test]
     fn the_same_bit_means_different_things() {
-        let flags = |product: Product, bit: u8| {
-            let flags = product.flags(1_u32 << bit);
-            assert!(flags.fault);
-            (flags.saturated, flags.critical)
-        };
-        assert_eq!(flags(Product::Axia80, 5), (false, false));
-        assert_eq!(flags(Product::EtherCatFt, 5), (false, true));
-        assert_eq!(flags(Product::Axia80, 27), (true, true));
-        assert_eq!(flags(Product::EtherCatFt, 27), (false, false));
+        let saturates = |product: Product, bit: u8| product.saturates(1_u32 << bit);
+        assert!(saturates(Product::Axia80, 27) && !saturates(Product::EtherCatFt, 27));
         for product in Product::ALL {
-            assert_eq!(flags(product, 30), (true, true));
-            assert_eq!(flags(product, 31), (false, true));
-            assert_eq!(product.flags(0), ReadingFlags::default());
+            assert!(saturates(product, 30) && !saturates(product, 31) && !product.saturates(0));
         }
     }
 

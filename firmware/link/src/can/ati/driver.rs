@@ -10,7 +10,7 @@ use super::calibration::AtiCalibration;
 use super::protocol::{Answer, MAX_BASE_ID, Request};
 use super::start_up::{AtiIdentity, Progress, Scale, StartUp};
 use crate::can::Frame;
-use crate::sensor::{ReadingFlags, SensorCounters, SensorFault, SensorReading, SensorState};
+use crate::sensor::{SensorCounters, SensorFault, SensorReading, SensorState};
 
 /// Timeout of a start-up query; reading the EEPROM may take longer than reading gauges.
 const QUERY_TIMEOUT_US: u64 = 50_000;
@@ -20,10 +20,6 @@ const QUERY_ATTEMPTS: u8 = 20;
 const OPTIONAL_QUERY_ATTEMPTS: u8 = 2;
 /// Pause before a silent sensor, or one that was reset, is asked again.
 const RESTART_PAUSE_US: u64 = 1_000_000;
-
-/// Status bits that the manual calls critical: 1 to 7 (ADC, artificial ground, supply, calibration, EEPROM), 11 and 12
-/// (temperature).
-const CRITICAL_STATUS: u16 = 0b0001_1000_1111_1110;
 
 /// Settings of an [`AtiDriver`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -322,11 +318,7 @@ impl AtiDriver {
             status: status.into(),
             counter: self.readings,
             at_us,
-            flags: ReadingFlags {
-                saturated: gauges.iter().any(|gauge| gauge.unsigned_abs() >= limit),
-                fault: status != 0,
-                critical: status & CRITICAL_STATUS != 0,
-            },
+            saturated: gauges.iter().any(|gauge| gauge.unsigned_abs() >= limit),
         })
     }
 
