@@ -56,7 +56,7 @@ pub trait EthernetPort {
     reason = "one executor, one thread: no Send is needed"
 )]
 pub trait DatagramSocket {
-    /// The next datagram: its length in `buffer` and its sender. A longer datagram is cut off.
+    /// The next datagram: its length in `buffer` and its sender. A longer datagram is cut off or lost.
     /// Cancel-safe: a dropped future loses no datagram.
     async fn receive(&mut self, buffer: &mut [u8]) -> Result<(usize, SocketAddr), IoError>;
     /// A further datagram if one is queued already; never waits.

@@ -40,7 +40,7 @@ pub enum Cure {
 pub struct DmaMonitor {
     frames: u32,
     stuck: u32,
-    /// Times that reception was found suspended or stopped.
+    /// Times that reception was found suspended, or either direction stopped.
     overruns: u32,
 }
 
@@ -68,7 +68,7 @@ impl DmaMonitor {
         })
     }
 
-    /// Times that reception was found suspended or stopped since boot.
+    /// Times that reception was found suspended, or either direction stopped, since boot.
     pub fn overruns(&self) -> u32 {
         self.overruns
     }

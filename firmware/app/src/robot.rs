@@ -3,7 +3,7 @@
 use crate::auto_start::AutoStart;
 use crate::board::{Clock, DatagramSocket, IoError, Recorder};
 use crate::meter::Meter;
-use crate::record::CycleRecord;
+use crate::record::{CycleRecord, RobotReport};
 use crate::robot_link::{Incoming, RobotLink};
 use crate::robot_protocol::RobotProtocol;
 use crate::rsi::Rsi;
@@ -146,8 +146,10 @@ impl<M: RawMutex, S: Scalar, P: RobotProtocol> RobotTask<'_, M, S, P> {
     ) -> Result<(), IoError> {
         let resting;
         let answer = match incoming {
-            Incoming::Telegram(_) => self.link.last_answer(),
-            Incoming::Unreadable { counter } => {
+            Incoming::Telegram(telegram) if self.link.has_answered(&telegram) => {
+                self.link.last_answer()
+            }
+            Incoming::Telegram(RobotReport { counter, .. }) | Incoming::Unreadable { counter } => {
                 resting = self.link.resting_answer(counter);
                 &resting
             }

@@ -50,6 +50,8 @@ pub struct RobotLink<S: Scalar, P: RobotProtocol = Rsi> {
     /// in place: to move a whole buffer costs more than to write the answer.
     last_answer: [u8; ANSWER_MAX_BYTES],
     last_length: usize,
+    /// Counter of the telegram that it answers.
+    last_counter: u64,
     stop: bool,
     counters: LinkCounters,
 }
@@ -124,6 +126,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             robot: None,
             last_answer: [0; ANSWER_MAX_BYTES],
             last_length: 0,
+            last_counter: 0,
             stop: false,
             counters: LinkCounters::default(),
         }
@@ -184,7 +187,7 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
     }
 
     /// Where a telegram stands in the sequence; none for the last one again, which is not to move
-    /// anything a second time: its answer is [`Self::last_answer`].
+    /// anything a second time, and for one that it has overtaken: see [`Self::has_answered`].
     pub fn follow(&mut self, telegram: &RobotReport) -> Option<Sequence> {
         let sequence = self.cycle.protocol_mut().follow(telegram.counter);
         let counters = &mut self.counters;
@@ -192,7 +195,10 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
             Some(Sequence::NewRun) => counters.runs = counters.runs.saturating_add(1),
             Some(Sequence::Next) => {}
             Some(Sequence::Gap(lost)) => counters.lost = counters.lost.saturating_add(lost),
-            None => counters.duplicates = counters.duplicates.saturating_add(1),
+            None if telegram.counter == self.last_counter => {
+                counters.duplicates = counters.duplicates.saturating_add(1);
+            }
+            None => self.count_overtaken(),
         }
         sequence
     }
@@ -230,8 +236,15 @@ impl<S: Scalar, P: RobotProtocol> RobotLink<S, P> {
         self.stop = record.output.stop;
         let (counter, bytes) = (telegram.counter, &mut self.last_answer);
         self.last_length = self.cycle.protocol().write(counter, &record.output, bytes);
+        self.last_counter = counter;
         self.counters.cycles += 1;
         record
+    }
+
+    /// Whether the last cycle was for this telegram: its answer is [`Self::last_answer`], that of any other
+    /// [`Self::resting_answer`].
+    pub fn has_answered(&self, telegram: &RobotReport) -> bool {
+        telegram.counter == self.last_counter
     }
 
     /// The answer of the last cycle.

@@ -31,7 +31,7 @@ pub trait RobotProtocol {
     /// Another robot has connected: the next telegram is the first.
     fn forget(&mut self);
 
-    /// Where a telegram stands in the sequence, by its counter; none for the last one again.
+    /// Where a telegram stands in the sequence, by its counter; none for the last one again, and for one that it has overtaken.
     fn follow(&mut self, counter: u64) -> Option<Sequence>;
 
     /// A telegram as the control cycle takes it. A pose that is none is NaN.

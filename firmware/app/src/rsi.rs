@@ -89,7 +89,7 @@ impl RobotProtocol for Rsi {
             rsi::Sequence::First | rsi::Sequence::NewRun => Some(Sequence::NewRun),
             rsi::Sequence::Next => Some(Sequence::Next),
             rsi::Sequence::Gap { lost } => Some(Sequence::Gap(lost)),
-            rsi::Sequence::Duplicate => None,
+            rsi::Sequence::Duplicate | rsi::Sequence::Late => None,
         }
     }
 

@@ -83,8 +83,8 @@ pub struct CanSettings: "can" {
     /// readings.
     pub pairing_window_s: f64 = 0.0005 => 0.0001..=0.02,
     /// Longest time for which a telegram waits for the sample that it asks for, s; then the newest
-    /// one is used. The exchange takes 0.35 ms at 1 Mbit/s; while the sensor does not answer, each answer to
-    /// the robot is later by all of this.
+    /// one is used. The exchange takes 0.35 ms at 1 Mbit/s; a sensor that falls silent makes each answer to
+    /// the robot later by all of this, until `answer_timeout_s` (or `stream_timeout_s`) has told.
     pub sample_wait_s: f64 = 0.001,
 }
 }

@@ -196,7 +196,10 @@ impl<S: Scalar> Cycle<S> {
         let pose = pose.map(|pose| pose_from_components(&pose));
         self.estimator.update(pose.as_ref(), cycles);
         let pose = self.estimator.last_pose();
-        self.box_center.get_or_insert(pose);
+        // A run may begin with a telegram that has none.
+        if self.estimator.has_pose() {
+            self.box_center.get_or_insert(pose);
+        }
         pose
     }
 

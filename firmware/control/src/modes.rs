@@ -142,7 +142,7 @@ pub enum FaultCode {
     SensorFrozen,
     /// A status bit of the sensor (0; status word).
     SensorStatus,
-    /// A gauge at its range (1; 1).
+    /// A gauge at its range (0; 1).
     SensorSaturated,
     /// Contact force or torque beyond its limit (limit; value).
     Overload,

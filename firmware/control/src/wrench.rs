@@ -176,6 +176,11 @@ impl<S: Scalar> MotionEstimator<S> {
         self.saturates = false;
     }
 
+    /// Whether a pose was taken since the beginning.
+    pub fn has_pose(&self) -> bool {
+        self.last.is_some()
+    }
+
     /// The last pose that was taken (identity before the first).
     pub fn last_pose(&self) -> Pose<S> {
         self.last.unwrap_or_else(Pose::identity)

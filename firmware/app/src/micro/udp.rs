@@ -92,7 +92,12 @@ impl DatagramSocket for UdpPort {
         ARRIVALS.newest_us(sender)
     }
 
+    /// An answer that would have to wait for room would come too late, and the robot's task must not wait for an address
+    /// that nobody has.
     async fn send(&mut self, datagram: &[u8], to: SocketAddr) -> Result<(), IoError> {
-        send(&self.0, datagram, to).await
+        match poll_once(send(&self.0, datagram, to)) {
+            Poll::Ready(sent) => sent,
+            Poll::Pending => Err(IoError::Lost),
+        }
     }
 }

@@ -73,8 +73,7 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
         loop {
             let now = self.now(clock);
             self.session.watch(&now);
-            if self.session.trial_is_over(&now) {
-                self.shared.set_restarting(true);
+            if self.session.trial_is_over(&now) && self.holds_still(clock).await {
                 return End::Restart(None);
             }
             let pause = clock.wait_until(now.us + PERIOD_US);
@@ -146,11 +145,7 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
                 self.session.machine(&self.shared.machine());
                 None
             }
-            Job::EndTrial => {
-                self.shared.set_restarting(true);
-                self.session.restarting();
-                Some(End::Restart(None))
-            }
+            Job::EndTrial => self.ends_with(End::Restart(None), clock).await,
             Job::SelfTest(test) => self.self_test(test, clock).await,
             Job::Commit { confirm_within_s } => self.commit(confirm_within_s, clock).await,
         }
@@ -177,12 +172,27 @@ impl<M: RawMutex, F: NorFlash> Service<'_, M, F> {
                 self.session.finish(Ok(()));
                 None
             }
-            SelfTest::Hang => {
-                self.shared.set_restarting(true);
-                self.session.restarting();
-                Some(End::Hang)
-            }
+            SelfTest::Hang => self.ends_with(End::Hang, clock).await,
         }
+    }
+
+    /// Whether the robot rests, and goes on to: it takes no command from here on that could begin a motion, and one that it
+    /// took before shows after a cycle. If not, it takes commands again.
+    async fn holds_still(&mut self, clock: &impl Clock) -> bool {
+        self.shared.set_restarting(true);
+        clock.wait_until(clock.now_us() + PERIOD_US).await;
+        let rests = !self.session.moves(&self.now(clock));
+        self.shared.set_restarting(rests);
+        rests
+    }
+
+    async fn ends_with(&mut self, end: End, clock: &impl Clock) -> Option<End> {
+        if self.holds_still(clock).await {
+            self.session.restarting();
+            return Some(end);
+        }
+        self.session.finish(Err(Refusal::Moves));
+        None
     }
 
     async fn commit(&mut self, confirm_within_s: u16, clock: &impl Clock) -> Option<End> {

@@ -131,11 +131,11 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// The slot to write when neither can be used: one without a block, so that settings of
-    /// another firmware stay for it.
+    /// The slot to write when neither can be used: one without a block or with one that nobody has kept, so that settings
+    /// of another firmware stay for it.
     async fn free(&mut self, block: &mut Block) -> Slot {
         match self.slots.kept(Slot::A, block).await {
-            Err(ImageError::Absent) => Slot::A,
+            Err(ImageError::Absent | ImageError::NotConfirmed) => Slot::A,
             _ => Slot::B,
         }
     }

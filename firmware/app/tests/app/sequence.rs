@@ -1,6 +1,6 @@
 //! Duplicates, gaps, new runs, and what the robot says about the answers.
 
-use crate::bench::{Bench, CRUISE_COUNTS, CYCLE_US, counts, flying, robot};
+use crate::bench::{Bench, CRUISE_COUNTS, CYCLE_US, START_CYCLES, counts, flying, robot};
 use crate::sensor::Behaviour;
 use softdock_control::io::Sequence;
 use softdock_control::limits::LimitFlags;
@@ -32,6 +32,29 @@ fn a_duplicate_gets_the_same_bytes_and_no_cycle() {
     assert_eq!(bench.status().link.lost, 0);
 }
 
+/// What a network lets overtake is not a robot that starts anew: an absolute offset is held.
+#[test]
+fn an_old_telegram_that_comes_late_changes_nothing() {
+    let mut bench = Bench::cruising(&settings(CorrectionMode::Absolute));
+    let (ipoc, old) = (bench.says.ipoc, bench.telegram());
+    let held = counts(&bench.cycle());
+    let held_now = counts(&bench.cycle());
+    let before = (bench.status().link, bench.last_record());
+    let answer = bench.datagram(&old, robot()).unwrap();
+    let answer = bench.parse(&answer);
+    assert_eq!((answer.ipoc, counts(&answer)), (ipoc, held_now));
+    assert_eq!(bench.last_record(), before.1);
+    let link = bench.status().link;
+    assert_eq!(link.overtaken, before.0.overtaken + 1);
+    assert_eq!(link.duplicates, before.0.duplicates);
+    bench.says.ipoc = ipoc + 2 * CYCLE_US / 1000;
+    let next = counts(&bench.cycle());
+    assert_eq!(bench.last_record().inputs.robot.sequence, Sequence::Next);
+    assert_cruise([next[0] - held_now[0], 0, 0, 0, 0, 0]);
+    assert!(held[0] < held_now[0]);
+    assert_eq!(bench.fault(), None);
+}
+
 #[test]
 fn a_gap_is_counted_and_not_made_up_for() {
     let mut bench = Bench::cruising(&flying());
@@ -49,7 +72,7 @@ fn a_gap_is_counted_and_not_made_up_for() {
 #[test]
 fn a_time_stamp_that_jumps_is_a_new_run() {
     type Jump = fn(u64) -> u64;
-    let jumps: [Jump; 3] = [|ipoc| ipoc - 8, |_| 0, |ipoc| ipoc + 4 * 200];
+    let jumps: [Jump; 3] = [|ipoc| ipoc - 20, |_| 0, |ipoc| ipoc + 4 * 200];
     for jump in jumps {
         let mut bench = Bench::new(&flying(), false);
         bench.cycles(3);
@@ -63,6 +86,19 @@ fn a_time_stamp_that_jumps_is_a_new_run() {
         assert_eq!(counts(&bench.cycle()), [0; 6]);
         bench.assert_fault(FaultCode::RobotRestarted, 0.0, 0.0);
     }
+}
+
+/// A controller may begin with a telegram of its counter alone: the box is about the first pose that comes.
+#[test]
+fn a_run_that_begins_without_a_pose_has_its_box_where_the_robot_is() {
+    let mut bench = Bench::new(&flying(), true);
+    let pose = bench.says.actual_pose.take();
+    bench.cycle();
+    bench.says.actual_pose = pose.map(|[x, y, z, a, b, c]| [x + 3000.0, y, z, a, b, c]);
+    bench.cycles(START_CYCLES);
+    assert_cruise(counts(&bench.cycle()));
+    let trace = bench.last_record().trace;
+    assert_eq!(trace.limits, LimitFlags::default());
 }
 
 /// A cause of a fault.

@@ -14,9 +14,15 @@ pub enum Sequence {
         /// Cycles without a telegram.
         lost: u32,
     },
+    /// Older than the last one by so little that it was overtaken on its way: no cycle is for it.
+    Late,
     /// The time stamp went backwards or jumped: RSI was started anew, begin from zero.
     NewRun,
 }
+
+/// Cycles by which a telegram may be older than the last one without being of a new run: what a network lets overtake. A robot that
+/// starts RSI anew is silent for longer.
+const MOST_LATE_CYCLES: u64 = 3;
 
 /// Follows the `IPOC` of accepted telegrams.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +43,7 @@ impl SequenceTracker {
         }
     }
 
-    /// Classifies `ipoc` and makes it the last one.
+    /// Classifies `ipoc` and makes it the last one, unless it is late.
     ///
     /// The time stamp is in whole milliseconds and some controllers and simulators step it unevenly (some by 1), so a
     /// step is rounded to the nearest number of cycles, and a step forwards is never less than one cycle.
@@ -46,6 +52,10 @@ impl SequenceTracker {
             return Sequence::First;
         };
         let Some(step_ms) = ipoc.checked_sub(last) else {
+            if last - ipoc <= MOST_LATE_CYCLES.saturating_mul(self.cycle_ms) {
+                self.last = Some(last);
+                return Sequence::Late;
+            }
             return Sequence::NewRun;
         };
         if step_ms == 0 {
@@ -97,6 +107,28 @@ mod tests {
         assert_eq!(
             follow(slow, [0, 12, 36, 72]),
             [First, Next, Gap { lost: 1 }, NewRun]
+        );
+    }
+
+    #[test]
+    fn what_was_overtaken_is_late_and_changes_nothing() {
+        use Sequence::{Duplicate, First, Gap, Late, NewRun, Next};
+        assert_eq!(
+            follow(
+                SequenceTracker::new(4, 10),
+                [100, 104, 100, 108, 116, 104, 116, 120, 107]
+            ),
+            [
+                First,
+                Next,
+                Late,
+                Next,
+                Gap { lost: 1 },
+                Late,
+                Duplicate,
+                Next,
+                NewRun
+            ]
         );
     }
 

@@ -111,6 +111,13 @@ fn settings_of_another_firmware_are_refused_by_name_and_left_alone() {
     let (sequence, slot) = (1, Slot::B);
     assert_eq!(change(&mut flash, 5.0), Origin::Flash { sequence, slot });
     assert_eq!(mass(&boot(&mut flash, None)), 5.0);
+    // Also behind a trial that nobody confirmed, which is written over.
+    let mut flash = Flash::erased();
+    flash.put(SLOT, &block);
+    let defaults = boot(&mut flash, None).origin;
+    for trial in [1.0, 2.0] {
+        assert_eq!(write(&mut flash, trial, &defaults).unwrap().slot, Slot::A);
+    }
 }
 
 #[test]
