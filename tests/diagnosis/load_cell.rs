@@ -5,6 +5,7 @@ use softdock_analysis::diagnose::{Diagnosis, Verdict, diagnose};
 use softdock_analysis::import::starter::{Told, starter};
 use softdock_physics::model::Model;
 use softdock_statistics::RandomStream;
+use std::f64::consts::TAU;
 
 /// Mass of the tool, kg, and zero of the cell, N.
 const MASS_KG: f64 = 0.002;
@@ -70,4 +71,58 @@ fn a_reading_is_late_by_ten_cycles_at_the_most() {
     let ends = |note: &&String| note.contains("reaches the end of what the search tries, 0.200 s");
     let note = found.notes.iter().find(ends);
     assert!(note.is_some(), "{}: {:?}", found.sentence, found.notes);
+}
+
+/// Amounts of a damper: dry friction, N, which turns round over a speed, m/s, viscous friction, N·s/m, and an offset, N.
+const DAMPER: (f64, f64, f64, f64) = (240.0, 0.0105, 780.0, 56.0);
+
+/// A damper on a machine that moves it in a sine, whose force comes 28 ms late through a low-pass, beside errors of form that no law
+/// describes. A spring, in quadrature with the velocity, imitates the delay; which foretells better tells the two apart.
+#[test]
+fn a_late_force_beside_a_round_reversal_is_no_spring() {
+    const LATE_S: f64 = 0.028;
+    let mut noise = RandomStream::new(12, 0);
+    let mut next = || noise.normal();
+    let noises: Vec<[f64; 2]> = (0..2100).map(|_| [next(), next()]).collect();
+    let log = table("t,x,f", 2100, |n| {
+        let [of_force, of_place] = noises[n as usize];
+        let t = n / 300.0;
+        let (swing, frequency) = (0.0185, TAU * 1.05);
+        let then = frequency * (t - LATE_S);
+        let (x, v) = (swing * then.sin(), swing * frequency * then.cos());
+        let (dry, over, viscous, offset) = DAMPER;
+        let friction = dry * (v / over).tanh() + viscous * v + offset;
+        let of_form = 14.0 * (TAU * x / 0.006).sin() + 8.0 * (TAU * 3.1 * (t - LATE_S)).sin();
+        let place = 1e3 * swing * (frequency * t).sin() + 2e-3 * of_place;
+        format!("{t},{place},{}", friction + of_form + of_force)
+    });
+    let mapping = r#"
+        files = { train = "a.csv" }
+        time = { column = "t" }
+        position = { x = { column = "x", unit = "mm" } }
+        executed_velocity = { derive = true }
+        wrench = { fx = { column = "f", unit = "N", scale = -1.0 } }
+        filter = { cutoff_hz = 20.0, order = 4, trim_s = 0.2 }
+        split = { train_share = 0.6 }
+        starter = { gravity_m_s2 = [0.0, 0.0, 0.0] }
+    "#;
+    let logs = imported("damper", mapping, &[("a.csv", log)]).unwrap();
+    let starter = starter(&logs.train, logs.filtered.as_ref(), &logs.told).unwrap();
+    let model = Model::from_toml(&starter.text, "model.toml").unwrap();
+    let found = diagnose(&model, &[&logs.train[0]], &[&logs.test[0]], &|_, _| {});
+    let found = found.unwrap().diagnosis;
+    assert_eq!(found.verdict, Verdict::Named, "{}", found.sentence);
+    let mut effects = found.effects.clone();
+    effects.sort_unstable();
+    let expected = [
+        "ft_latency",
+        "guide_coulomb",
+        "guide_offset",
+        "guide_viscous",
+    ];
+    assert_eq!(effects, expected, "{}", found.sentence);
+    let late = found.parameters["ft_latency"]["latency_s"].value;
+    assert!((late - LATE_S).abs() < 0.001, "{late} s");
+    let dry = found.parameters["guide_coulomb"]["force_n"].value;
+    assert!((dry / DAMPER.0 - 1.0).abs() < 0.06, "{dry} N");
 }

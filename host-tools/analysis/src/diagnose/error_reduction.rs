@@ -5,12 +5,14 @@ use super::evidence::{FORETELLS, RISES};
 use super::for_prediction;
 use super::logs::Logs;
 use super::named::{self, Named};
+use super::question::Question;
 use super::wrench_finding::WrenchFinding;
 use crate::levels::{ChannelLevels, Step};
 use softdock_io::recording::Recording;
-use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::stage::Stage;
+use softdock_physics::model::{EffectModel, Model};
 use std::collections::BTreeMap;
 
 /// The model with effects added.
@@ -30,6 +32,8 @@ pub(super) struct ErrorReduction {
     pub refused: Vec<(String, f64, f64)>,
     /// Error on unseen data with the parameters of the search and with those of least squares, if these were taken.
     pub refitted: Option<[f64; 2]>,
+    /// What moves the reading in time and was found by what it foretells.
+    pub late: Option<String>,
     /// Effects that are not named, as without them a friction that turns round over a speed foretells better.
     pub done_without: Vec<String>,
     /// Effects that are not named, as the intervals of all their parameters hold 0.
@@ -37,19 +41,20 @@ pub(super) struct ErrorReduction {
 }
 
 impl ErrorReduction {
-    /// The fall, and what the model with all that is named predicts. `asked`: somebody asks for an effect, who is told the
-    /// error whatever it does.
+    /// The fall, and what the model with all that is named predicts. Who asks for an effect is told the error whatever it does.
     pub(super) fn of(
         model: &Model,
         recordings: &Logs<&Recording>,
         stages: &Stages,
-        asked: bool,
+        question: &Question<'_>,
     ) -> anyhow::Result<(Self, Logs<Prediction>)> {
+        let asked = question.is_asked();
         let Found {
             named: found,
             turned,
+            late,
             done_without,
-        } = Found::of(model, recordings, stages)?;
+        } = Found::of(model, recordings, stages, question)?;
         let mut known = Known::new(model, recordings, found, stages.wrench.as_ref(), asked);
         let mut everything: Vec<usize> = (0..known.all.len()).collect();
         known.refit(&everything)?;
@@ -76,6 +81,7 @@ impl ErrorReduction {
             refused,
             refitted,
             undetermined,
+            late,
             done_without,
         };
         Ok((reduction, predictions))
@@ -87,35 +93,86 @@ struct Found {
     named: Vec<Named>,
     /// Error on unseen data before frictions were given a speed over which they turn round, if they were.
     turned: Option<f64>,
+    /// What moves the reading in time, if it was found by what it foretells.
+    late: Option<String>,
     /// What foretells no better then.
     done_without: Vec<String>,
 }
 
 impl Found {
-    fn of(model: &Model, recordings: &Logs<&Recording>, stages: &Stages) -> anyhow::Result<Self> {
+    fn of(
+        model: &Model,
+        recordings: &Logs<&Recording>,
+        stages: &Stages,
+        question: &Question<'_>,
+    ) -> anyhow::Result<Self> {
         let named = named::all(model, stages);
         let turns_round = |w: &&WrenchFinding| w.beside_remainder.is_some() && w.can_foretell();
-        let wrench = stages.wrench.as_ref().filter(turns_round);
-        let speed = wrench.map(|w| w.prepared.pace().speed);
-        let better =
-            speed.map(|speed| for_prediction::with_reversals(model, recordings, &named, speed));
-        Ok(match better.transpose()?.flatten() {
-            Some((better, [before, _])) => {
-                let is_gone = |one: &&Named| better.iter().all(|b| b.effect.id != one.effect.id);
-                let gone = named.iter().filter(is_gone);
+        let Some(wrench) = stages.wrench.as_ref().filter(turns_round) else {
+            return Ok(Self::as_named(named));
+        };
+        let speed = wrench.prepared.pace().speed;
+        let turned = for_prediction::with_reversals(model, recordings, &named, speed)?;
+        let so_far = turned.as_ref().map_or(&named, |(turned, _)| turned);
+        let late = late_effects(model, wrench, question);
+        let late = for_prediction::with_what_is_late(model, recordings, so_far, wrench, &late)?;
+        let before = turned
+            .as_ref()
+            .or(late.as_ref())
+            .map(|(_, [before, _])| *before);
+        Ok(match late.or(turned) {
+            Some((better, _)) => {
+                let is_in =
+                    |all: &[Named], one: &Named| all.iter().any(|o| o.effect.id == one.effect.id);
+                let gone = named.iter().filter(|one| !is_in(&better, one));
+                let late = better.iter().find(|one| !is_in(&named, one));
                 Self {
                     done_without: gone.map(|one| one.effect.id.clone()).collect(),
-                    turned: Some(before),
+                    late: late.map(|one| one.effect.id.clone()),
+                    turned: before,
                     named: better,
                 }
             }
-            None => Self {
-                named,
-                turned: None,
-                done_without: Vec::new(),
-            },
+            None => Self::as_named(named),
         })
     }
+
+    fn as_named(named: Vec<Named>) -> Self {
+        Self {
+            named,
+            turned: None,
+            late: None,
+            done_without: Vec::new(),
+        }
+    }
+}
+
+/// What may move the reading in time, with the end up to which a search looks for it, if nothing that was found or is known does.
+fn late_effects(
+    model: &Model,
+    wrench: &WrenchFinding,
+    question: &Question<'_>,
+) -> Vec<(&'static LoadEffect, f64)> {
+    let is_late = |effect: &&LoadEffect| {
+        let is_tried = effect.is_late() && question.tries(model, effect.id);
+        is_tried && effect.parameters.iter().all(|p| p.low >= 0.0)
+    };
+    let knows =
+        |known: &EffectModel| LoadEffect::find(model, &known.id).is_some_and(LoadEffect::is_late);
+    if !wrench.late().is_empty() || model.effects.iter().any(knows) {
+        return Vec::new();
+    }
+    let logs = &wrench.prepared.logs;
+    let acts = |effect: &&LoadEffect| logs.iter().any(|log| effect.acts(&log.scene));
+    let late = LoadEffect::all(model).filter(is_late).filter(acts);
+    let with_end = |effect: &'static LoadEffect| {
+        let [parameter] = &effect.parameters[..] else {
+            return None;
+        };
+        let [_, end] = effect.searched(parameter, wrench.prepared.pace());
+        Some((effect, end))
+    };
+    late.filter_map(with_end).collect()
 }
 
 /// Errors of the logs of the fit and of the unseen ones.

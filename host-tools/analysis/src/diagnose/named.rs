@@ -133,6 +133,19 @@ impl Named {
         self
     }
 
+    /// From now on the intervals hold those of another answer, too.
+    pub(super) fn hold(&mut self, other: &Self) {
+        for (name, estimate) in &mut self.estimates {
+            let Some(theirs) = other.estimates.get(name) else {
+                continue;
+            };
+            (estimate.low, estimate.high) =
+                (estimate.low.min(theirs.low), estimate.high.max(theirs.high));
+            let interval = [estimate.low, estimate.high];
+            self.effect.interval_95.insert(name.clone(), interval);
+        }
+    }
+
     /// The same with a friction that turns round over a speed, rad/s or m/s, and over no distance; none if it cannot.
     pub(super) fn turning_over(mut self, model: &Model, speed: f64) -> Option<Self> {
         let effect = LoadEffect::find(model, &self.effect.id)?;

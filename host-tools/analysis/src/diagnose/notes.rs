@@ -171,7 +171,11 @@ impl Answer<'_> {
             format!("{id} is not named: the 95 % intervals of all its parameters hold 0.")
         });
         let done_without = reduction.done_without.iter().map(|id| {
-            format!("{id} is not named: a friction that turns round over a speed foretells unseen data better without it.")
+            let with = reduction
+                .late
+                .as_deref()
+                .unwrap_or("a friction that turns round over a speed");
+            format!("{id} is not named: {with} foretells unseen data better without it.")
         });
         let refused = reduction.refused.iter().map(|(id, without, with)| {
             format!(
@@ -190,6 +194,12 @@ impl Answer<'_> {
     /// How the parameters of what is named were found.
     fn of_parameters(&self) -> Vec<String> {
         let reduction = self.reduction;
+        let late = reduction.late.iter().map(|late| {
+            format!(
+                "{late} was found by least squares, which leave less of the logs of the fit and of unseen data with it and a friction that turns round over a speed. \
+                 The likelihood that weighs errors as the noise has them prefers a sharper reversal, beside which nothing looks late."
+            )
+        });
         let refitted = reduction.refitted.iter().map(|[before, after]| {
             format!(
                 "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
@@ -198,7 +208,7 @@ impl Answer<'_> {
                 100.0 * (1.0 - after / before)
             )
         });
-        let mut notes: Vec<String> = refitted.collect();
+        let mut notes: Vec<String> = late.chain(refitted).collect();
         if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
             let named = || reduction.named.iter().map(|(named, _)| named);
             notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));

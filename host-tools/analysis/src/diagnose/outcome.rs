@@ -4,7 +4,7 @@ use super::engine::Stages;
 use super::equivalent;
 use super::error_reduction::{ErrorReduction, with_effects};
 use super::evidence;
-use super::finding::{Diagnosis, Equivalent, Nominal, Region, RunnerUp, Verdict};
+use super::finding::{Diagnosis, Equivalent, Nominal, Ranked, Region, RunnerUp, Verdict};
 use super::left_over::left_over;
 use super::log_to_log::from_log_to_log;
 use super::logs::Logs;
@@ -18,6 +18,7 @@ use super::{closest_rival, ranking, regions, sentence};
 use crate::levels::{BeforeAfter, ChannelLevels, Step};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_statistics::DEVIATIONS_95;
 use std::collections::BTreeMap;
@@ -40,8 +41,7 @@ pub(crate) fn conclude(
     unseen: bool,
     question: &Question<'_>,
 ) -> anyhow::Result<Outcome> {
-    let (reduction, predictions) =
-        ErrorReduction::of(model, recordings, stages, question.is_asked())?;
+    let (reduction, predictions) = ErrorReduction::of(model, recordings, stages, question)?;
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
@@ -68,6 +68,7 @@ pub(crate) fn conclude(
     let of_all_logs = of_all_logs(stages, &reduction);
     let said = Said {
         stages,
+        late: reduction.late.as_ref().map(|_| model),
         named,
         left: &left,
         judged: &judged,
@@ -89,6 +90,8 @@ pub(crate) fn conclude(
 /// What is said of what was found.
 struct Said<'a> {
     stages: &'a Stages,
+    /// The model, if what moves the reading in time was found by what it foretells.
+    late: Option<&'a Model>,
     named: Vec<&'a Named>,
     left: &'a [Left],
     judged: &'a Judged,
@@ -107,7 +110,7 @@ impl Said<'_> {
     ) -> Diagnosis {
         let (stages, judged, predictions) = (self.stages, self.judged, self.predictions);
         let ranked = ranking::ranked(stages);
-        let (runner_up, further_ties) = closest_rival::all(&judged.found, &ranked);
+        let (runner_up, further_ties) = closest_rival::all(&judged.found, &self.rivals(&ranked));
         let named = self.named.iter();
         Diagnosis {
             sentence: String::new(),
@@ -141,6 +144,19 @@ impl Said<'_> {
             seconds: 0.0,
             disagreeing: judged.disagreeing.clone(),
         }
+    }
+
+    /// Hypotheses that may be rivals. Of what the likelihood could not find its χ² says nothing: what has nothing late foretells
+    /// worse.
+    fn rivals(&self, ranked: &[Ranked]) -> Vec<Ranked> {
+        let is_late = |model: &Model, id: &String| {
+            LoadEffect::find(model, id).is_some_and(LoadEffect::is_late)
+        };
+        let may_be = |r: &&Ranked| {
+            let late = |model| r.effects.iter().any(|id| is_late(model, id));
+            self.late.is_none_or(late)
+        };
+        ranked.iter().filter(may_be).cloned().collect()
     }
 
     /// Of each named effect, beside its rivals.
