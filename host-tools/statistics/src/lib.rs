@@ -22,7 +22,7 @@ pub use digits::digit_of;
 pub use groups::{Fit, Groups};
 pub use low_pass::LowPass;
 pub use noise_floor::{LowPassed, Noise, median, noise_floor, noise_let_through};
-pub use products::dot;
+pub use products::{dot, rms};
 pub use random::RandomStream;
 pub use sample_time::sample_time;
 pub use significance::{DEVIATIONS_95, chi_square_p, f_p, normal_p};

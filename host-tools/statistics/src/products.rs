@@ -1,4 +1,4 @@
-//! Products of long series, of which a search calculates millions.
+//! Products of long series, of which a search calculates millions, and their sizes.
 
 /// Sum of the products of two series as far as both go. Eight sums, which the processor adds side by side.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -13,6 +13,12 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest = a[rest.clone()].iter().zip(&b[rest]).map(|(a, b)| a * b);
     sums.iter().sum::<f64>() + rest.sum::<f64>()
+}
+
+/// Root mean square; 0 of nothing.
+pub fn rms(values: &[f64]) -> f64 {
+    let squares = values.iter().map(|v| v * v);
+    (squares.sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@
 
 mod slots;
 
-pub(crate) use slots::newer;
+pub(crate) use slots::newest_of;
 pub use slots::{Slot, newest};
 
 use crate::checksum::CHECKSUM;

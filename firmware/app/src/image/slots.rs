@@ -24,7 +24,15 @@ impl Slot {
 /// The newer of the usable blocks in the two places, and where it lies; why neither can be used
 /// otherwise: the damage rather than the absence. Sequences count round: 0 is newer than [`u32::MAX`].
 pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
-    match (Image::decode(a), Image::decode(b)) {
+    newest_of(Image::decode(a), Image::decode(b))
+}
+
+/// The same of blocks that were read.
+pub(crate) fn newest_of(
+    a: Result<Image, ImageError>,
+    b: Result<Image, ImageError>,
+) -> Result<(Image, Slot), ImageError> {
+    match (a, b) {
         (Ok(a), Ok(b)) if newer(b.sequence, a.sequence) => Ok((b, Slot::B)),
         (Ok(a), _) => Ok((a, Slot::A)),
         (Err(_), Ok(b)) => Ok((b, Slot::B)),
@@ -34,7 +42,7 @@ pub fn newest(a: &[u8], b: &[u8]) -> Result<(Image, Slot), ImageError> {
 }
 
 /// Whether `this` comes after `other` when counting round.
-pub(crate) fn newer(this: u32, other: u32) -> bool {
+fn newer(this: u32, other: u32) -> bool {
     this != other && this.wrapping_sub(other) <= u32::MAX / 2
 }
 

@@ -21,25 +21,14 @@ pub(super) const ERASED: u8 = 0xff;
 
 /// The word for a block.
 pub(super) fn word(sequence: u32, checksum: u32) -> [u8; WORD_BYTES] {
-    let (sequence, checksum) = (sequence.to_le_bytes(), checksum.to_le_bytes());
-    let body: [u8; 12] = [
-        MAGIC[0],
-        MAGIC[1],
-        MAGIC[2],
-        MAGIC[3],
-        sequence[0],
-        sequence[1],
-        sequence[2],
-        sequence[3],
-        checksum[0],
-        checksum[1],
-        checksum[2],
-        checksum[3],
-    ];
+    let body = [MAGIC, sequence.to_le_bytes(), checksum.to_le_bytes()];
+    let check = CHECKSUM.checksum(body.as_flattened()).to_le_bytes();
     let mut word = [ERASED; WORD_BYTES];
-    let check = CHECKSUM.checksum(&body).to_le_bytes();
-    for (byte, value) in word.iter_mut().zip(body.into_iter().chain(check)) {
-        *byte = value;
+    for (byte, value) in word
+        .iter_mut()
+        .zip(body.as_flattened().iter().chain(&check))
+    {
+        *byte = *value;
     }
     word
 }

@@ -24,7 +24,7 @@ pub use slot::{Slots, StoreError};
 pub use trial::{TRIAL_BYTES, Trial};
 pub use word_flash::{FlashWords, WordFlash};
 
-use crate::image::{IMAGE_MAX_BYTES, Image, ImageError, Slot, newer};
+use crate::image::{IMAGE_MAX_BYTES, Image, ImageError, Slot, newest_of};
 use crate::settings::BoardSettings;
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -97,13 +97,7 @@ impl<F: NorFlash> Store<F> {
     async fn newest(&mut self, block: &mut Block) -> Result<(Image, Slot), ImageError> {
         let a = self.slots.kept(Slot::A, block).await;
         let b = self.slots.kept(Slot::B, block).await;
-        match (a, b) {
-            (Ok(a), Ok(b)) if newer(b.sequence, a.sequence) => Ok((b, Slot::B)),
-            (Ok(a), _) => Ok((a, Slot::A)),
-            (Err(_), Ok(b)) => Ok((b, Slot::B)),
-            (Err(ImageError::Absent), Err(b)) => Err(b),
-            (Err(a), Err(_)) => Err(a),
-        }
+        newest_of(a, b)
     }
 
     /// Puts settings on trial into the slot that is not in use, and reads them back.

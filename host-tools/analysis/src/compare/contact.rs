@@ -111,11 +111,7 @@ pub(super) fn noise_of_steps(values: impl Iterator<Item = f64>) -> f64 {
 /// Median of finite values; 0 of none.
 fn median(mut values: Vec<f64>) -> f64 {
     values.retain(|v| v.is_finite());
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return 0.0;
-    }
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    softdock_statistics::median(&mut values).unwrap_or(0.0)
 }
 
 /// Intervals above the threshold, with hysteresis in size and in time.

@@ -88,16 +88,13 @@ fn quantile(low: f64, high: f64, share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_statistics::rms;
 
     fn noise(count: usize) -> Vec<f64> {
         let normal = Normal::standard();
         (0..count)
             .map(|n| normal.inverse_cdf(scrambled(0.1 + n as f64 / (2.0 * count as f64))))
             .collect()
-    }
-
-    fn rms(values: &[f64]) -> f64 {
-        (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
     }
 
     #[test]

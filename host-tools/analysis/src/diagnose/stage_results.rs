@@ -18,6 +18,7 @@ use super::wrench_stage::{Motion, wrench_stage};
 use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::log::Log;
 use softdock_physics::model::{Axis, Channel, EffectModel, Model};
+use softdock_statistics::rms;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -177,10 +178,6 @@ fn left_apart(own: &[Vec<Term>], logs: &Logs<Log>, cost: &Cost<'_>, scatters: bo
 /// Level of what is left of each axis over the data sheet's noise.
 fn levels(log: &actuator::LogCost<'_>, white: &[Vec<f64>; 6]) -> [f64; 6] {
     std::array::from_fn(|axis| rms(&white[axis]) * log.sigma[axis] / log.sheet_sigma[axis])
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Most rounds of the search on the reading.

@@ -12,6 +12,7 @@ use softdock_control::frames::{Twist, components, pose_components};
 use softdock_control::settings::SensorSettings;
 use softdock_control::wrench::{Compensation, Motion};
 use softdock_report::number;
+use softdock_statistics::rms;
 
 /// Two-sided 95 %.
 const CONFIDENCE: f64 = 0.975;
@@ -353,10 +354,6 @@ fn residuals(
         }
     }
     all
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 fn rms_per_axis(residuals: &[Residual]) -> [f64; 6] {

@@ -6,7 +6,7 @@ use super::misfit::{DELAY, Fit, Limit, Response, Structure};
 use super::outcome::{AxisActuator, Estimate, Evidence};
 use super::track::Track;
 use nalgebra::{DMatrix, DVector};
-use softdock_statistics::DEVIATIONS_95;
+use softdock_statistics::{DEVIATIONS_95, rms};
 
 /// What is needed to write the answer.
 pub(super) struct Answer<'a> {
@@ -129,12 +129,6 @@ impl Answer<'_> {
             .map(|f| words(&f.structure))
             .collect()
     }
-}
-
-/// Root mean square.
-fn rms(values: &[f64]) -> f64 {
-    let squares: f64 = values.iter().map(|v| v * v).sum();
-    (squares / values.len().max(1) as f64).sqrt()
 }
 
 fn words(structure: &Structure) -> String {

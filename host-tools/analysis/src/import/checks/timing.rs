@@ -3,6 +3,7 @@
 use super::{CheckError, Context};
 use softdock_app::record::CycleRecord;
 use softdock_report::number;
+use softdock_statistics::median;
 
 /// How far the mean step may be from the promised one, relative: clocks are better than that.
 const SAME_RATE: f64 = 0.01;
@@ -23,7 +24,7 @@ pub(super) fn check(
     let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     ensure_rising(name, &times)?;
-    let median = median(&steps);
+    let median = typical(&steps);
     match context.sample_time_s {
         Some(expected_s) => ensure_rate(name, &steps, median, expected_s)?,
         None => warnings.extend(other_unit(context, median)),
@@ -109,7 +110,7 @@ fn two_rates(name: &str, times: &[f64], steps: &[f64], overall: f64) -> Option<S
         .chunks(part)
         .enumerate()
         .filter(|(_, steps)| steps.len() >= 10)
-        .map(|(i, steps)| (i * part, median(steps)))
+        .map(|(i, steps)| (i * part, typical(steps)))
         .find(|(_, step)| !(0.75..=1.0 / 0.75).contains(&(step / overall)))?;
     Some(format!(
         "{name}: two sample times in one file: mostly {} s, but {} s from {} s on; import them \
@@ -120,11 +121,6 @@ fn two_rates(name: &str, times: &[f64], steps: &[f64], overall: f64) -> Option<S
     ))
 }
 
-fn median(steps: &[f64]) -> f64 {
-    let mut sorted = steps.to_vec();
-    let middle = sorted.len() / 2;
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+fn typical(steps: &[f64]) -> f64 {
+    median(&mut steps.to_vec()).unwrap_or(0.0)
 }
