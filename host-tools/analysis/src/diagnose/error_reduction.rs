@@ -3,9 +3,11 @@
 use super::engine::{Stages, predict_all};
 use super::evidence::{FORETELLS, RISES};
 use super::for_prediction;
+use super::late_by_foretelling;
 use super::logs::Logs;
 use super::named::{self, Named};
 use super::question::Question;
+use super::reversal;
 use super::wrench_finding::WrenchFinding;
 use crate::levels::{ChannelLevels, Step};
 use softdock_io::recording::Recording;
@@ -112,10 +114,11 @@ impl Found {
             return Ok(Self::as_named(named));
         };
         let speed = wrench.prepared.pace().speed;
-        let turned = for_prediction::with_reversals(model, recordings, &named, speed)?;
+        let turned = reversal::with_reversals(model, recordings, &named, speed)?;
         let so_far = turned.as_ref().map_or(&named, |(turned, _)| turned);
         let late = late_effects(model, wrench, question);
-        let late = for_prediction::with_what_is_late(model, recordings, so_far, wrench, &late)?;
+        let late =
+            late_by_foretelling::with_what_is_late(model, recordings, so_far, wrench, &late)?;
         let before = turned
             .as_ref()
             .or(late.as_ref())
