@@ -200,11 +200,17 @@ impl Answer<'_> {
                  The likelihood that weighs errors as the noise has them prefers a sharper reversal, beside which nothing looks late."
             )
         });
+        let wrench = self.stages.wrench.as_ref();
+        let in_rounds = wrench.is_some_and(|found| !found.earlier.0.is_empty());
+        let intervals = match in_rounds || reduction.late.is_some() {
+            true => "",
+            false => " The intervals hold both.",
+        };
         let refitted = reduction.refitted.iter().map(|[before, after]| {
             format!(
                 "Parameters, and how a friction turns round, are those of least squares: these foretell unseen data {:.1} % better than those of the likelihood \
                  that decides on names, which weighs errors as the noise has them and holds what it has found first while it looks for more: the form of a law is \
-                 not quite that of the machine, or what was found first has other amounts beside the rest. The intervals hold both.",
+                 not quite that of the machine, or what was found first has other amounts beside the rest.{intervals}",
                 100.0 * (1.0 - after / before)
             )
         });

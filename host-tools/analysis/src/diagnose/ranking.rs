@@ -279,9 +279,7 @@ pub(super) fn with_shape(stages: &Stages, shape: &str) -> Vec<String> {
     let Some(found) = &stages.wrench else {
         return Vec::new();
     };
-    let has_it = |tested: &&Tested| tested.effects.iter().any(|one| one.id == shape);
-    let with_it = found.found.ranked.iter().filter(has_it);
-    let likeliest = with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+    let likeliest = found.likeliest_with(|id| id == shape);
     let earlier = found.earlier.0.iter().map(|one| one.id.to_owned());
     earlier
         .chain(likeliest.iter().flat_map(|one| one.ids()))

@@ -64,6 +64,13 @@ impl WrenchFinding {
         }
     }
 
+    /// The likeliest hypothesis that was tried with a certain effect.
+    pub(super) fn likeliest_with(&self, is_it: impl Fn(&str) -> bool) -> Option<&wrench::Tested> {
+        let has_it = |tested: &&wrench::Tested| tested.effects.iter().any(|one| is_it(one.id));
+        let with_it = self.found.ranked.iter().filter(has_it);
+        with_it.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
     /// What its effects leave.
     pub(super) fn left(&self) -> Left {
         structure::left(&self.prepared, self.found.accepted.as_ref(), &[])
