@@ -74,6 +74,7 @@ fn columns(
     free: &[Parameter],
     values: &[f64],
 ) -> Vec<Vec<f64>> {
+    residuals.keep(&with_values(model, free, values));
     free.par_iter()
         .enumerate()
         .map(|(k, parameter)| {
@@ -198,9 +199,9 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let mut all = self
-            .residuals
-            .of(&with_values(self.model, self.free, &self.values()));
+        let model = with_values(self.model, self.free, &self.values());
+        self.residuals.keep(&model);
+        let mut all = self.residuals.of(&model);
         all.extend(
             self.priors()
                 .map(|(k, tolerance)| self.steps[k] / tolerance),

@@ -1,12 +1,14 @@
 //! Residuals of all channels as one list of numbers, each in units of its expected noise.
 
 use super::sandwich;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::signals::Signals;
+use softdock_physics::model::prediction::wrench::Nominal;
 use softdock_physics::model::prediction::{
-    ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals, wrench,
+    ChannelPrediction, Prediction, Six, bodies, executed, intervals, pose, predict_signals,
 };
 use softdock_physics::model::{Axis, Channel, Model};
-use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Most residuals that a fit works with. Of a longer recording every second, third ... cycle is
 /// judged; the intervals are as much wider.
@@ -34,6 +36,10 @@ pub(super) struct Residuals<'a> {
     /// The model velocity is predicted with the model's own tool and sensor, because the recording
     /// does not say with which ones the rig's controller computed it.
     pub(super) believed: bool,
+    /// A velocity was sent, or may have been.
+    moves: bool,
+    /// See [`Self::keep`].
+    kept: Mutex<Option<Kept>>,
     /// By how much each channel and axis is worse than its noise, whatever is fitted; 1 or more.
     excess: [Six; 4],
 }
@@ -57,6 +63,10 @@ impl<'a> Residuals<'a> {
             velocities.iter().any(Option::is_some)
         };
         let foreign = signals.iter().all(|s| s.settings.is_none());
+        let executes = |p: &Prediction| {
+            let velocities = &p.channel(Channel::ExecutedVelocity).predicted;
+            velocities.iter().any(Option::is_some)
+        };
         Self {
             given,
             signals,
@@ -67,6 +77,8 @@ impl<'a> Residuals<'a> {
                 .map(|p| p.channel(Channel::Pose).clone())
                 .collect(),
             believed: foreign && predictions.iter().any(predicted),
+            moves: predictions.iter().any(executes) || signals.iter().any(Signals::is_of_a_rig),
+            kept: Mutex::default(),
             excess: [[1.0; 6]; 4],
         }
     }
@@ -78,8 +90,8 @@ impl<'a> Residuals<'a> {
 
     /// The residuals of a model; 0 where it predicts nothing.
     pub(super) fn of(&self, model: &Model) -> Vec<f64> {
-        self.relative(model)
-            .zip(&self.rows)
+        let all = self.relative(model).into_iter();
+        all.zip(&self.rows)
             .map(|(residual, row)| residual / self.excess[row.channel as usize][row.axis.index()])
             .collect()
     }
@@ -95,7 +107,7 @@ impl<'a> Residuals<'a> {
     /// that no parameter takes away must not make the parameters look certain.
     pub(super) fn weigh(&mut self, model: &Model) {
         let mut sums = [[(0.0, 0_usize); 6]; 4];
-        for (residual, row) in self.relative(model).zip(&self.rows) {
+        for (residual, row) in self.relative(model).iter().zip(&self.rows) {
             let (sum, count) = &mut sums[row.channel as usize][row.axis.index()];
             *sum += residual * residual;
             *count += 1;
@@ -104,39 +116,87 @@ impl<'a> Residuals<'a> {
             sums.map(|axes| axes.map(|(sum, count)| (sum / count.max(1) as f64).sqrt().max(1.0)));
     }
 
-    /// Residuals over noise.
-    fn relative(&self, model: &Model) -> impl Iterator<Item = f64> + '_ {
-        let logs: Vec<[Cow<'_, ChannelPrediction>; 4]> = (0..self.signals.len())
-            .map(|log| self.channels(model, log))
-            .collect();
-        self.rows.iter().map(move |row| {
-            let residual = logs[row.log][row.channel as usize].residual(row.cycle, row.axis);
-            residual.unwrap_or(0.0) / row.sigma
-        })
+    /// Keeps what a model has in common with those that differ from it in effects on the reading alone: of most of the models about
+    /// it that a fit tries next, nothing else is predicted anew.
+    pub(super) fn keep(&self, model: &Model) {
+        let common = self.common(model);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.as_ref().is_none_or(|kept| kept.0 != common) {
+            *kept = Some((common, Arc::new(self.unaffected(model))));
+        }
     }
 
-    fn channels(&self, model: &Model, log: usize) -> [Cow<'_, ChannelPrediction>; 4] {
-        let (signals, intervals_s) = (&self.signals[log], self.intervals_s[log].as_slice());
+    /// Residuals over noise.
+    fn relative(&self, model: &Model) -> Vec<f64> {
+        let kept = self
+            .kept
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone();
+        let kept = kept.filter(|kept| kept.0 == self.common(model));
+        let logs = kept.map_or_else(|| Arc::new(self.unaffected(model)), |kept| kept.1);
+        let both = logs.iter().zip(self.signals);
+        let wrenches: Vec<ChannelPrediction> = both
+            .map(|(log, signals)| log.wrench.with_effects(model, signals))
+            .collect();
+        let of_row = |row: &Row| {
+            let log = &logs[row.log];
+            let channel = match row.channel {
+                Channel::ExecutedVelocity => &log.executed,
+                Channel::Wrench => &wrenches[row.log],
+                Channel::ModelVelocity => &log.model_velocity,
+                Channel::Pose => log.pose.as_ref().unwrap_or(&self.poses[row.log]),
+            };
+            channel.residual(row.cycle, row.axis).unwrap_or(0.0) / row.sigma
+        };
+        self.rows.iter().map(of_row).collect()
+    }
+
+    /// A model that is equal for all that differ in effects on the reading alone, and in the zero of the sensor. A delay of a drive,
+    /// or of a clock, is one of these effects in logs in which no velocity is sent.
+    fn common(&self, model: &Model) -> Model {
+        let mut common = model.clone();
+        common.sensor.bias = [0.0; 6];
+        common.effects.retain(|effect| {
+            let load = LoadEffect::find(model, &effect.id);
+            load.is_none_or(|load| self.moves && !load.is_of_the_reading_alone())
+        });
+        common
+    }
+
+    /// What the models of [`Self::common`] have, of each log.
+    fn unaffected(&self, model: &Model) -> Vec<Unaffected> {
         // The model velocity shows what the controller believes of tool and sensor, not what is.
         let believed = Model {
             tool: self.given.tool.clone(),
             sensor: self.given.sensor.clone(),
             ..model.clone()
         };
-        let executed = executed::predict(model, signals, intervals_s);
-        let wrench = wrench::predict(model, signals, intervals_s, &executed);
         let clock = |model: &Model| (model.clock_offset_s(), model.clock_rate_error());
-        let pose = match clock(model) == clock(self.given) {
-            true => Cow::Borrowed(&self.poses[log]),
-            false => Cow::Owned(pose::predict(model, signals, intervals_s)),
+        let moved = clock(model) != clock(self.given);
+        let of = |(signals, intervals_s): (&Signals<'_>, &Vec<f64>)| {
+            let executed = executed::predict(model, signals, intervals_s);
+            Unaffected {
+                wrench: Nominal::new(model, signals, intervals_s, &executed),
+                executed,
+                model_velocity: bodies::predict(&believed, signals, &mut Vec::new()),
+                pose: moved.then(|| pose::predict(model, signals, intervals_s)),
+            }
         };
-        [
-            Cow::Owned(executed),
-            Cow::Owned(wrench),
-            Cow::Owned(bodies::predict(&believed, signals, &mut Vec::new())),
-            pose,
-        ]
+        self.signals.iter().zip(&self.intervals_s).map(of).collect()
     }
+}
+
+/// A model without its effects on the reading alone, and what each log has of it.
+type Kept = (Model, Arc<Vec<Unaffected>>);
+
+/// What no effect on the reading alone changes of a log's prediction.
+struct Unaffected {
+    wrench: Nominal,
+    executed: ChannelPrediction,
+    model_velocity: ChannelPrediction,
+    /// None where it is that of the model as it was given.
+    pose: Option<ChannelPrediction>,
 }
 
 fn all_rows(log: usize, prediction: &Prediction, every: usize) -> Vec<Row> {

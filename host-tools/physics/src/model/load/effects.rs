@@ -190,6 +190,11 @@ impl LoadEffect {
         })
     }
 
+    /// Whether it changes the reading of the sensor and nothing else: neither how a rig moves nor its clocks.
+    pub fn is_of_the_reading_alone(&self) -> bool {
+        !matches!(self.effect.law, Law::Actuator(_) | Law::Apart(_))
+    }
+
     /// Whether it changes the reading as a whole, whatever loads the sensor.
     pub fn acts_on_reading(&self) -> bool {
         matches!(

@@ -9,6 +9,7 @@ use softdock_io::recording::Beginning;
 use softdock_mechanism::DockingSettings;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,6 +92,14 @@ impl Column {
         self
     }
 
+    /// Adds a constant to each axis of a column of so many cycles.
+    fn shift(&mut self, count: usize, by: [f64; 6]) {
+        for (series, by) in self.0.iter_mut().zip(by).filter(|(_, by)| *by != 0.0) {
+            series.resize(count, 0.0);
+            series.iter_mut().for_each(|value| *value += by);
+        }
+    }
+
     /// Multiplies all series.
     pub fn scale(&mut self, factor: f64) {
         let all = self.0.iter_mut().flatten();
@@ -149,26 +158,27 @@ impl Touch {
     }
 }
 
-/// Motion, contact and nominal reading of every cycle of a log.
+/// Motion, contact and nominal reading of every cycle of a log. What no effect changes is shared by its copies.
+#[derive(Clone)]
 pub struct Scene {
     /// Cycle time, s.
     pub cycle_s: f64,
     /// Time of each cycle, s.
-    pub time_s: Vec<f64>,
+    pub time_s: Arc<[f64]>,
     /// Where the log begins of which this is all or a part.
     began: Beginning,
     /// Pose of M in C.
-    pub pose: Vec<Pose<f64>>,
+    pub pose: Arc<[Pose<f64>]>,
     /// Velocity and acceleration of M.
-    pub motion: Vec<Motion<f64>>,
+    pub motion: Arc<[Motion<f64>]>,
     /// Orientation of C in M.
-    pub m_from_c: Vec<Matrix3<f64>>,
+    pub m_from_c: Arc<[Matrix3<f64>]>,
     /// Contact with each wall.
-    pub touches: Vec<Touch>,
+    pub touches: Arc<[Touch]>,
     /// What the nominal docking mechanisms do at M, in axes of M; empty without one.
-    pub docked: Vec<Wrench<f64>>,
+    pub docked: Arc<[Wrench<f64>]>,
     /// Reading in S by the nominal parameters alone.
-    nominal: Column,
+    nominal: Arc<Column>,
     /// What loads the sensor: the same with all known effects but those that act on the reading as a whole.
     pub(super) load: Column,
     /// Reading in S by the nominal parameters and all effects that are known.
@@ -188,13 +198,13 @@ pub struct Scene {
     /// Axes of the reading that were measured.
     measured: [bool; 6],
     /// Position along the guide, m; of a bearing the angle, rad.
-    pub position: Vec<f64>,
+    pub position: Arc<[f64]>,
     /// Acceleration along the guide, m/s² or rad/s².
-    pub acceleration: Vec<f64>,
+    pub acceleration: Arc<[f64]>,
     /// The guided point, or the one that touches the first wall, in M, m.
     pub tip: Vector3<f64>,
     /// What each point of action has of the guide: M, tip, origin of the sensor.
-    guided: [Guided; 3],
+    guided: Arc<[Guided; 3]>,
     /// The nominal model.
     pub model: Model,
 }
@@ -322,7 +332,7 @@ impl Scene {
         self.of_a_rig = of_a_rig;
         self.began = *began;
         if self.model.bearing().is_some() {
-            self.position = angles(&self.pose, &self.axis, whole_turns);
+            self.position = angles(&self.pose, &self.axis, whole_turns).into();
         }
         self
     }
@@ -371,11 +381,11 @@ impl Scene {
         let scene = Self {
             cycle_s,
             touches,
-            docked,
+            docked: docked.into(),
             m_from_c,
             reading: nominal.clone(),
             load: nominal.clone(),
-            nominal,
+            nominal: nominal.into(),
             bias: model.sensor.bias,
             of_a_rig: true,
             measured: [true; 6],
@@ -384,14 +394,14 @@ impl Scene {
             s_from_m: turned_back(&load.m_from_s.rotation),
             tip,
             axis,
-            position: Vec::new(),
-            acceleration: Vec::new(),
-            guided: Default::default(),
+            position: Arc::default(),
+            acceleration: Arc::default(),
+            guided: Arc::default(),
             model: model.clone(),
-            time_s,
+            time_s: time_s.into(),
             began,
-            pose,
-            motion,
+            pose: pose.into(),
+            motion: motion.into(),
         };
         scene.along_guide()
     }
@@ -399,12 +409,28 @@ impl Scene {
     /// With the motion along the guide, or about the bearing.
     fn along_guide(mut self) -> Self {
         self.position = match self.model.bearing() {
-            Some(_) => angles(&self.pose, &self.axis, 0),
-            None => positions(&self.pose, &self.axis),
+            Some(_) => angles(&self.pose, &self.axis, 0).into(),
+            None => positions(&self.pose, &self.axis).into(),
         };
         self.acceleration = self.accelerations();
-        self.guided = std::array::from_fn(|choice| self.guided_at(choice as f64));
+        self.guided = Arc::new(std::array::from_fn(|choice| self.guided_at(choice as f64)));
         self
+    }
+
+    /// The same motion with a model that differs in effects on the reading alone, and in the zero of the sensor.
+    pub fn with_model(&self, model: &Model) -> Self {
+        let by = std::array::from_fn(|axis| model.sensor.bias[axis] - self.bias[axis]);
+        let mut scene = Self {
+            model: model.clone(),
+            bias: model.sensor.bias,
+            ..self.clone()
+        };
+        let count = scene.len();
+        let nominal = Arc::make_mut(&mut scene.nominal);
+        for column in [nominal, &mut scene.load, &mut scene.reading] {
+            column.shift(count, by);
+        }
+        scene
     }
 
     /// With a sensor of fewer than six axes: on the others nothing is read, whatever loads them.
@@ -422,7 +448,7 @@ impl Scene {
         reading
     }
 
-    fn accelerations(&self) -> Vec<f64> {
+    fn accelerations(&self) -> Arc<[f64]> {
         let along = |motion: &Motion<f64>| match self.model.bearing() {
             Some(_) => self.axis.dot(&motion.acceleration.angular),
             None => self.axis.dot(&motion.acceleration.linear),
@@ -448,7 +474,7 @@ impl Scene {
     }
 
     fn guided(&self, acts_at: f64) -> &Guided {
-        let [centre, tip, sensor] = &self.guided;
+        let [centre, tip, sensor] = &*self.guided;
         match acts_at as i64 {
             1 => tip,
             2 => sensor,
@@ -521,7 +547,7 @@ impl Scene {
     pub fn force_of_walls(&self, mut force: impl FnMut(&Touch, usize) -> Vector3<f64>) -> Column {
         Column::of(self.len(), |n| {
             let mut sum = [0.0; 6];
-            for touch in &self.touches {
+            for touch in self.touches.iter() {
                 let force = force(touch, n);
                 if force != Vector3::zeros() {
                     let reading = self.reading_of(n, &touch.tip, &force);

@@ -10,7 +10,7 @@ mod added;
 use super::retimed::retimed;
 use super::signals::Signals;
 use super::{ChannelPrediction, Six, six};
-use crate::model::load::{Docked, Guide, LoadModel, Wall, on_tip};
+use crate::model::load::{Docked, Guide, LoadModel, Scene, Wall, on_tip};
 use crate::model::{Channel, Model};
 use nalgebra::Vector3;
 use softdock_control::frames::Wrench;
@@ -24,33 +24,69 @@ pub fn predict(
     intervals_s: &[f64],
     executed: &ChannelPrediction,
 ) -> ChannelPrediction {
-    let cycles = retimed(model, signals, intervals_s);
-    let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
-    let signals = placed.as_ref().unwrap_or(signals);
-    let mut load = NoisyLoad::new(model, signals);
-    let mut at: Vec<Option<(Six, Six)>> = (0..signals.len())
-        .map(|n| load.next(signals, n, intervals_s))
-        .collect();
-    added::add_effects(model, signals, intervals_s, executed, &mut at);
-    let sampled = |n| signals.sampled_in(n).and_then(|m| at[m]);
-    let sensor = six(model.noise.force_n, model.noise.torque_n_m);
-    let mut prediction = ChannelPrediction {
-        channel: Channel::Wrench,
-        measured: signals
-            .cycles
-            .iter()
-            .map(|c| c.inputs.sensor.wrench)
-            .collect(),
-        predicted: (0..signals.len())
-            .map(|n| sampled(n).map(|(wrench, _)| wrench))
-            .collect(),
-        sigma: sensor,
-        expected_sigma: (0..signals.len())
-            .map(|n| sampled(n).map_or(sensor, |(_, sigma)| sigma))
-            .collect(),
-    };
-    added::add_sampling(model, &mut prediction);
-    prediction
+    Nominal::new(model, signals, intervals_s, executed).with_effects(model, signals)
+}
+
+/// What is predicted before effects act on the reading: the same for all models that differ in these alone, but for the zero of
+/// the sensor.
+pub struct Nominal {
+    /// Zero of the sensor.
+    bias: Six,
+    /// Reading of each cycle, and its noise.
+    at: Vec<Option<(Six, Six)>>,
+    /// What effects depend on, if the model has any.
+    scene: Option<Scene>,
+}
+
+impl Nominal {
+    /// Of a model and its signals; arguments as of [`predict`].
+    pub fn new(
+        model: &Model,
+        signals: &Signals<'_>,
+        intervals_s: &[f64],
+        executed: &ChannelPrediction,
+    ) -> Self {
+        let cycles = retimed(model, signals, intervals_s);
+        let placed = cycles.as_ref().map(|cycles| signals.with(cycles));
+        let signals = placed.as_ref().unwrap_or(signals);
+        let mut load = NoisyLoad::new(model, signals);
+        let at = (0..signals.len()).map(|n| load.next(signals, n, intervals_s));
+        Self {
+            bias: model.sensor.bias,
+            at: at.collect(),
+            scene: added::scene(model, signals, intervals_s, executed),
+        }
+    }
+
+    /// With what the effects of a model contribute that is the same but for these and for the zero of the sensor.
+    pub fn with_effects(&self, model: &Model, signals: &Signals<'_>) -> ChannelPrediction {
+        let mut at = self.at.clone();
+        for (wrench, _) in at.iter_mut().flatten() {
+            for ((value, bias), before) in wrench.iter_mut().zip(model.sensor.bias).zip(self.bias) {
+                *value += bias - before;
+            }
+        }
+        if let Some(scene) = &self.scene {
+            added::add_effects(model, scene, &signals.steps, &mut at);
+        }
+        let sampled = |n| signals.sampled_in(n).and_then(|m| at[m]);
+        let sensor = six(model.noise.force_n, model.noise.torque_n_m);
+        let (mut predicted, mut expected_sigma) = (Vec::new(), Vec::new());
+        for of_cycle in (0..signals.len()).map(sampled) {
+            predicted.push(of_cycle.map(|(wrench, _)| wrench));
+            expected_sigma.push(of_cycle.map_or(sensor, |(_, sigma)| sigma));
+        }
+        let cycles = signals.cycles.iter();
+        let mut prediction = ChannelPrediction {
+            channel: Channel::Wrench,
+            measured: cycles.map(|c| c.inputs.sensor.wrench).collect(),
+            predicted,
+            sigma: sensor,
+            expected_sigma,
+        };
+        added::add_sampling(model, &mut prediction);
+        prediction
+    }
 }
 
 /// Force that the mechanism and nothing else puts on the sensor, N in C, without the guide's.

@@ -7,7 +7,7 @@ use super::motion_of;
 use crate::effects::{Law, Sampling, by_id};
 use crate::model::load::Scene;
 use crate::model::load::effects::{LoadEffect, add_known, beyond_the_end};
-use crate::model::{Axis, Model};
+use crate::model::{Axis, EffectModel, Model};
 use softdock_actuator::Reading;
 use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion;
@@ -15,42 +15,39 @@ use softdock_control::wrench::Motion;
 /// Adds what the model's effects contribute to the reading of each cycle, as far as the log holds the motion that it takes.
 pub(super) fn add_effects(
     model: &Model,
-    signals: &Signals<'_>,
-    intervals_s: &[f64],
-    executed: &ChannelPrediction,
+    nominal: &Scene,
+    steps: &[Step],
     at: &mut [Option<(Six, Six)>],
 ) {
-    if !model
-        .effects
-        .iter()
-        .any(|e| LoadEffect::find(model, &e.id).is_some())
-    {
-        return;
-    }
-    let mut scene = scene(model, signals, intervals_s, executed);
-    let nominal = scene.reading.clone();
+    let mut scene = nominal.with_model(model);
+    let before = scene.reading.clone();
     add_known(&mut scene, &model.effects);
     let beyond = beyond_the_end(&scene);
-    for end in (1..=at.len()).filter(|n| signals.steps.get(*n) != Some(&Step::Next)) {
+    for end in (1..=at.len()).filter(|n| steps.get(*n) != Some(&Step::Next)) {
         at[end.saturating_sub(beyond)..end].fill(None);
     }
     for (n, prediction) in at.iter_mut().enumerate() {
         if let Some((wrench, _)) = prediction {
             for (axis, value) in wrench.iter_mut().enumerate() {
-                *value += scene.reading.at(axis, n) - nominal.at(axis, n);
+                *value += scene.reading.at(axis, n) - before.at(axis, n);
             }
         }
     }
 }
 
 /// The motion as it was measured, with the predicted velocity where that is right: it has no noise,
-/// which a friction would turn into wrong signs. A cycle without a pose repeats the last one.
-fn scene(
+/// which a friction would turn into wrong signs. A cycle without a pose repeats the last one. None for a model without effects on
+/// the reading.
+pub(super) fn scene(
     model: &Model,
     signals: &Signals<'_>,
     intervals_s: &[f64],
     executed: &ChannelPrediction,
-) -> Scene {
+) -> Option<Scene> {
+    let acts = |effect: &EffectModel| LoadEffect::find(model, &effect.id).is_some();
+    if !model.effects.iter().any(acts) {
+        return None;
+    }
     let still = Motion {
         velocity: Twist::zero(),
         acceleration: Twist::zero(),
@@ -77,11 +74,9 @@ fn scene(
         })
         .unzip();
     let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
-    Scene::new(model, signals.cycle_s, time_s, pose, motion).of_log(
-        signals.is_of_a_rig(),
-        signals.whole_turns,
-        &signals.began,
-    )
+    let scene = Scene::new(model, signals.cycle_s, time_s, pose, motion);
+    let of_a_rig = signals.is_of_a_rig();
+    Some(scene.of_log(of_a_rig, signals.whole_turns, &signals.began))
 }
 
 /// Whether a prediction misses the measurement by little more than noise.
