@@ -72,6 +72,27 @@ fn a_guessed_scale_of_the_current_is_found_beside_friction() {
     }
 }
 
+/// What moves along z is a guide as what moves along x is.
+#[test]
+fn a_vertical_axis_has_the_friction_of_a_level_one() {
+    let model = MODEL.replace(r#"active_axes = ["x"]"#, r#"active_axes = ["z"]"#);
+    let model = Model::from_toml(&model, "model.toml").unwrap();
+    let upright = |mut recording: Recording| {
+        for cycle in &mut recording.cycles {
+            cycle.trace.pose.swap(0, 2);
+            cycle.trace.executed_velocity.swap(0, 2);
+            cycle.inputs.sensor.wrench.swap(0, 2);
+        }
+        recording
+    };
+    let (train, test) = (upright(log(12.0, 0.0, 1)), upright(log(8.0, 2.0, 2)));
+    let found = diagnose(&model, &[&train], &[&test], &|_, _| {}).unwrap();
+    let mut named = found.diagnosis.effects.clone();
+    named.sort();
+    let expected = ["guide_coulomb", "guide_viscous", "input_gain"];
+    assert_eq!(named, expected, "{}", found.diagnosis.sentence);
+}
+
 /// A damper that softens, at speeds at which it is far from its level: it is a viscous friction, and no dry one that nobody saw.
 #[test]
 fn a_damper_that_softens_is_no_dry_friction() {

@@ -303,15 +303,19 @@ fn turned_back(rotation: &UnitQuaternion<f64>) -> Matrix3<f64> {
     rotation.inverse().to_rotation_matrix().into_inner()
 }
 
-/// Where forces act, in M, and the axis of the guide: of the guide, of a bearing, of what docks, else x.
+/// Where forces act, in M, and the axis of the guide: of the guide, of the only axis that moves, of what docks, else x.
 fn guided_by(model: &Model, load: &LoadModel) -> (Vector3<f64>, Vector3<f64>) {
     let docking = model.contact.docking.first();
     let tip = load.guide.as_ref().map(|guide| guide.tip);
     let tip = tip.or(load.walls.first().map(|wall| wall.tip));
     let tip = tip.or(docking.map(|docking| docking.tip_m.into()));
-    let axis = match (&load.guide, model.bearing(), docking) {
+    let alone = match model.rig.active_axes[..] {
+        [one] => Some(Vector3::ith(one.index() % 3, 1.0)),
+        _ => None,
+    };
+    let axis = match (&load.guide, alone, docking) {
         (Some(guide), ..) => guide.axis,
-        (None, Some(axis), _) => Vector3::ith(axis.index() - 3, 1.0),
+        (None, Some(axis), _) => axis,
         (None, None, Some(docking)) => {
             orientation_from_abc::<f64>(&docking.orientation_abc_rad) * Vector3::x()
         }
