@@ -139,7 +139,7 @@ pub(crate) fn test(model: &Model, log: &Log) -> Clock {
         rate: slope(&errors, &|k| errors[k].1 * log.cycle_s, noise),
         // Of any machine the reading shows it.
         offset_s: match log.of_a_rig {
-            true => slope(&errors, &|k| changes[k], noise),
+            true => slope(&errors, &|k| -changes[k], noise),
             false => (0.0, 0.0),
         },
     }

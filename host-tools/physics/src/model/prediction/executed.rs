@@ -5,7 +5,7 @@
 //! of two poses with its mean. With whole cycles d of delay and the lag T this is
 //! `y(n) = e y(n−1) + (1−e) u(n−1−d)`, `e = exp(−Ts/T)`, at the end of a cycle.
 
-use super::retimed::pose_delay_s;
+use super::retimed::velocity_delay_s;
 use super::signals::{Signals, Step, VelocityMeaning};
 use super::{ChannelPrediction, Six};
 use crate::model::{Channel, Model};
@@ -75,7 +75,7 @@ fn predict_run(
         cycle_s: signals.cycle_s,
         intervals_s: &commands.intervals_s,
     };
-    let late_s = pose_delay_s(model, signals);
+    let late_s = velocity_delay_s(model, signals);
     let axes: [Vec<f64>; 6] = std::array::from_fn(|axis| {
         let mut chain = model.chain(axis);
         chain.delay_s = (chain.delay_s + late_s).max(0.0);

@@ -81,11 +81,12 @@ fn increment_error(
         VelocityMeaning::Sampled => (signals.executed(n)? + signals.executed(last)?) * 0.5,
     };
     let interval_s = intervals_s.get(n).copied().unwrap_or(signals.cycle_s) * (1.0 + clock.rate);
+    // Of a pose that is late it is the motion of before.
     let later = match clock.offset_s {
         0.0 => Twist::zero(),
         offset_s => (signals.executed(n)? - signals.executed(last)?) * offset_s,
     };
-    Some((moved - mean * interval_s - later).get())
+    Some((moved - mean * interval_s + later).get())
 }
 
 fn increment(from: &Pose<f64>, to: &Pose<f64>) -> Twist<f64> {

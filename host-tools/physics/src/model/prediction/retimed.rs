@@ -38,18 +38,24 @@ impl Model {
     }
 }
 
-/// By how much the recorded poses are late as a whole, s: with a velocity of its own, a log shows
-/// that in the pose, not in the velocity; and of any machine it is as well the reading that is early.
-pub fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
+/// By how much the recorded poses of a rig are late, s; of any machine it is as well the reading that is early.
+fn pose_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
+    match signals.is_of_a_rig() {
+        true => model.clock_offset_s(),
+        false => 0.0,
+    }
+}
+
+/// By how much the recorded velocities of a rig are late with its poses, s: not where they were measured apart.
+pub fn velocity_delay_s(model: &Model, signals: &Signals<'_>) -> f64 {
     match signals.velocity {
-        _ if !signals.is_of_a_rig() => 0.0,
-        VelocityMeaning::CycleMean => model.clock_offset_s(),
+        VelocityMeaning::CycleMean => pose_delay_s(model, signals),
         VelocityMeaning::Sampled => 0.0,
     }
 }
 
 /// The cycles with true velocities, and poses at the instants of the wrenches; None where the
-/// clock is right, or the velocity was measured apart. `intervals_s`: true durations of the cycles.
+/// clock is right. `intervals_s`: true durations of the cycles, which a velocity that was measured apart does not depend on.
 pub fn retimed(
     model: &Model,
     signals: &Signals<'_>,
@@ -57,7 +63,8 @@ pub fn retimed(
 ) -> Option<Vec<CycleRecord>> {
     let late_s = pose_delay_s(model, signals);
     let differences = signals.velocity == VelocityMeaning::CycleMean;
-    if !differences || (late_s == 0.0 && intervals_s.is_empty()) {
+    let intervals_s = if differences { intervals_s } else { &[] };
+    if late_s == 0.0 && intervals_s.is_empty() {
         return None;
     }
     let mut cycles = signals.cycles.to_vec();
@@ -71,15 +78,17 @@ pub fn retimed(
     Some(cycles)
 }
 
-/// Moves poses and their differences to an earlier time.
+/// Moves poses, and velocities that are their differences, to an earlier time.
 fn shift(cycles: &mut [CycleRecord], signals: &Signals<'_>, late_s: f64) {
     let cycles_late = late_s / signals.cycle_s;
+    let follows =
+        |n: usize| signals.velocity == VelocityMeaning::CycleMean && signals.steps[n] == Step::Next;
     let mut last: Option<Pose<f64>> = None;
     for (n, cycle) in cycles.iter_mut().enumerate() {
         let pose = pose_at(signals, n, cycles_late);
         if let Some(pose) = pose {
             cycle.trace.pose = pose_components(&pose);
-            if let Some(last) = last.filter(|_| signals.steps[n] == Step::Next) {
+            if let Some(last) = last.filter(|_| follows(n)) {
                 let displacement = pose.translation.vector - last.translation.vector;
                 let turn = (last.rotation.inverse() * pose.rotation).scaled_axis();
                 let per_cycle = 1.0 / signals.cycle_s;
@@ -133,6 +142,8 @@ fn pose_at(signals: &Signals<'_>, n: usize, later: f64) -> Option<Pose<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::prediction::predict_signals;
+    use crate::model::{Axis, Channel};
     use softdock_io::recording::Recording;
     use std::collections::BTreeMap;
 
@@ -142,15 +153,22 @@ mod tests {
         0.02 * t - 0.3 * t * t + 0.5 * t * t * t
     }
 
-    /// Poses that are late by a time, and their differences as velocity.
-    fn late(late_s: f64) -> Recording {
+    fn speed(t: f64) -> f64 {
+        0.02 - 0.6 * t + 1.5 * t * t
+    }
+
+    /// Poses that are late by a time, and as velocity their differences or what was measured apart.
+    fn late(late_s: f64, apart: bool) -> Recording {
         let mut recording = Recording::default();
         for n in 0..100 {
             let at = |n: f64| path(n * TS - late_s);
             let mut cycle = CycleRecord::default();
             cycle.trace.time_s = f64::from(n) * TS;
             cycle.trace.pose = [at(f64::from(n)), 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-            cycle.trace.executed_velocity[0] = (at(f64::from(n)) - at(f64::from(n) - 1.0)) / TS;
+            cycle.trace.executed_velocity[0] = match apart {
+                true => speed(f64::from(n) * TS),
+                false => (at(f64::from(n)) - at(f64::from(n) - 1.0)) / TS,
+            };
             cycle.trace.sent_velocity[0] = 1e-3;
             recording.cycles.push(cycle);
         }
@@ -170,7 +188,7 @@ mod tests {
     #[test]
     fn late_poses_are_put_where_they_belong() {
         for late_s in [0.0063, -0.0087] {
-            let recording = late(late_s);
+            let recording = late(late_s, false);
             let signals = Signals::new(&recording).unwrap();
             let model = with("clock_offset", "offset_s", late_s);
             let placed = retimed(&model, &signals, &[]).unwrap();
@@ -184,9 +202,31 @@ mod tests {
         }
     }
 
+    /// Their poses alone are late, and the pose channel says by how much.
+    #[test]
+    fn late_poses_beside_a_velocity_of_its_own_are_put_where_they_belong() {
+        for late_s in [0.0063, -0.0087] {
+            let recording = late(late_s, true);
+            let signals = Signals::new(&recording).unwrap();
+            let model = with("clock_offset", "offset_s", late_s);
+            let placed = retimed(&model, &signals, &[]).unwrap();
+            let prediction = predict_signals(&model, &signals);
+            let poses = prediction.channel(Channel::Pose);
+            for n in 5..90 {
+                let t = f64::from(n) * TS;
+                let trace = &placed[n as usize].trace;
+                assert!((trace.pose[0] - path(t)).abs() < 1e-9, "{late_s} {n}");
+                assert_eq!(trace.executed_velocity[0], speed(t));
+                let error = poses.residual(n as usize, Axis::X).unwrap();
+                // Half of late_s² times the change of the acceleration is left.
+                assert!(error.abs() < 5e-7, "{late_s} {n}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn a_longer_cycle_has_a_smaller_velocity() {
-        let recording = late(0.0);
+        let recording = late(0.0, false);
         let signals = Signals::new(&recording).unwrap();
         let model = with("clock_rate", "rate_error", 0.05);
         let intervals = crate::model::prediction::intervals(&model, &signals);
