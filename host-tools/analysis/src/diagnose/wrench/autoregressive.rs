@@ -38,7 +38,7 @@ impl AutoregressiveNoise {
     }
 
     /// From a residual; white with `at_least` where it holds less, or is too short to say.
-    /// `cutoff_hz` is that of the low-pass which the log went through: what it took away above is no
+    /// Values that are missing are no numbers. `cutoff_hz` is that of the low-pass which the log went through: what it took away above is no
     /// quiet band in which small errors would weigh much.
     pub(crate) fn of(
         residual: &[f64],
@@ -47,8 +47,9 @@ impl AutoregressiveNoise {
         cutoff_hz: Option<f64>,
     ) -> Self {
         if residual.len() < 256 {
-            let squares: f64 = residual.iter().map(|r| r * r).sum();
-            let level = (squares / residual.len().max(1) as f64).sqrt();
+            let known = residual.iter().filter(|r| r.is_finite());
+            let (count, squares) = known.fold((0, 0.0), |(n, sum), r| (n + 1, sum + r * r));
+            let level = (squares / f64::from(count.max(1))).sqrt();
             return Self::white(level.max(at_least));
         }
         let mut spectrum = noise_spectrum(residual, cycle_s);

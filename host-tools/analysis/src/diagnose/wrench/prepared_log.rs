@@ -53,7 +53,12 @@ impl PreparedLog {
         }
         let tolerances = nuisance::columns(model, &scene);
         let tolerances: Vec<Column> = tolerances.into_iter().map(|c| scene.shown(c)).collect();
-        let fresh = without_stiction(&scene, &after_gaps(&sampling.fresh));
+        let apart = model.sensor.at_rest || is_sparse(&sampling.fresh);
+        let whole = match apart {
+            true => sampling.fresh.clone(),
+            false => after_gaps(&sampling.fresh),
+        };
+        let fresh = without_stiction(&scene, &whole);
         let unexplained = saturated::residual(&scene, &residual, &tolerances, &sheet, &fresh);
         let cutoff_hz = model.sensor.filter.map(|filter| filter.cutoff_hz);
         let noise_model = std::array::from_fn(|axis| {
@@ -61,7 +66,18 @@ impl PreparedLog {
             if model.sensor.at_rest || series.is_empty() {
                 return AutoregressiveNoise::white(sheet[axis]);
             }
-            let mut noise_model = AutoregressiveNoise::of(series, log.cycle_s, 0.3, cutoff_hz);
+            // What does not count has no noise, not one of 0.
+            let counted = series.iter().zip(&fresh);
+            let counted = counted.map(|(value, fresh)| if *fresh { *value } else { f64::NAN });
+            let mut counted: Vec<f64> = counted.collect();
+            if apart {
+                counted.retain(|value| value.is_finite());
+            }
+            let cycle_s = log.cycle_s * series.len() as f64 / counted.len().max(1) as f64;
+            let mut noise_model = AutoregressiveNoise::of(&counted, cycle_s, 0.3, cutoff_hz);
+            if apart {
+                noise_model = AutoregressiveNoise::white(noise_model.level);
+            }
             noise_model.sigma *= sheet[axis];
             noise_model.level *= sheet[axis];
             noise_model
@@ -108,8 +124,29 @@ fn after_gaps(fresh: &[bool]) -> Vec<bool> {
     (0..fresh.len()).map(whole).collect()
 }
 
+/// Whether most of the rows that count have one before them that does not, as where a sensor is slower than the log: each is then
+/// taken by itself, with white noise.
+fn is_sparse(fresh: &[bool]) -> bool {
+    let count = |rows: &[bool]| rows.iter().filter(|fresh| **fresh).count();
+    2 * count(&after_gaps(fresh)) < count(fresh)
+}
+
 /// Noise of the six readings by data sheet.
 pub(crate) fn sheet_sigma(model: &Model) -> [f64; 6] {
     let (force, torque) = (model.noise.force_n, model.noise.torque_n_m);
     [force, force, force, torque, torque, torque]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a sensor at half the rate no row has the rows before it that whitening takes: each counts by itself.
+    #[test]
+    fn readings_of_a_slow_sensor_are_taken_one_by_one() {
+        let every = |kept: fn(usize) -> bool| -> Vec<bool> { (0..1000).map(kept).collect() };
+        assert!(is_sparse(&every(|n| n % 2 == 0)));
+        assert!(!is_sparse(&every(|n| n % 20 != 0)));
+        assert!(!is_sparse(&every(|_| true)));
+    }
 }
