@@ -264,7 +264,7 @@ fn counted(log: &PreparedLog, white: &[f64], level: f64) -> Structure {
     for line in [&mut found.line, &mut found.narrow] {
         line.at = of_all(line.at);
     }
-    found.count = log.fresh.len();
+    found.length = log.fresh.len();
     found
 }
 
@@ -319,8 +319,10 @@ pub(crate) struct Structure {
     /// Strongest one that stands out of the frequencies beside it, too: of what an import has filtered, all that is slow stands out
     /// of the rest.
     pub narrow: Line,
-    /// Number of cycles.
+    /// Number of rows that were tested.
     pub count: usize,
+    /// Number of cycles.
+    pub length: usize,
     /// Root mean square before whitening over the data sheet's noise.
     pub level: f64,
 }
@@ -367,6 +369,7 @@ impl Structure {
             line,
             narrow,
             count: white.len(),
+            length: white.len(),
             level,
         }
     }
@@ -389,6 +392,7 @@ impl Structure {
         Self {
             level: self.level,
             count: self.count,
+            length: self.length,
             ..Self::default()
         }
     }
@@ -400,7 +404,7 @@ impl Structure {
 
     /// The same, with the first cycle of where it is strongest, and the length of that.
     pub(crate) fn strongest(&self) -> ((usize, usize), String) {
-        let whole = (0, self.count);
+        let whole = (0, self.length);
         if self.narrow.over_usual > LINE {
             let line = format!("a spectral line at {:.1} Hz", self.narrow.hz);
             (self.narrow.at, line)
