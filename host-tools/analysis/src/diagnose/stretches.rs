@@ -6,7 +6,7 @@ use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use std::ops::Range;
 
-/// Rows of all logs together of which no more are looked at. Time and memory grow with them: two logs of
+/// Rows of all logs together of which no more are looked at; short logs stay whole. Time and memory grow with them: two logs of
 /// 50,000 rows take about 45 s of processor time. Four times as many rows make intervals half as wide.
 const MOST_ROWS: usize = 100_000;
 /// Stretches of a long log of which the one that moves most is looked at.
@@ -22,9 +22,23 @@ pub(super) fn moves_enough((beginning, end): &(Recording, Recording)) -> bool {
 
 /// The stretch of each log that moves most, of logs that together are longer than a diagnosis looks at.
 pub(super) fn of_long(logs: &Logs<&Recording>) -> Option<Logs<Recording>> {
-    let rows = rows(&logs.all);
-    let share = MOST_ROWS as f64 / rows.max(1) as f64;
-    (share < 1.0).then(|| logs.map(|log| part(log, liveliest(log, share))))
+    let longest = longest(&logs.all)?;
+    Some(logs.map(|log| part(log, liveliest(log, longest))))
+}
+
+/// Rows up to which a log is looked at whole, so that all together have no more than [`MOST_ROWS`]; None if they have anyway.
+fn longest(logs: &[&Recording]) -> Option<usize> {
+    let mut counts: Vec<usize> = logs.iter().map(|log| log.cycles.len()).collect();
+    counts.sort_unstable();
+    let mut left = MOST_ROWS;
+    for (place, count) in counts.iter().enumerate() {
+        let share = left / (counts.len() - place);
+        if *count > share {
+            return Some(share);
+        }
+        left -= count;
+    }
+    None
 }
 
 /// What is said of it.
@@ -41,10 +55,10 @@ fn rows(logs: &[&Recording]) -> usize {
     logs.iter().map(|log| log.cycles.len()).sum()
 }
 
-/// The rows of a share of a log that move most.
-fn liveliest(log: &Recording, share: f64) -> Range<usize> {
+/// The rows of a log, at most so many, that move most.
+fn liveliest(log: &Recording, longest: usize) -> Range<usize> {
     let count = log.cycles.len();
-    let length = (share * count as f64) as usize;
+    let length = longest.min(count);
     let commanded = is_commanded(log);
     let starts = (0..STRETCHES).map(|k| k * (count - length) / (STRETCHES - 1));
     let each = starts.map(|from| from..from + length);
@@ -105,6 +119,10 @@ mod tests {
             said.contains("Of 200000 rows 100000 were looked at"),
             "{said}"
         );
+        let (long, short) = (log(2 * MOST_ROWS), log(3_000));
+        let found = of_long(&Logs::new(vec![&long], vec![&short])).expect("too many rows");
+        let counts = found.all.iter().map(|part| part.cycles.len());
+        assert_eq!(counts.collect::<Vec<_>>(), [MOST_ROWS - 3_000, 3_000]);
         let short = Logs::new(vec![&train], Vec::new());
         assert!(of_long(&short).is_none());
     }
