@@ -267,8 +267,7 @@ impl<'a> Joint<'a> {
         &self.logs.all[0].hypotheses[k]
     }
 
-    /// Columns of some hypotheses with what their coefficients may be. A column of nothing is left
-    /// in: a solution then does not exist.
+    /// Columns of some hypotheses with what their coefficients may be, without those of nothing: of an axis that does not move.
     fn columns(&self, chosen: &[usize]) -> (Vec<&Column>, Vec<Sign>) {
         let each = chosen.iter().flat_map(|k| {
             // A resistance that pushes is none.
@@ -280,6 +279,14 @@ impl<'a> Joint<'a> {
             self.white[*k].iter().map(move |c| (c, sign))
         });
         each.filter(|(column, _)| !column.is_zero()).unzip()
+    }
+
+    /// Which columns of a hypothesis there is something in.
+    fn acting(&self, k: usize) -> Vec<bool> {
+        self.white[k]
+            .iter()
+            .map(|column| !column.is_zero())
+            .collect()
     }
 
     fn solve(&self, chosen: &[usize]) -> Option<Solution> {
@@ -295,7 +302,8 @@ impl<'a> Joint<'a> {
         if chosen.is_empty() {
             return Some(0.0);
         }
-        let parameters: usize = chosen.iter().map(|k| self.white[*k].len()).sum();
+        let acting = |k: &usize| self.acting(*k).iter().filter(|acts| **acts).count();
+        let parameters: usize = chosen.iter().map(acting).sum();
         let price = self.price * parameters as f64 + evidence::prior() * chosen.len() as f64;
         Some(self.solve(chosen)?.gain - price)
     }
@@ -416,15 +424,21 @@ impl Joint<'_> {
         let mut at = 0;
         let fit = |k: &usize| {
             let hypothesis = self.hypothesis(*k);
-            let range = at..at + hypothesis.columns.len();
-            at = range.end;
+            let places: Vec<Option<usize>> = self
+                .acting(*k)
+                .into_iter()
+                .map(|acts| {
+                    at += usize::from(acts);
+                    acts.then(|| at - 1)
+                })
+                .collect();
             let others = chosen.places.iter().copied().filter(|c| c != k);
             let others: Vec<usize> = others.collect();
             let without = self.squares(&others);
             let evidence = chosen.evidence - self.evidence(&others).unwrap_or(0.0);
             BodyFit {
                 id: hypothesis.id,
-                parameters: parameters(model, hypothesis, solution, range),
+                parameters: parameters(model, hypothesis, solution, &places),
                 gains: without.iter().zip(&all).map(|(w, a)| w - a).collect(),
                 evidence,
                 disagrees: disagrees(*k, evidence),
@@ -434,15 +448,15 @@ impl Joint<'_> {
     }
 }
 
+/// Values of the parameters of a hypothesis that have a place among the coefficients of a solution.
 fn parameters(
     model: &Model,
     hypothesis: &Hypothesis,
     solution: &Solution,
-    range: std::ops::Range<usize>,
+    places: &[Option<usize>],
 ) -> BTreeMap<&'static str, (f64, f64, &'static str)> {
     let inertia = model.bodies.k.inertia_kg_m2.unwrap_or_default();
-    let fitted = |k: usize| {
-        let place = range.start + k;
+    let fitted = |place: usize| {
         (
             solution.coefficients.get(place).copied().unwrap_or(0.0),
             solution.sigma.get(place).copied().unwrap_or(0.0),
@@ -453,16 +467,45 @@ fn parameters(
         let mass = nominal / (1.0 + c);
         (mass - nominal, mass * sigma / (1.0 + c))
     };
-    let value = |k: usize| match hypothesis.id {
-        MASS => scaled(model.bodies.k.mass_kg.unwrap_or(0.0), fitted(k)),
-        INERTIA => scaled(inertia[k][k], fitted(k)),
-        _ => fitted(k),
+    let value = |k: usize, place: usize| match hypothesis.id {
+        MASS => scaled(model.bodies.k.mass_kg.unwrap_or(0.0), fitted(place)),
+        INERTIA => scaled(inertia[k][k], fitted(place)),
+        _ => fitted(place),
     };
-    let named = hypothesis.parameters.iter().enumerate();
-    let named = named.map(|(k, (name, unit))| {
-        let (value, sigma) = value(k);
-        (*name, (value, sigma, *unit))
+    let named = hypothesis.parameters.iter().zip(places).enumerate();
+    let named = named.filter_map(|(k, ((name, unit), place))| {
+        let (value, sigma) = value(k, (*place)?);
+        Some((*name, (value, sigma, *unit)))
     });
     let form = hypothesis.form.map(|form| (form, (1.0, 0.0, "-")));
     named.chain(form).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rig that turns about z alone says nothing of the other moments of inertia.
+    #[test]
+    fn a_moment_of_inertia_is_that_of_the_axis_that_turns() {
+        let mut model = Model::default();
+        let inertia = [[100.0, 0.0, 0.0], [0.0, 200.0, 0.0], [0.0, 0.0, 300.0]];
+        model.bodies.k.inertia_kg_m2 = Some(inertia);
+        let hypothesis = Hypothesis {
+            id: INERTIA,
+            form: None,
+            parameters: &INERTIA_ERRORS,
+            columns: Vec::new(),
+        };
+        let solution = Solution {
+            gain: 0.0,
+            coefficients: vec![0.25],
+            sigma: vec![0.01],
+            wrong: Vec::new(),
+        };
+        let found = parameters(&model, &hypothesis, &solution, &[None, None, Some(0)]);
+        let names: Vec<&str> = found.keys().copied().collect();
+        assert_eq!(names, ["izz_kg_m2"]);
+        assert!((found["izz_kg_m2"].0 + 60.0).abs() < 1e-9);
+    }
 }
