@@ -311,14 +311,15 @@ fn apart_if_they_disagree(
         let alone = cost.of_logs(|k| k == log);
         let terms = refined(candidate.terms.clone(), &alone);
         let (own, common) = (alone.of(&terms), alone.of(&candidate.terms));
+        // Both with nominal values of the log's own, which what is common does not have to pay for.
         match own < common {
-            true => (own, terms),
-            false => (common, candidate.terms.clone()),
+            true => (common - own, terms),
+            false => (0.0, candidate.terms.clone()),
         }
     };
     let own = (0..cost.logs.len()).into_par_iter().map(own);
-    let (chi2, terms): (Vec<f64>, Vec<Vec<Term>>) = own.unzip();
-    let gain = candidate.chi2 - chi2.iter().sum::<f64>();
+    let (gains, terms): (Vec<f64>, Vec<Vec<Term>>) = own.unzip();
+    let gain = gains.iter().sum::<f64>();
     let explained = nominal.chi2 - candidate.chi2;
     evidence::disagree(gain, explained, more, cost.count()).then_some(terms)
 }
