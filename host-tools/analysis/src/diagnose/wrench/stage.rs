@@ -421,20 +421,14 @@ impl Work<'_> {
                 ..all
             };
         };
-        let mut fitted = fitted_to(
-            self.of_fit,
-            self.library,
-            &hypothesis,
-            self.joint,
-            Care::Estimating,
-        );
+        let mut fitted = self.estimated(self.of_fit, &hypothesis);
         let why = match fitted.wrong.first() {
             Some(wrong) => Some(format!("fitted to the logs of the fit alone: {wrong}")),
             None if is_determined(&fitted) => None,
             None => Some("the logs of the fit alone do not determine them".to_owned()),
         };
         let mut estimated = match &why {
-            Some(_) => all.effects.clone(),
+            Some(_) => self.estimated(&self.joint.problem, &hypothesis).effects,
             None => std::mem::take(&mut fitted.effects),
         };
         if self.joint.has_much_left(all.gain) {
@@ -449,6 +443,12 @@ impl Work<'_> {
             of_all_logs: why.filter(|_| held_back),
             ..all
         }
+    }
+
+    /// A hypothesis fitted to some rows, with the intervals of a fit and not those of a search.
+    fn estimated(&self, problem: &Problem, hypothesis: &Hypothesis) -> Tested {
+        let (library, joint) = (self.library, self.joint);
+        fitted_to(problem, library, hypothesis, joint, Care::Estimating)
     }
 
     /// A hypothesis fitted to the first `logs` without one piece of them or another.
