@@ -130,7 +130,7 @@ impl Named {
             };
             self = self.within(&name, value, interval, &before.unit);
         }
-        self
+        self.bounded()
     }
 
     /// From now on the intervals hold those of another answer, too.
