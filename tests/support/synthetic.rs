@@ -91,6 +91,7 @@ fn empty(verdict: Verdict, sentence: &str) -> Diagnosis {
         notes: Vec::new(),
         of_all_logs: None,
         unseen: true,
+        in_sample: false,
         seconds: 3.42,
     }
 }

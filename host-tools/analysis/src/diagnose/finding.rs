@@ -292,6 +292,8 @@ pub struct Diagnosis {
     pub notes: Vec<String>,
     /// Whether unseen data was given; else the end of the log was held back.
     pub unseen: bool,
+    /// The error is told of the logs of the fit, as there are no others and their ends move too little to be held back.
+    pub in_sample: bool,
     /// Why the parameters are those of all logs, the unseen ones among them, if they are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_all_logs: Option<String>,

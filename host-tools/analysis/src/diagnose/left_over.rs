@@ -11,14 +11,23 @@ use softdock_statistics::{Noise, noise_floor};
 /// Level of the model velocity over its digits that is no rounding any more.
 const DIGITS: f64 = 1.35;
 
-/// What is left of each channel.
-pub(super) fn left_over(stages: &Stages, after: &Logs<Prediction>) -> Vec<Left> {
+/// What is left of each channel; `refused`: ids of what was found and is not named, as unseen data or its intervals speak against it.
+pub(super) fn left_over(
+    stages: &Stages,
+    after: &Logs<Prediction>,
+    refused: &[&String],
+) -> Vec<Left> {
     let mut all = Vec::new();
     if let Some(found) = &stages.actuator {
         all.push(left_of_actuator(found, stages));
     }
     if let Some(found) = &stages.wrench {
-        let accepted = found.found.accepted.as_ref();
+        let accepted = found.found.accepted.clone().map(|mut accepted| {
+            let is_named = |id: &str| refused.iter().all(|refused| *refused != id);
+            accepted.effects.retain(|effect| is_named(effect.id));
+            accepted
+        });
+        let accepted = accepted.as_ref();
         let mut left = structure::left(&found.prepared, accepted, &[]);
         if stages.clock.jitter.is_some() {
             // Instants that were recovered but for noise leave bursts where the load is steep.

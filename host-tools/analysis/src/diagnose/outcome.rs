@@ -45,8 +45,10 @@ pub(crate) fn conclude(
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
-    let left = left_over(stages, &predictions);
-    let in_sample = recordings.all.len() < 2;
+    let refused = reduction.refused.iter().map(|(id, ..)| id);
+    let refused: Vec<&String> = refused.chain(&reduction.undetermined).collect();
+    let left = left_over(stages, &predictions, &refused);
+    let in_sample = recordings.fitted == recordings.all.len();
     let judged = Judged::new(model, stages, question, found, &left, in_sample);
     let rest = Unaccounted::new(stages, &left, &judged);
     let same = equivalent::of(named.iter().copied()).filter(|_| !judged.is_unnamed());
@@ -140,6 +142,7 @@ impl Said<'_> {
             noise: stages.noise.clone(),
             notes,
             unseen,
+            in_sample: predictions.fitted == predictions.all.len(),
             of_all_logs: None,
             seconds: 0.0,
             disagreeing: judged.disagreeing.clone(),

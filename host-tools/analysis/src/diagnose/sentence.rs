@@ -77,6 +77,7 @@ fn named(diagnosis: &Diagnosis) -> String {
         diagnosis.residual_rms_sigma.after.rms(),
     );
     let data = match (diagnosis.unseen, diagnosis.of_all_logs.is_some()) {
+        _ if diagnosis.in_sample => "the data of the fit",
         (true, true) => "the data of the test, which took part in the fit,",
         (true, false) => "unseen data",
         (false, true) => "the end of the log, which took part in the fit,",
