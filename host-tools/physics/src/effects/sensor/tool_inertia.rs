@@ -36,7 +36,7 @@ pub const EFFECT: Effect = Effect {
 };
 
 /// The reaction of a tool of this mass and of the shape that the model knows, where the model has
-/// left it out.
+/// left it out. Of a tool without a mass in the model a moment of inertia has no scale, and is not this effect's.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
     if tool.inertial {
         return Wrench::zero();
@@ -44,7 +44,7 @@ fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
     let share = if tool.mass_kg > 0.0 {
         p[0] / tool.mass_kg
     } else {
-        1.0
+        0.0
     };
     let moving = Tool {
         mass_kg: p[0],
@@ -67,6 +67,11 @@ mod tests {
             got.map(|v| (v * 1e9).round() / 1e9),
             [-12.0, 0.0, 0.0, 0.0, -1.2, 0.0]
         );
+        state.mass_kg = 0.0;
+        state.motion.acceleration.x = 0.0;
+        state.inertia.m33 = 5.0;
+        state.motion.angular_acceleration.z = 2.0;
+        assert_eq!(wrench(&[0.0], &state).get(), [0.0; 6]);
         state.inertial = true;
         assert_eq!(wrench(&[4.0], &state).get(), [0.0; 6]);
     }
