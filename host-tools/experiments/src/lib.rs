@@ -3,7 +3,7 @@
 //! | module | |
 //! |---|---|
 //! | `scenario`, `run`, `spring_rod` | what is simulated |
-//! | `impacts`, `impact_table` | the contacts of a run, and what they keep of the approach |
+//! | `one_contact`, `impacts`, `impact_table` | the contacts of a run, and what they keep of the approach |
 //! | `demo`, `diagnosis`, `reproduce`, `rehearsal`, `jog_rehearsal`, `starter` | runs that are ready |
 //! | `check` | whether a loop with these settings is stable, and what its contacts would be |
 //! | `campaign` | one scenario under thousands of conditions |
@@ -17,6 +17,7 @@ pub mod diagnosis;
 pub mod impact_table;
 pub mod impacts;
 pub mod jog_rehearsal;
+pub mod one_contact;
 pub mod record_file;
 pub mod rehearsal;
 pub mod reproduce;

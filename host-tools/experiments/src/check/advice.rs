@@ -1,9 +1,9 @@
 //! What to change, in words.
 
 use super::limits::LARGEST_PHI;
-use super::loop_stability::Contact;
 use super::rig_file::Rig;
 use super::{Check, LawRow, SLACK};
+use crate::one_contact::Contact;
 use softdock_control::delay::LawName;
 use softdock_control::settings::Settings;
 

@@ -1,7 +1,7 @@
 //! One contact computed: the board's own cycle and law, the late robot, one mass on one wall.
 
-use super::loop_stability::Contact;
 use super::rig_file::Rig;
+use crate::one_contact::Contact;
 use anyhow::{Result, anyhow};
 use softdock_control::delay::LawName;
 use softdock_control::modes::{Command, Fault, Mode};

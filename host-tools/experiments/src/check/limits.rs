@@ -1,6 +1,6 @@
 //! What no law can do, whatever it knows of the robot, if the wall is felt only at the touch.
 
-use super::loop_stability::Contact;
+use crate::one_contact::Contact;
 use serde::Serialize;
 
 /// Largest phase at which a contact can come out right while the robot retreats no faster than it

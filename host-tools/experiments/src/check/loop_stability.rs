@@ -11,6 +11,8 @@
 //! hardware-in-the-loop satellite docking simulator", Proc. IMechE G 229 (2015) 666. For little
 //! damping h_c is b/k: an elastic contact bears no delay at all.
 
+use crate::one_contact::Contact;
+
 /// Ends of the searches for critical stiffness, mass and damping.
 const SMALLEST: f64 = 1e-6;
 const LARGEST: f64 = 1e12;
@@ -18,77 +20,7 @@ const LARGEST: f64 = 1e12;
 const STEPS: i32 = 180;
 const HALVINGS: u32 = 60;
 
-/// Standard deviations at which the predictor takes a damping for as likely as none: √(2 ln 1000).
-const SEEN: f64 = 3.717;
-
-/// One mass on one wall.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Mass that the contact feels, kg.
-    pub mass_kg: f64,
-    /// Stiffness, N/m.
-    pub stiffness_n_per_m: f64,
-    /// Damping, N·s/m.
-    pub damping_n_s_per_m: f64,
-}
-
 impl Contact {
-    /// ω = √(k/m), rad/s.
-    pub fn frequency_rad_s(&self) -> f64 {
-        (self.stiffness_n_per_m / self.mass_kg).sqrt()
-    }
-
-    /// ζ = b / (2 √(k m)).
-    pub fn damping_ratio(&self) -> f64 {
-        self.damping_n_s_per_m / (2.0 * (self.stiffness_n_per_m * self.mass_kg).sqrt())
-    }
-
-    /// Phase angle at which the contact ends, over √|1 − ζ²|: the wall never pulls, so that is where
-    /// k x + b v = 0. Beyond ζ = 1 the arc sine continues as a logarithm.
-    fn end(&self) -> f64 {
-        let zeta = self.damping_ratio();
-        let root = (1.0 - zeta * zeta).abs().sqrt();
-        if root < 1e-6 {
-            2.0
-        } else if zeta < 1.0 {
-            (std::f64::consts::PI - 2.0 * zeta.asin()) / root
-        } else {
-            2.0 * zeta.acosh() / root
-        }
-    }
-
-    /// Restitution without any delay: exp(−ζ (π − 2 asin ζ) / √(1 − ζ²)).
-    pub fn restitution(&self) -> f64 {
-        (-self.damping_ratio() * self.end()).exp()
-    }
-
-    /// Time in contact without any delay, s.
-    pub fn contact_time_s(&self) -> f64 {
-        self.end() / self.frequency_rad_s()
-    }
-
-    /// Largest force at a speed (m/s) without any delay, N.
-    pub fn peak_force_n(&self, speed_m_s: f64) -> f64 {
-        let (w, z) = (self.frequency_rad_s(), self.damping_ratio());
-        let scale = speed_m_s * w * self.mass_kg;
-        // From ζ = 1/2 on the force is largest at the touch, b v.
-        if z >= 0.5 {
-            return scale * 2.0 * z;
-        }
-        let root = (1.0 - z * z).sqrt();
-        let top = (root * (1.0 - 4.0 * z * z)).atan2(z * (3.0 - 4.0 * z * z));
-        let pulse = top.sin() * (1.0 - 2.0 * z * z) / root + 2.0 * z * top.cos();
-        scale * (-z * top / root).exp() * pulse
-    }
-
-    /// Smallest damping that one contact tells from none, N·s/m, at a speed (m/s), with a noise of the force (N) in each
-    /// cycle (s). Depth and speed of an elastic contact are orthogonal, so least squares leave σ/v √(2 Ts/T) of it;
-    /// whoever knows less of the motion sees less.
-    pub fn damping_in_noise(&self, noise_n: f64, speed_m_s: f64, cycle_s: f64) -> f64 {
-        let elastic_s = std::f64::consts::PI / self.frequency_rad_s();
-        SEEN * noise_n / speed_m_s * (2.0 * cycle_s / elastic_s).sqrt()
-    }
-
     /// h_c, s: the longest delay with which a lasting contact is stable.
     pub fn critical_delay_s(&self) -> f64 {
         let (m, k, b) = (self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m);
@@ -187,31 +119,6 @@ mod tests {
             assert!(real.abs() < 1e-9 * m * w * w, "{real}");
             assert!(imaginary.abs() < 1e-9 * m * w * w, "{imaginary}");
         }
-    }
-
-    /// Against the normal equations of a force of stiffness, onset and damping.
-    #[test]
-    fn noise_hides_what_least_squares_do_not_see() {
-        let elastic = Contact {
-            mass_kg: 500.0,
-            stiffness_n_per_m: 220_500.0,
-            damping_n_s_per_m: 0.0,
-        };
-        let (noise_n, speed_m_s, cycle_s) = (0.5, 0.005, 0.004);
-        let omega = elastic.frequency_rad_s();
-        let rows = (0..).map(|n| omega * cycle_s * (f64::from(n) + 0.5));
-        let rows = rows.take_while(|phase| *phase < std::f64::consts::PI);
-        let rows = rows.map(|phase| {
-            nalgebra::Vector3::new(
-                speed_m_s / omega * phase.sin(),
-                1.0,
-                speed_m_s * phase.cos(),
-            )
-        });
-        let information: nalgebra::Matrix3<f64> = rows.map(|row| row * row.transpose()).sum();
-        let deviation = noise_n * information.try_inverse().unwrap()[(2, 2)].sqrt();
-        let hidden = elastic.damping_in_noise(noise_n, speed_m_s, cycle_s);
-        assert!((hidden / (SEEN * deviation) - 1.0).abs() < 0.02, "{hidden}");
     }
 
     #[test]

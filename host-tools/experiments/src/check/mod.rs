@@ -12,8 +12,9 @@ mod loop_stability;
 mod rig_file;
 mod tables;
 
+pub use crate::one_contact::Contact;
 pub use limits::Limits;
-pub use loop_stability::{Contact, Critical};
+pub use loop_stability::Critical;
 pub use rig_file::{Rig, load_board};
 
 use anyhow::{Context, Result};

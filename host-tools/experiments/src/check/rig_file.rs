@@ -1,7 +1,6 @@
 //! The rig that a board is checked against: a short file of its own, or a scenario.
 
-use super::loop_stability::Contact;
-use crate::impacts::AnalyticBounce;
+use crate::one_contact::Contact;
 use crate::scenario::Scenario;
 use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::Vector3;
@@ -126,11 +125,7 @@ impl Rig {
         let rig = Self {
             actuator: scenario.rig.robot.actuator.clone(),
             feedback_latency_cycles: scenario.rig.robot.feedback_latency_cycles,
-            contact: Contact {
-                mass_kg: AnalyticBounce::new(scenario, &wall).mass_kg,
-                stiffness_n_per_m: wall.stiffness_n_per_m,
-                damping_n_s_per_m: wall.damping_n_s_per_m,
-            },
+            contact: Contact::new(scenario, &wall),
             approach_speed_m_s: speed_m_s,
             noise_force_n: Some(scenario.rig.sensor.noise_force_n),
         };
@@ -138,7 +133,7 @@ impl Rig {
         if mechanism.runs_on_after_capture {
             let dockings = mechanism.docking.iter();
             for (docking, joint) in dockings.filter_map(|d| Some((d, d.kind.latched()?))) {
-                let mass_kg = AnalyticBounce::new(scenario, &as_wall(docking, joint)).mass_kg;
+                let mass_kg = Contact::new(scenario, &as_wall(docking, joint)).mass_kg;
                 rig.bears(&joint, mass_kg)?;
             }
         }
