@@ -124,6 +124,12 @@ fn a_model_is_changed_only_as_it_was_seen() {
         &remove,
     );
     assert_eq!(removed.status, 200, "{}", removed.json());
+    let without = fs::read_to_string(&path).unwrap();
+    let undo = json!({"if_match": removed.json()["if_match"]});
+    let undone = bench.post("/api/models/model.toml/undo", &undo);
+    assert_eq!(undone.status, 200, "{}", undone.json());
+    assert!(fs::read_to_string(&path).unwrap().contains("guide_coulomb"));
+    fs::write(&path, without).unwrap();
     assert!(
         !fs::read_to_string(&path)
             .unwrap()

@@ -32,6 +32,19 @@ fn sends(address: String) {
     });
 }
 
+/// Its port is free at once, although no datagram came that would have woken it.
+#[test]
+fn a_view_that_is_stopped_can_be_started_again() {
+    let bench = Bench::start(&scratch("workbench_live_again"));
+    let address = following(&bench);
+    for _ in 0..2 {
+        let again = bench.post("/api/live/start", &json!({"listen": address}));
+        assert_eq!(again.status, 200, "{}", again.json());
+        assert_eq!(bench.post("/api/live/stop", &json!({})).status, 204);
+    }
+    assert!(UdpSocket::bind(&address).is_ok());
+}
+
 #[test]
 fn what_a_board_sends_comes_as_frames() {
     let bench = Bench::start(&scratch("workbench_live"));

@@ -67,7 +67,7 @@ pub(super) async fn add(
     .await
 }
 
-/// What each model file said before its last addition, and the fingerprint of what it said after.
+/// What each model file said before its last change by the page, and the fingerprint of what it said after.
 #[derive(Default)]
 pub(super) struct Before(Mutex<HashMap<String, [String; 2]>>);
 
@@ -88,7 +88,7 @@ impl Before {
     }
 }
 
-/// Gives a file the text that it had before its last addition.
+/// Gives a file the text that it had before its last change by the page.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Undoing {
@@ -141,6 +141,7 @@ pub(super) async fn remove(
         if removal.write {
             edited.save()?;
             if_match = fingerprint(edited.text());
+            bench.before.keep(&id, &if_match, file.text());
         }
         Ok(Json(Changed {
             written: removal.write,

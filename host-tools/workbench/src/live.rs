@@ -23,7 +23,7 @@ use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender, error::RecvError};
 
@@ -49,15 +49,19 @@ impl Default for Live {
     }
 }
 
-/// A thread that listens; it ends when this is dropped.
+/// A thread that listens; when this is dropped it has ended, and its port is free.
 struct Watch {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }
 
@@ -93,16 +97,23 @@ pub(super) async fn start(
         let address = listener.address();
         let stop = Arc::new(AtomicBool::new(false));
         let (frames, raised) = (bench.live.frames.clone(), stop.clone());
-        thread::spawn(move || listen_to(&listener, &frames, &raised));
-        *watch = Some(Watch { address, stop });
+        let thread = thread::spawn(move || listen_to(&listener, &frames, &raised));
+        *watch = Some(Watch {
+            address,
+            stop,
+            thread: Some(thread),
+        });
         Ok(Json(json!({ "listen": address })))
     })
     .await
 }
 
-pub(super) async fn stop(State(bench): State<Shared>) -> StatusCode {
-    *bench.live.watch() = None;
-    StatusCode::NO_CONTENT
+pub(super) async fn stop(State(bench): State<Shared>) -> Result<StatusCode, Problem> {
+    work(move || {
+        *bench.live.watch() = None;
+        Ok(StatusCode::NO_CONTENT)
+    })
+    .await
 }
 
 /// What is drawn of the cycles since the last frame, and what stands beside it.

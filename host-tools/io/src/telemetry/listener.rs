@@ -11,7 +11,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// Datagrams that may wait for the disk: one minute of cycles, about 20 MB.
@@ -30,6 +30,19 @@ pub struct Listener {
     address: SocketAddr,
     queue: Receiver<Received>,
     stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// The port is free again.
+impl Drop for Listener {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // It waits for room in a queue that nobody empties any more.
+            self.queue = sync_channel(0).1;
+            let _ = thread.join();
+        }
+    }
 }
 
 impl Listener {
@@ -49,11 +62,12 @@ impl Listener {
         let (sender, queue) = sync_channel(QUEUE);
         let stop = Arc::new(AtomicBool::new(false));
         let raised = stop.clone();
-        thread::spawn(move || listen(&socket, &sender, &raised));
+        let thread = thread::spawn(move || listen(&socket, &sender, &raised));
         Ok(Self {
             address,
             queue,
             stop,
+            thread: Some(thread),
         })
     }
 
@@ -68,9 +82,11 @@ impl Listener {
     }
 
     /// Ends listening: all that has come until now.
-    pub fn close(self) -> impl Iterator<Item = Received> {
+    pub fn close(mut self) -> impl Iterator<Item = Received> {
+        // The thread ends behind the last one.
         self.stop.store(true, Ordering::Relaxed);
-        self.queue.into_iter()
+        self.thread = None;
+        std::mem::replace(&mut self.queue, sync_channel(0).1).into_iter()
     }
 }
 

@@ -6,7 +6,7 @@ import { openModel, reload } from './folder.js';
 import { changed, state } from './state.js';
 import { left } from './plots.js';
 
-/** What was written last: the effects that can be taken out again. */
+/** What was written last, and can be taken back. */
 let written = null;
 /** What of it is drawn: a button that is drawn anew between press and release is not clicked. */
 let shown;
@@ -34,28 +34,26 @@ async function write(trial, force) {
   try {
     await post(`models/${id(state.model)}/effects`, { job: trial.job, if_match: trial.if_match, force });
     const what = trial.effects.length ? `${trial.effects.join(', ')} now stands` : 'The fitted values now stand';
-    written = { model: state.model, effects: trial.effects, what };
+    written = { model: state.model, what };
     await afterChange();
   } catch (error) {
     refused(error);
   }
 }
 
-/** Takes effects out of the model file. */
-export async function remove(effects) {
+/** Takes an effect out of the model file. */
+export async function remove(effect) {
   try {
-    for (const effect of effects) {
-      await openModel();
-      await post(`models/${id(state.model)}/effects/${id(effect)}/remove`, { if_match: state.file.if_match, write: true });
-    }
-    written = null;
+    await openModel();
+    await post(`models/${id(state.model)}/effects/${id(effect)}/remove`, { if_match: state.file.if_match, write: true });
+    written = { model: state.model, what: `${effect} no longer stands` };
     await afterChange();
   } catch (error) {
     refused(error);
   }
 }
 
-/** Gives the model file the text that it had before the last fit. */
+/** Gives the model file the text that it had before it was written last, with all that a fit had moved. */
 async function undo() {
   try {
     await openModel();
@@ -110,7 +108,7 @@ export function draw() {
     if (shown === written) return;
     shown = written;
     return fill('addition', written && [h('h2', {}, 'Written'), h('p', { class: 'good', id: 'added' }, `✓ ${written.what} in ${written.model}.`),
-      h('button', { id: 'undo', onclick: () => (written.effects.length ? remove(written.effects) : undo()) }, 'Undo')]);
+      h('button', { id: 'undo', onclick: undo }, 'Undo')]);
   }
   shown = undefined;
   fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(), trial.undetermined && fitted(trial),

@@ -51,10 +51,11 @@ export async function job(kind, args, told = () => {}, started = () => {}) {
       resolve({ job: number, ...JSON.parse(event.data) });
     });
     events.addEventListener('error', (event) => {
-      // Without data it is the connection, which the browser opens again.
-      if (event.data === undefined) return;
+      // Without data it is the connection, which the browser opens again, unless nobody knows the job any more.
+      if (event.data === undefined && events.readyState !== EventSource.CLOSED) return;
       events.close();
-      reject(new Error(JSON.parse(event.data).error));
+      reject(new Error(event.data === undefined
+        ? 'the workbench was started anew and has lost this job; ask again' : JSON.parse(event.data).error));
     });
   });
 }

@@ -88,13 +88,16 @@ export function cancel() {
 /** Fits effects together and shows what they leave; `hypothesis` is one that no model file has. */
 export async function tryEffects(effects, hypothesis) {
   const label = effects?.join(' + ') ?? hypothesis.id;
+  const { model } = state;
   trying = label;
   failed = null;
   draw();
   try {
     const found = await job('add', { selection: selection(), effect: effects, hypothesis });
-    state.trial = { ...found, label };
-    changed('trial');
+    if (model === state.model) {
+      state.trial = { ...found, label };
+      changed('trial');
+    }
   } catch (error) {
     failed = error.message;
   }

@@ -41,7 +41,7 @@ function run(steps) {
 /** The effects, each with the way out. */
 function effects() {
   return effectsOfModel().length && h('div', { class: 'chips' }, effectsOfModel().map((one) => h('span', { class: 'chip' }, one.id,
-    h('button', { class: 'quiet', 'aria-label': `Take ${one.id} out`, title: 'Take it out of the model', onclick: () => remove([one.id]) }, '×'))));
+    h('button', { class: 'quiet', 'aria-label': `Take ${one.id} out`, title: 'Take it out of the model', onclick: () => remove(one.id) }, '×'))));
 }
 
 export async function draw() {

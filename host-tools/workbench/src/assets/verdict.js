@@ -16,7 +16,10 @@ export async function compare() {
     state.comparison = comparison;
     trouble(null);
   } catch (error) {
+    if (asked[0] !== state.model || asked[1] !== state.recording) return;
     fill('verdict', h('p', { class: 'sentence bad' }, error.message));
+    // Curves of another recording would stand under the message.
+    changed('axis');
     return;
   }
   const known = state.comparison.channels.some((one) => one.name === state.channel && one.axis === state.axis);
