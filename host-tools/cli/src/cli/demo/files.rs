@@ -1,6 +1,6 @@
 //! What the demonstration leaves behind.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use softdock_io::input::refuse_overwrite;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ impl Files {
         }
     }
 
-    /// Refuses to write over an earlier demonstration, unless `force` says so.
+    /// Refuses to write over an earlier demonstration, unless `force` says so; its settings of the board are then gone.
     pub(super) fn refuse_overwrite(&self, force: bool) -> Result<()> {
         let all = [
             &self.report,
@@ -48,7 +48,13 @@ impl Files {
             &self.test,
         ];
         all.into_iter()
-            .try_for_each(|path| refuse_overwrite(path, force))
+            .try_for_each(|path| refuse_overwrite(path, force))?;
+        // Not every demonstration writes one: settings of an earlier one would pass for this one's.
+        if self.board.exists() {
+            std::fs::remove_file(&self.board)
+                .with_context(|| format!("cannot remove {}", self.board.display()))?;
+        }
+        Ok(())
     }
 
     /// Where everything is, and what to do with it.
