@@ -4,7 +4,7 @@ use super::advice::{determined_by, open_words};
 use super::gravity::Gravity;
 use super::plan::{PlannedPose, plan};
 use super::rests;
-use super::source::{Mounting, Reading};
+use super::source::{Mounting, Reading, error_bits};
 use anyhow::Result;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
@@ -21,8 +21,8 @@ const NEW_POSE_RAD: f64 = 0.1;
 
 /// Watches the robot, and says what to do next.
 pub struct Guide {
+    sensor: SensorSettings,
     mounting: Mounting,
-    gravity_m_s2: [f64; 3],
     tilt_rad: f64,
     readings: Vec<Reading>,
     /// Sample of the last reading.
@@ -41,8 +41,8 @@ impl Guide {
     /// For a sensor that stands so on its flange, and a plan that tilts the tool so far.
     pub fn new(sensor: &SensorSettings, tilt_rad: f64) -> Self {
         Self {
+            sensor: sensor.clone(),
             mounting: Mounting::new(sensor),
-            gravity_m_s2: sensor.gravity_m_s2,
             tilt_rad,
             readings: Vec::new(),
             counter: 0,
@@ -64,7 +64,7 @@ impl Guide {
         if !fresh {
             return;
         }
-        self.useless = match (sensor.saturated, sensor.status) {
+        self.useless = match (sensor.saturated, error_bits(sensor, &self.sensor)) {
             (true, _) => {
                 Some("the sensor is saturated: does the tool press against something?".into())
             }
@@ -105,7 +105,12 @@ impl Guide {
             return Ok(Some(text));
         }
         if self.taken.is_empty() {
-            self.planned = plan(&now, &self.mounting, self.gravity_m_s2, self.tilt_rad)?;
+            self.planned = plan(
+                &now,
+                &self.mounting,
+                self.sensor.gravity_m_s2,
+                self.tilt_rad,
+            )?;
         }
         self.taken.push(now);
         let mean =
@@ -146,7 +151,7 @@ impl Guide {
 
     /// Condition of the calibration with the poses so far; None while something is open.
     fn condition(&self) -> Option<f64> {
-        let gravity = Gravity::new(self.gravity_m_s2);
+        let gravity = Gravity::new(self.sensor.gravity_m_s2);
         let determined = determined_by(&self.taken, &self.mounting, &gravity);
         (determined.open == 0).then_some(determined.condition)
     }
@@ -156,7 +161,7 @@ impl Guide {
         if self.is_enough() {
             return "that is enough".to_owned();
         }
-        let gravity = Gravity::new(self.gravity_m_s2);
+        let gravity = Gravity::new(self.sensor.gravity_m_s2);
         let state = match self.condition() {
             Some(condition) => {
                 format!("condition number {condition:.1}, expected at most {GOOD_CONDITION}")
@@ -242,5 +247,20 @@ mod tests {
         }
         assert_eq!(guide.poses(), FEWEST_POSES);
         assert!(guide.condition().unwrap() <= GOOD_CONDITION);
+    }
+
+    #[test]
+    fn a_status_bit_that_the_board_ignores_spoils_no_reading() {
+        let settings = SensorSettings {
+            ignored_status_bits: 0x40,
+            ..SensorSettings::default()
+        };
+        let mut guide = Guide::new(&settings, 1.0);
+        for (cycle, status, says) in [(0, 0x40, "A 0.0°"), (1, 0x41, "reports status 0x1 (")] {
+            let mut record = record(cycle, [0.0; 3]);
+            record.inputs.sensor.status = status;
+            guide.see(&record);
+            assert!(guide.now().contains(says), "{}", guide.now());
+        }
     }
 }

@@ -67,6 +67,18 @@ pub fn one_after_the_other<'a>(
     Ok(all)
 }
 
+/// Status bits of a sample for which its reading is none: those that the board does not ignore.
+pub(super) fn error_bits(sample: &SensorSample, settings: &SensorSettings) -> u32 {
+    sample.status & !settings.ignored_status_bits
+}
+
+/// Whether a sample of a recording is a reading, by the settings of its board; a log of another rig ignores no bit.
+fn is_healthy(sample: &SensorSample, signals: &Signals<'_>) -> bool {
+    let settings = signals.settings.as_ref().map(|settings| &settings.sensor);
+    let bits = settings.map_or(sample.status, |settings| error_bits(sample, settings));
+    !sample.saturated && bits == 0
+}
+
 /// Says which readings of a recording cannot be used; none if all can.
 ///
 /// # Errors
@@ -74,8 +86,8 @@ pub fn one_after_the_other<'a>(
 /// Those of [`RecordedReadings`].
 pub fn unusable(recording: &Recording) -> Result<Option<String>> {
     let signals = Signals::new(recording)?;
-    let unfit = |sensor: &SensorSample| sensor.saturated || sensor.status != 0;
-    let bad = signals.cycles.iter().filter(|c| unfit(&c.inputs.sensor));
+    let cycles = signals.cycles.iter();
+    let bad = cycles.filter(|c| !is_healthy(&c.inputs.sensor, &signals));
     let times_s: Vec<f64> = bad.map(|cycle| cycle.trace.time_s).collect();
     let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else {
         return Ok(None);
@@ -134,7 +146,7 @@ impl<'a> RecordedReadings<'a> {
     fn at(&self, n: usize) -> Option<Reading> {
         let cycle = &self.signals.cycles[n];
         let sensor = &cycle.inputs.sensor;
-        let good = !sensor.saturated && sensor.status == 0;
+        let good = is_healthy(sensor, &self.signals);
         let pose = self.signals.pose(n)?;
         (good && self.signals.sampled_in(n) == Some(n)).then(|| Reading {
             time_s: cycle.trace.time_s,
@@ -157,5 +169,37 @@ impl Source for RecordedReadings<'_> {
             }
         }
         Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_app::record::CycleRecord;
+
+    /// A bit that the user has declared ignored does not make a reading useless; another one does.
+    #[test]
+    fn ignored_status_bits_leave_readings() {
+        let cycle = |n: u32| {
+            let mut cycle = CycleRecord::default();
+            cycle.trace.cycle = n.into();
+            cycle.trace.time_s = f64::from(n) * 0.004;
+            cycle.inputs.sensor.counter = n + 1;
+            cycle.inputs.sensor.status = if n == 3 { 0x41 } else { 0x40 };
+            cycle.inputs.robot.pose = Some([0.0; 6]);
+            cycle
+        };
+        let mut recording = Recording {
+            cycles: (0..10).map(cycle).collect(),
+            ..Recording::default()
+        };
+        recording.header.settings_toml = "[control.sensor]\nignored_status_bits = 64\n".to_owned();
+        let used = RecordedReadings::new(&recording)
+            .unwrap()
+            .readings()
+            .unwrap();
+        assert_eq!(used.len(), 9);
+        let told = unusable(&recording).unwrap().unwrap();
+        assert!(told.starts_with("1 readings between 0.0 s"), "{told}");
     }
 }
