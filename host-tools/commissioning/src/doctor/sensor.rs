@@ -6,17 +6,21 @@ use softdock_control::settings::Settings;
 use softdock_io::recording::Recording;
 use softdock_report::number;
 use softdock_statistics::{Noise, noise_floor};
+use std::ops::Range;
 
 /// Share of cycles without a new sample that a link in order has.
 const WITHOUT: f64 = 0.01;
-/// Noise beyond which a force is hardly worth controlling with, over the force that forbids a start.
+/// Noise beyond which a load is hardly worth controlling with, over the load that forbids a start.
 const NOISY: f64 = 0.1;
-/// Noise below this is round-off, N.
-const UNSEEN_N: f64 = 1e-6;
+/// Noise below this is round-off, N and N·m.
+const UNSEEN: f64 = 1e-6;
 /// Velocity below which the robot rests, m/s and rad/s.
 const RESTS: f64 = 1e-3;
 /// Cycles at rest at either end between which a drift is judged.
 const ENDS: usize = 50;
+
+/// Axes of a wrench.
+const FORCE_AND_TORQUE: [Range<usize>; 2] = [0..3, 3..6];
 
 pub(super) fn checks(recording: &Recording, settings: Option<&Settings>) -> Vec<Check> {
     let cycles = recording.cycles.as_slice();
@@ -102,15 +106,12 @@ fn noise(cycles: &[CycleRecord], settings: &Settings) -> Check {
             .collect();
         noise_floor(&series, Noise::White, None)
     };
-    let worst = (0..3).filter_map(of_axis).fold(0.0, f64::max);
-    if worst < UNSEEN_N {
+    let worst = FORCE_AND_TORQUE.map(|axes| axes.filter_map(of_axis).fold(0.0, f64::max));
+    if worst.iter().all(|sigma| *sigma < UNSEEN) {
         return Check::good(name, "none is seen");
     }
-    let words = format!(
-        "{} N, one sigma of the worst force",
-        number::significant(worst, 2)
-    );
-    if worst > NOISY * settings.start.max_force_n {
+    let words = format!("{}, one sigma of the worst axes", words(worst));
+    if is_beyond(worst, NOISY, settings) {
         Check::warning(
             name,
             format!("{words}: look at shield and grounding, and at the robot's drives"),
@@ -138,13 +139,13 @@ fn drift(cycles: &[CycleRecord], settings: &Settings) -> Check {
     };
     let ends = (&still[..ENDS], &still[still.len() - ENDS..]);
     let change = |axis: usize| (mean(ends.1, axis) - mean(ends.0, axis)).abs();
-    let worst = (0..3).map(change).fold(0.0, f64::max);
+    let worst = FORCE_AND_TORQUE.map(|axes| axes.map(change).fold(0.0, f64::max));
     let lasts_s = still[still.len() - 1].trace.time_s - still[0].trace.time_s;
     let words = format!(
-        "the compensated force at rest changed by {} N in {lasts_s:.0} s",
-        number::significant(worst, 2)
+        "the compensated load at rest changed by {} in {lasts_s:.0} s",
+        words(worst)
     );
-    if worst > NOISY * settings.start.max_force_n {
+    if is_beyond(worst, NOISY, settings) {
         Check::warning(
             name,
             format!("{words}: warm up, take the zero, or calibrate the tool's weight"),
@@ -154,34 +155,74 @@ fn drift(cycles: &[CycleRecord], settings: &Settings) -> Check {
     }
 }
 
-/// A robot in free space feels nothing; a force at rest is a wrong weight or zero.
+/// A robot in free space feels nothing; a force at rest is a wrong weight or zero, a torque alone a wrong centre of
+/// mass.
 fn load(cycles: &[CycleRecord], settings: &Settings) -> Check {
     let name = "force at rest";
-    let resting = cycles.iter().filter(|c| !c.trace.mode.moves());
-    let forces = resting.map(|c| {
-        let [x, y, z, ..] = c.trace.wrench_at_m;
-        (x * x + y * y + z * z).sqrt()
-    });
-    let mut all: Vec<f64> = forces.filter(|f| f.is_finite()).collect();
-    let Some(median) = softdock_statistics::median(&mut all) else {
+    let resting = |axes: Range<usize>| {
+        let still = cycles.iter().filter(|c| !c.trace.mode.moves());
+        let squares = still.map(|c| {
+            c.trace.wrench_at_m[axes.clone()]
+                .iter()
+                .map(|v| v * v)
+                .sum()
+        });
+        let sizes = squares.map(f64::sqrt).filter(|size| size.is_finite());
+        softdock_statistics::median(&mut sizes.collect::<Vec<f64>>())
+    };
+    let [Some(force), Some(torque)] = FORCE_AND_TORQUE.map(resting) else {
         return Check::warning(name, "no cycle outside of a run is recorded");
     };
-    let words = format!("{} N compensated", number::significant(median, 2));
-    let most = settings.start.max_force_n;
-    if median > most {
+    let load = [force, torque];
+    let words = format!("{} compensated", words(load));
+    let most = format!(
+        "{} N and {} N·m",
+        settings.start.max_force_n, settings.start.max_torque_n_m
+    );
+    if is_beyond(load, 1.0, settings) {
         Check::bad(
             name,
             format!(
-                "{words}, arming needs less than {most} N: `softdock calibrate sensor`, or in hold `softdock params \
+                "{words}, arming needs less than {most}: `softdock calibrate sensor`, or in hold `softdock params \
                  mode zero`"
             ),
         )
-    } else if median > 0.5 * most {
+    } else if is_beyond(load, 0.5, settings) {
         Check::warning(
             name,
-            format!("{words}, not far from the {most} N that forbid arming"),
+            format!("{words}, not far from the {most} that forbid arming"),
         )
     } else {
         Check::good(name, words)
+    }
+}
+
+/// A force and a torque, N and N·m.
+fn words([force, torque]: [f64; 2]) -> String {
+    let [force, torque] = [force, torque].map(|size| number::significant(size, 2));
+    format!("{force} N and {torque} N·m")
+}
+
+/// Whether a force or a torque is beyond this share of what forbids a start.
+fn is_beyond([force, torque]: [f64; 2], share: f64, settings: &Settings) -> bool {
+    let start = &settings.start;
+    force > share * start.max_force_n || torque > share * start.max_torque_n_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::doctor::State;
+
+    /// Arming refuses a torque, too: a wrong centre of mass leaves no force.
+    #[test]
+    fn a_torque_at_rest_is_judged_by_its_own_limit() {
+        let settings = Settings::default();
+        let most = settings.start.max_torque_n_m;
+        for (share, state) in [(1.2, State::Bad), (0.7, State::Warning), (0.2, State::Good)] {
+            let mut cycle = CycleRecord::default();
+            cycle.trace.wrench_at_m[5] = share * most;
+            assert_eq!(load(&[cycle], &settings).state, state, "{share}");
+        }
     }
 }
