@@ -9,12 +9,24 @@ use softdock_physics::model::edit::{replace, rounded, with_its_line_ends};
 use softdock_report::number;
 use std::fmt::Write;
 use std::path::Path;
-use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{Array, DocumentMut, Item, RawString, Table, TableLike, Value};
 
 /// Digits of the width of an interval in a remark.
 const INTERVAL_DIGITS: usize = 2;
 /// Unchanged lines around a change.
 const CONTEXT_LINES: usize = 2;
+
+/// How the remarks of measurements begin; others are the user's.
+const OWN_REMARKS: [&str; 8] = [
+    "95 %",
+    "found; 95 %",
+    "as given",
+    "about the centre of mass; acts",
+    "held by tool_com_m",
+    "none",
+    "by the force of the tool",
+    "not told from the delay",
+];
 
 /// A setting that was measured.
 #[derive(Clone, Debug)]
@@ -137,7 +149,12 @@ impl Fragment {
         for setting in &self.settings {
             match section.get_mut(setting.key).and_then(Item::as_value_mut) {
                 Some(value) => {
-                    let decor = value.decor().clone();
+                    let mut decor = value.decor().clone();
+                    let suffix = decor.suffix().and_then(RawString::as_str);
+                    // An interval of another run is not that of this value; a word of the user stays.
+                    if suffix.is_some_and(is_own) {
+                        decor.set_suffix(format!("  # {}", setting.remark));
+                    }
                     *value = setting.value.clone();
                     *value.decor_mut() = decor;
                 }
@@ -150,6 +167,12 @@ impl Fragment {
         }
         Ok(document.to_string())
     }
+}
+
+/// Whether a remark behind a value is one that a measurement wrote.
+fn is_own(suffix: &str) -> bool {
+    let text = suffix.trim_start().trim_start_matches('#').trim_start();
+    OWN_REMARKS.iter().any(|begin| text.starts_with(begin))
 }
 
 /// The section of a path, made if it is not there; None if something else has its name.
@@ -188,6 +211,16 @@ mod tests {
             "# mine\n[control.sensor]\ntool_mass_kg = 1.812346  # scales in the lab\n\
              tool_com_m = [0.001, 0.0, 0.06]  # 95 %: ± 1e-4\n\n[can]\nbase_id = 3\n"
         );
+    }
+
+    #[test]
+    fn a_second_measurement_takes_its_intervals_with_it() {
+        let first = fragment().merged("[can]\nbase_id = 3\n").unwrap();
+        let mut second = fragment();
+        second.settings[0] = Setting::number("tool_mass_kg", 1.9, [1.88, 1.92]);
+        let changed = second.merged(&first).unwrap();
+        let expected = format!("tool_mass_kg = 1.9  # {}\n", second.settings[0].remark);
+        assert!(changed.contains(&expected), "{changed}");
     }
 
     #[test]
