@@ -147,14 +147,18 @@ fn checked(mut track: Track, log: &Log) -> Result<Track, String> {
     Ok(track)
 }
 
-/// Position of each axis: position in C, and the sum of the small turns about the axes of M.
+/// Position of each axis: position in C, and the sum of the small turns of what was sent in the rows of rotations:
+/// the robot's own angles where they are recorded, else the axes of M.
 fn positions(log: &Log) -> [Vec<f64>; 6] {
     let mut positions: [Vec<f64>; 6] =
         std::array::from_fn(|_| Vec::with_capacity(log.time_s.len()));
-    let mut turned = nalgebra::Vector3::zeros();
+    let mut turned = [0.0; 3];
     for n in 0..log.time_s.len() {
         if n > 0 {
-            turned += (log.rotation(n - 1).inverse() * log.rotation(n)).scaled_axis();
+            let turn = (log.rotation(n - 1).inverse() * log.rotation(n)).scaled_axis();
+            let about_m = [0.0, 0.0, 0.0, turn.x, turn.y, turn.z];
+            let own = log.turned[n].map_or(about_m, |turned| turned.rates(&about_m));
+            (0..3).for_each(|axis| turned[axis] += own[axis + 3]);
         }
         let position = log.position(n);
         for axis in 0..3 {
@@ -163,4 +167,52 @@ fn positions(log: &Log) -> [Vec<f64>; 6] {
         }
     }
     positions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_app::record::CycleRecord;
+    use softdock_control::frames::{Pose, orientation_from_abc, pose_components};
+    use softdock_control::io::Sequence;
+    use softdock_control::settings::Settings;
+    use softdock_io::recording::Recording;
+    use softdock_physics::model::Model;
+    use std::f64::consts::PI;
+
+    /// Flange down, A turns against z of M: what was sent and what was measured are of the same angle.
+    #[test]
+    fn a_rotation_is_measured_in_the_angle_that_was_sent() {
+        const COUNTS: i64 = 100;
+        let decimals = Settings::default().robot.correction_decimals;
+        let step_rad = (COUNTS as f64 * 0.1_f64.powi(decimals.into())).to_radians();
+        let cycle = |n: u64| {
+            let mut cycle = CycleRecord::default();
+            cycle.trace.cycle = n;
+            cycle.trace.time_s = n as f64 * 0.004;
+            cycle.inputs.robot.counter = 4 * n + 4;
+            let abc = [n as f64 * step_rad, 0.0, PI];
+            cycle.inputs.robot.pose = Some([0.0, 0.0, 0.0, abc[0], abc[1], abc[2]]);
+            let pose = Pose::from_parts(Default::default(), orientation_from_abc::<f64>(&abc));
+            cycle.trace.pose = pose_components(&pose);
+            cycle.inputs.robot.sequence = match n {
+                0 => Sequence::NewRun,
+                _ => Sequence::Next,
+            };
+            cycle.output.correction[3] = COUNTS as _;
+            cycle
+        };
+        let mut recording = Recording {
+            cycles: (0..20).map(cycle).collect(),
+            ..Recording::default()
+        };
+        recording.header.settings_toml =
+            "[control.robot]\ncorrection_mode = \"relative\"\n".to_owned();
+        let log = Log::new(&Model::default(), &recording).unwrap();
+        let angle = &positions(&log)[5];
+        let moved = angle[10] - angle[9];
+        let sent = log.sent[5][10] * log.cycle_s;
+        assert!((sent - step_rad).abs() < 1e-12, "{sent} {step_rad}");
+        assert!((moved - step_rad).abs() < 1e-9, "{moved} {step_rad}");
+    }
 }
