@@ -68,7 +68,10 @@ pub(super) fn feedback(log: &Log, track: &Track, found: &AxisActuator) -> Option
     Some(Estimate {
         value: age as f64,
         low: ages.first().copied().unwrap_or(age) as f64,
-        high: Some(ages.last().copied().unwrap_or(age) as f64),
+        // The oldest that is tried is no bound.
+        high: Some(ages.last().copied().unwrap_or(age))
+            .filter(|oldest| *oldest < OLDEST)
+            .map(|oldest| oldest as f64),
     })
 }
 

@@ -57,6 +57,21 @@ impl Estimate {
         self.high.map_or(f64::INFINITY, |high| high - self.low)
     }
 
+    /// Whether no other value is possible.
+    pub(super) fn is_exact(&self) -> bool {
+        self.high == Some(self.low)
+    }
+
+    /// A number of cycles and those that are possible, as text.
+    pub(super) fn in_cycles(&self) -> String {
+        let Self { value, low, high } = self;
+        match high {
+            Some(high) if high == low => format!("{value} cycle(s)"),
+            Some(high) => format!("{value} cycle(s), {low} to {high} are possible"),
+            None => format!("{value} cycle(s), {low} and more are possible"),
+        }
+    }
+
     /// In ms, as text.
     pub fn in_ms(&self) -> String {
         let ms = |v: f64| number::fixed(v * 1e3, 2);
@@ -238,10 +253,19 @@ impl Identification {
 
     fn remark_on_age(&self) -> String {
         match self.feedback_latency_cycles {
-            Some(age) => format!(
-                "The reported pose is {} cycle(s) older than the force; delay and mean delay are without that age.",
-                age.value
-            ),
+            Some(age) => {
+                let found = format!(
+                    "The reported pose is older than the force by {}; delay and mean delay are without that age.",
+                    age.in_cycles()
+                );
+                match age.is_exact() {
+                    true => found,
+                    false => {
+                        found
+                            + " The settings do not take it as known: a jog with a heavier tool tells more."
+                    }
+                }
+            }
             None => "How old the reported pose is cannot be told from the robot's delay: no force follows the acceleration of this motion. \
                      Delay and mean delay hold that age. A jog with a heavier tool (kilograms) and the sensor recorded shows it."
                 .to_owned(),

@@ -34,14 +34,23 @@ impl Identification {
         if let Some(pause) = &self.pause_s {
             settings.push(number("pause_s", pause));
         }
+        let by_force = "by the force of the tool's inertia";
         let (cycles, known, remark) = match &self.feedback_latency_cycles {
-            Some(age) => (age.value, true, "by the force of the tool's inertia"),
-            None => (0.0, false, "not told from the delay, which holds it"),
+            Some(age) => (
+                age.value,
+                age.is_exact(),
+                format!("{by_force}: {}", age.in_cycles()),
+            ),
+            None => (
+                0.0,
+                false,
+                "not told from the delay, which holds it".to_owned(),
+            ),
         };
         settings.push(plain(
             "feedback_latency_cycles",
             Value::from(cycles as i64),
-            remark,
+            &remark,
         ));
         settings.push(plain("feedback_latency_known", known.into(), "see above"));
         Fragment {
@@ -56,6 +65,52 @@ impl Identification {
                 ),
             ],
             settings,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_physics::model::Axis;
+
+    /// The board takes an age that it is told as known for the only one.
+    #[test]
+    fn an_age_is_known_where_no_other_is_possible() {
+        for (low, high, says) in [
+            (1.0, Some(1.0), "feedback_latency_known = true"),
+            (
+                0.0,
+                Some(3.0),
+                "1 cycle(s), 0 to 3 are possible\nfeedback_latency_known = false",
+            ),
+            (
+                1.0,
+                None,
+                "1 cycle(s), 1 and more are possible\nfeedback_latency_known = false",
+            ),
+        ] {
+            let found = Identification {
+                delay_s: Estimate::exactly(0.03),
+                lag_s: Estimate::exactly(0.0),
+                pause_s: None,
+                mean_delay_s: Estimate::exactly(0.03),
+                servo_hz: None,
+                servo_damping: None,
+                feedback_latency_cycles: Some(Estimate {
+                    value: 1.0,
+                    low,
+                    high,
+                }),
+                axis: Axis::X,
+                structure: "delay".to_owned(),
+                residual_rms: 0.0,
+                axes: Vec::new(),
+                notes: Vec::new(),
+                cycle_s: 0.004,
+            };
+            let text = found.fragment("a test").text();
+            assert!(text.contains(says), "{text}");
         }
     }
 }
