@@ -49,9 +49,11 @@ impl Kind {
         }
     }
 
-    /// What the approaching side meets first, along x; none: no linear spring describes it.
+    /// What the approaching side meets first, along x; none: no linear spring describes it. Before an absorber moves,
+    /// its head stands on its seat as on a wall, up to preload and brake.
     pub fn first_contact(&self) -> Option<Joint> {
         match self {
+            Self::TwoStage(m) if m.preload_n + m.brake_n > 0.0 => None,
             Self::TwoStage(m) => Some(Joint {
                 stiffness_n_per_m: m.stiffness_n_per_m,
                 damping_n_s_per_m: 0.0,

@@ -81,15 +81,30 @@ impl TwoStage {
             / (self.seat_stiffness_n_per_m + self.second_stiffness_n_per_m)
     }
 
+    /// Deflection at which the brake holds the springs without a push, m: they return it no farther.
+    fn stuck_m(&self) -> f64 {
+        let held_n = (self.brake_n - self.preload_n).max(0.0);
+        let stage_n = self.stiffness_n_per_m * self.second_stage_m;
+        if held_n == 0.0 {
+            0.0
+        } else if held_n <= stage_n {
+            held_n / self.stiffness_n_per_m
+        } else {
+            self.second_stage_m + (held_n - stage_n) / self.second_stiffness_n_per_m
+        }
+    }
+
     /// Deflection of the absorber once its head has been moved to a depth.
     fn settled(&self, depth_m: f64) -> f64 {
         let held = self.deflection_m;
-        let push = self.seat_stiffness_n_per_m * (depth_m - held);
+        // A seat does not pull.
+        let push = self.seat_stiffness_n_per_m * (depth_m - held).max(0.0);
         let spring = self.spring_n(held);
         if push > spring + self.brake_n {
             self.yielding(depth_m, self.brake_n).max(held)
         } else if push < spring - self.brake_n && held > 0.0 {
-            self.yielding(depth_m, -self.brake_n).clamp(0.0, held)
+            let yielding = self.yielding(depth_m, -self.brake_n);
+            yielding.max(self.stuck_m()).min(held)
         } else {
             held
         }
@@ -119,6 +134,7 @@ impl Mechanism for TwoStage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Kind;
     use crate::testing::bounce;
 
     fn absorber(brake_n: f64) -> TwoStage {
@@ -160,6 +176,44 @@ mod tests {
                 "{speed} {brake}: {bounce:?} {back}"
             );
             bounce.assert_balanced(mass, speed, 1e-3);
+        }
+    }
+
+    /// Its head is met as a wall up to preload and brake, and then a constant force: no spring for a critical delay.
+    #[test]
+    fn an_absorber_that_stands_on_its_preload_is_no_spring() {
+        let met = |preload_n: f64, brake_n: f64| {
+            let absorber = TwoStage {
+                preload_n,
+                ..absorber(brake_n)
+            };
+            Kind::TwoStage(absorber)
+                .first_contact()
+                .map(|joint| joint.stiffness_n_per_m)
+        };
+        assert_eq!(met(300.0, 0.0), None);
+        assert_eq!(met(0.0, 100.0), None);
+        assert_eq!(met(0.0, 0.0), Some(5e3));
+    }
+
+    /// A brake that is stronger than the preload keeps the absorber pressed, as far as the spring is too weak: no seat
+    /// pulls it home, and the brake turns no more into heat than the spring gives.
+    #[test]
+    fn a_strong_brake_keeps_it_pressed() {
+        for (pressed_m, left_m) in [(0.01, 0.01), (0.03, 0.02), (0.07, 0.02)] {
+            let mut absorber = TwoStage {
+                preload_n: 0.0,
+                ..absorber(100.0)
+            };
+            absorber.advance(&Relative::along_x(pressed_m, 0.0), 1e-3);
+            let stored_j = absorber.spring_j(absorber.deflection_m);
+            let heat_j = absorber.advance(&Relative::along_x(-0.1, 0.0), 1e-3);
+            assert!(
+                (absorber.deflection_m - left_m).abs() < 1e-4,
+                "{absorber:?}"
+            );
+            let given_j = stored_j - absorber.spring_j(absorber.deflection_m);
+            assert!(heat_j <= given_j, "{pressed_m}: {heat_j} {given_j}");
         }
     }
 
