@@ -1,13 +1,14 @@
 //! A socket whose latches catch the head of a probe: capture.
 
 use crate::{Mechanism, Reaction, Relative};
-use nalgebra::Vector3;
+use nalgebra::{Translation3, Vector3};
 use serde::{Deserialize, Serialize};
+use softdock_control::frames::Pose;
 use softdock_control::range::{SettingsError, in_range};
 
 /// Latches that snap around J where it passes the plane of capture near the axis. From then on they
 /// hold J where it was caught: with a play, elastic and damped, and as far as they hold; beyond that
-/// they slip. Angles are limited by a spring and a damper of their own.
+/// they slip. Turns away from the orientation in which it was caught are limited by a spring and a damper of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Socket {
@@ -38,9 +39,9 @@ pub struct Socket {
     /// Of the angular limiter, N·m·s/rad.
     #[serde(default)]
     pub limiter_damping_nm_s_per_rad: f64,
-    /// Where the latches hold J, in P, m.
+    /// Where the latches hold J, in P.
     #[serde(skip)]
-    held_m: Option<Vector3<f64>>,
+    held: Option<Pose<f64>>,
 }
 
 fn four() -> u8 {
@@ -93,8 +94,8 @@ impl Socket {
     }
 
     /// By how much J stretches the latches that hold it there, beyond their play, m.
-    fn stretch(&self, held: &Vector3<f64>, at: &Relative) -> Vector3<f64> {
-        let away = at.p_from_j.translation.vector - held;
+    fn stretch(&self, held: &Pose<f64>, at: &Relative) -> Vector3<f64> {
+        let away = at.p_from_j.translation.vector - held.translation.vector;
         let distance = away.norm();
         if distance <= self.backlash_m {
             return Vector3::zeros();
@@ -121,7 +122,7 @@ impl Socket {
 
 impl Mechanism for Socket {
     fn reaction(&self, at: &Relative) -> Reaction {
-        let Some(held) = &self.held_m else {
+        let Some(held) = &self.held else {
             return Reaction::none();
         };
         let [stretch, _] = self.borne(&self.stretch(held, at));
@@ -131,7 +132,9 @@ impl Mechanism for Socket {
             self.damping_n_s_per_m()
         };
         let pull = stretch * self.stiffness_n_per_m() + at.twist.linear * damping;
-        let (angle, rate) = (at.p_from_j.rotation.scaled_axis(), at.twist.angular);
+        // The axis of a turn is the same in J before and behind it.
+        let turned = held.rotation.inverse() * at.p_from_j.rotation;
+        let (angle, rate) = (turned.scaled_axis(), at.twist.angular);
         let mut wrench = at.push(&at.p_from_j.translation.vector, &-pull);
         wrench.torque -=
             angle * self.limiter_stiffness_nm_per_rad + rate * self.limiter_damping_nm_s_per_rad;
@@ -145,19 +148,19 @@ impl Mechanism for Socket {
     }
 
     fn advance(&mut self, at: &Relative, _step_s: f64) -> f64 {
-        let Some(held) = self.held_m else {
+        let Some(held) = self.held else {
             if self.catches(at) {
-                self.held_m = Some(at.p_from_j.translation.vector);
+                self.held = Some(at.p_from_j);
             }
             return 0.0;
         };
         let [borne, slip] = self.borne(&self.stretch(&held, at));
-        self.held_m = Some(held + slip);
+        self.held = Some(Translation3::from(slip) * held);
         self.stiffness_n_per_m() * borne.dot(&slip)
     }
 
     fn captured(&self) -> bool {
-        self.held_m.is_some()
+        self.held.is_some()
     }
 }
 
@@ -165,6 +168,7 @@ impl Mechanism for Socket {
 mod tests {
     use super::*;
     use crate::Booked;
+    use nalgebra::UnitQuaternion;
 
     fn socket() -> Socket {
         Socket {
@@ -178,7 +182,7 @@ mod tests {
             latch_slips_at_n: None,
             limiter_stiffness_nm_per_rad: 0.0,
             limiter_damping_nm_s_per_rad: 0.0,
-            held_m: None,
+            held: None,
         }
     }
 
@@ -198,7 +202,7 @@ mod tests {
                 .wrench
                 .force
                 .x;
-            let held = booked.mechanism.held_m.map(|held| held.x);
+            let held = booked.mechanism.held.map(|held| held.translation.x);
             if held.is_some_and(|held| (before - held) * (x - held) < 0.0) {
                 passes.push(f64::from(step) * step_s);
             }
@@ -250,12 +254,36 @@ mod tests {
         };
         let (mass, speed) = (500.0, 0.05);
         let (_, booked, v) = ring_down(weak, mass, speed);
-        let held = booked.mechanism.held_m.unwrap();
+        let held = booked.mechanism.held.unwrap().translation;
         assert!(held.x > -0.01 + 1e-4, "{held}");
         let (book, energy) = (booked.book(), 0.5 * mass * speed * speed);
         let now = 0.5 * mass * v * v + book.stored_j + book.dissipated_j;
         assert!((now / energy - 1.0).abs() < 1e-3, "{book:?}");
         assert!(book.dissipated_j > 0.1 * energy, "{book:?}");
+    }
+
+    /// The limiter stores nothing of an angle that is there at capture, and springs back to it from a further turn.
+    #[test]
+    fn an_angle_at_capture_is_no_energy() {
+        let mut caught = Socket {
+            limiter_stiffness_nm_per_rad: 1e4,
+            ..socket()
+        };
+        let mut at = Relative::along_x(0.0, 0.05);
+        at.p_from_j.rotation = UnitQuaternion::from_euler_angles(0.3, 0.07, 0.0);
+        caught.advance(&at, 1e-3);
+        assert!(caught.captured());
+        let reaction = caught.reaction(&at);
+        assert!(reaction.stored_j < 1e-12, "{reaction:?}");
+        assert!(reaction.wrench.torque.norm() < 1e-9, "{reaction:?}");
+        at.p_from_j.rotation *= UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 1e-3));
+        let reaction = caught.reaction(&at);
+        let expected = Vector3::new(0.0, 0.0, -10.0);
+        assert!(
+            (reaction.wrench.torque - expected).norm() < 1e-6,
+            "{reaction:?}"
+        );
+        assert!((reaction.stored_j - 5e-3).abs() < 1e-9, "{reaction:?}");
     }
 
     #[test]
