@@ -134,13 +134,11 @@ impl Chain {
         values.map(f64::to_bits)
     }
 
-    /// The command with gain and rounding.
-    pub(super) fn shaped(&self, command: f64) -> f64 {
-        if self.command_step > 0.0 {
-            self.gain * (command / self.command_step).round() * self.command_step
-        } else {
-            self.gain * command
-        }
+    /// The sent velocities as they are rounded; None: they are not.
+    pub(super) fn rounded(&self, sent: &[f64]) -> Option<Vec<f64>> {
+        let step = self.command_step;
+        let round = |velocity: &f64| (velocity / step).round() * step;
+        (step > 0.0).then(|| sent.iter().map(round).collect())
     }
 
     /// Equal parts of a cycle that the stages need.

@@ -1,7 +1,7 @@
 //! From the velocity that was sent to the velocity that is executed, with any actuator effects.
 //!
 //! A sent velocity is held for a cycle, arrives after the transport delay, and passes in this
-//! order: gain, planner limits, lag, extra lag, resonance, drive limits, pause, lost motion. One
+//! order: rounding, planner limits, gain, lag, extra lag, resonance, drive limits, pause, lost motion. One
 //! axis at a time; every axis has the same [`Chain`] unless a caller gives it another.
 //!
 //! The linear stages are solved exactly for an input that is constant between two instants; a
@@ -49,6 +49,8 @@ fn simulated(
     reading: Reading,
     steps_exactly: bool,
 ) -> Vec<f64> {
+    let rounded = chain.rounded(sent);
+    let sent = rounded.as_deref().unwrap_or(sent);
     let planned = chain
         .planner
         .any()
@@ -65,7 +67,7 @@ fn simulated(
         let (mut mean, mut end) = (0.0, 0.0);
         for segment in cut.segments(n) {
             let command = segment.command.and_then(|k| sent.get(k)).copied();
-            let command = chain.shaped(command.unwrap_or(0.0));
+            let command = chain.gain * command.unwrap_or(0.0);
             if steps_exactly && axis.can_step_exactly(command) {
                 let moved = axis.exact_step(command, segment.duration_s, !alike);
                 mean += moved.mean * segment.duration_s;

@@ -218,3 +218,12 @@ fn segments_at_once_are_their_parts_one_after_the_other() {
         }
     }
 }
+
+/// A telegram rounds what was sent; the planner limits what it is told, and the gain is of what it plans.
+#[test]
+fn rounding_planner_and_gain_act_in_this_order() {
+    let mut chain = Chain::nominal(0.0, 0.0);
+    (chain.command_step, chain.planner.velocity, chain.gain) = (0.04, 0.03, 0.5);
+    let got = simulate(&chain, &[0.025; 5], &Timing::uniform(TS), Reading::AtEnd);
+    assert!((got[4] - 0.015).abs() < 1e-12, "{got:?}");
+}
