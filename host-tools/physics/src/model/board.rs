@@ -17,10 +17,15 @@ impl Model {
         };
         let added = |id, parameter| value(id, parameter).unwrap_or(0.0);
         let default = ActuatorSettings::default();
+        let instead_of_lag = added(second_order_servo::EFFECT.id, "instead_of_lag") == 1.0;
         let robot = ActuatorSettings {
             delay_s: self.actuator.transport_delay_s
                 + added(actuation_delay::EFFECT.id, "extra_delay_s"),
-            lag_s: self.actuator.lag_s,
+            lag_s: if instead_of_lag {
+                0.0
+            } else {
+                self.actuator.lag_s
+            },
             servo_hz: added(second_order_servo::EFFECT.id, "frequency_hz"),
             servo_damping: value(second_order_servo::EFFECT.id, "damping_ratio")
                 .unwrap_or(default.servo_damping),
@@ -70,6 +75,18 @@ mod tests {
         assert_eq!((robot.lag_s, robot.pause_s), (0.006, 0.016));
         assert_eq!(robot.servo_hz, 0.0);
         assert_eq!(robot.validate(), Ok(()));
+    }
+
+    #[test]
+    fn a_servo_instead_of_the_lag_leaves_no_lag() {
+        for (instead, lag_s) in [(0, 0.006), (1, 0.0)] {
+            let text = format!(
+                "[actuator]\nlag_s = 0.006\n[[effect]]\nid = \"second_order_servo\"\n\
+                 parameters = {{ frequency_hz = 12.0, damping_ratio = 0.7, instead_of_lag = {instead} }}\n"
+            );
+            let robot = Model::from_toml(&text, "test").unwrap().robot_for_board();
+            assert_eq!((robot.lag_s, robot.servo_hz), (lag_s, 12.0));
+        }
     }
 
     #[test]
