@@ -12,7 +12,8 @@ pub const EFFECT: Effect = Effect {
     summary: "the robot's base is not level, so that gravity has another direction",
     group: Group::Sensor,
     naming: Naming::Cause,
-    equation: "g = R g_nominal, R: rotation about the horizontal axes of C by (rx_rad, ry_rad, 0)",
+    equation: "g = R g_nominal, R: rotation by rx_rad and ry_rad about the axes across g_nominal, x and y of C where \
+               that points along -z",
     source: "geometry (rotation vector)",
     signature: "an offset of the wrench across gravity, proportional to the weight of the tool, that turns with the \
                 sensor's orientation",
@@ -36,7 +37,10 @@ pub const EFFECT: Effect = Effect {
 
 /// The weight in turned gravity instead of the weight in nominal gravity.
 fn wrench(p: &[f64], tool: &ToolState) -> Wrench<f64> {
-    let turned = Rotation3::from_scaled_axis(Vector3::new(p[0], p[1], 0.0)) * tool.gravity;
+    // The shortest turn from -z takes x and y to the axes across gravity; upside down they are across it already.
+    let level = Rotation3::rotation_between(&-Vector3::z(), &tool.gravity).unwrap_or_default();
+    let tilt = level * Vector3::new(p[0], p[1], 0.0);
+    let turned = Rotation3::from_scaled_axis(tilt) * tool.gravity;
     tool.weight_in(&(tool.s_from_c * (turned - tool.gravity)))
 }
 
@@ -49,5 +53,21 @@ mod tests {
         let got = wrench(&[0.0, 0.1], &ToolState::hanging(2.0, [0.0; 3])).force;
         let expected = Vector3::new(-0.1_f64.sin(), 0.0, 1.0 - 0.1_f64.cos()) * (2.0 * 9.81);
         assert!((got - expected).norm() < 1e-12);
+    }
+
+    /// On a wall, gravity along x, both turns are tilts: each turns the weight by its angle.
+    #[test]
+    fn both_tilts_turn_gravity_wherever_it_points() {
+        for gravity in [Vector3::x(), -Vector3::y(), Vector3::z()] {
+            let tool = ToolState {
+                gravity: gravity * 9.81,
+                ..ToolState::hanging(2.0, [0.0; 3])
+            };
+            for tilt in [[0.1, 0.0], [0.0, 0.1]] {
+                let size = wrench(&tilt, &tool).force.norm();
+                let expected = 2.0 * 2.0 * 9.81 * 0.05_f64.sin();
+                assert!((size - expected).abs() < 1e-9, "{gravity} {size}");
+            }
+        }
     }
 }
