@@ -99,6 +99,11 @@ impl Budget {
         Ok(())
     }
 
+    /// Counts what was written at the end of a file.
+    pub(super) fn ended(&mut self, bytes: u64) {
+        self.written += bytes;
+    }
+
     fn warn_of(&mut self, free: u64, folder: &Path) {
         let low = LOW_SPACE.get(self.warned);
         if low.is_some_and(|low| free < *low) {

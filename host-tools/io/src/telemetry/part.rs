@@ -130,10 +130,10 @@ impl OpenPart {
     }
 
     /// Ends the file.
-    pub(super) fn finish(mut self, now: Losses) -> Result<PartSummary> {
+    pub(super) fn finish(mut self, now: Losses, budget: &mut Budget) -> Result<PartSummary> {
         let summary = self.summary(now);
         self.piece.note(METADATA, summary.metadata())?;
-        self.piece.finish()?;
+        self.piece.finish(budget)?;
         Ok(summary)
     }
 }

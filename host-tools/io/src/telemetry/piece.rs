@@ -61,6 +61,10 @@ impl Piece {
     ) -> Result<()> {
         self.writer.push(record, truth)?;
         self.cycles += 1;
+        if self.cycles == 1 {
+            // What earlier files have, which may have ended before they were looked at.
+            return budget.count(0, &self.path);
+        }
         if !self.cycles.is_multiple_of(LOOK_CYCLES) {
             return Ok(());
         }
@@ -75,8 +79,11 @@ impl Piece {
         self.writer.note(name, entries)
     }
 
-    /// Ends the file.
-    pub(super) fn finish(self) -> Result<()> {
-        self.writer.finish().map(drop)
+    /// Ends the file, which is as long as it is: what it has more than the bounds allow is said of the next one.
+    pub(super) fn finish(self, budget: &mut Budget) -> Result<()> {
+        self.writer.finish()?;
+        let bytes = std::fs::metadata(&self.path)?.len();
+        budget.ended(bytes.saturating_sub(self.bytes));
+        Ok(())
     }
 }

@@ -69,7 +69,8 @@ impl Pieces {
     /// # Errors
     /// It cannot be written.
     pub fn finish(&mut self) -> Result<()> {
-        self.open.take().map_or(Ok(()), Piece::finish)
+        let open = self.open.take();
+        open.map_or(Ok(()), |piece| piece.finish(&mut self.budget))
     }
 
     /// The files so far.
@@ -173,6 +174,19 @@ mod tests {
             let name = WALL_CLOCK.as_bytes();
             assert!(bytes.windows(name.len()).any(|window| window == name));
         }
+    }
+
+    /// Files that end before their size is looked at.
+    #[test]
+    fn many_small_files_have_no_more_than_is_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        let few = Bounds {
+            total_bytes: 100_000,
+            ..bounds(10)
+        };
+        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), few, Time::Virtual);
+        let error = (0..1000).find_map(|n| pieces.push(&cycle(n), None).err());
+        assert!(error.unwrap().to_string().contains("--max-gb"));
     }
 
     #[test]

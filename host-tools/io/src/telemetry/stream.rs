@@ -158,7 +158,7 @@ impl Stream {
         });
         if let Some(part) = self.part.take() {
             let losses = self.losses();
-            self.finished.push(part.finish(losses)?);
+            self.finished.push(part.finish(losses, budget)?);
             self.notes.push(
                 "the board's settings are others from here on: the next cycles get a file of \
                  their own"
@@ -221,7 +221,7 @@ impl Stream {
     fn go_on(&mut self, budget: &mut Budget) -> Result<()> {
         let losses = self.losses();
         if let Some(part) = self.part.take() {
-            self.finished.push(part.finish(losses)?);
+            self.finished.push(part.finish(losses, budget)?);
         }
         self.part = Some(self.create(&budget.next_file(), true, losses)?);
         Ok(())
@@ -251,7 +251,7 @@ impl Stream {
         let losses = self.losses();
         if let Some(part) = self.part.take() {
             let so_far = part.summary(losses);
-            let ended = part.finish(losses);
+            let ended = part.finish(losses, budget);
             self.finished.push(so_far);
             outcome = outcome.and(ended.map(drop));
         }
