@@ -3,8 +3,8 @@
 use super::advice::{determined_by, open_words};
 use super::gravity::Gravity;
 use super::plan::{PlannedPose, plan};
-use super::rests;
 use super::source::{Mounting, Reading, error_bits};
+use super::standstill;
 use anyhow::Result;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
@@ -24,7 +24,10 @@ pub struct Guide {
     sensor: SensorSettings,
     mounting: Mounting,
     tilt_rad: f64,
-    readings: Vec<Reading>,
+    /// Readings since the robot stands still, until its pose was told; from then on the newest stands at the end.
+    stand: Vec<Reading>,
+    /// Whether the pose of this stand was told.
+    told: bool,
     /// Sample of the last reading.
     counter: u32,
     /// Why the last reading cannot be used.
@@ -33,8 +36,8 @@ pub struct Guide {
     taken: Vec<UnitQuaternion<f64>>,
     /// Around the first of them.
     planned: Vec<PlannedPose>,
-    /// Rests that were looked at.
-    seen: usize,
+    /// Orientation of M in the rest before this stand.
+    last: Option<UnitQuaternion<f64>>,
 }
 
 impl Guide {
@@ -44,12 +47,13 @@ impl Guide {
             sensor: sensor.clone(),
             mounting: Mounting::new(sensor),
             tilt_rad,
-            readings: Vec::new(),
+            stand: Vec::new(),
+            told: false,
             counter: 0,
             useless: None,
             taken: Vec::new(),
             planned: Vec::new(),
-            seen: 0,
+            last: None,
         }
     }
 
@@ -77,7 +81,7 @@ impl Guide {
             return;
         }
         let rotation = orientation_from_abc(&[a, b, c]);
-        self.readings.push(Reading {
+        self.stand_on(Reading {
             time_s: record.trace.time_s,
             continues: true,
             pose: Pose::from_parts(Vector3::new(x, y, z).into(), rotation),
@@ -85,21 +89,37 @@ impl Guide {
         });
     }
 
+    /// Takes a reading of the same stand, or begins another one: of what is over, nothing is needed.
+    fn stand_on(&mut self, reading: Reading) {
+        let first = self.stand.first();
+        if first.is_some_and(|first| !standstill::is_still(first, &reading)) {
+            self.stand.clear();
+            self.told = false;
+        } else if self.told {
+            self.stand.pop();
+        }
+        self.stand.push(reading);
+    }
+
     /// What was taken since the last call, in a sentence, and what comes next; None if nothing was.
     ///
     /// # Errors
     /// From the first pose no plan is possible.
     pub fn news(&mut self) -> Result<Option<String>> {
-        let rests = rests(&self.readings);
-        if rests.len() == self.seen {
+        if self.told || self.stand.is_empty() {
             return Ok(None);
         }
-        self.seen = rests.len();
-        let Some(last) = rests.last() else {
+        let settled = standstill::settled(&self.stand, 0..self.stand.len());
+        let own = &self.stand[settled];
+        if !standstill::is_long(own) {
             return Ok(None);
-        };
-        let own = &self.readings[last.clone()];
+        }
+        self.told = true;
         let now = own[0].pose.rotation;
+        let before = self.last.replace(now);
+        if before.is_some_and(|last| last.angle_to(&now) < standstill::NEW_POSE_RAD) {
+            return Ok(None);
+        }
         if self.taken.iter().any(|t| t.angle_to(&now) < NEW_POSE_RAD) {
             let text = format!("{} was taken already; {}", degrees(&now), self.next());
             return Ok(Some(text));
@@ -139,7 +159,7 @@ impl Guide {
         if let Some(why) = &self.useless {
             return why.clone();
         }
-        match self.readings.last() {
+        match self.stand.last() {
             None => "waiting for the pose and the sensor".to_owned(),
             Some(reading) => format!(
                 "{}  {}",
@@ -229,6 +249,7 @@ mod tests {
             let moved = rest(&mut guide, [f64::from(n) * 0.3, 0.0, 180.0], 1);
             assert_eq!(moved, None);
         }
+        assert_eq!(guide.stand.len(), 1, "of a motion nothing is kept");
         // Back in the pose that was taken last: no news.
         assert_eq!(rest(&mut guide, [0.0, 0.0, 180.0], 200), None);
         let planned: Vec<[f64; 3]> = guide.planned.iter().map(|p| p.abc_deg).collect();

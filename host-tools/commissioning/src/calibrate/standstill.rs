@@ -18,7 +18,7 @@ const DWELL_S: f64 = 0.4;
 /// Readings of a pose at least.
 const FEWEST_READINGS: usize = 5;
 /// Turn that makes another pose of the same place, rad: below it, gravity is the same.
-const NEW_POSE_RAD: f64 = 0.02;
+pub(super) const NEW_POSE_RAD: f64 = 0.02;
 
 /// The groups for poses at rest. With `at_rest`, each reading is a pose of its own.
 ///
@@ -103,18 +103,20 @@ fn stands(readings: &[Reading]) -> Vec<Range<usize>> {
 }
 
 /// The readings of a rest after tool and cables have come to rest.
-fn settled(readings: &[Reading], stand: Range<usize>) -> Range<usize> {
+pub(super) fn settled(readings: &[Reading], stand: Range<usize>) -> Range<usize> {
     let settled_s = readings[stand.start].time_s + SETTLING_S;
     let first = stand.clone().find(|n| readings[*n].time_s >= settled_s);
     first.unwrap_or(stand.end)..stand.end
 }
 
-fn is_still(first: &Reading, now: &Reading) -> bool {
+/// Whether the robot has not moved since the first reading.
+pub(super) fn is_still(first: &Reading, now: &Reading) -> bool {
     let moved = now.pose.translation.vector - first.pose.translation.vector;
     moved.norm() < STILL_M && first.pose.rotation.angle_to(&now.pose.rotation) < STILL_RAD
 }
 
-fn is_long(readings: &[Reading]) -> bool {
+/// Whether settled readings are enough for a pose.
+pub(super) fn is_long(readings: &[Reading]) -> bool {
     match (readings.first(), readings.last()) {
         (Some(first), Some(last)) => {
             readings.len() >= FEWEST_READINGS && last.time_s - first.time_s >= DWELL_S
