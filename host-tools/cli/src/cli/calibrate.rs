@@ -161,8 +161,8 @@ impl Sensor {
         }
         if sensor.gravity_torque_n_m != [0.0; 3] {
             found.notes.push(
-                "The settings have a `gravity_torque_n_m` beside the centre of mass: set it to zero, \
-                 the centre of mass that was found holds it already."
+                "The settings have a `gravity_torque_n_m` beside the centre of mass: it becomes zero, as the \
+                 centre of mass that was found holds it already."
                     .to_owned(),
             );
         }

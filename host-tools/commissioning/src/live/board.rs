@@ -40,6 +40,7 @@ impl LiveBoard {
     pub fn number(&mut self, name: &str) -> Result<f64> {
         match self.client.value(name) {
             Ok(OwnedValue::Real(number)) => Ok(number),
+            Ok(OwnedValue::Whole(number)) => Ok(number as f64),
             Ok(other) => bail!("{}: `{name}` is {other}, expected a number", self.port),
             Err(error) => {
                 let context = format!(

@@ -97,7 +97,7 @@ impl Sensor {
         Ok(())
     }
 
-    /// The sensor's place and gravity: of the settings that are named, else of the board.
+    /// The sensor's place, gravity and what is no fault: of the settings that are named, else of the board.
     fn mounted(&self, board: &mut LiveBoard) -> Result<SensorSettings> {
         if self.settings.is_some() || self.to.into.is_some() {
             return self.sensor(None);
@@ -110,6 +110,7 @@ impl Sensor {
             position_m: board.numbers("control.sensor.position_m")?,
             orientation_wxyz: board.numbers("control.sensor.orientation_wxyz")?,
             gravity_m_s2,
+            ignored_status_bits: board.number("control.sensor.ignored_status_bits")? as u32,
             ..SensorSettings::default()
         })
     }
