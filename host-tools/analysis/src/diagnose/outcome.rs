@@ -45,8 +45,10 @@ pub(crate) fn conclude(
     let named: Vec<&Named> = reduction.named.iter().map(|(named, _)| named).collect();
     let after = with_effects(model, named.iter().copied());
     let found: Vec<String> = named.iter().map(|n| n.effect.id.clone()).collect();
+    // Beside what is named, what was refused is an error of form, which notes tell. Where nothing is, all of it is left.
     let refused = reduction.refused.iter().map(|(id, ..)| id);
-    let refused: Vec<&String> = refused.chain(&reduction.undetermined).collect();
+    let refused = refused.chain(&reduction.undetermined);
+    let refused: Vec<&String> = refused.filter(|_| found.is_empty()).collect();
     let left = left_over(stages, &predictions, &refused);
     let in_sample = recordings.fitted == recordings.all.len();
     let judged = Judged::new(model, stages, question, found, &left, in_sample);
