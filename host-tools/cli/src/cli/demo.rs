@@ -41,7 +41,7 @@ impl Demo {
         let hidden = demo::hidden(&self.effect, self.seed)?;
         let folder = self.output.clone().unwrap_or_else(files::free_folder);
         let files = Files::in_folder(&folder);
-        files.refuse_overwrite(self.force)?;
+        files.make_room(self.force)?;
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot create {}", folder.display()))?;
         let story = Story {

@@ -55,7 +55,7 @@ export async function job(kind, args, told = () => {}, started = () => {}) {
       if (event.data === undefined && events.readyState !== EventSource.CLOSED) return;
       events.close();
       reject(new Error(event.data === undefined
-        ? 'the workbench was started anew and has lost this job; ask again' : JSON.parse(event.data).error));
+        ? 'the workbench does not know this job any more, as after a start; ask again' : JSON.parse(event.data).error));
     });
   });
 }

@@ -99,7 +99,7 @@ export async function tryEffects(effects, hypothesis) {
       changed('trial');
     }
   } catch (error) {
-    failed = error.message;
+    if (model === state.model) failed = error.message;
   }
   trying = null;
   draw();

@@ -37,7 +37,7 @@ impl Files {
     }
 
     /// Refuses to write over an earlier demonstration, unless `force` says so; its settings of the board are then gone.
-    pub(super) fn refuse_overwrite(&self, force: bool) -> Result<()> {
+    pub(super) fn make_room(&self, force: bool) -> Result<()> {
         let all = [
             &self.report,
             &self.compare,
