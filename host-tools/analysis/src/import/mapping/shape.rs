@@ -137,7 +137,7 @@ fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bo
 }
 
 /// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles, in
-/// the place of w, say so here for the last time.
+/// the place of w, or its velocity say so here for the last time.
 fn less_than_half_a_turn(
     channels: &Channels,
     unrolled: Option<&Unrolled>,
@@ -146,7 +146,7 @@ fn less_than_half_a_turn(
 ) -> anyhow::Result<()> {
     let most = largest_turn(channels, unrolled, |n| kept[n]);
     ensure!(
-        most < PI,
+        decimate == 1 || most < PI,
         "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of half a turn or more \
          nobody can tell which way; allowed is up to {}",
         number::significant(most, 3),
@@ -157,19 +157,25 @@ fn less_than_half_a_turn(
     Ok(())
 }
 
-/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, by the angles that [`unroll`] left, rad; 0
-/// if it left quaternions.
+/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, rad: by the angles that [`unroll`] left,
+/// or by the velocity where no orientation is mapped; 0 if quaternions are left.
 pub(super) fn largest_turn(
     channels: &Channels,
     unrolled: Option<&Unrolled>,
     kept: impl Fn(usize) -> bool,
 ) -> f64 {
-    let (Some([angles, ..]), Some(_)) = (&channels.quaternion, unrolled) else {
-        return 0.0;
+    let speed = |[.., rx, ry, rz]: &[Vec<f64>; 6], n: usize| rx[n].hypot(ry[n]).hypot(rz[n]);
+    let turn = |from: usize, to: usize| match (&channels.quaternion, &channels.executed) {
+        (Some([angles, ..]), _) if unrolled.is_some() => (angles[to] - angles[from]).abs(),
+        (None, Some(velocity)) => {
+            let mean = 0.5 * (speed(velocity, from) + speed(velocity, to));
+            mean * (channels.time_s[to] - channels.time_s[from])
+        }
+        _ => 0.0,
     };
     let of_piece = |piece: Range<usize>| {
-        let rows: Vec<f64> = piece.filter(|n| kept(*n)).map(|n| angles[n]).collect();
-        let turns = rows.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let rows: Vec<usize> = piece.filter(|n| kept(*n)).collect();
+        let turns = rows.windows(2).map(|pair| turn(pair[0], pair[1]));
         turns.fold(0.0, f64::max)
     };
     let pieces = pieces(&channels.time_s).into_iter();
@@ -312,17 +318,20 @@ mod tests {
     /// 1 rad from row to row: three rows together are less than half a turn, four are more.
     #[test]
     fn rows_between_which_turns_are_lost_are_kept() {
-        let turning = |decimate: usize| {
+        let turning = |by_velocity: bool, decimate: usize| {
             let half = |of: fn(f64) -> f64| (0..1000).map(|n| of(0.5 * f64::from(n))).collect();
             let still = vec![0.0; 1000];
+            let mut velocity = [(); 6].map(|()| still.clone());
+            velocity[3].fill(1000.0);
             let mut channels = Channels {
                 time_s: (0..1000).map(|n| f64::from(n) * 0.001).collect(),
                 running: vec![true; 1000],
                 position: None,
                 angle: None,
-                quaternion: Some([half(f64::cos), half(f64::sin), still.clone(), still]),
+                quaternion: (!by_velocity)
+                    .then(|| [half(f64::cos), half(f64::sin), still.clone(), still]),
                 sent: None,
-                executed: None,
+                executed: by_velocity.then_some(velocity),
                 model_velocity: None,
                 wrench: None,
             };
@@ -334,8 +343,10 @@ mod tests {
             };
             filter(&mut channels, &low_pass, "log.csv", &mut Vec::new())
         };
-        assert!(turning(1).is_ok() && turning(3).is_ok());
-        let refused = turning(4).unwrap_err().to_string();
-        assert!(refused.ends_with("allowed is up to 3"), "{refused}");
+        for by_velocity in [false, true] {
+            assert!(turning(by_velocity, 1).is_ok() && turning(by_velocity, 3).is_ok());
+            let refused = turning(by_velocity, 4).unwrap_err().to_string();
+            assert!(refused.ends_with("allowed is up to 3"), "{refused}");
+        }
     }
 }
