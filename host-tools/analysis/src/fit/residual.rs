@@ -58,15 +58,11 @@ impl<'a> Residuals<'a> {
         if all.len() > MOST {
             all = rows(all.len().div_ceil(MOST));
         }
-        let predicted = |p: &Prediction| {
-            let velocities = &p.channel(Channel::ModelVelocity).predicted;
-            velocities.iter().any(Option::is_some)
+        let predicts = |channel: Channel| {
+            let each = predictions.iter().map(|p| &p.channel(channel).predicted);
+            each.flatten().any(Option::is_some)
         };
         let foreign = signals.iter().all(|s| s.settings.is_none());
-        let executes = |p: &Prediction| {
-            let velocities = &p.channel(Channel::ExecutedVelocity).predicted;
-            velocities.iter().any(Option::is_some)
-        };
         Self {
             given,
             signals,
@@ -76,8 +72,8 @@ impl<'a> Residuals<'a> {
                 .iter()
                 .map(|p| p.channel(Channel::Pose).clone())
                 .collect(),
-            believed: foreign && predictions.iter().any(predicted),
-            moves: predictions.iter().any(executes) || signals.iter().any(Signals::is_of_a_rig),
+            believed: foreign && predicts(Channel::ModelVelocity),
+            moves: predicts(Channel::ExecutedVelocity) || signals.iter().any(Signals::is_of_a_rig),
             kept: Mutex::default(),
             excess: [[1.0; 6]; 4],
         }

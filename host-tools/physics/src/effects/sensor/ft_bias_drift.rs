@@ -11,7 +11,7 @@ pub const EFFECT: Effect = Effect {
     summary: "the zero of the wrench creeps to a new value",
     group: Group::Sensor,
     naming: Naming::Cause,
-    equation: "W(t) = W_nominal + (fx_n, .., tz_n_m) (1 - exp(-t/time_constant_s)), t from the begin of the log",
+    equation: "W(t) = W_nominal + (fx_n, .., tz_n_m) (1 - exp(-t/time_constant_s)), t from the beginning of the log",
     source: "strain-gauge data sheets (drift of the zero with temperature); first-order warming",
     signature: "a slow bend of the wrench that depends on neither pose nor motion; over a short log it is a ramp, of which only the rate, value over time constant, is known",
     typical: "0.5 to 3 N over some seconds to minutes after the load or the temperature has changed",
