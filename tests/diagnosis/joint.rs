@@ -249,6 +249,21 @@ fn effects_are_added_together_or_not_at_all() {
     );
 }
 
+/// A link that hangs where its angle is 0, with a dry friction: the other part of its weight would stand for that where a log turns one way.
+#[test]
+fn a_weight_has_the_amounts_that_the_logs_show() {
+    const WEIGHT: f64 = 5.0;
+    let hangs = |[q, v, a]: [f64; 3]| 0.35 * a + WEIGHT * q.sin() + v.signum();
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let train = JOINT.record(12.0, 0.0, 31, hangs);
+    let found = diagnosed(&model, &train, &JOINT.record(8.0, 2.0, 32, hangs));
+    assert_eq!(named(&found), ["bearing_gravity", "guide_coulomb"]);
+    let weight = &found.parameters["bearing_gravity"];
+    assert!(weight.keys().eq(["sine_n_m"]), "{weight:?}");
+    let sine = &weight["sine_n_m"];
+    assert!((sine.low..sine.high).contains(&WEIGHT), "{sine:?}");
+}
+
 /// A link that stands upright, with the spring that balances it best: each hides what the other does, and alone none pays for its
 /// parameters.
 #[test]

@@ -224,45 +224,50 @@ pub(crate) fn with_one_more(library: &Library, beside: &[Part], price: f64) -> V
 /// The best pairs of different effects, best first; both are chosen together.
 pub(crate) fn pairs(library: &Library, price: f64) -> Vec<Hypothesis> {
     let count = library.variants.len();
-    let alone: Vec<Option<Part>> = (0..count)
+    // What is nothing alone may be something beside what it hides.
+    let whole = |variant: usize| Part {
+        variant,
+        used: (0..library.variants[variant].columns.len()).collect(),
+    };
+    let alone: Vec<Part> = (0..count)
         .into_par_iter()
-        .map(|i| part(library, i, &[]))
+        .map(|i| part(library, i, &[]).unwrap_or_else(|| whole(i)))
         .collect();
-    let mut best: Vec<Hypothesis> = alone
-        .par_iter()
-        .enumerate()
-        .filter_map(|(i, one)| Some((i, one.as_ref()?)))
-        .flat_map_iter(|(i, one)| {
-            let first = &library.variants[i];
-            let found = (0..count).filter_map(move |k| {
-                let second = &library.variants[k];
-                // Each pair once; a separable effect is grown beside the other.
-                let ordered = match (
-                    first.effect.effect.separable,
-                    second.effect.effect.separable,
-                ) {
-                    (false, true) => true,
-                    (true, false) => false,
-                    _ => i < k,
-                };
-                if !ordered || is_redundant(first.effect.effect, second.effect.effect) {
-                    return None;
-                }
-                let two = part(library, k, std::slice::from_ref(one))?;
-                let pair = if first.effect.effect.separable {
-                    // What the first needs beside the second may differ from what it needs alone.
-                    vec![part(library, i, std::slice::from_ref(&two))?, two]
-                } else {
-                    vec![one.clone(), two]
-                };
-                evaluate(library, pair, price).filter(|h| h.solution.wrong.is_empty())
-            });
-            keep_best(found)
+    let effect = |i: usize| library.variants[i].effect.effect;
+    let pair = |i: usize, k: usize| {
+        let beside = |one: usize, two: usize| {
+            let parts = grown_pair(library, &alone[one], two)?;
+            evaluate(library, parts, price).filter(|h| h.solution.wrong.is_empty())
+        };
+        let ways = match [i, k].map(|one| effect(one).separable) {
+            [true, true] => [beside(i, k), beside(k, i)],
+            [true, false] => [beside(k, i), None],
+            [false, _] => [beside(i, k), None],
+        };
+        let ways = ways.into_iter().flatten();
+        ways.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    };
+    let mut best: Vec<Hypothesis> = (0..count)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            let others = (i + 1..count).filter(|k| !is_redundant(effect(i), effect(*k)));
+            keep_best(others.filter_map(|k| pair(i, k)))
         })
         .collect();
     best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     best.truncate(KEPT * 8);
     best
+}
+
+/// A part with another effect beside it: a separable one is grown there, and the first then again, as what it needs may be other than
+/// what it needs alone.
+fn grown_pair(library: &Library, one: &Part, other: usize) -> Option<Vec<Part>> {
+    let two = part(library, other, std::slice::from_ref(one))?;
+    let one = match library.variants[one.variant].effect.effect.separable {
+        true => part(library, one.variant, std::slice::from_ref(&two))?,
+        false => one.clone(),
+    };
+    Some(vec![one, two])
 }
 
 /// The best hypotheses per pair of ids.

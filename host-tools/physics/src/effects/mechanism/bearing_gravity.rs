@@ -24,6 +24,7 @@ pub const EFFECT: Effect = Effect {
         force: torque,
         reversal: Reversal::sharp,
     }),
+    separable: true,
     ..Effect::PLAIN
 };
 
