@@ -249,6 +249,26 @@ fn effects_are_added_together_or_not_at_all() {
     );
 }
 
+/// An unseen log of fast swings in which nearly all is inertia, and the error one of its form: it has no say about a dry friction that
+/// halves the error of the other log.
+#[test]
+fn an_unseen_log_of_something_else_refuses_no_friction() {
+    let shaken = OneAxis {
+        swings: [(0.2, 23.0), (0.1, 31.0), (0.05, 37.0)],
+        ..JOINT
+    };
+    let slow = |[q, v, a]: [f64; 3]| 1.4 * a + 0.4 * v.signum() + 0.1 * (TEETH * q).sin();
+    let fast = |[_, v, a]: [f64; 3]| 1.4 * a + 4e-4 * a * a.abs() - 0.1 * v.signum();
+    let model = Model::from_toml(MODEL, "model.toml").unwrap();
+    let train = JOINT.record(12.0, 0.0, 41, slow);
+    let found = diagnosed(&model, &train, &shaken.record(8.0, 2.0, 42, fast));
+    assert!(
+        named(&found).contains(&"guide_coulomb"),
+        "{}",
+        found.sentence
+    );
+}
+
 /// A link that hangs where its angle is 0, with a dry friction: the other part of its weight would stand for that where a log turns one way.
 #[test]
 fn a_weight_has_the_amounts_that_the_logs_show() {

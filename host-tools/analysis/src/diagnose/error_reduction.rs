@@ -347,18 +347,21 @@ impl<'a> Known<'a> {
     }
 
     /// Error on unseen data with the others alone: as they are, by so much that noise does not make it, or, where the likelihood
-    /// is not that of what is left, with the parameters that they have then.
+    /// is not that of what is left, with the parameters that they have then. What the log of the fit is explained much worse without
+    /// has to raise the other error by more than noise does there, too.
     fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
         let others = without(effects, k);
         if !(self.is_refitted() && self.can_foretell) {
             return Ok(RISES * self.levels(&others)?.test);
         }
+        let with = self.levels(effects)?.train;
         let kept = (self.all.clone(), self.refitted);
         self.refit(&others)?;
-        let error = self.levels(&others)?.test;
+        let Error { train, test } = self.levels(&others)?;
         (self.all, self.refitted) = kept;
         self.predictions.clear();
-        Ok(error)
+        let factor = if train > FORETELLS * with { RISES } else { 1.0 };
+        Ok(factor * test)
     }
 
     /// The predictions themselves.
