@@ -6,7 +6,7 @@
 
 use super::engine::{Stages, is_shape, predict_all};
 use super::error_reduction::with_effects;
-use super::evidence::RISES;
+use super::evidence::{FORETELLS, RISES};
 use super::logs::Logs;
 use super::named::{self, Named};
 use super::ranking::foretells_alike;
@@ -41,8 +41,8 @@ pub(super) fn refit(
 }
 
 /// Ids of what has one effect in the place of another that the logs of the fit do not tell from it, with no more parameters, if
-/// that foretells unseen data better than what the likelihood prefers: beside what no law describes, errors of form decide between
-/// the two there.
+/// that foretells unseen data better than what the likelihood prefers, and explains the logs of the fit not much worse: beside what
+/// no law describes, errors of form decide between the two there.
 pub(super) fn better_tie(
     model: &Model,
     recordings: &Logs<&Recording>,
@@ -53,26 +53,30 @@ pub(super) fn better_tie(
         return Ok(None);
     }
     let named = named::all(model, stages);
-    let (mut least, mut best) = (foretold(model, recordings, &named)? / RISES, None);
+    let answer = errors_by_least_squares(model, recordings, &named)?;
+    let (mut least, mut best) = (answer.unseen / RISES, None);
     for tie in ties {
         let mut others = named.clone();
         let accepted = stages.wrench.iter().flat_map(|w| &w.found.accepted);
         let accepted: Vec<String> = accepted.flat_map(Tested::ids).collect();
         others.retain(|one| !accepted.contains(&one.effect.id));
         others.extend(tie.effects.iter().map(named::of_reading));
-        let error = foretold(model, recordings, &others)?;
-        if error < least {
-            least = error;
+        let Errors { of_fit, unseen } = errors_by_least_squares(model, recordings, &others)?;
+        if unseen < least && of_fit < FORETELLS * answer.of_fit {
+            least = unseen;
             best = Some(others.into_iter().map(|one| one.effect.id).collect());
         }
     }
     Ok(best)
 }
 
-/// Error on unseen data with the parameters of least squares.
-fn foretold(model: &Model, recordings: &Logs<&Recording>, named: &[Named]) -> anyhow::Result<f64> {
+fn errors_by_least_squares(
+    model: &Model,
+    recordings: &Logs<&Recording>,
+    named: &[Named],
+) -> anyhow::Result<Errors> {
     let named = by_least_squares(model, recordings, named, false)?;
-    Ok(Errors::of(model, recordings, &named)?.unseen)
+    Errors::of(model, recordings, &named)
 }
 
 /// Hypotheses with another effect in the place of one of the answer, not told from it and with no more parameters.

@@ -139,7 +139,7 @@ impl Said<'_> {
             regions: self.regions(),
             looks_like: self.rest.looks_like(judged),
             remainder: self.rest.remainder,
-            ranked,
+            ranked: ranking::reported(&ranked, &judged.found),
             strongest_evidence: ranking::strongest(stages),
             noise: stages.noise.clone(),
             notes,

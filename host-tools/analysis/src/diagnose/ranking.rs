@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Hypotheses that are reported.
 const REPORTED: usize = 12;
-/// Hypotheses that are reported of each later round.
+/// Hypotheses that are reported of each later round, and refused ones.
 const REPORTED_LATER: usize = 4;
 /// Fall of χ² over all logs from which a hypothesis is reported.
 const LEAST: f64 = 10.0;
@@ -56,7 +56,7 @@ pub(super) fn ranked(stages: &Stages) -> Vec<Ranked> {
     });
     let mut all = each_once(all.into_iter().map(|(_, one)| one).collect());
     all.retain(|one| one.fall() > LEAST);
-    shortened(all)
+    all
 }
 
 /// Of the same effects beside the same others the first.
@@ -243,25 +243,22 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
     each.collect()
 }
 
-/// The best of the first round, and fewer of each later one, which gain less.
-fn shortened(all: Vec<Ranked>) -> Vec<Ranked> {
+/// The best of the first round, and fewer of each later one, which gain less, and of what is refused; the answer in any case.
+pub(super) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
     let first = all.iter().map(|one| one.beside.len()).min();
-    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-    let mut kept = Vec::new();
-    for one in all {
-        let round = one.beside.len();
-        let most = if Some(round) == first {
-            REPORTED
-        } else {
-            REPORTED_LATER
+    let mut counts: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+    let is_reported = |one: &&Ranked| {
+        let (round, is_refused) = (one.beside.len(), one.refused.is_some());
+        let most = match Some(round) == first && !is_refused {
+            true => REPORTED,
+            false => REPORTED_LATER,
         };
-        let count = counts.entry(round).or_default();
+        let count = counts.entry((round, is_refused)).or_default();
         *count += 1;
-        if *count <= most {
-            kept.push(one);
-        }
-    }
-    kept
+        let has_all = answer.iter().all(|id| one.effects.contains(id));
+        *count <= most || (has_all && one.effects.len() == answer.len())
+    };
+    all.iter().filter(is_reported).cloned().collect()
 }
 
 /// Phenomenological shapes that would fit.

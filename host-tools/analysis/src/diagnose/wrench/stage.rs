@@ -148,14 +148,19 @@ fn beside_found(
     work.later(end, &accepted, found, ask)
 }
 
-/// A hypothesis, and the best with another effect in the place of one of its own, all beside the same noise.
+/// A hypothesis, those without one of its effects, and the best with another effect in the place of one, all beside the same noise.
 pub(crate) fn exchanged(joint: &Joint, of: &Tested, ask: &Ask<'_>) -> Vec<Tested> {
-    let library = Library::new(joint, ask.excluded);
+    let plain = || Library::new(joint, ask.excluded);
+    // A delay would move nothing in the place of a lag.
+    let around = plain().around(joint, of, true);
+    let library = around.unwrap_or_else(plain);
     let of_fit = joint.of_fit();
     let work = Work::new(joint, &library, &of_fit, ask);
     let itself = evaluate(&library, work.parts(of), work.price);
     work.tested(&itself.into_iter().collect::<Vec<_>>(), 1);
     let mut all = work.exchanges(of, TRIED);
+    let fewer = work.fewer(of);
+    all.extend(work.tested(&fewer, fewer.len()));
     all.extend(work.in_twos(of));
     all
 }
