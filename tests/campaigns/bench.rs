@@ -42,7 +42,7 @@ fn the_delay_benchmark_in_shards_is_the_same_table() {
         &["campaign", "rerun", "whole", "--index", "3", "-o", "x.mcap"],
     );
     assert!(
-        said.contains("softdock bench delay --case 'latency_0_unknown' --law predictor"),
+        said.contains("softdock bench delay --case latency_0_unknown --law predictor"),
         "{said}"
     );
 }

@@ -222,3 +222,16 @@ fn lines_for_a_cluster_are_printed() {
         "{line}"
     );
 }
+
+#[test]
+fn commands_to_copy_keep_a_folder_with_a_space_one_word() {
+    let folder = scratch("campaign_space");
+    fs::write(folder.join("scenario.toml"), scenario()).unwrap();
+    fs::write(folder.join("campaign.toml"), CAMPAIGN).unwrap();
+    let named = ["campaign", "plan", "campaign.toml", "-o", "my campaign"];
+    let planned = done(&folder, &named);
+    let status = done(&folder, &["campaign", "status", "my campaign"]);
+    for text in [planned, status] {
+        assert!(text.contains("campaign run 'my campaign'"), "{text}");
+    }
+}

@@ -9,6 +9,7 @@
 //! | `address` | addresses as people write them |
 //! | `port` | a serial device, a pseudo-terminal or a TCP port, locked for this program |
 //! | `identity` | who wrote it |
+//! | `shell` | words of commands that a person copies |
 
 pub mod address;
 pub mod data_table;
@@ -18,6 +19,7 @@ pub mod output;
 pub mod port;
 pub mod recording;
 pub mod replay;
+pub mod shell;
 mod standard_error;
 pub mod telemetry;
 

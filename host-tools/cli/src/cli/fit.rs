@@ -7,6 +7,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use softdock_analysis::fit::judged::Judged;
 use softdock_analysis::fit::{Logs, Refitted, Undetermined};
+use softdock_io::shell::quoted;
 use softdock_physics::model::edit::ModelFile;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
@@ -85,10 +86,11 @@ impl Fit {
         for needless in &fit.needless {
             text.push_str(&format!(
                 "\n{0} foretells nothing here: without it, all else as it is, the error on {1} is {2:.3}. \
-                 `softdock remove {path} {0}` takes it out.\n",
+                 `softdock remove {3} {0}` takes it out.\n",
                 needless.effect,
                 logs.unseen(),
-                needless.test_error
+                needless.test_error,
+                quoted(&path)
             ));
         }
         text.push_str(&match &fit.doubt {

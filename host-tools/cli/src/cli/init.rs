@@ -7,6 +7,7 @@ use softdock_experiments::starter;
 use softdock_io::input::refuse_overwrite;
 use softdock_io::output::write_whole;
 use softdock_io::say;
+use softdock_io::shell::quoted;
 use std::path::PathBuf;
 
 /// Write a scenario, a board, a rig and a model to start from.
@@ -41,10 +42,10 @@ impl Init {
             write_whole(&path, text)?;
             say!("{} written", path.display());
         }
-        let folder = self.folder.display().to_string();
-        let enter = match folder.as_str() {
-            "." => String::new(),
-            folder => format!("  cd {folder}\n"),
+        let enter = if self.folder.as_os_str() == "." {
+            String::new()
+        } else {
+            format!("  cd {}\n", quoted(self.folder.display()))
         };
         print(&format!(
             "Next:\n{enter}  softdock check board.toml rig.toml\n  softdock run scenario.toml -o run.mcap\n  \

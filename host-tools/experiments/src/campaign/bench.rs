@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use softdock_control::delay::LawName;
 use softdock_hidden_effects::suite;
+use softdock_io::shell::quoted;
 
 /// Which benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -121,7 +122,8 @@ impl Bench {
             Self::Delay => {
                 let case = word(1).rsplitn(3, ", ").last().unwrap_or_default();
                 format!(
-                    "softdock bench delay --case '{case}' --law {} --seed {seed}",
+                    "softdock bench delay --case {} --law {} --seed {seed}",
+                    quoted(case),
                     word(0)
                 )
             }

@@ -6,6 +6,7 @@ use super::shard::Shard;
 use super::status::{indices, parts};
 use anyhow::{Result, bail, ensure};
 use softdock_io::data_table::{DataColumn, DataTable, Values};
+use softdock_io::shell::quoted;
 
 /// Merges the parts of a campaign. The table does not depend on how the rows were divided.
 ///
@@ -15,7 +16,10 @@ pub fn merge(plan: &Plan, place: &Place) -> Result<DataTable> {
     let parts = parts(plan, place)?;
     let order = order(plan, place, &parts)?;
     let Some((_, first)) = parts.first() else {
-        bail!("{place} has no parts; `softdock campaign run {place}` makes them");
+        bail!(
+            "{place} has no parts; `softdock campaign run {}` makes them",
+            quoted(place)
+        );
     };
     let columns = first.columns.iter().enumerate().map(|(number, column)| {
         let same = |(_, part): &(Shard, DataTable)| {
@@ -64,8 +68,9 @@ fn order(plan: &Plan, place: &Place, parts: &[(Shard, DataTable)]) -> Result<Vec
     if missing > 0 {
         let first = order.iter().position(Option::is_none).unwrap_or_default();
         bail!(
-            "{missing} of {} rows are missing, the first is row {first}; `softdock campaign status {place}` names their shards",
-            plan.rows()
+            "{missing} of {} rows are missing, the first is row {first}; `softdock campaign status {}` names their shards",
+            plan.rows(),
+            quoted(place)
         );
     }
     Ok(order.into_iter().flatten().collect())

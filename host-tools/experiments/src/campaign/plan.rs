@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crc::{CRC_64_XZ, Crc, Table};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use softdock_io::shell::quoted;
 use softdock_io::{identity, input};
 use softdock_statistics::RandomStream;
 use std::path::Path;
@@ -253,7 +254,8 @@ impl Plan {
         let name = place.file(FILE);
         let bytes = place.read(FILE)?.with_context(|| {
             format!(
-                "there is no {name}; `softdock campaign plan CAMPAIGN.toml -o {place}` makes it"
+                "there is no {name}; `softdock campaign plan CAMPAIGN.toml -o {}` makes it",
+                quoted(place)
             )
         })?;
         let file: PlanFile =

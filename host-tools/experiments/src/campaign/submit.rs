@@ -2,6 +2,7 @@
 
 use super::place::Place;
 use anyhow::{Context, Result};
+use softdock_io::shell::quoted;
 
 /// Kills of a task, by lost workers, after which HyperQueue gives up on it.
 const CRASH_LIMIT: u32 = 20;
@@ -14,7 +15,7 @@ pub fn hyperqueue(place: &Place, shards: u64, threads: usize) -> Result<String> 
     Ok(format!(
         "hq submit --name softdock --array 0-{} --cpus {threads} --crash-limit {CRASH_LIMIT} -- sh -c {}",
         shards - 1,
-        quoted(&shard_command(place, "HQ_TASK_ID", shards, threads)?)
+        quoted(shard_command(place, "HQ_TASK_ID", shards, threads)?)
     ))
 }
 
@@ -31,8 +32,8 @@ pub fn slurm(place: &Place, shards: u64, threads: usize) -> Result<String> {
     Ok(format!(
         "sbatch --job-name softdock --array 0-{} --ntasks 1 --cpus-per-task {threads} --requeue --open-mode append --output {} --wrap {}",
         shards - 1,
-        quoted(&log.display().to_string()),
-        quoted(&shard_command(
+        quoted(log.display()),
+        quoted(shard_command(
             place,
             "SLURM_ARRAY_TASK_ID",
             shards,
@@ -46,18 +47,9 @@ fn shard_command(place: &Place, variable: &str, shards: u64, threads: usize) -> 
     let program = std::env::current_exe().context("cannot find the running program")?;
     Ok(format!(
         "exec {} campaign run {} --shard ${variable}/{shards} --threads {threads}",
-        quoted(&program.display().to_string()),
-        quoted(&place.absolute()?.display().to_string())
+        quoted(program.display()),
+        quoted(place.absolute()?.display())
     ))
-}
-
-/// A word of a POSIX shell.
-fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-%+=:,@".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        return text.to_owned();
-    }
-    format!("'{}'", text.replace('\'', r"'\''"))
 }
 
 #[cfg(test)]
@@ -65,9 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_survive_the_shell() {
-        assert_eq!(quoted("/a/b-0.txt"), "/a/b-0.txt");
-        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
+    fn each_shard_is_a_task() {
         let place = Place::folder("/my campaign".as_ref());
         let line = hyperqueue(&place, 40, 2).unwrap();
         assert!(

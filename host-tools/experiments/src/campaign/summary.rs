@@ -14,6 +14,7 @@ use super::table::SUCCESS;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
+use softdock_io::shell::quoted;
 use std::collections::BTreeMap;
 
 /// The quantiles that are shown.
@@ -314,6 +315,7 @@ fn worst(results: &Results<'_>, place: &Place) -> Result<Vec<WorstRow>> {
                 bench.command(seed, &values)
             }
             None => {
+                let place = quoted(place);
                 format!("softdock campaign rerun {place} --index {index} -o row-{index}.mcap")
             }
         },

@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::{plan, setting};
+use softdock_io::shell::quoted;
 use softdock_report::{Cell, Column, Table};
 use std::path::PathBuf;
 
@@ -50,7 +51,8 @@ impl Plan {
         ensure!(
             !place.is_taken()?,
             "{place} exists already, nothing was written: give another folder with -o, or remove this one first if nobody needs what is in it. \
-             (`softdock campaign run {place}` goes on with a campaign that was planned there.)"
+             (`softdock campaign run {}` goes on with a campaign that was planned there.)",
+            quoted(&place)
         );
         plan.write(&place)?;
         let factor = |factor: &'_ plan::PlannedFactor| factor.distribution.text();
@@ -85,8 +87,10 @@ impl Plan {
             table.push(cells.map(Cell::text).into());
         }
         print(&format!(
-            "{table}\n{} rows, plan {}\nNext: softdock campaign run {place}\n",
-            planned.rows, planned.hash
+            "{table}\n{} rows, plan {}\nNext: softdock campaign run {}\n",
+            planned.rows,
+            planned.hash,
+            quoted(&place)
         ))
     }
 }

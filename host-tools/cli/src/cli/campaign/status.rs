@@ -6,6 +6,7 @@ use clap::Args;
 use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::status::{Progress, progress};
+use softdock_io::shell::quoted;
 use std::path::PathBuf;
 
 /// Say how far a campaign is, and which shards are missing.
@@ -36,6 +37,7 @@ impl Status {
             missing_shards,
             ..
         } = &progress;
+        let place = quoted(place);
         let next = match missing_shards.as_slice() {
             [] => format!("Next: softdock campaign merge {place} -o results.parquet"),
             [first, ..] => {

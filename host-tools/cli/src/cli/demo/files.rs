@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use softdock_io::input::refuse_overwrite;
+use softdock_io::shell::quoted;
 use std::path::{Path, PathBuf};
 
 /// The files in the demonstration's folder.
@@ -67,9 +68,12 @@ impl Files {
             &self.train,
             &self.test,
         ]
-        .map(|path| path.display());
+        .map(|path| quoted(path.display()));
         let board = if self.board.exists() {
-            format!("Board:       {} (its settings)\n", self.board.display())
+            format!(
+                "Board:       {} (its settings)\n",
+                quoted(self.board.display())
+            )
         } else {
             String::new()
         };

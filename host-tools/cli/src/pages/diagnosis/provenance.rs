@@ -3,6 +3,7 @@
 use super::{Source, words};
 use softdock_analysis::diagnose::Verdict;
 use softdock_io::identity;
+use softdock_io::shell::quoted;
 use softdock_report::{Cell, Column, Page, Table, number};
 
 impl Source<'_> {
@@ -73,26 +74,5 @@ impl Source<'_> {
         };
         let model = quoted(&identity.model_path);
         format!("softdock add {model} --fit {data}")
-    }
-}
-
-/// A path as a shell reads it.
-fn quoted(path: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "/._-+=:@%".contains(c);
-    if !path.is_empty() && path.chars().all(plain) {
-        path.to_owned()
-    } else {
-        format!("'{}'", path.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_survives_the_shell() {
-        assert_eq!(quoted("runs/a-1.mcap"), "runs/a-1.mcap");
-        assert_eq!(quoted("my run's.mcap"), "'my run'\\''s.mcap'");
     }
 }

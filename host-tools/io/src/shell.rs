@@ -1,0 +1,27 @@
+//! Words of commands that a person copies.
+
+use std::fmt::Display;
+
+/// A word as a POSIX shell reads it: a path with a space stays one word, and nothing in it is expanded.
+pub fn quoted(word: impl Display) -> String {
+    let text = word.to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-%+=:,@".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text;
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn words_survive_the_shell() {
+        for plain in ["runs/a-1.mcap", "s3://bucket/a,b", "größe.mcap"] {
+            assert_eq!(quoted(plain), plain);
+        }
+        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!(quoted(""), "''");
+    }
+}
