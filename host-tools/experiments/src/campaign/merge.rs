@@ -80,14 +80,10 @@ fn order(plan: &Plan, place: &Place, parts: &[(Shard, DataTable)]) -> Result<Vec
 fn gathered(parts: &[&Values], order: &[(usize, usize)]) -> Result<Values> {
     macro_rules! gather {
         ($variant:ident) => {{
-            let parts: Vec<_> = parts
-                .iter()
-                .filter_map(|part| match part {
-                    Values::$variant(values) => Some(values),
-                    _ => None,
-                })
-                .collect();
-            let value = |&(part, place): &(usize, usize)| parts.get(part)?.get(place).cloned();
+            let value = |&(part, place): &(usize, usize)| match parts.get(part)? {
+                Values::$variant(values) => values.get(place).cloned(),
+                _ => None,
+            };
             order
                 .iter()
                 .map(value)
@@ -105,5 +101,21 @@ fn gathered(parts: &[&Values], order: &[(usize, usize)]) -> Result<Values> {
     match gathered {
         Some(values) => Ok(values),
         None => bail!("the parts hold different kinds of values in one column"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Else the values of the part behind it would pass for its own.
+    #[test]
+    fn a_part_of_another_kind_is_refused() {
+        let numbers = |values: &[f64]| Values::Number(values.iter().copied().map(Some).collect());
+        let (one, two) = (numbers(&[1.0]), numbers(&[2.0, 3.0]));
+        let words = Values::Text(vec![None]);
+        let merged = gathered(&[&one, &two], &[(1, 1), (0, 0)]).unwrap();
+        assert_eq!(merged, numbers(&[3.0, 1.0]));
+        assert!(gathered(&[&one, &words, &two], &[(0, 0), (1, 0)]).is_err());
     }
 }
