@@ -8,7 +8,7 @@ use axum::http::header::{AUTHORIZATION, COOKIE, HeaderMap, LOCATION, SET_COOKIE}
 use axum::http::{StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use std::net::IpAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::str::FromStr;
 
 /// Fewest characters of a token: nobody tries them all over a network.
@@ -28,6 +28,15 @@ impl Reach {
         match self {
             Self::ThisComputer => None,
             Self::Network(_, token) => Some(token),
+        }
+    }
+
+    /// Where a browser finds it: every address of this computer is none that can be opened.
+    pub(super) fn host(&self) -> IpAddr {
+        match self {
+            Self::Network(address, _) if !address.is_unspecified() => *address,
+            Self::Network(IpAddr::V6(_), _) => Ipv6Addr::LOCALHOST.into(),
+            Self::Network(IpAddr::V4(_), _) | Self::ThisComputer => Ipv4Addr::LOCALHOST.into(),
         }
     }
 }
@@ -132,6 +141,18 @@ mod tests {
             "0123456789 abcdef",
         ] {
             assert!(refused.parse::<AccessToken>().is_err(), "{refused}");
+        }
+    }
+
+    #[test]
+    fn every_address_is_opened_at_this_computer() {
+        for (listens, opened) in [
+            ("0.0.0.0", "127.0.0.1"),
+            ("::", "::1"),
+            ("192.168.1.5", "192.168.1.5"),
+        ] {
+            let reach = Reach::Network(listens.parse().unwrap(), token());
+            assert_eq!(reach.host().to_string(), opened);
         }
     }
 

@@ -17,6 +17,9 @@ use axum::response::{IntoResponse, Response};
 /// Header with the token of [`super::session`].
 pub(super) const TOKEN: &str = "x-softdock";
 
+/// Names of this computer.
+const NAMES: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
+
 /// Nothing from elsewhere, in no frame, no guessing of types, nothing for other pages.
 const HEADERS: [(&str, &str); 5] = [
     (
@@ -55,12 +58,17 @@ fn allowed(
     token: &str,
 ) -> Result<(), Problem> {
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok());
-    let hosts = ["127.0.0.1", "localhost", "[::1]"].map(|host| format!("{host}:{port}"));
     let host = text(HOST.as_str()).unwrap_or_default();
-    if !any_name && !hosts.iter().any(|own| own == host) {
+    // Browsers leave the port of HTTP out.
+    let (name, at) = match host.rsplit_once(':') {
+        Some((name, at)) if !at.ends_with(']') => (name, at.parse().ok()),
+        _ => (host, Some(80)),
+    };
+    let own = NAMES.contains(&name) && at == Some(port);
+    if !any_name && !own {
         return Err(Problem::new(
             StatusCode::MISDIRECTED_REQUEST,
-            format!("this is not `{host}`; open http://{}", hosts[0]),
+            format!("this is not `{host}`; open http://{}:{port}", NAMES[0]),
         ));
     }
     let foreign = || Problem::new(StatusCode::FORBIDDEN, "another site may not ask this one");
@@ -96,12 +104,17 @@ fn allowed(
 mod tests {
     use super::*;
 
-    /// Status of a request to port 80 with the token `t`.
+    /// Status of a request to port 81 with the token `t`.
     fn status(method: Method, headers: &[(&'static str, &str)]) -> u16 {
-        status_of(method, headers, false)
+        status_of(method, headers, false, 81)
     }
 
-    fn status_of(method: Method, headers: &[(&'static str, &str)], any_name: bool) -> u16 {
+    fn status_of(
+        method: Method,
+        headers: &[(&'static str, &str)],
+        any_name: bool,
+        port: u16,
+    ) -> u16 {
         let pairs = headers.iter().map(|(name, value)| {
             (
                 HeaderName::from_static(name),
@@ -109,7 +122,7 @@ mod tests {
             )
         });
         let headers: HeaderMap = pairs.collect();
-        allowed(&method, &headers, any_name, 80, "t")
+        allowed(&method, &headers, any_name, port, "t")
             .map_or_else(|p| p.into_response().status().as_u16(), |()| 200)
     }
 
@@ -117,34 +130,44 @@ mod tests {
 
     #[test]
     fn only_own_names_are_answered() {
-        for host in ["127.0.0.1:80", "localhost:80", "[::1]:80"] {
+        for host in ["127.0.0.1:81", "localhost:81", "[::1]:81"] {
             assert_eq!(status(Method::GET, &[("host", host)]), 200, "{host}");
         }
         for host in [
             "evil.example",
             "127.0.0.1",
-            "127.0.0.1:81",
-            "localhost.evil:80",
+            "127.0.0.1:82",
+            "localhost.evil:81",
             "",
         ] {
             assert_eq!(status(Method::GET, &[("host", host)]), 421, "{host}");
         }
         assert_eq!(status(Method::GET, &[]), 421);
+        for (host, port, expected) in [
+            ("127.0.0.1", 80, 200),
+            ("[::1]", 80, 200),
+            ("localhost:80", 80, 200),
+            ("localhost", 443, 421),
+            ("evil.example", 80, 421),
+        ] {
+            let asked = status_of(Method::GET, &[("host", host)], false, port);
+            assert_eq!(asked, expected, "{host} {port}");
+        }
     }
 
     #[test]
     fn a_workbench_of_the_network_has_any_name_and_other_sites_are_refused_all_the_same() {
-        let host = ("host", "laboratory:80");
-        for (origin, expected) in [("http://laboratory:80", 200), ("http://evil.example", 403)] {
-            let asked = status_of(Method::GET, &[host, ("origin", origin)], true);
+        let host = ("host", "laboratory:81");
+        for (origin, expected) in [("http://laboratory:81", 200), ("http://evil.example", 403)] {
+            let asked = status_of(Method::GET, &[host, ("origin", origin)], true, 81);
             assert_eq!(asked, expected, "{origin}");
         }
-        assert_eq!(status_of(Method::POST, &[host, JSON], true), 403);
+        assert_eq!(status_of(Method::POST, &[host, JSON], true, 81), 403);
     }
 
     #[test]
     fn other_sites_are_refused() {
-        let host = ("host", "localhost:80");
+        let host = ("host", "localhost:81");
         for (site, expected) in [
             ("same-origin", 200),
             ("none", 200),
@@ -155,9 +178,9 @@ mod tests {
             assert_eq!(asked, expected, "{site}");
         }
         for (origin, expected) in [
-            ("http://localhost:80", 200),
-            ("https://localhost:80", 403),
-            ("http://127.0.0.1:80", 403),
+            ("http://localhost:81", 200),
+            ("https://localhost:81", 403),
+            ("http://127.0.0.1:81", 403),
             ("http://evil.example", 403),
             ("null", 403),
         ] {
@@ -168,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_change_is_json_with_the_token() {
-        let host = ("host", "localhost:80");
+        let host = ("host", "localhost:81");
         let token = (TOKEN, "t");
         for method in [Method::POST, Method::DELETE, Method::PUT, Method::OPTIONS] {
             assert_eq!(status(method.clone(), &[host, JSON, token]), 200);

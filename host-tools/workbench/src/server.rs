@@ -1,6 +1,6 @@
 //! The server: addresses, and what runs behind them.
 
-use super::access::{self, Reach};
+use super::access::{self, AccessToken, Reach};
 use super::change::Before;
 use super::connections::{Bounded, MOST};
 use super::files::Files;
@@ -15,7 +15,7 @@ use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 use tokio::net::TcpListener;
@@ -80,11 +80,10 @@ impl Server {
 
     /// Where a browser finds it.
     pub fn url(&self) -> String {
-        let (host, query) = match &self.bench.reach {
-            Reach::ThisComputer => (IpAddr::V4(Ipv4Addr::LOCALHOST), String::new()),
-            Reach::Network(address, token) => (*address, token.query()),
-        };
-        format!("http://{}/{query}", SocketAddr::new(host, self.bench.port))
+        let reach = &self.bench.reach;
+        let query = reach.token().map_or(String::new(), AccessToken::query);
+        let host = SocketAddr::new(reach.host(), self.bench.port);
+        format!("http://{host}/{query}")
     }
 
     /// Answers until the program ends.

@@ -54,6 +54,9 @@ impl Workbench {
         let server = Server::new(&self.folder, self.port, reach, Box::new(simulate))?;
         let url = server.url();
         print(&format!("{url}\n"))?;
+        if self.listen.is_some_and(|address| address.is_unspecified()) {
+            say!("note: on another computer, the name or address of this one stands in its place");
+        }
         if self.open && open::that_detached(&url).is_err() {
             say!("note: no browser was found; open the address yourself");
         }
