@@ -4,8 +4,9 @@ use rayon::prelude::*;
 use softdock_commissioning::identify::{Identification, identify};
 use softdock_experiments::jog_rehearsal::jog;
 use softdock_experiments::scenario::Scenario;
+use softdock_io::input::parse;
 use softdock_physics::model::Axis;
-use softdock_rig::rig::settings::ServoSettings;
+use softdock_rig::rig::settings::{MechanismSettings, ServoSettings};
 use softdock_statistics::RandomStream;
 
 fn scenario() -> Scenario {
@@ -199,6 +200,17 @@ fn a_limit_of_the_velocity_is_found() {
     assert!(found.axes[0].max_acceleration.is_none());
     let delay_s = found.delay_s.value;
     assert!((delay_s - 0.02).abs() < 1e-3, "{delay_s}");
+}
+
+/// Whatever the mechanism: its force would be taken for a late pose.
+#[test]
+fn a_rehearsal_is_in_free_space() {
+    let text = include_str!("../../host-tools/scenarios/soft-capture.toml");
+    let mut scenario: Scenario = parse(text, "soft-capture.toml").unwrap();
+    scenario.rig.mechanism.docking[0].position_m[0] = 3.2; // the probe is in it
+    let rehearsed = jog(&scenario, Axis::X, 1).unwrap();
+    scenario.rig.mechanism = MechanismSettings::default();
+    assert!(rehearsed.cycles == jog(&scenario, Axis::X, 1).unwrap().cycles);
 }
 
 #[test]

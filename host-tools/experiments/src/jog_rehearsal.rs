@@ -13,7 +13,7 @@ use softdock_control::modes::Mode;
 use softdock_io::identity;
 use softdock_io::recording::{Header, Recording};
 use softdock_physics::model::Axis;
-use softdock_rig::rig::settings::CorrectionMode;
+use softdock_rig::rig::settings::{CorrectionMode, MechanismSettings};
 use softdock_rig::rig::{Rig, RigSettings};
 
 /// Cycles of rest behind a jog.
@@ -30,8 +30,7 @@ const FIRST_IPOC: u64 = 1_000_000;
 pub fn jog(scenario: &Scenario, axis: Axis, seed: u64) -> Result<Recording> {
     scenario.validate()?;
     let mut settings = scenario.rig.clone();
-    settings.mechanism.walls.clear();
-    settings.mechanism.guide = None;
+    settings.mechanism = MechanismSettings::default();
     ensure!(
         settings.robot.correction == CorrectionMode::Relative,
         "the rehearsal jogs with relative corrections; set `rig.robot.correction` to \"relative\""

@@ -154,8 +154,8 @@ pub(super) async fn remove(
 
 /// A model file, if it says what was seen.
 fn unchanged(bench: &Workbench, id: &str, seen: &[&str]) -> Result<ModelFile, Problem> {
-    let (file, text) = open(bench, id)?;
-    let now = fingerprint(&text);
+    let file = open(bench, id)?;
+    let now = fingerprint(file.text());
     if seen.iter().any(|seen| *seen != now) {
         return Err(Problem::changed(format!(
             "`{id}` was changed by another program in the meantime and is left as it is; look at it again, \

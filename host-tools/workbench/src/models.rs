@@ -40,12 +40,10 @@ pub(super) struct Seen {
     model: Model,
 }
 
-/// A model file and its text.
-pub(super) fn open(bench: &Workbench, id: &str) -> Result<(ModelFile, String), Problem> {
+/// A model file.
+pub(super) fn open(bench: &Workbench, id: &str) -> Result<ModelFile, Problem> {
     let path = bench.folder.file(id, "toml")?;
-    let text = std::fs::read_to_string(&path).map_err(anyhow::Error::from)?;
-    let file = ModelFile::open(&path).map_err(|error| named(bench, error))?;
-    Ok((file, text))
+    ModelFile::open(&path).map_err(|error| named(bench, error))
 }
 
 /// An error with the file's name as the page knows it.
@@ -81,11 +79,11 @@ pub(super) async fn one(
     Path(id): Path<String>,
 ) -> Result<Json<Seen>, Problem> {
     work(move || {
-        let (file, text) = open(&bench, &id)?;
+        let file = open(&bench, &id)?;
         Ok(Json(Seen {
             id,
-            if_match: fingerprint(&text),
-            text,
+            if_match: fingerprint(file.text()),
+            text: file.text().to_owned(),
             model: file.model().clone(),
         }))
     })
@@ -96,7 +94,7 @@ pub(super) async fn history(
     State(bench): State<Shared>,
     Path(id): Path<String>,
 ) -> Result<Json<Value>, Problem> {
-    let of = move || Ok(Json(json!(Fall::of(&open(&bench, &id)?.0.model().history))));
+    let of = move || Ok(Json(json!(Fall::of(&open(&bench, &id)?.model().history))));
     work(of).await
 }
 
@@ -114,7 +112,7 @@ pub(super) async fn compare(
 ) -> Result<Json<Value>, Problem> {
     let Json(pair) = pair?;
     work(move || {
-        let (file, _) = open(&bench, &pair.model)?;
+        let file = open(&bench, &pair.model)?;
         let recording = bench.files.recording(&bench.folder, &pair.recording)?;
         let comparison = softdock_analysis::compare::compare(file.model(), &recording)?;
         Ok(Json(json!(comparison)))
@@ -143,7 +141,7 @@ pub(super) async fn prediction(
     work(move || {
         let model = match drawn.job {
             Some(job) => bench.jobs.after(job)?,
-            None => open(&bench, &drawn.model)?.0.model().clone(),
+            None => open(&bench, &drawn.model)?.model().clone(),
         };
         let prediction = bench
             .files

@@ -4,6 +4,7 @@ use super::task::{Prepared, Task};
 use crate::problem::Problem;
 use axum::http::StatusCode;
 use serde_json::{Value, json};
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -67,13 +68,21 @@ impl Job {
     /// Tells something to whoever listens. If nobody wants the result any more, the work ends here: it is unwound, as
     /// it has no other way out of the middle of a search.
     pub(super) fn tell(&self, kind: &'static str, value: Value) {
-        let ends = matches!(kind, "result" | "error");
-        if self.is_cancelled() && !ends {
+        if self.tell_if_wanted(kind, value).is_break() {
             resume_unwind(Box::new(Cancelled));
         }
+    }
+
+    /// Tells something, or says that nobody wants the result any more: for work that has something to clear away.
+    pub(super) fn tell_if_wanted(&self, kind: &'static str, value: Value) -> ControlFlow<()> {
+        let told = Told { kind, value };
+        if self.is_cancelled() && !told.is_last() {
+            return ControlFlow::Break(());
+        }
         let mut state = self.state();
-        state.told.push(Told { kind, value });
+        state.told.push(told);
         self.count.send_replace(state.told.len());
+        ControlFlow::Continue(())
     }
 
     /// Ends the job when it next tells something.
@@ -147,6 +156,7 @@ mod tests {
         job.cancel();
         let ended = catch_unwind(AssertUnwindSafe(|| job.tell("stage", json!(2))));
         assert!(ended.unwrap_err().is::<Cancelled>());
+        assert!(job.tell_if_wanted("stage", json!(3)).is_break());
         job.tell("error", json!({"error": "ended on request"}));
         assert!(job.has_ended());
         assert_eq!(job.told(0).len(), 2);

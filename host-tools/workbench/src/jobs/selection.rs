@@ -46,15 +46,15 @@ impl Selection {
         let paths = |ids: &[String]| -> Result<Vec<PathBuf>, Problem> {
             ids.iter().map(|id| bench.folder.file(id, "mcap")).collect()
         };
-        let (file, text) = open(bench, &self.model)?;
+        let file = open(bench, &self.model)?;
         let (fit, test) = (paths(&self.fit)?, paths(&self.test)?);
         let root = bench.folder.prefix();
         let logs = Logs::open(file.model(), &fit, &test)
             .map(|logs| self.named(logs, &root))
             .map_err(|error| anyhow::anyhow!("{}", format!("{error:#}").replace(&root, "")));
         Ok(Opened {
+            if_match: fingerprint(file.text()),
             file,
-            if_match: fingerprint(&text),
             logs,
         })
     }

@@ -66,11 +66,8 @@ impl Run {
     /// Runs it; a run that is ended leaves no recording.
     pub(super) fn run(self, job: &Job) -> Result<Value> {
         let going_on = |share: f64| {
-            if job.is_cancelled() {
-                return ControlFlow::Break(());
-            }
-            job.tell("stage", json!({"share": share, "what": "simulating"}));
-            ControlFlow::Continue(())
+            // Unwound, it would leave its recording.
+            job.tell_if_wanted("stage", json!({"share": share, "what": "simulating"}))
         };
         let root = self.bench.folder.prefix();
         let ran = (self.bench.simulator)(&self.simulation, &going_on);

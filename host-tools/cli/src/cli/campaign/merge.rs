@@ -94,7 +94,7 @@ impl Merge {
             let page = page::page(&results, &summary)?;
             write_whole(report, page.to_html())?;
         }
-        let files = tables.iter().chain(&self.report);
+        let files = tables.iter().chain(&description).chain(&self.report);
         let merged = Merged {
             files: files.map(|file| file.display().to_string()).collect(),
             rows: plan.rows(),

@@ -5,6 +5,8 @@
 
 use super::case::Case;
 use super::scene::End;
+use crate::check;
+use crate::one_contact::Contact;
 use serde::Serialize;
 use softdock_delay_plants::Dynamics;
 
@@ -32,15 +34,17 @@ impl Limits {
         if !(pure && scene.is_straight() && scene.end == End::Impacts(1)) {
             return None;
         }
-        let (omega, zeta) = (scene.omega(), scene.zeta());
-        let phi = omega * robot.delay_s;
-        let seen = omega * (robot.delay_s + 0.5 * cycle_s);
-        let spent = 0.5 * seen * seen + 2.0 * zeta * seen + seen * omega * robot.pause_s;
+        let contact = Contact {
+            mass_kg: scene.mass_kg,
+            stiffness_n_per_m: scene.law.stiffness,
+            damping_n_s_per_m: scene.law.damping,
+        };
+        let limits = check::Limits::new(&contact, robot.delay_s, robot.pause_s, cycle_s);
         Some(Self {
-            phi,
-            least_restitution: (spent - 1.0).max(0.0),
-            least_peak_force_error: (phi + omega * cycle_s - 1.0).max(0.0),
-            without_balance: (1.0 - phi.powi(4) / 12.0 + phi.powi(6) / 36.0).sqrt(),
+            phi: limits.phi,
+            least_restitution: limits.least_restitution,
+            least_peak_force_error: limits.peak_force_ratio - 1.0,
+            without_balance: limits.restitution_limit,
         })
     }
 }
