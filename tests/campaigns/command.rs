@@ -1,10 +1,10 @@
 //! Rows against `softdock run`, rows that cannot be, and what is said before anything runs.
 
 use super::{CAMPAIGN, ROWS, plan, scenario};
-use serde_json::Value;
+use serde_json::{Value, json as value};
 use softdock_io::data_table::{DataTable, Values};
 use softdock_io::recording::Recording;
-use softdock_tests::process::{done, json, refused, scratch, words};
+use softdock_tests::process::{done, json, refused, scratch, softdock, words};
 use std::fs;
 
 fn numbers(table: &DataTable, name: &str) -> Vec<Option<f64>> {
@@ -33,7 +33,10 @@ fn a_row_is_a_run_bit_for_bit() {
         recording.header.scenario_toml.unwrap(),
     )
     .unwrap();
-    let run = json(&folder, &["run", "row.toml", "-o", "run.mcap"]);
+    // It ends in a latched fault, which the row says and the command's exit code.
+    let run = softdock(&folder, &words("run row.toml -o run.mcap --json"));
+    assert_eq!(run.code, Some(1));
+    let run: Value = serde_json::from_str(&run.stdout).unwrap();
     let same = Recording::open(&folder.join("run.mcap")).unwrap();
     assert!(same.cycles == recording.cycles && same.truth == recording.truth);
     for (name, in_run, scale) in [
@@ -121,7 +124,8 @@ fn conditions_that_cannot_be_are_rows_with_their_reason() {
     let run = json(&folder, &["campaign", "run", "c"]);
     assert_eq!((&run["rows"], &run["failed"]), (&4.into(), &1.into()));
     assert_eq!(json(&folder, &["campaign", "status", "c"])["failed"], 1);
-    let merged = json(&folder, &words("campaign merge c -o t.parquet"));
+    let merged = json(&folder, &words("campaign merge c -o t.parquet --csv"));
+    assert_eq!(merged["files"], value!(["t.parquet", "t.csv", "t.json"]));
     let failures = merged["summary"]["failures"].as_object().unwrap();
     let (reason, count) = failures.iter().next().unwrap();
     assert!(
@@ -129,6 +133,12 @@ fn conditions_that_cannot_be_are_rows_with_their_reason() {
         "{reason}"
     );
     assert_eq!((failures.len(), count), (1, &1.into()));
+    // One of four is a finding; nothing but such rows is a mistake, and a script stops.
+    let alone = softdock(&folder, &words("campaign run c --shard 0/4 --json"));
+    assert_eq!(alone.code, Some(1));
+    assert!(alone.stdout.contains("\"failed\": 1"), "{}", alone.stdout);
+    let says = "none of the 1 rows was carried out to its end";
+    assert!(alone.stderr.contains(says), "{}", alone.stderr);
     let error = refused(
         &folder,
         &["campaign", "rerun", "c", "--index", "0", "-o", "r.mcap"],

@@ -78,6 +78,21 @@ fn run_reports_its_impacts() {
     assert!((speed - 5.0).abs() < 0.05, "{speed} mm/s");
 }
 
+/// The recording is whole, and a script goes no further.
+#[test]
+fn a_run_that_ends_in_a_fault_is_no_success() {
+    let folder = scratch("cli_run_fault");
+    let weak = "[board.control.limits]\nforce_n = 50.0\n\n[board.control.delay]";
+    let scenario = SCENARIO.replace("[board.control.delay]", weak);
+    fs::write(folder.join("scenario.toml"), scenario).unwrap();
+    let run = softdock(&folder, &words("run scenario.toml -o run.mcap --json"));
+    assert_eq!(run.code, Some(1));
+    let says = "the run ended in a latched fault: ";
+    assert!(run.stderr.contains(says), "{}", run.stderr);
+    assert_eq!(json(&run)["final_mode"], "Fault");
+    assert!(folder.join("run.mcap").exists());
+}
+
 #[test]
 fn run_obeys_its_options_and_names_mistakes() {
     let folder = scratch("cli_run_options");

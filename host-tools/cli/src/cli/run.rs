@@ -142,10 +142,15 @@ impl Run {
             say!("warning: {warning}");
         }
         if self.json {
-            print_json(&summary)
+            print_json(&summary)?;
         } else {
-            print(&text(&summary))
+            print(&text(&summary))?;
         }
+        // The recording is whole, but what a script does next is meant for a test that went to its end.
+        if let Some(fault) = summary.fault {
+            bail!("the run ended in a latched fault: {fault}");
+        }
+        Ok(())
     }
 
     /// A run that a page asks for.
@@ -294,9 +299,6 @@ fn damping_in_noise(scenario: &Scenario, impacts: &[Impact]) -> Option<f64> {
 /// What the reader of the numbers should know.
 fn warnings(scenario: &Scenario, summary: &Summary) -> Vec<String> {
     let mut warnings = Vec::new();
-    if let Some(fault) = &summary.fault {
-        warnings.push(format!("the run ended in a fault: {fault}"));
-    }
     let docks = !scenario.rig.mechanism.docking.is_empty();
     if summary.impacts.is_empty() && !scenario.hold && !docks {
         warnings.push("no whole impact took place".to_owned());

@@ -2,13 +2,14 @@
 
 use crate::cli::live::raised_by_ctrl_c;
 use crate::cli::{print, print_json};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use softdock_experiments::campaign::place::Place;
 use softdock_experiments::campaign::plan::Plan;
 use softdock_experiments::campaign::shard::{self, Shard};
+use softdock_io::shell::quoted;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
 use std::time::Instant;
@@ -84,9 +85,20 @@ impl Run {
             cycles_per_processor_second: per_second(done.cycles),
         };
         if self.json {
-            return print_json(&summary);
+            print_json(&summary)?;
+        } else {
+            print(&text(&summary))?;
         }
-        print(&text(&summary))
+        // Single rows may fail, that is what a campaign is for; if all do, the plan or the program is wrong.
+        ensure!(
+            summary.rows == 0 || summary.failed < summary.rows,
+            "none of the {} rows was carried out to its end; `softdock campaign rerun {} --index {} -o row.mcap` says why the first \
+             was not",
+            summary.rows,
+            quoted(&place),
+            self.shard.number
+        );
+        Ok(())
     }
 }
 
