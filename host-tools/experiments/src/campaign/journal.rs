@@ -13,8 +13,13 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// Beginning of a journal's name.
+const PREFIX: &str = ".rows-";
 /// Ending of a journal's name.
 pub(super) const ENDING: &str = ".journal";
+
+/// Index and outcome of a row.
+pub type Row = (u64, Outcome);
 
 /// The journal that this process writes.
 #[derive(Debug)]
@@ -34,7 +39,8 @@ impl Journal {
         let process = std::process::id();
         // Two machines may have the same process number.
         let again = (0_u32..).map(|n| {
-            let name = format!("{}{process}-{n}{ENDING}", prefix(shard));
+            let Shard { number, of } = shard;
+            let name = format!("{PREFIX}{number}-of-{of}-{process}-{n}{ENDING}");
             (File::create_new(folder.join(&name)), folder.join(&name))
         });
         let opened = again.take(1000).find(|(file, _)| {
@@ -64,41 +70,39 @@ impl Journal {
     }
 }
 
-/// All rows of a shard in journals of this plan and program.
+/// All rows of a shard in journals of this plan and program, however the rows were divided when they were done.
 ///
 /// # Errors
 /// The folder cannot be read.
 pub fn read(plan: &Plan, folder: &Path, shard: Shard) -> Result<BTreeMap<u64, Outcome>> {
-    let mut rows = rows(plan, of(folder, shard)?);
-    rows.retain(|index, _| shard.has(*index));
-    Ok(rows)
+    let journals = journals(folder)?.into_iter();
+    // Of its own division no other shard has rows of it.
+    let some = journals.filter(|(other, _)| *other == shard || other.of != shard.of);
+    let rows = some.filter_map(|(_, path)| rows(plan, &path)).flatten();
+    Ok(rows.filter(|(index, _)| shard.has(*index)).collect())
 }
 
-/// All rows that are kept in journals of shards that are not done.
+/// The shard and the rows of each journal of this plan and program.
 ///
 /// # Errors
 /// The folder cannot be read.
-pub fn all(plan: &Plan, folder: &Path) -> Result<BTreeMap<u64, Outcome>> {
-    let journals = names(folder)?.into_iter();
-    Ok(rows(plan, journals.map(|name| folder.join(name))))
+pub fn all(plan: &Plan, folder: &Path) -> Result<Vec<(Shard, Vec<Row>)>> {
+    let journals = journals(folder)?.into_iter();
+    let own = journals.filter_map(|(shard, path)| Some((shard, rows(plan, &path)?)));
+    Ok(own.collect())
 }
 
-fn rows(plan: &Plan, journals: impl IntoIterator<Item = PathBuf>) -> BTreeMap<u64, Outcome> {
-    let mut rows = BTreeMap::new();
-    for path in journals {
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
-        let Some(lines) = text.strip_prefix(&head(plan)) else {
-            continue;
-        };
-        // Up to the last whole line.
-        let whole = lines.rfind('\n').map_or("", |end| &lines[..=end]);
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .from_reader(whole.as_bytes());
-        let own = |row: &(u64, Outcome)| row.0 < plan.rows();
-        rows.extend(reader.deserialize().flatten().filter(own));
-    }
-    rows
+/// Rows of a journal; none if it is of another plan or program.
+fn rows(plan: &Plan, path: &Path) -> Option<Vec<Row>> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let lines = text.strip_prefix(&head(plan))?;
+    // Up to the last whole line.
+    let whole = lines.rfind('\n').map_or("", |end| &lines[..=end]);
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .from_reader(whole.as_bytes());
+    let own = |row: &Row| row.0 < plan.rows();
+    Some(reader.deserialize().flatten().filter(own).collect())
 }
 
 /// Removes the journals of a shard that is done.
@@ -106,7 +110,8 @@ fn rows(plan: &Plan, journals: impl IntoIterator<Item = PathBuf>) -> BTreeMap<u6
 /// # Errors
 /// They cannot be removed.
 pub fn remove(folder: &Path, shard: Shard) -> Result<()> {
-    for path in of(folder, shard)? {
+    let own = journals(folder)?.into_iter().filter(|(of, _)| *of == shard);
+    for (_, path) in own {
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(error).with_context(|| format!("cannot remove {}", path.display()));
@@ -117,25 +122,22 @@ pub fn remove(folder: &Path, shard: Shard) -> Result<()> {
     Ok(())
 }
 
-fn of(folder: &Path, shard: Shard) -> Result<Vec<PathBuf>> {
-    let prefix = prefix(shard);
-    let own = names(folder)?.into_iter();
-    let own = own.filter(|name| name.starts_with(&prefix));
-    Ok(own.map(|name| folder.join(name)).collect())
-}
-
-/// Names of all journals; no machine has any before its first row.
-fn names(folder: &Path) -> Result<Vec<String>> {
+/// All journals with their shards; no machine has any before its first row.
+fn journals(folder: &Path) -> Result<Vec<(Shard, PathBuf)>> {
     if !folder.exists() {
         return Ok(Vec::new());
     }
-    let mut names = place::names(folder)?;
-    names.retain(|name| name.ends_with(ENDING));
-    Ok(names)
+    let names = place::names(folder)?.into_iter();
+    let own = names.filter_map(|name| Some((shard_of(&name)?, folder.join(name))));
+    Ok(own.collect())
 }
 
-fn prefix(shard: Shard) -> String {
-    format!(".rows-{}-of-{}-", shard.number, shard.of)
+/// The shard of a journal's file name.
+fn shard_of(name: &str) -> Option<Shard> {
+    let numbers = name.strip_prefix(PREFIX)?.strip_suffix(ENDING)?;
+    let (number, rest) = numbers.split_once("-of-")?;
+    let (of, _) = rest.split_once('-')?;
+    format!("{number}/{of}").parse().ok()
 }
 
 fn head(plan: &Plan) -> String {

@@ -8,6 +8,7 @@ use super::table::INDEX;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use softdock_io::data_table::{DataTable, Values};
+use std::collections::BTreeSet;
 
 /// How far a campaign is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,9 +21,9 @@ pub struct Progress {
     pub done: u64,
     /// Rows in parts that are not completed.
     pub failed: u64,
-    /// Rows that shards have kept on this machine beside their parts, interrupted or still at work: the same command goes on behind them.
+    /// Rows without a part that shards have kept on this machine, interrupted or still at work: the same command goes on behind them.
     pub kept: u64,
-    /// Into how many shards the rows were divided: the largest number that a part has.
+    /// Into how many shards the rows were divided: the largest number that a part has, or a journal where there is none.
     pub shards: u64,
     /// Those of them of which a row is missing.
     pub missing_shards: Vec<u64>,
@@ -44,7 +45,14 @@ pub fn progress(plan: &Plan, place: &Place) -> Result<Progress> {
         }
         failures += failed(part)?;
     }
-    let shards = parts.iter().map(|(shard, _)| shard.of).max().unwrap_or(1);
+    let journals = journal::all(plan, place.journals())?;
+    // `merge` takes parts of one division: shards of another would be for nothing.
+    let of_parts = parts.iter().map(|(shard, _)| shard.of).max();
+    let of_journals = journals.iter().map(|(shard, _)| shard.of).max();
+    let shards = of_parts.or(of_journals).unwrap_or(1);
+    let kept = journals.iter().flat_map(|(_, rows)| rows);
+    let kept: BTreeSet<u64> = kept.map(|(index, _)| *index).collect();
+    let kept = kept.iter().filter(|index| !done[**index as usize]).count();
     let missing = |number: &u64| {
         let mut own = done.iter().skip(*number as usize).step_by(shards as usize);
         own.any(|done| !done)
@@ -56,7 +64,7 @@ pub fn progress(plan: &Plan, place: &Place) -> Result<Progress> {
         rows: plan.rows(),
         done: done.iter().filter(|done| **done).count() as u64,
         failed: failures,
-        kept: journal::all(plan, place.journals())?.len() as u64,
+        kept: kept as u64,
         shards,
         missing_shards: with_rows.filter(missing).collect(),
     })
@@ -90,5 +98,32 @@ pub fn failed(part: &DataTable) -> Result<u64> {
             Ok(failed.count() as u64)
         }
         _ => bail!("column `status` holds no words"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::journal::Journal;
+    use crate::campaign::outcome::Outcome;
+
+    /// Before any part there is, journals say how the rows were divided; whoever divides them anew keeps what was done.
+    #[test]
+    fn an_interrupted_shard_is_gone_on_with() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("campaign.toml");
+        std::fs::write(&file, "bench = \"delay\"").unwrap();
+        let plan = Plan::new(&file).unwrap();
+        let mut journal = Journal::start(&plan, folder.path(), "1/4".parse().unwrap()).unwrap();
+        for index in [1, 5] {
+            journal.push(index, &Outcome::default()).unwrap();
+        }
+        let progress = progress(&plan, &Place::folder(folder.path())).unwrap();
+        assert_eq!((progress.shards, progress.kept), (4, 2));
+        assert_eq!(progress.missing_shards, [0, 1, 2, 3]);
+        for (shard, kept) in [("1/2", vec![1, 5]), ("0/1", vec![1, 5]), ("0/4", vec![])] {
+            let rows = journal::read(&plan, folder.path(), shard.parse().unwrap()).unwrap();
+            assert!(rows.into_keys().eq(kept), "{shard}");
+        }
     }
 }

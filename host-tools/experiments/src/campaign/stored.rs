@@ -32,10 +32,12 @@ impl StoredRow {
                 }));
             }
         }
-        let outcome = journal::all(plan, place.journals())?.remove(&index);
-        Ok(outcome.map(|outcome| Self {
+        let journals = journal::all(plan, place.journals())?.into_iter();
+        let mut rows = journals.flat_map(|(_, rows)| rows);
+        let row = rows.find(|(own, _)| *own == index);
+        Ok(row.map(|row| Self {
             place: "a journal".to_owned(),
-            table: table(plan, &[(index, outcome)]),
+            table: table(plan, &[row]),
             row: 0,
         }))
     }
