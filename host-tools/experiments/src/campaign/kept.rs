@@ -3,8 +3,8 @@
 use super::file::Limit;
 use super::setting::unit;
 use super::split::splits;
-use super::statistics::{Estimate, quantile, share};
-use super::summary::{Results, ordered};
+use super::statistics::Estimate;
+use super::summary::Results;
 use anyhow::Result;
 use serde::Serialize;
 
@@ -42,15 +42,13 @@ pub(super) fn kept_limits(results: &Results<'_>) -> Result<Vec<KeptLimit>> {
     let of_limit = |limit: &Limit| {
         let all = results.numbers(&limit.outcome)?;
         let kept = splits.iter().map(|split| {
-            let own = all.iter().zip(&split.rows).filter(|(_, own)| **own);
-            let own: Vec<Option<f64>> = own.map(|(value, _)| *value).collect();
-            let values = own.iter().flatten().copied();
-            let inside = values.clone().filter(|value| limit.holds(*value)).count();
+            let own: Vec<usize> = (0..all.len()).filter(|row| split.rows[*row]).collect();
+            let values = own.iter().filter_map(|row| all[*row]);
             Kept {
                 of: split.name.clone(),
                 worst: values.max_by(|a, b| limit.beyond(*a).total_cmp(&limit.beyond(*b))),
-                median: quantile(&ordered(own.iter().flatten()), 0.5),
-                share: share(inside, own.len()),
+                median: results.sample(&own, all).quantile(0.5),
+                share: results.share(&own, |row| all[row].is_some_and(|v| limit.holds(v))),
             }
         });
         Ok(KeptLimit {

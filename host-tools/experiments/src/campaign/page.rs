@@ -15,7 +15,8 @@ use softdock_report::{
 
 /// Digits of outcomes.
 const DIGITS: usize = 4;
-/// Share of successes from which on the headline is good, and below which it is bad.
+/// Share of successes from which on the headline is good, for the lower end of the interval, and below the rest of which
+/// it is bad.
 const GOOD: f64 = 0.99;
 
 /// The sentence that a hurried reader takes along.
@@ -37,8 +38,12 @@ pub fn headline(summary: &Summary) -> String {
         0 => String::new(),
         unread => format!(" Limits without a source that somebody has read: {unread} of {all}."),
     };
+    let draws = match summary.draws {
+        draws if draws == 1 || draws == summary.rows => String::new(),
+        draws => format!(" of {draws} draws"),
+    };
     format!(
-        "Of {} runs, {kept} are successes{}{failed}.{unread}",
+        "Of {} runs{draws}, {kept} are successes{}{failed}.{unread}",
         summary.rows,
         captured.unwrap_or_default()
     )
@@ -64,13 +69,12 @@ pub fn tables(summary: &Summary) -> Vec<(&'static str, Table)> {
 }
 
 fn percent(share: &Estimate) -> String {
-    let bound = |bound: Option<f64>| bound.map_or("?".to_owned(), |b| format!("{:.1}", b * 100.0));
-    format!(
-        "{:.1} % ({} to {} %)",
-        share.value * 100.0,
-        bound(share.low),
-        bound(share.high)
-    )
+    let number = |share: f64| format!("{:.1}", share * 100.0);
+    let value = number(share.value);
+    match (share.low, share.high) {
+        (Some(low), Some(high)) => format!("{value} % ({} to {} %)", number(low), number(high)),
+        _ => format!("{value} %"),
+    }
 }
 
 fn failures(summary: &Summary) -> Table {
@@ -175,7 +179,7 @@ fn outcomes(summary: &Summary) -> Table {
                 high: Some(high),
                 ..
             }) => Cell::interval(low, high, 2),
-            _ => Cell::text("too few runs"),
+            _ => Cell::text("too few draws"),
         };
         table.push(vec![
             Cell::text(outcome.name),
@@ -261,13 +265,9 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
         title => title,
     };
     let mut page = Page::new(title);
-    let share = summary.success.map_or(0.0, |share| share.value);
-    let (mark, badge) = match share {
-        share if share >= GOOD => (Mark::Good, "kept"),
-        share if share < 1.0 - GOOD => (Mark::Bad, "not kept"),
-        _ => (Mark::Neutral, "partly kept"),
-    };
-    page.verdict(mark, badge, &headline(summary));
+    let (mark, badge, why) = judgement(summary);
+    let sentence = format!("{} {why}", headline(summary));
+    page.verdict(mark, badge, sentence.trim_end());
     page.section("What was varied").list(&varied(results));
     for (title, table) in tables(summary) {
         page.section(title).table(&table);
@@ -286,6 +286,31 @@ pub fn page(results: &Results<'_>, summary: &Summary) -> Result<Page> {
     let metadata = |name| results.table.metadata(name).unwrap_or_default();
     page.identity(&format!("{}, plan {}", metadata(BINARY), metadata(PLAN)));
     Ok(page)
+}
+
+/// Whether the limits are kept, and why it is said so: few draws show no 99 %, however well they went.
+fn judgement(summary: &Summary) -> (Mark, &'static str, String) {
+    let Some(share) = summary.success else {
+        return (Mark::Neutral, "no runs", String::new());
+    };
+    let shown = share.low.unwrap_or(share.value);
+    let (good, draws) = (GOOD * 100.0, summary.draws);
+    match share.value {
+        _ if shown >= GOOD => {
+            let why = match share.low {
+                Some(_) => format!("The interval begins at {good} % or above."),
+                None => "Every combination was run once.".to_owned(),
+            };
+            (Mark::Good, "kept", why)
+        }
+        value if value >= GOOD => {
+            let why =
+                format!("{draws} draws are too few to show {good} %: the interval begins below.");
+            (Mark::Neutral, "too few draws", why)
+        }
+        value if value < 1.0 - GOOD => (Mark::Bad, "not kept", String::new()),
+        _ => (Mark::Neutral, "partly kept", String::new()),
+    }
 }
 
 /// Factors as sentences.
@@ -424,5 +449,30 @@ fn with_unit(name: &str, unit_of: &str) -> String {
     match unit(unit_of) {
         "1" => name.to_owned(),
         unit => format!("{name} [{unit}]"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::statistics::share;
+
+    #[test]
+    fn few_draws_show_no_99_percent() {
+        for (success, badge) in [
+            (share(400, 400, 400), "kept"),
+            // Every combination was run.
+            (share(8, 8, 1), "kept"),
+            (share(400, 400, 100), "too few draws"),
+            (share(3, 3, 3), "too few draws"),
+            (share(2, 3, 3), "partly kept"),
+            (share(0, 3, 3), "not kept"),
+        ] {
+            let summary = Summary {
+                success,
+                ..Summary::default()
+            };
+            assert_eq!(judgement(&summary).1, badge, "{success:?}");
+        }
     }
 }

@@ -306,6 +306,11 @@ impl Plan {
         self.combinations
     }
 
+    /// The draw of a row. Runs that are compared with each other are of one: they have values and noise in common.
+    pub fn draw(&self, index: u64) -> u64 {
+        index / self.combinations / self.runs_per_sample()
+    }
+
     /// The conditions of a row: a pure function of the plan and the index. All combinations of a draw have
     /// its values and its noise, so that they can be compared pair by pair.
     pub fn conditions(&self, index: u64) -> Conditions {
@@ -323,8 +328,7 @@ impl Plan {
             }
         };
         let values = self.factors.iter().map(value).collect();
-        // Runs that are compared with each other have the same noise.
-        let draw = point / self.runs_per_sample();
+        let draw = self.draw(index);
         let noise = RandomStream::at(self.campaign.seed, draw, design::place(SEED)).uniform();
         let seed = (noise * f64::from(u32::MAX)) as u64;
         Conditions { seed, values }

@@ -1,6 +1,8 @@
 //! What many rows say: shares and quantiles with intervals, and which factor matters.
 //!
-//! All intervals hold with 95 %; none assumes a distribution of the outcome.
+//! All intervals hold with 95 %; none assumes a distribution of the outcome. Rows of one draw have values and noise in
+//! common, so that four of them may say no more than one: an interval is that of as many values as there are draws,
+//! whatever rows of a draw have to do with each other. A single draw has none: every combination was run, nothing drawn.
 
 use serde::Serialize;
 use softdock_statistics::DEVIATIONS_95 as Z;
@@ -14,46 +16,50 @@ const TAIL: f64 = 0.025;
 pub struct Estimate {
     /// The estimate.
     pub value: f64,
-    /// Lower end; none if there are too few rows for one.
+    /// Lower end; none if there are too few draws for one.
     pub low: Option<f64>,
     /// Upper end.
     pub high: Option<f64>,
 }
 
-/// A share with Wilson's score interval (1927), which stays right at 0 and 1.
-pub fn share(count: usize, of: usize) -> Option<Estimate> {
+/// A share of rows of so many draws, with Wilson's score interval (1927), which stays right at 0 and 1.
+pub fn share(count: usize, of: usize, draws: usize) -> Option<Estimate> {
     if of == 0 {
         return None;
     }
-    let (n, p) = (of as f64, count as f64 / of as f64);
+    let (n, p) = (draws as f64, count as f64 / of as f64);
     let center = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
     let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let drawn = draws > 1;
     Some(Estimate {
         value: p,
-        low: Some((center - half).max(0.0)),
-        high: Some((center + half).min(1.0)),
+        low: drawn.then_some((center - half).max(0.0)),
+        high: drawn.then_some((center + half).min(1.0)),
     })
 }
 
-/// A quantile of ordered values, between two of them that hold it whatever the distribution (David and
-/// Nagaraja, Order Statistics, section 7.1).
-pub fn quantile(ordered: &[f64], q: f64) -> Option<Estimate> {
+/// A quantile of ordered values of so many draws, between two of them that hold it whatever the distribution (David
+/// and Nagaraja, Order Statistics, section 7.1).
+pub fn quantile(ordered: &[f64], draws: usize, q: f64) -> Option<Estimate> {
     let count = ordered.len();
     let place = (q * count as f64).ceil().max(1.0) as usize - 1;
     let value = *ordered.get(place)?;
-    let below = Binomial::new(q, count as u64).ok()?;
-    // P(fewer than k values lie below the quantile).
+    let below = Binomial::new(q, draws as u64).ok()?;
+    // P(fewer than k of the draws lie below the quantile).
     let fewer = |k: usize| k.checked_sub(1).map_or(0.0, |k| below.cdf(k as u64));
-    let all: Vec<usize> = (0..=count).collect();
+    let all: Vec<usize> = (0..=draws).collect();
     let low = all.partition_point(|k| fewer(*k) <= TAIL).checked_sub(2);
     let high = all
         .partition_point(|k| 1.0 - fewer(*k) > TAIL)
         .checked_sub(1);
-    let at = |place: Option<usize>| place.and_then(|place| ordered.get(place)).copied();
+    let high = high.filter(|k| *k < draws);
+    // The first and the last value of what is one draw's share of them.
+    let first = |k: usize| ordered[k * count / draws];
+    let last = |k: usize| ordered[((k + 1) * count).div_ceil(draws) - 1];
     Some(Estimate {
         value,
-        low: at(low),
-        high: at(high),
+        low: low.map(first),
+        high: high.map(last),
     })
 }
 
@@ -120,13 +126,16 @@ pub struct SobolIndices {
 }
 
 /// Sobol' indices of each axis from the runs A, B, A with axis 1 of B, ... of each sample: Saltelli et al. (Comput.
-/// Phys. Commun. 181, 2010, table 2: b and f).
+/// Phys. Commun. 181, 2010, table 2: b and f). None where nothing varies.
 pub fn sobol_indices(samples: &[Vec<f64>]) -> Vec<SobolIndices> {
     let axes = samples
         .first()
         .map_or(0, |runs| runs.len().saturating_sub(2));
     let count = samples.len().max(1) as f64;
     let ab: Vec<f64> = samples.iter().flat_map(|runs| [runs[0], runs[1]]).collect();
+    if ab.iter().all(|value| *value == ab[0]) {
+        return Vec::new();
+    }
     let variance = covariance(&ab, &ab);
     let mean = ab.iter().sum::<f64>() / ab.len().max(1) as f64;
     let index = |axis: usize| {
@@ -155,11 +164,26 @@ mod tests {
             (0, 20, 0.0, 0.1611),
             (1, 29, 0.0061, 0.1718),
         ] {
-            let share = share(count, of).unwrap();
+            let share = share(count, of, of).unwrap();
             assert!((share.low.unwrap() - low).abs() < 5e-5, "{share:?}");
             assert!((share.high.unwrap() - high).abs() < 5e-5, "{share:?}");
         }
-        assert_eq!(share(0, 0), None);
+        assert_eq!(share(0, 0, 0), None);
+    }
+
+    /// The same four times says no more than once, and a single draw nothing of others.
+    #[test]
+    fn rows_of_one_draw_narrow_no_interval() {
+        assert_eq!(share(388, 400, 100), share(97, 100, 100));
+        let draws: Vec<f64> = (1..=20).map(f64::from).collect();
+        let rows: Vec<f64> = draws.iter().flat_map(|value| [*value; 4]).collect();
+        for q in [0.05, 0.5, 0.95] {
+            assert_eq!(quantile(&rows, 20, q), quantile(&draws, 20, q));
+        }
+        let exhaustive = [share(3, 4, 1).unwrap(), quantile(&draws, 1, 0.5).unwrap()];
+        for estimate in exhaustive {
+            assert_eq!((estimate.low, estimate.high), (None, None));
+        }
     }
 
     #[test]
@@ -167,12 +191,12 @@ mod tests {
         // The sign test's interval at n = 10 is the 2nd to the 9th value, at n = 20 the 6th to the 15th.
         for (count, low, high) in [(10, 2.0, 9.0), (20, 6.0, 15.0)] {
             let values: Vec<f64> = (1..=count).map(f64::from).collect();
-            let median = quantile(&values, 0.5).unwrap();
+            let median = quantile(&values, values.len(), 0.5).unwrap();
             assert_eq!((median.low, median.high), (Some(low), Some(high)));
         }
-        let five = quantile(&[1.0, 2.0, 3.0, 4.0, 5.0], 0.95).unwrap();
+        let five = quantile(&[1.0, 2.0, 3.0, 4.0, 5.0], 5, 0.95).unwrap();
         assert_eq!((five.value, five.high), (5.0, None));
-        assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!(quantile(&[], 0, 0.5), None);
     }
 
     #[test]
@@ -210,5 +234,6 @@ mod tests {
                 "{found:?} instead of {total}"
             );
         }
+        assert_eq!(sobol_indices(&vec![vec![0.1; 5]; 100]), []);
     }
 }

@@ -27,12 +27,14 @@ const MOST_GROUPS: usize = 50;
 const DEFAULT_WORST: &str = "peak_force_n";
 
 /// What a campaign found.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
     /// Title of the campaign.
     pub title: String,
     /// Rows.
     pub rows: usize,
+    /// Draws that these rows are of; intervals are over draws.
+    pub draws: usize,
     /// Rows that went to their end.
     pub completed: usize,
     /// Reasons of the others, with their counts.
@@ -170,6 +172,33 @@ impl Results<'_> {
         )
     }
 
+    /// How many draws these rows, in their order, are of.
+    fn draws(&self, rows: &[usize]) -> usize {
+        let mut draws: Vec<u64> = rows.iter().map(|r| self.plan.draw(*r as u64)).collect();
+        draws.dedup();
+        draws.len()
+    }
+
+    /// Of how many of these rows it is true.
+    pub(super) fn share(
+        &self,
+        rows: &[usize],
+        is_true: impl Fn(usize) -> bool,
+    ) -> Option<Estimate> {
+        let count = rows.iter().filter(|row| is_true(**row)).count();
+        share(count, rows.len(), self.draws(rows))
+    }
+
+    /// The finite values of these rows.
+    pub(super) fn sample(&self, rows: &[usize], values: &[Option<f64>]) -> Sample {
+        let finite = |row: &usize| values[*row].is_some_and(f64::is_finite);
+        let rows: Vec<usize> = rows.iter().copied().filter(finite).collect();
+        let mut ordered: Vec<f64> = rows.iter().filter_map(|row| values[*row]).collect();
+        ordered.sort_by(f64::total_cmp);
+        let draws = self.draws(&rows);
+        Sample { ordered, draws }
+    }
+
     /// Factor and outcome of the rows that have both; words as numbers of their groups.
     fn pairs(&self, factor: &PlannedFactor, outcome: &str) -> Result<Pairs> {
         let y = self.numbers(outcome)?;
@@ -199,6 +228,20 @@ impl Results<'_> {
     }
 }
 
+/// Values of an outcome.
+pub(super) struct Sample {
+    /// From the smallest to the largest.
+    ordered: Vec<f64>,
+    /// Of how many draws they are.
+    draws: usize,
+}
+
+impl Sample {
+    pub(super) fn quantile(&self, q: f64) -> Option<Estimate> {
+        quantile(&self.ordered, self.draws, q)
+    }
+}
+
 struct Pairs {
     numeric: bool,
     x: Vec<f64>,
@@ -220,29 +263,27 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
         let [status, reason] = [status, reason].map(|text| text.as_deref().unwrap_or("?"));
         *failures.entry(format!("{status}: {reason}")).or_insert(0) += 1;
     }
-    let captured: Vec<bool> = results
-        .flags("captured")?
-        .iter()
-        .flatten()
-        .copied()
-        .collect();
-    let of_all = |flags: &[bool]| share(flags.iter().filter(|flag| **flag).count(), flags.len());
+    let rows: Vec<usize> = (0..success.len()).collect();
+    let captured = results.flags("captured")?;
+    let can_capture = rows.iter().copied().filter(|row| captured[*row].is_some());
+    let can_capture: Vec<usize> = can_capture.collect();
     let outcomes = results.shown().map(|number| {
-        let ordered = ordered(results.numbers(number.name)?.iter().flatten());
+        let sample = results.sample(&rows, results.numbers(number.name)?);
         Ok(OutcomeSummary {
             name: number.name,
             unit: unit(number.name),
-            count: ordered.len(),
-            quantiles: QUANTILES.map(|q| quantile(&ordered, q)),
+            count: sample.ordered.len(),
+            quantiles: QUANTILES.map(|q| sample.quantile(q)),
         })
     });
     Ok(Summary {
         title: results.plan.campaign.title.clone(),
-        rows: success.len(),
+        rows: rows.len(),
+        draws: results.draws(&rows),
         completed: success.len() - failures.values().sum::<usize>(),
         failures,
-        success: of_all(&success),
-        captured: of_all(&captured),
+        success: results.share(&rows, |row| success[row]),
+        captured: results.share(&can_capture, |row| captured[row] == Some(true)),
         limits: kept_limits(results)?,
         groups: groups(results, &success)?,
         outcomes: outcomes.collect::<Result<_>>()?,
@@ -250,13 +291,6 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
         worst: worst(results, place)?,
         sensitivity: sensitivity(results)?,
     })
-}
-
-/// Finite values from the smallest to the largest.
-pub(super) fn ordered<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<f64> {
-    let mut ordered: Vec<f64> = values.copied().filter(|value| value.is_finite()).collect();
-    ordered.sort_by(f64::total_cmp);
-    ordered
 }
 
 fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
@@ -282,12 +316,10 @@ fn groups(results: &Results<'_>, success: &[bool]) -> Result<Vec<Group>> {
             let own: Vec<usize> = (0..texts.len())
                 .filter(|row| texts[*row].as_ref() == Some(&value))
                 .collect();
-            let kept = own.iter().filter(|row| success[**row]).count();
-            let values = ordered(own.iter().filter_map(|row| measured[*row].as_ref()));
             groups.push(Group {
                 factor: factor.name.clone(),
-                success: share(kept, own.len()),
-                median: quantile(&values, 0.5),
+                success: results.share(&own, |row| success[row]),
+                median: results.sample(&own, measured).quantile(0.5),
                 value,
             });
         }
