@@ -1,6 +1,7 @@
 //! A recording of one source in files of a bounded size.
 
 use super::budget::{Bounds, Budget};
+use super::part::METADATA;
 use super::piece::Piece;
 use crate::recording::{Header, TruthRecord};
 use anyhow::{Context, Result};
@@ -22,6 +23,10 @@ pub struct Pieces {
     time: Time,
     header: Header,
     open: Option<Piece>,
+    /// Number of the cycle that comes next, if none is lost.
+    next: Option<u64>,
+    /// Cycles that were lost before or between those of the open file.
+    lost: u64,
     paths: Vec<PathBuf>,
 }
 
@@ -33,6 +38,8 @@ impl Pieces {
             time,
             header: Header::default(),
             open: None,
+            next: None,
+            lost: 0,
             paths: Vec::new(),
         }
     }
@@ -43,6 +50,7 @@ impl Pieces {
     /// A file cannot be written.
     pub fn begin(&mut self, header: Header) -> Result<()> {
         self.finish()?;
+        self.next = None;
         self.header = header;
         self.next_piece()
     }
@@ -57,6 +65,9 @@ impl Pieces {
             self.finish()?;
             self.next_piece()?;
         }
+        let cycle = record.trace.cycle;
+        let expected = self.next.replace(cycle + 1).unwrap_or(cycle);
+        self.lost += cycle.saturating_sub(expected);
         let piece = self.open.as_mut().context("no file of the recording")?;
         if piece.cycles() == 0 && self.time == Time::Real {
             piece.note_wall_clock(record)?;
@@ -64,13 +75,21 @@ impl Pieces {
         piece.push(record, truth, &mut self.budget)
     }
 
-    /// Ends the present file.
+    /// Ends the present file. It says how many cycles it lacks, as one does that was recorded over the network.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn finish(&mut self) -> Result<()> {
-        let open = self.open.take();
-        open.map_or(Ok(()), |piece| piece.finish(&mut self.budget))
+        let Some(mut piece) = self.open.take() else {
+            return Ok(());
+        };
+        let lost = std::mem::take(&mut self.lost);
+        if lost > 0 {
+            let numbers = [("cycles", piece.cycles()), ("lost_cycles", lost)];
+            let entries = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
+            piece.note(METADATA, entries.into())?;
+        }
+        piece.finish(&mut self.budget)
     }
 
     /// The files so far.
@@ -174,6 +193,26 @@ mod tests {
             let name = WALL_CLOCK.as_bytes();
             assert!(bytes.windows(name.len()).any(|window| window == name));
         }
+    }
+
+    /// A disk that stalls loses cycles: the file that lacks them says so, and the next one nothing.
+    #[test]
+    fn a_file_says_how_many_cycles_it_lacks() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut pieces = Pieces::new(&folder.path().join("run.mcap"), bounds(5), Time::Real);
+        for n in [0, 1, 5, 6, 9, 10, 11] {
+            pieces.push(&cycle(n), None).unwrap();
+        }
+        pieces.finish().unwrap();
+        let [first, second] = pieces.paths() else {
+            panic!("{:?}", pieces.paths());
+        };
+        let has = |path: &Path, part: &[u8]| {
+            let bytes = std::fs::read(path).unwrap();
+            bytes.windows(part.len()).any(|window| window == part)
+        };
+        assert!(has(first, METADATA.as_bytes()) && has(first, b"lost_cycles\x01\0\0\x005"));
+        assert!(!has(second, METADATA.as_bytes()));
     }
 
     /// Files that end before their size is looked at.
