@@ -68,10 +68,27 @@ fn the_error_falls_by_clicks_and_comes_back() {
             browser.keep_pictures("workbench-narrow");
         }
     }
+    // Taking it out is shown before it is written, as adding was.
+    let has_it = || {
+        let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
+        model.contains("id = \"guide_coulomb\"")
+    };
+    for (choice, left, has) in [
+        ("#drop", "now stands", true),
+        ("#write", "no longer", false),
+    ] {
+        browser.click("[aria-label='Take guide_coulomb out']");
+        browser.until("document.querySelector('#addition .difference .removed')");
+        assert!(has_it());
+        browser.click(choice);
+        browser.until(&format!(
+            "document.querySelector('#added')?.textContent.includes('{left}')"
+        ));
+        assert_eq!(has_it(), has, "{choice}");
+    }
     browser.click("#undo");
     browser.until("document.querySelector('#addition').hidden");
-    let model = std::fs::read_to_string(folder.join("model.toml")).unwrap();
-    assert!(!model.contains("id = \"guide_coulomb\""));
+    assert!(has_it());
 }
 
 #[test]

@@ -8,6 +8,8 @@ import { left } from './plots.js';
 
 /** What was written last, and can be taken back. */
 let written = null;
+/** The effect that is to be taken out, with the difference that this makes. */
+let removal = null;
 /** What of it is drawn: a button that is drawn anew between press and release is not clicked. */
 let shown;
 
@@ -41,11 +43,28 @@ async function write(trial, force) {
   }
 }
 
-/** Takes an effect out of the model file. */
+const takeOut = (effect, wish) => post(`models/${id(state.model)}/effects/${id(effect)}/remove`, wish);
+
+/** Shows what the model file is without an effect. */
 export async function remove(effect) {
   try {
     await openModel();
-    await post(`models/${id(state.model)}/effects/${id(effect)}/remove`, { if_match: state.file.if_match, write: true });
+    const { model } = state;
+    const { difference, if_match } = await takeOut(effect, { if_match: state.file.if_match, write: false });
+    if (model !== state.model) return;
+    state.trial = null;
+    removal = { model, effect, difference, if_match };
+    changed('trial');
+    byId('addition').scrollIntoView({ block: 'nearest', behavior: 'smooth' });
+  } catch (error) {
+    refused(error);
+  }
+}
+
+/** Takes it out of the file, as it was shown. */
+async function writeRemoval({ effect, if_match }) {
+  try {
+    await takeOut(effect, { if_match, write: true });
     written = { model: state.model, what: `${effect} no longer stands` };
     await afterChange();
   } catch (error) {
@@ -71,6 +90,7 @@ function refused(error) {
 }
 
 async function afterChange() {
+  removal = null;
   Object.assign(state, { trial: null, diagnosis: null });
   await reload();
   trouble(null);
@@ -101,12 +121,31 @@ function fitted(trial) {
       rest.length && table(rest), h('ul', {}, unsaid))];
 }
 
+/** The difference, and the choice: nothing is written before it was seen. */
+function proposed(text, label, sure, write) {
+  const leave = () => {
+    removal = null;
+    state.trial = null;
+    changed('trial');
+  };
+  return [h('p', { class: 'small muted' }, `What changes in ${state.model}:`), difference(text),
+    h('div', { class: 'row-line' }, h('button', { class: sure ? 'main' : '', id: 'write', onclick: write }, label),
+      h('button', { class: 'quiet', id: 'drop', onclick: leave }, 'Leave it'))];
+}
+
 export function draw() {
   const { trial } = state;
-  byId('addition').hidden = !trial && written?.model !== state.model;
+  if (trial || removal?.model !== state.model) removal = null;
+  byId('addition').hidden = !trial && !removal && written?.model !== state.model;
   if (!trial) {
-    if (shown === written) return;
-    shown = written;
+    const now = removal ?? written;
+    if (shown === now) return;
+    shown = now;
+    if (removal) {
+      const going = removal;
+      return fill('addition', h('h2', {}, `Without ${going.effect}`),
+        proposed(going.difference, 'Take it out', true, () => writeRemoval(going)));
+    }
     return fill('addition', written && [h('h2', {}, 'Written'), h('p', { class: 'good', id: 'added' }, `✓ ${written.what} in ${written.model}.`),
       h('button', { id: 'undo', onclick: undo }, 'Undo')]);
   }
@@ -114,10 +153,7 @@ export function draw() {
   fill('addition', h('h2', {}, `With ${trial.label}`), fall(trial), here(), trial.undetermined && fitted(trial),
     trial.doubt && h('p', { class: 'bad', id: 'doubt' }, trial.doubt),
     trial.difference
-      ? [h('p', { class: 'small muted' }, `What changes in ${state.model}:`), difference(trial.difference),
-        h('div', { class: 'row-line' }, h('button', {
-          class: trial.doubt ? '' : 'main', id: 'write', onclick: () => write(trial, Boolean(trial.doubt)),
-        }, `${trial.undetermined ? 'Write' : 'Add'} ${trial.doubt ? 'it all the same' : 'to the model'}`),
-        h('button', { class: 'quiet', id: 'drop', onclick: () => { state.trial = null; changed('trial'); } }, 'Leave it'))]
+      ? proposed(trial.difference, `${trial.undetermined ? 'Write' : 'Add'} ${trial.doubt ? 'it all the same' : 'to the model'}`,
+        !trial.doubt, () => write(trial, Boolean(trial.doubt)))
       : h('p', {}, 'There is nothing to add.'));
 }
