@@ -1,13 +1,18 @@
 //! A listener that takes a bounded number of connections; further ones wait in the system's queue.
 //!
 //! A connection on which nothing comes or goes gives its place back after a while: a request that is begun and not
-//! ended, a reader that does not read, a browser that keeps a connection for later.
+//! ended, a reader that does not read, a browser that keeps a connection for later; not one whose answer is worked on.
 
-use axum::serve::Listener;
+use axum::extract::Request;
+use axum::extract::connect_info::{ConnectInfo, Connected};
+use axum::middleware::Next;
+use axum::response::Response;
+use axum::serve::{IncomingStream, Listener};
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
@@ -17,7 +22,7 @@ use tokio::time::{Instant, Sleep, sleep};
 
 /// Connections at a time: a browser opens six for each of its tabs.
 pub(super) const MOST: usize = 64;
-/// Longest silence of a connection. An answer may take as long; streams of events say something every 15 s.
+/// Longest silence of a connection; streams of events say something every 15 s.
 const SILENCE: Duration = Duration::from_secs(60);
 
 /// A listener whose connections share a number of places with others.
@@ -26,11 +31,56 @@ pub(super) struct Bounded {
     pub(super) places: Arc<Semaphore>,
 }
 
+/// How many answers are worked on for a connection.
+#[derive(Clone, Default)]
+pub(super) struct Working(Arc<AtomicUsize>);
+
+tokio::task_local! {
+    static WORKING: Working;
+}
+
+impl Connected<IncomingStream<'_, Bounded>> for Working {
+    fn connect_info(stream: IncomingStream<'_, Bounded>) -> Self {
+        stream.io().working.clone()
+    }
+}
+
+/// Lets what answers a request know its connection.
+pub(super) async fn known(
+    ConnectInfo(working): ConnectInfo<Working>,
+    request: Request,
+    next: Next,
+) -> Response {
+    WORKING.scope(working, next.run(request)).await
+}
+
+/// Work on an answer, until it is dropped; its connection waits for it.
+pub(super) struct Work(Option<Working>);
+
+impl Work {
+    pub(super) fn begin() -> Self {
+        let working = WORKING.try_with(Working::clone).ok();
+        if let Some(Working(count)) = &working {
+            count.fetch_add(1, Ordering::Relaxed);
+        }
+        Self(working)
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        if let Some(Working(count)) = &self.0 {
+            count.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
 /// A connection that gives its place back when it is dropped.
 pub(super) struct Connection<S> {
     stream: S,
     /// Ends with the silence.
     silent: Pin<Box<Sleep>>,
+    working: Working,
     _place: Option<OwnedSemaphorePermit>,
 }
 
@@ -55,6 +105,7 @@ impl<S> Connection<S> {
         Self {
             stream,
             silent: Box::pin(sleep(SILENCE)),
+            working: Working::default(),
             _place: place,
         }
     }
@@ -69,10 +120,13 @@ impl<S> Connection<S> {
             self.silent.as_mut().reset(Instant::now() + SILENCE);
             return attempt;
         }
-        self.silent
-            .as_mut()
-            .poll(context)
-            .map(|()| Err(io::ErrorKind::TimedOut.into()))
+        while self.silent.as_mut().poll(context).is_ready() {
+            if self.working.0.load(Ordering::Relaxed) == 0 {
+                return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
+            }
+            self.silent.as_mut().reset(Instant::now() + SILENCE);
+        }
+        Poll::Pending
     }
 }
 
@@ -134,6 +188,20 @@ mod tests {
             (&b"xxx"[..], io::ErrorKind::TimedOut)
         );
         assert_eq!(places.available_permits(), 1);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_waits_for_an_answer_keeps_its_place() {
+        let (_client, server) = duplex(16);
+        let mut connection = Connection::new(server, None);
+        let begin = async { Work::begin() };
+        let work = WORKING.scope(connection.working.clone(), begin).await;
+        let mut nothing = [0];
+        let waited = tokio::time::timeout(5 * SILENCE, connection.read(&mut nothing)).await;
+        assert!(waited.is_err());
+        drop(work);
+        let ended = connection.read(&mut nothing).await;
+        assert_eq!(ended.unwrap_err().kind(), io::ErrorKind::TimedOut);
     }
 
     #[tokio::test(start_paused = true)]

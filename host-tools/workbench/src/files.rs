@@ -36,21 +36,11 @@ impl Files {
         self.recordings.get(key, read, |r| r.cycles.len())
     }
 
-    /// What is to be known of a listed recording; it is read once, and again when it changes.
-    pub(super) fn about(
-        &self,
-        folder: &Folder,
-        found: &Found,
-        of: fn(&Recording) -> About,
-    ) -> Result<About, Problem> {
+    /// What is to be known of a listed recording; it is looked at once, and again when it changes.
+    pub(super) fn about(&self, found: &Found, look: impl FnOnce() -> About) -> Option<About> {
         let key = (found.id.clone(), found.bytes, found.changed_s);
-        let read = || {
-            let recording = self.recording(folder, &found.id);
-            recording
-                .map(|r| of(&r))
-                .map_err(|problem| anyhow::anyhow!("{}", problem.sentence()))
-        };
-        Ok((*self.abouts.get(key, read, |_| 1)?).clone())
+        let about = self.abouts.get(key, || Ok(look()), |_| 1).ok()?;
+        Some((*about).clone())
     }
 
     /// What a model predicts of a recording.

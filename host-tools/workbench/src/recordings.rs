@@ -3,7 +3,7 @@
 use super::files::fingerprint;
 use super::folder::Found;
 use super::problem::Problem;
-use super::server::{Shared, work};
+use super::server::{Shared, Workbench, work};
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
@@ -11,7 +11,7 @@ use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use softdock_io::recording::{Column, Recording};
+use softdock_io::recording::{Column, Outline};
 
 /// A recording as it is listed.
 #[derive(Serialize)]
@@ -44,18 +44,28 @@ pub(super) enum About {
 }
 
 impl About {
-    fn of(recording: &Recording) -> Self {
-        let mut times = recording.cycles.iter().map(|c| c.trace.time_s);
-        let ends = times.clone().next().zip(times.next_back());
-        let duration_s = ends.map_or(0.0, |(first, last)| last - first);
-        let cycles = recording.cycles.len();
-        Self::Read {
-            cycles,
-            duration_s,
-            cycle_s: duration_s / cycles.saturating_sub(1).max(1) as f64,
-            settings_hash: fingerprint(&recording.header.settings_toml),
-            firmware: recording.header.identity.clone(),
-            truncated: recording.cut.clone(),
+    /// From the ends of the file; one that was cut off is read up to there.
+    fn of(bench: &Workbench, found: &Found) -> Self {
+        let read = || {
+            let recording = bench.files.recording(&bench.folder, &found.id)?;
+            Ok(Outline::of(&recording))
+        };
+        let outline: Result<Outline, Problem> = Outline::read(&found.path).map_or_else(read, Ok);
+        match outline {
+            Ok(outline) => Self::Read {
+                cycles: outline.cycles,
+                duration_s: outline.duration_s,
+                cycle_s: outline.duration_s / outline.cycles.saturating_sub(1).max(1) as f64,
+                settings_hash: fingerprint(&outline.header.settings_toml),
+                firmware: outline.header.identity,
+                truncated: outline.cut,
+            },
+            Err(problem) => Self::Broken {
+                error: problem
+                    .without(&bench.folder.prefix())
+                    .sentence()
+                    .to_owned(),
+            },
         }
     }
 }
@@ -63,27 +73,21 @@ impl About {
 pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>>, Problem> {
     let of = move || {
         let found = bench.folder.list("mcap").into_iter();
-        Ok(Json(found.map(|found| listed(&bench, found)).collect()))
+        Ok(Json(
+            found.filter_map(|found| listed(&bench, found)).collect(),
+        ))
     };
     work(of).await
 }
 
-fn listed(bench: &Shared, found: Found) -> Listed {
-    let about = match bench.files.about(&bench.folder, &found, About::of) {
-        Ok(about) => about,
-        Err(problem) => About::Broken {
-            error: problem
-                .without(&bench.folder.prefix())
-                .sentence()
-                .to_owned(),
-        },
-    };
-    Listed {
+fn listed(bench: &Workbench, found: Found) -> Option<Listed> {
+    let about = bench.files.about(&found, || About::of(bench, &found))?;
+    Some(Listed {
         id: found.id,
         bytes: found.bytes,
         when: found.changed_s,
         about,
-    }
+    })
 }
 
 pub(super) async fn channels(

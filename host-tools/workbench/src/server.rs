@@ -2,7 +2,7 @@
 
 use super::access::{self, AccessToken, Reach};
 use super::change::Before;
-use super::connections::{Bounded, MOST};
+use super::connections::{self, Bounded, MOST, Work, Working};
 use super::files::Files;
 use super::folder::Folder;
 use super::jobs::{Jobs, Simulator};
@@ -13,7 +13,7 @@ use anyhow::{Context, Result, anyhow};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::{get, post};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::Path;
@@ -93,7 +93,7 @@ impl Server {
     /// The system takes the port away.
     pub fn serve(self) -> Result<()> {
         let places = Arc::new(Semaphore::new(MOST));
-        let app = router(self.bench);
+        let app = router(self.bench).into_make_service_with_connect_info::<Working>();
         self.runtime.block_on(async {
             let mut serving = tokio::task::JoinSet::new();
             for listener in self.listeners {
@@ -170,6 +170,7 @@ fn router(bench: Shared) -> Router {
         .nest("/api", api)
         .fallback(async || Problem::not_found("there is nothing at this address"))
         .layer(DefaultBodyLimit::max(LARGEST_BODY))
+        .layer(from_fn(connections::known))
         .layer(from_fn_with_state(bench.clone(), access::admit))
         .layer(from_fn_with_state(bench.clone(), guard::guard))
         .with_state(bench)
@@ -179,6 +180,7 @@ fn router(bench: Shared) -> Router {
 pub(super) async fn work<T: Send + 'static>(
     does: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
+    let _work = Work::begin();
     let ended = tokio::task::spawn_blocking(does).await;
     ended.unwrap_or_else(|_| {
         Err(Problem::new(

@@ -11,6 +11,7 @@
 //! - `columns` gives the recorded quantities as series, to draw them,
 //! - `numbers` makes a topic of a table,
 //! - `ros2` makes a copy with the standard messages of ROS 2, for viewers,
+//! - `outline` says how long a file is without reading its cycles,
 //! - `wall_clock` says what time it was,
 //! - `difference` compares two records of a cycle.
 
@@ -22,6 +23,7 @@ mod difference;
 mod field;
 mod mcap_file;
 mod numbers;
+mod outline;
 mod reader;
 mod ros2;
 mod schema;
@@ -37,6 +39,7 @@ pub use again::Rounded;
 pub use columns::Column;
 pub use csv_files::{export_csv, import_csv};
 pub use difference::{Comparison, Difference};
+pub use outline::Outline;
 pub use wall_clock::{WALL_CLOCK, WallClock};
 pub use writer::RecordingWriter;
 

@@ -5,17 +5,18 @@
 
 use super::again::{Again, Rounded};
 use super::cdr::Decoder;
+use super::outline::Outline;
 use super::schema::{declarations, ros2msg, ros2msg_of_arrays};
 use super::table::{self, TableReader};
 use super::topics::{Form, Row, Topic};
-use super::writer::{MESSAGE_ENCODING, SCHEMA_ENCODING};
+use super::writer::{MESSAGE_ENCODING, NS_PER_S, SCHEMA_ENCODING};
 use super::{FORMAT, Header, METADATA, OWN_PROFILE, PROFILE, Recording, WALL_CLOCK, WallClock};
 use crate::identity;
 use anyhow::{Context, bail, ensure};
 use mcap::records::{Metadata, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{MAGIC, McapError, parse_record};
-use std::collections::BTreeMap;
+use mcap::{MAGIC, McapError, Summary, parse_record};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -69,7 +70,7 @@ impl Recording {
 }
 
 /// Why reading ended before the end of the file.
-struct Broken {
+pub(super) struct Broken {
     why: McapError,
     /// End of the last whole record.
     byte: u64,
@@ -77,7 +78,7 @@ struct Broken {
 
 /// Hands over each whole record. An error of `each` ends the walk, a break of the file is told
 /// after it.
-fn each_record(
+pub(super) fn each_record(
     options: LinearReaderOptions,
     source: &mut impl Read,
     mut each: impl FnMut(u8, &[u8]) -> anyhow::Result<Option<McapError>>,
@@ -106,11 +107,11 @@ fn each_record(
 
 /// Builds a recording from the records of a file.
 #[derive(Default)]
-struct Loader {
+pub(super) struct Loader {
     /// The file's first record was seen, and it is ours.
     ours: bool,
     /// Header of the recording, once it was read.
-    header: Option<Header>,
+    pub(super) header: Option<Header>,
     recording: Recording,
     schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
     channels: BTreeMap<u16, Form>,
@@ -130,7 +131,11 @@ struct Loader {
 
 impl Loader {
     /// A record outside of chunks.
-    fn file_record(&mut self, opcode: u8, body: &[u8]) -> anyhow::Result<Option<McapError>> {
+    pub(super) fn file_record(
+        &mut self,
+        opcode: u8,
+        body: &[u8],
+    ) -> anyhow::Result<Option<McapError>> {
         if !self.ours {
             ensure!(
                 opcode == op::HEADER,
@@ -373,6 +378,44 @@ impl Loader {
         let lacks = |topic: &Topic| self.seen & topic.bit() == 0;
         let name = self.topics().find(lacks).map(Topic::name);
         format!("`{}`", name.unwrap_or("the next cycle"))
+    }
+
+    /// What the file's summary says of its cycles, each of which has a message of every topic.
+    pub(super) fn outline(mut self, summary: &Summary) -> Option<Outline> {
+        let statistics = summary.stats.as_ref()?;
+        let mut counts = BTreeSet::new();
+        for (id, channel) in &summary.channels {
+            if Topic::from_name(&channel.topic).is_none() && channel.topic != table::TOPIC {
+                continue;
+            }
+            let schema = channel.schema.as_ref()?;
+            let content = (
+                schema.name.clone(),
+                schema.encoding.clone(),
+                schema.data.to_vec(),
+            );
+            self.schemas.insert(schema.id, content);
+            let own = mcap::records::Channel {
+                id: *id,
+                schema_id: schema.id,
+                topic: channel.topic.clone(),
+                message_encoding: channel.message_encoding.clone(),
+                metadata: channel.metadata.clone(),
+            };
+            self.channel(&own).ok()?;
+            let count = statistics.channel_message_counts.get(id);
+            counts.insert(count.copied().unwrap_or_default());
+        }
+        let cycles = counts.pop_first().unwrap_or_default();
+        let length_ns = statistics
+            .message_end_time
+            .checked_sub(statistics.message_start_time)?;
+        counts.is_empty().then_some(Outline {
+            header: self.header?,
+            cut: self.recording.cut,
+            cycles: usize::try_from(cycles).ok()?,
+            duration_s: length_ns as f64 / NS_PER_S,
+        })
     }
 
     fn finish(mut self, end: Option<Broken>, length: u64) -> anyhow::Result<Recording> {
