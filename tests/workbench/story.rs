@@ -105,6 +105,25 @@ fn two_runs_are_laid_over_each_other_and_aligned() {
     browser.click(".overlay button:nth-of-type(3)");
     browser.until("Number(document.querySelector('#shift').value) != 0.004");
     browser.keep_pictures("workbench-overlay");
+
+    // Short contacts in long runs are found, wherever they are: 100 ms in ten seconds and in a hundred, and in two of 200 s.
+    browser.evaluate(
+        "import('/assets/align.js').then(({ bestShift }) => {
+            const run = (from, to, contact) => {
+                const time = Float64Array.from({ length: (to - from) * 250 }, (_, n) => from + n / 250);
+                const load = (t) => Math.abs(t - contact) < 0.05 ? 100 * Math.cos(10 * Math.PI * (t - contact)) : 0;
+                return [time, time.map((t) => 7 + load(t) + 0.1 * Math.sin(1e5 * t))];
+            };
+            window.shifts = [[run(0, 10, 5), run(0, 100, 60)], [run(0, 200, 150.7), run(3, 203, 120.123)]]
+                .map(([first, second]) => bestShift(first, second));
+        })",
+    );
+    browser.until("window.shifts");
+    let shifts = browser.evaluate("window.shifts");
+    for (place, expected) in [-55.0, 30.577].into_iter().enumerate() {
+        let found = shifts[place].as_f64().unwrap();
+        assert!((found - expected).abs() < 0.005, "{shifts}");
+    }
     assert_eq!(browser.look().console, Vec::<String>::new());
 }
 
