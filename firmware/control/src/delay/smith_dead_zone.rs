@@ -1,9 +1,9 @@
 //! Smith predictor behind a dead zone of the force, with an observer of what the zone has swallowed.
 //!
 //! ```text
-//! F_z = F_meas where |F_meas| ≥ δ, else 0
+//! F_z = F_meas where |F_meas| ≥ δ in a component, else 0
 //! d̂  += g (F̂(x_exec) − F_z − d̂)      |d̂| ≤ δ, in a contact alone
-//! F   = F_z + d̂ + F̂(x_model) − F̂(x_exec)
+//! F   = F_z + F̂(x_model) − F̂(x_exec), and d̂ where F_z is 0
 //! ```
 //!
 //! Li and others, a hybrid Smith predictor with a dead-zone disturbance observer: a dead zone keeps noise from moving the

@@ -17,7 +17,7 @@
 //!   Han, "From PID to active disturbance rejection control", IEEE Trans. Ind. Electron. 56 (2009) 900;
 //! - the numbers K₀, γ, and those of the differentiator.
 
-use super::contact::ContactLine;
+use super::contact::{ContactLine, LATENCIES};
 use super::status::LawStatus;
 use super::{DelaySettings, LawInput};
 use crate::frames::Wrench;
@@ -62,6 +62,9 @@ pub struct SwitchingGain<S: Scalar> {
     /// E and E₀, J.
     made: f64,
     brought: f64,
+    /// How late the pose is, cycles, and what the model took in these cycles, J.
+    latency: usize,
+    taken: [f64; LATENCIES],
 }
 
 impl<S: Scalar> SwitchingGain<S> {
@@ -77,6 +80,8 @@ impl<S: Scalar> SwitchingGain<S> {
             rate: 0.0,
             made: 0.0,
             brought: 0.0,
+            latency: settings.actuator.feedback_latency_cycles.into(),
+            taken: [0.0; LATENCIES],
         }
     }
 
@@ -90,10 +95,14 @@ impl<S: Scalar> SwitchingGain<S> {
         let (load, velocity) = (along.load.get(), along.velocity.get());
         if along.opened {
             (self.tracked, self.rate, self.made) = (0.0, 0.0, 0.0);
+            self.taken = [0.0; LATENCIES];
             self.brought = 0.5 * velocity * velocity / along.mobility.get().max(1e-8);
         }
         self.track(load);
-        let taken = load * velocity * self.cycle_s;
+        // What the robot was paid is of when its pose was true.
+        self.taken.rotate_right(1);
+        self.taken[0] = load * velocity * self.cycle_s;
+        let taken = self.taken[self.latency.min(LATENCIES - 1)];
         self.made += taken - along.load_then.get() * along.moved.get();
         let lead = self.gain() * self.delay_s * self.rate;
         // The contact never pulls.
@@ -275,6 +284,19 @@ mod tests {
         cycle(&mut law, &mut x, (10.0, -0.02, 0.0));
         assert!((law.made + 10.0 * 0.02 * CYCLE_S).abs() < 1e-12);
         assert!((law.brought - 0.5 * 500.0 * 4e-4).abs() < 1e-9);
+    }
+
+    /// A robot that does at once what the model does, and says so four cycles later, makes nothing.
+    #[test]
+    fn a_late_pose_makes_no_energy() {
+        let mut settings = DelaySettings::default();
+        settings.actuator.feedback_latency_cycles = 4;
+        let mut law = SwitchingGain::new(&settings, CYCLE_S);
+        let (mut x, velocity) = (0.0, -0.01);
+        for n in 0..20 {
+            cycle(&mut law, &mut x, (10.0, velocity, velocity * CYCLE_S));
+            assert!(law.made.abs() < 1e-12, "{n}: {}", law.made);
+        }
     }
 
     /// A load that grows by 2 N in a cycle is felt as it will be 34 ms later; it never pulls.
