@@ -91,13 +91,27 @@ fn errors_carry_their_numbers() {
             if (received_s - 2.0 * TS).abs() < 1e-9),
         "{slower}"
     );
-    let still = refused(&recording(200, |n, c| {
-        let cycle = CycleRecord::default();
-        let time_s = n as f64 * TS;
-        *c = cycle;
-        c.trace.time_s = time_s;
-    }));
-    assert_eq!(still, CheckError::NothingChanges { name: name() });
+}
+
+#[test]
+fn of_a_log_in_which_nothing_changes_its_rows_are_said_and_what_is_not_measured() {
+    let still = |sent: f64| {
+        refused(&recording(200, |n, c| {
+            *c = CycleRecord::default();
+            c.trace.time_s = n as f64 * TS;
+            c.trace.sent_velocity[3] = sent * n as f64;
+        }))
+    };
+    let said = still(0.0).to_string();
+    assert!(
+        said.contains("in its 200 rows, 0 s to 0.796 s") && said.contains("take other rows"),
+        "{said}"
+    );
+    let said = still(0.1).to_string();
+    assert!(
+        said.contains("only what was sent does") && said.contains("[executed_velocity]"),
+        "{said}"
+    );
 }
 
 #[test]

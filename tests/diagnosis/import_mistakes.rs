@@ -63,6 +63,17 @@ fn rows_that_are_not_selected_may_hold_anything() {
     refused("mapping_selected", GOOD, log, "line 152: expected 3 cells");
 }
 
+/// A pendulum that has come to rest where the test part begins.
+#[test]
+fn the_part_of_a_table_that_stands_still_is_named() {
+    let log = table("time,pos_x,fx", 300, |n| {
+        format!("{},{},0", n * 0.01, n.min(150.0))
+    });
+    let mapping = format!("{GOOD}\n[split]\ntrain_share = 0.6");
+    let expected = "log.csv, test part: no velocity, pose or wrench changes in its 120 rows, 1.8 s";
+    refused("mapping_still", &mapping, log, expected);
+}
+
 #[test]
 fn incomplete_rows_are_refused_or_left_out() {
     let (pos, fx) = ("\n0.5,50,50\n", "\n0.8,80,80\n");

@@ -101,12 +101,20 @@ pub enum CheckError {
     },
     /// Nothing changes.
     #[error(
-        "{name}: no velocity, pose or wrench changes in the whole log; expected a test in which \
-         something moves or is loaded"
+        "{name}: no velocity, pose or wrench changes in its {rows} rows, {from_s} s to {to_s} s; expected a test in which \
+         something moves or is loaded; {remedy}"
     )]
     NothingChanges {
         /// The recording.
         name: String,
+        /// Its rows.
+        rows: usize,
+        /// Time of the first, s.
+        from_s: f64,
+        /// Time of the last, s.
+        to_s: f64,
+        /// What to do.
+        remedy: &'static str,
     },
 }
 
@@ -138,11 +146,7 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
     }
     let mut warnings = Vec::new();
     let sample_time_s = timing::check(cycles, context, &mut warnings)?;
-    if !changes(cycles) {
-        return Err(CheckError::NothingChanges {
-            name: context.name.to_owned(),
-        });
-    }
+    ensure_changes(cycles, context.name)?;
     units::check(cycles, sample_time_s, context, &mut warnings)?;
     if !context.at_rest() {
         causality::check(cycles, sample_time_s, context, &mut warnings);
@@ -151,17 +155,37 @@ pub fn check(recording: &Recording, context: &Context<'_>) -> Result<Vec<String>
     Ok(warnings)
 }
 
-/// Something differs between the first row and another.
-fn changes(cycles: &[CycleRecord]) -> bool {
-    let Some(first) = cycles.first() else {
-        return false;
+/// Refuses what was measured if no row differs from the first.
+fn ensure_changes(cycles: &[CycleRecord], name: &str) -> Result<(), CheckError> {
+    let (Some(first), Some(last)) = (cycles.first(), cycles.last()) else {
+        return Ok(());
     };
-    cycles.iter().any(|cycle| {
+    // What is not measured is NaN, which differs from itself.
+    let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.0);
+    let measured = |cycle: &CycleRecord| {
         let (a, b) = (&cycle.trace, &first.trace);
-        // What is not measured is NaN, which differs from itself.
-        let differ = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.0);
         differ(&a.pose, &b.pose)
             || differ(&a.executed_velocity, &b.executed_velocity)
             || differ(&cycle.inputs.sensor.wrench, &first.inputs.sensor.wrench)
+    };
+    if cycles.iter().any(measured) {
+        return Ok(());
+    }
+    let sent = |cycle: &CycleRecord| differ(&cycle.trace.sent_velocity, &first.trace.sent_velocity);
+    Err(CheckError::NothingChanges {
+        name: name.to_owned(),
+        rows: cycles.len(),
+        from_s: first.trace.time_s,
+        to_s: last.trace.time_s,
+        remedy: match cycles.iter().any(sent) {
+            true => {
+                "only what was sent does, to which nothing is compared: map what was measured as well, in \
+                 [executed_velocity], [position], [orientation] or [wrench]"
+            }
+            false => {
+                "take other rows: [rows] of a mapping says which, and `train_share` of its [split] where the test part \
+                 begins"
+            }
+        },
     })
 }

@@ -207,10 +207,17 @@ struct Importer<'a> {
     turning: Turning,
 }
 
+/// What a part of a table is called that is to be fitted on.
+const TRAINING: &str = "training";
+/// ... and one that is to be tested on.
+const TEST: &str = "test";
+
 /// Cycles that follow each other, not yet checked.
 struct Stretch {
     /// Of the tables.
     name: String,
+    /// ... and of the part of them, in sentences.
+    said: String,
     cycles: Vec<CycleRecord>,
     /// See [`Header::whole_turns`].
     whole_turns: i32,
@@ -322,6 +329,7 @@ impl Importer<'_> {
         };
         Ok(Stretch {
             name,
+            said,
             cycles,
             whole_turns,
             began: None,
@@ -344,12 +352,14 @@ impl Importer<'_> {
     fn split(&self, whole: Stretch, split: Split) -> anyhow::Result<(Stretch, Stretch)> {
         let Stretch {
             name,
+            said,
             cycles,
             whole_turns,
             began,
         } = whole;
-        let part = |cycles, whole_turns| Stretch {
+        let part = |which: &str, cycles, whole_turns| Stretch {
             name: name.clone(),
+            said: format!("{said}, {which} part"),
             cycles,
             whole_turns,
             began,
@@ -368,10 +378,10 @@ impl Importer<'_> {
                 let is_test = |(n, _): &(usize, CycleRecord)| (n + 1) % every == 0;
                 let (test, train): (Vec<_>, Vec<_>) =
                     cycles.into_iter().enumerate().partition(is_test);
-                let plain = |rows: Vec<(usize, CycleRecord)>| {
-                    part(rows.into_iter().map(|(_, cycle)| cycle).collect(), 0)
+                let plain = |which: &str, rows: Vec<(usize, CycleRecord)>| {
+                    part(which, rows.into_iter().map(|(_, cycle)| cycle).collect(), 0)
                 };
-                Ok((plain(train), plain(test)))
+                Ok((plain(TRAINING, train), plain(TEST, test)))
             }
             Split::TrainShare(share) => {
                 ensure!(
@@ -382,7 +392,7 @@ impl Importer<'_> {
                 let at = (share * train.len() as f64).round() as usize;
                 let turns = turns::later(&train, whole_turns, at);
                 let test = train.split_off(at);
-                Ok(part(train, whole_turns).joined(part(test, turns)))
+                Ok(part(TRAINING, train, whole_turns).joined(part(TEST, test, turns)))
             }
         }
     }
@@ -391,6 +401,7 @@ impl Importer<'_> {
     fn recording(&mut self, stretch: Stretch) -> anyhow::Result<Recording> {
         let Stretch {
             name,
+            said,
             mut cycles,
             whole_turns,
             began,
@@ -417,7 +428,7 @@ impl Importer<'_> {
         let kept = self.mapping.filter.map_or(1, |filter| filter.decimate);
         let promised = self.mapping.time.sample_time_s;
         let context = CheckContext {
-            name: &name,
+            name: &said,
             // Rows at rest that were split are no longer equally far apart, and samples are as asked.
             sample_time_s: promised.map(|step| step * kept as f64).filter(|_| {
                 self.mapping.split.is_none() && self.mapping.time.resample_hz.is_none()
