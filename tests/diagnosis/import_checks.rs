@@ -117,8 +117,11 @@ fn of_a_log_in_which_nothing_changes_its_rows_are_said_and_what_is_not_measured(
 #[test]
 fn what_looks_wrong_is_told() {
     type Change = fn(usize, &mut CycleRecord);
-    let cases: [(Change, &str); 9] = [
-        (|_, c| c.trace.pose[0] += 99.0, "a position of 99."),
+    let cases: [(Change, &str); 10] = [
+        (
+            |_, c| c.trace.pose[0] += 99.0,
+            "in mm? Say `unit = \"mm\"` for them in [position]",
+        ),
         (
             |_, c| c.trace.executed_velocity[0] *= 2.0,
             "position x changes 0.5000 times",
@@ -126,7 +129,14 @@ fn what_looks_wrong_is_told() {
         (|_, c| c.trace.executed_velocity[0] *= -1.0, "wrong sign"),
         (
             |_, c| c.trace.executed_velocity[3] = 90.0,
-            "degrees per second",
+            "degrees per second? Say `unit = \"deg/s\"` for it in [executed_velocity]",
+        ),
+        (
+            |n, c| {
+                c.trace.time_s = n as f64;
+                c.trace.executed_velocity[0] *= TS;
+            },
+            "in milliseconds? Say `unit = \"ms\"` for `column` in [time]",
         ),
         (|_, c| c.inputs.sensor.wrench[0] *= 1e-6, "is it in kN"),
         (
@@ -147,7 +157,11 @@ fn what_looks_wrong_is_told() {
         ),
     ];
     for (change, expected) in cases {
-        let warnings = check(&recording(1000, change), &context(None)).unwrap();
+        let unpromised = Context {
+            sample_time_s: None,
+            ..context(None)
+        };
+        let warnings = check(&recording(1000, change), &unpromised).unwrap();
         assert!(
             warnings
                 .iter()

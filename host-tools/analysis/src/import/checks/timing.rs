@@ -54,13 +54,15 @@ fn ensure_rate(name: &str, steps: &[f64], median: f64, expected_s: f64) -> Resul
 /// A median step that is none in seconds.
 fn other_unit(context: &Context<'_>, median: f64) -> Option<String> {
     let question = match median {
-        slow if !context.at_rest() && slow > SLOWEST_S => "is the time in milliseconds?",
-        fast if fast < FASTEST_S => "is the unit of the time right?",
+        slow if !context.at_rest() && slow > SLOWEST_S => {
+            "is the time in milliseconds? Say `unit = \"ms\"`"
+        }
+        fast if fast < FASTEST_S => "is the unit of the time right? Say `unit` or `scale`",
         _ => return None,
     };
     let apart = number::significant(median, 3);
     Some(format!(
-        "{}: the rows are {apart} s apart; {question}",
+        "{}: the rows are {apart} s apart; {question} for `column` in [time] of the mapping",
         context.name
     ))
 }

@@ -77,7 +77,7 @@ fn positions(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let position = largest(cycles, |c| &c.trace.pose[..3]);
     if position > FARTHEST_M {
         warn(format!(
-            "a position of {} m: are the positions in mm?",
+            "a position of {} m: are the positions in mm? Say `unit = \"mm\"` for them in [position] of the mapping",
             rounded(position)
         ));
     }
@@ -88,27 +88,35 @@ fn velocities(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
         true => FASTEST_SHAFT_RAD_S,
         false => FASTEST_RAD_S,
     };
-    for (what, speed, angular) in [
+    const DERIVED: [&str; 2] = [
+        " or, where it is derived, `unit = \"mm\"` in [position]",
+        " or, where it is derived, `unit = \"deg\"` in [orientation]",
+    ];
+    for (what, [or_linear, or_angular], speed, angular) in [
         (
             "executed",
+            DERIVED,
             largest(cycles, |c| &c.trace.executed_velocity[..3]),
             largest(cycles, |c| &c.trace.executed_velocity[3..]),
         ),
         (
             "sent",
+            [""; 2],
             largest(cycles, |c| &c.trace.sent_velocity[..3]),
             largest(cycles, |c| &c.trace.sent_velocity[3..]),
         ),
     ] {
         if speed > FASTEST_M_S {
             warn(format!(
-                "a velocity {what} of {} m/s: are the velocities in mm/s?",
+                "a velocity {what} of {} m/s: is it in mm/s? Say `unit = \"mm/s\"` for it in [{what}_velocity] of the \
+                 mapping{or_linear}",
                 rounded(speed)
             ));
         }
         if angular > fastest_turn {
             warn(format!(
-                "an angular velocity {what} of {} rad/s: is it in degrees per second?",
+                "an angular velocity {what} of {} rad/s: is it in degrees per second? Say `unit = \"deg/s\"` for it in \
+                 [{what}_velocity] of the mapping{or_angular}",
                 rounded(angular)
             ));
         }
@@ -120,14 +128,16 @@ fn loads(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
     let torque = largest(cycles, |c| &c.inputs.sensor.wrench[3..]);
     if force > LARGEST_LOAD || torque > LARGEST_LOAD {
         warn(format!(
-            "a wrench of {} N and {} N·m: are these counts of the sensor, or mN?",
+            "a wrench of {} N and {} N·m: are these counts of the sensor, or mN? Say `unit` or `scale` for them in [wrench] \
+             of the mapping",
             rounded(force),
             rounded(torque)
         ));
     }
     if force > 0.0 && force < SMALLEST_FORCE_N {
         warn(format!(
-            "no force exceeds {} N: is it in kN, or is this another quantity?",
+            "no force exceeds {} N: is it in kN, or is this another quantity? Say `unit = \"kN\"` or `scale` for it in \
+             [wrench] of the mapping",
             rounded(force)
         ));
     }
