@@ -130,6 +130,17 @@ fn a_table_that_is_not_there_is_named() {
     );
 }
 
+#[test]
+fn a_table_of_another_program_needs_a_mapping() {
+    let folder = scratch("rough_no_mapping");
+    fs::write(folder.join("kin.csv"), "time,fx\n0,1\n").unwrap();
+    let error = softdock(&folder, &words("import kin.csv -o out")).stderr;
+    assert!(
+        error.contains("kin.csv: say with --mapping FILE.toml") && !error.contains("cannot read"),
+        "{error}"
+    );
+}
+
 /// One number has one name, and a law that fails has its reason.
 #[test]
 fn a_check_gives_reasons() {

@@ -1,6 +1,6 @@
 //! What a command of this group reads: a recording of ours, or anything that can be imported.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use softdock_analysis::import::{docking_rig_log, mapping};
 use softdock_io::recording::{Recording, import_csv};
 use softdock_physics::model::Model;
@@ -56,8 +56,7 @@ pub fn read(path: &Path, mapping_file: Option<&Path>) -> Result<Read> {
     }
     let is_table = path.extension().is_some_and(|e| e == "csv" || e == "txt");
     let recording = if is_table {
-        import_csv(path)
-            .context("for a table of another program, say with --mapping what its columns are")?
+        import_csv(path)?
     } else {
         Recording::open(path)?
     };

@@ -98,8 +98,7 @@ impl Import {
             );
         }
         let name = path.file_stem().context("the table has no name")?;
-        let recording = import_csv(path)
-            .context("for a table of another program, say with --mapping what its columns are")?;
+        let recording = import_csv(path)?;
         // Its own dots stay: trial.07.csv is trial.07.mcap.
         let mut name = name.to_owned();
         name.push(".mcap");

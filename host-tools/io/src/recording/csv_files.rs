@@ -154,6 +154,13 @@ fn described(topic: Topic) -> impl Iterator<Item = Description> {
 /// Errors name row and column.
 pub fn import_csv(path: &Path) -> anyhow::Result<Recording> {
     let json = path.with_extension("json");
+    ensure!(
+        json.exists() || !path.exists(),
+        "{}: say with --mapping FILE.toml what its columns are; only a table that `softdock export` wrote needs none, and \
+         has {} beside it",
+        path.display(),
+        json.display()
+    );
     let sidecar = read_sidecar(&json)
         .with_context(|| format!("cannot read the table's description `{}`", json.display()))?;
     let mut recording =
@@ -187,8 +194,7 @@ fn read_sidecar(path: &Path) -> anyhow::Result<Sidecar> {
         #[serde(default)]
         version: u32,
     }
-    let text = std::fs::read_to_string(path)
-        .context("a table of softdock has a JSON file of the same name beside it")?;
+    let text = std::fs::read_to_string(path)?;
     let Kind { format, version } = serde_json::from_str(&text)?;
     ensure!(
         (format.as_str(), version) == (FORMAT, VERSION),
