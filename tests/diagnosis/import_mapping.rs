@@ -111,6 +111,29 @@ fn a_wrench_of_the_base_is_turned_with_the_pose_of_its_row_and_files_stand_side_
     assert_eq!(logs.model.unwrap().1, AT_REST, "the user's own text");
 }
 
+/// The comment right above the numbers is a header, if it has a name for each column.
+#[test]
+fn names_of_columns_may_stand_behind_a_number_sign() {
+    let mapping = r#"
+        files = { train = "log.csv" }
+        table = { delimiter = "blanks" }
+        time = { column = "t" }
+        position = { x = "p" }
+    "#;
+    let log = |above: &str| table(above, 200, |n| format!("{} {}", 0.01 * n, n * n));
+    let named = [("log.csv", log("# a title\n# t  p"))];
+    let logs = imported("comment_header", mapping, &named).unwrap();
+    assert_eq!(logs.train[0].cycles.len(), 200);
+    for above in ["# t p u", "# t p\n", "# t p\n# end"] {
+        let error = imported("comment_header", mapping, &[("log.csv", log(above))]);
+        let error = error.unwrap_err();
+        assert!(
+            error.contains("say `header = false` in [table]"),
+            "{above}: {error}"
+        );
+    }
+}
+
 #[test]
 fn a_derived_velocity_is_the_difference_of_filtered_positions() {
     let mapping = r#"

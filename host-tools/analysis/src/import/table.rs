@@ -4,6 +4,7 @@ use chrono::{DateTime, NaiveDateTime, NaiveTime, Timelike};
 use serde::Deserialize;
 use softdock_io::input::nearest;
 use std::borrow::Cow;
+use std::num::ParseFloatError;
 
 /// What stands between two cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,7 +39,7 @@ impl<'de> Deserialize<'de> for Delimiter {
 pub struct Dialect {
     /// Between two cells.
     pub delimiter: Delimiter,
-    /// The first line names the columns.
+    /// The first line names the columns, or the comment right above it, where it holds numbers.
     pub header: bool,
     /// `1,5` is one and a half.
     pub decimal_comma: bool,
@@ -206,12 +207,14 @@ impl Table {
             }
             rows.push(row);
         }
-        Self::named(file, rows, dialect)
+        let comment = comment_above(&text).map(|comment| cells(comment, delimiter));
+        Self::named(file, rows, comment, dialect)
     }
 
     fn named(
         file: &str,
         mut rows: Vec<csv::StringRecord>,
+        comment: Option<Vec<String>>,
         dialect: &Dialect,
     ) -> Result<Self, TableError> {
         let no_row = || TableError::NoRow {
@@ -223,10 +226,15 @@ impl Table {
         if ends_empty(first) {
             first.truncate(first.len() - 1);
         }
-        let names: Vec<String> = if dialect.header {
-            rows.remove(0).iter().map(|n| n.trim().to_owned()).collect()
-        } else {
-            (1..=first.len()).map(|n| n.to_string()).collect()
+        let is_value = |cell: &str| {
+            parsed(cell.trim(), dialect.decimal_comma).is_ok() || date_ns(cell.trim()).is_some()
+        };
+        let names_these =
+            |names: &Vec<String>| names.len() == first.len() && first.iter().all(is_value);
+        let names: Vec<String> = match comment.filter(names_these) {
+            _ if !dialect.header => (1..=first.len()).map(|n| n.to_string()).collect(),
+            Some(names) => names,
+            None => rows.remove(0).iter().map(|n| n.trim().to_owned()).collect(),
         };
         for row in &mut rows {
             if row.len() == names.len() + 1 && ends_empty(row) {
@@ -399,12 +407,7 @@ impl Table {
 
     fn number(&self, row: &csv::StringRecord, place: usize) -> Result<f64, TableError> {
         let cell = cell(row, place);
-        let parsed = if self.decimal_comma && cell.contains(',') {
-            cell.replacen(',', ".", 1).parse::<f64>()
-        } else {
-            cell.parse::<f64>()
-        };
-        match parsed {
+        match parsed(cell, self.decimal_comma) {
             Ok(value) if value.is_finite() => Ok(value),
             received => Err(TableError::NotANumber {
                 file: self.file.clone(),
@@ -424,6 +427,20 @@ impl Table {
         self.rows.iter().map(|row| cell(row, place)).collect()
     }
 
+    /// What to do about columns whose names are the first row of numbers; empty where they are names.
+    pub fn unnamed(&self) -> &'static str {
+        let is_number = |name: &String| name.parse::<f64>().is_ok();
+        let counted = |(n, name): (usize, &String)| *name == (n + 1).to_string();
+        let names = || self.names.iter();
+        match names().all(is_number) && !names().enumerate().all(counted) {
+            true => {
+                "; these are numbers: if no line names the columns, say `header = false` in [table], and take them by \
+                 their numbers from 1"
+            }
+            false => "",
+        }
+    }
+
     /// How an error calls a column.
     pub fn column(&self, place: usize) -> String {
         match self.names.get(place) {
@@ -436,6 +453,29 @@ impl Table {
     /// Line of a row in the file, from 1.
     pub fn line(&self, row: usize) -> u64 {
         self.rows.get(row).map_or(0, line)
+    }
+}
+
+/// The comment right above the first row.
+fn comment_above(text: &str) -> Option<&str> {
+    let above = text
+        .lines()
+        .take_while(|line| line.is_empty() || line.starts_with('#'));
+    above.last()?.strip_prefix('#')
+}
+
+/// Names between delimiters.
+fn cells(line: &str, delimiter: u8) -> Vec<String> {
+    let cells = line.trim().split(char::from(delimiter));
+    cells
+        .map(|cell| cell.trim().trim_matches('"').to_owned())
+        .collect()
+}
+
+fn parsed(cell: &str, decimal_comma: bool) -> Result<f64, ParseFloatError> {
+    match decimal_comma && cell.contains(',') {
+        true => cell.replacen(',', ".", 1).parse(),
+        false => cell.parse(),
     }
 }
 

@@ -118,10 +118,11 @@ impl Source {
         let names = self.tables.iter().flat_map(|t| t.names.iter());
         let names: Vec<&str> = names.map(String::as_str).collect();
         bail!(
-            "{}: {}; the columns are {}",
+            "{}: {}; the columns are {}{}",
             self.name(),
             self.missing.join(", "),
-            names.join(", ")
+            names.join(", "),
+            self.tables.first().map_or("", Table::unnamed)
         )
     }
 
