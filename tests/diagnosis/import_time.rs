@@ -222,6 +222,31 @@ fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
     let log = table("t,p,f", 8000, |n| {
         let t = 0.002 * n;
         // From 0 to 20 Hz.
+        /// Row 101 is written twice, and nothing else is wrong.
+        #[test]
+        fn of_rows_with_one_time_the_one_that_the_mapping_says_is_kept() {
+            let log = table("t,p,v", 301, |n| {
+                let (k, again) = if n > 100.0 { (n - 1.0, 0.5) } else { (n, 0.0) };
+                let again = if n == 101.0 { again } else { 0.0 };
+                format!("{},{},1", 0.01 * k, 0.01 * k + again)
+            });
+            let files = [("log.csv", log)];
+            let error = imported("duplicates", STAMPED, &files).unwrap_err();
+            assert!(error.contains("duplicates = \"keep_first\""), "{error}");
+            for (key, position) in [("keep_first", 1.0), ("keep_last", 1.5)] {
+                let mapping = STAMPED.replace("[time]", &format!("[time]\nduplicates = \"{key}\""));
+                let logs = imported("duplicates", &mapping, &files).unwrap();
+                let cycles = &logs.train[0].cycles;
+                assert_eq!((cycles.len(), cycles[299].trace.cycle), (300, 299));
+                assert!(near(&cycles[100].trace.pose[..1], &[position]), "{key}");
+                let told = logs.warnings.concat();
+                assert!(
+                    told.contains("1 of 301 rows are left out, the first at 1.00000 s"),
+                    "{told}"
+                );
+            }
+        }
+
         let (sin, rate) = ((PI * 1.25 * t * t).sin(), 2.0 * PI * 1.25 * t);
         let position = sin / (1.0 + rate * rate);
         format!("{t},{position},{}", -0.5 * sin + noise[n as usize])

@@ -60,7 +60,8 @@ pub enum CheckError {
     #[error(
         "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises in \
          every row, counted from 1 as they are read (are two logs in one file, are its rows not in order, or have its stamps too few digits? With \
-         `sample_time_s` for `column` in [time] of a mapping the rows are equally far apart)"
+         `sample_time_s` for `column` in [time] of a mapping the rows are equally far apart; with `duplicates = \"keep_first\"` one of \
+         several with the same time is kept)"
     )]
     TimeNotRising {
         /// The recording.

@@ -87,10 +87,22 @@ pub(super) struct Time {
     pub(super) column: Option<Column>,
     /// Time from row to row, s, if there is no such column.
     pub(super) sample_time_s: Option<f64>,
+    /// What becomes of rows with the time of the row before; they are an error if nothing is said.
+    pub(super) duplicates: Option<Duplicates>,
     /// Rate to which rows of any distance are interpolated.
     pub(super) resample_hz: Option<Resample>,
     /// What becomes of gaps; they are cut if nothing is said.
     pub(super) gaps: Option<Gaps>,
+}
+
+/// Which of several rows with one time is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Duplicates {
+    /// The first of them.
+    KeepFirst,
+    /// The last of them.
+    KeepLast,
 }
 
 /// A rate.

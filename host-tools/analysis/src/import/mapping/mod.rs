@@ -309,6 +309,9 @@ impl Importer<'_> {
         let shaped = || -> anyhow::Result<_> {
             let rows = mapping.rows.of(part);
             let mut channels = Channels::read(mapping, rows, source, &mut self.warnings)?;
+            if let Some(kept) = mapping.time.duplicates {
+                stamps::without_duplicates(&mut channels, kept, &said, &mut self.warnings);
+            }
             if !at_rest {
                 let cutoff_hz = mapping.filter.map(|filter| filter.cutoff_hz);
                 let told = &mut self.warnings;

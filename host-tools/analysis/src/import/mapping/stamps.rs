@@ -4,7 +4,7 @@
 //! says what is done, and the import says what that cost: interpolated values look like measured ones.
 
 use super::channels::Channels;
-use super::file::{Gaps, Resample, Time};
+use super::file::{Duplicates, Gaps, Resample, Time};
 use super::shape::{continue_signs, largest_turn, roll, sample_time_s, unroll};
 use crate::import::checks::ensure_rising;
 use anyhow::{bail, ensure};
@@ -33,6 +33,32 @@ const FINEST: f64 = 100.0;
 const BURST: f64 = 0.2;
 /// A sample so near to a row, in steps, is that row.
 const SAME: f64 = 1e-3;
+
+/// Keeps one row of those with one time, and tells how many went.
+pub(super) fn without_duplicates(
+    channels: &mut Channels,
+    kept: Duplicates,
+    name: &str,
+    told: &mut Vec<String>,
+) {
+    let times = channels.time_s.clone();
+    let same = |a: usize, b: Option<&f64>| b.is_some_and(|b| (b - times[a]).abs() <= 0.0);
+    let is_kept = |n: usize| match kept {
+        Duplicates::KeepFirst => !same(n, n.checked_sub(1).map(|n| &times[n])),
+        Duplicates::KeepLast => !same(n, times.get(n + 1)),
+    };
+    let Some(first) = (0..times.len()).find(|n| !is_kept(*n)) else {
+        return;
+    };
+    channels.keep(is_kept);
+    told.push(format!(
+        "{name}: {} of {} rows are left out, the first at {} s: another row has the same time, and `duplicates` in [time] says \
+         which counts",
+        times.len() - channels.len(),
+        times.len(),
+        number::significant(times[first], 6)
+    ));
+}
 
 /// Makes equal steps of the rows where the mapping says how; what was done goes to `told`. `cutoff_hz`: of the low-pass
 /// that the rows go through afterwards.
