@@ -101,6 +101,24 @@ fn samples_between_which_turns_are_lost_are_refused() {
     );
 }
 
+/// 40 Hz of 0.01 rad on a turn of 3 rad/s, sampled at 60 Hz: the whole of it is lost, which halves of its quaternion do not say.
+#[test]
+fn what_a_resampled_angle_loses_is_said_of_the_angle() {
+    let log = table("t,p,v", 1000, |n| {
+        let t = 0.002 * n;
+        format!("{t},{},0", 3.0 * t + 0.01 * (80.0 * PI * t).sin())
+    });
+    let mapping = STAMPED
+        .replace("[position]\n    x", "[orientation]\n    rx")
+        .replace("x = \"v\"", "derive = true")
+        .replace("[time]", "[time]\nresample_hz = 60");
+    let logs = imported("angle_lost", &mapping, &[("log.csv", log)]).unwrap();
+    let told = &logs.warnings[0];
+    let lost = told.split("orientation angle ").nth(1).unwrap();
+    let lost: f64 = lost.split(" rad (").next().unwrap().parse().unwrap();
+    assert!((0.005..0.012).contains(&lost), "{told}");
+}
+
 /// Every tenth row comes 2 µs after the one before instead of 5 ms: its stamp is a cycle too early, its value is not.
 #[test]
 fn rows_that_arrive_in_a_burst_have_no_slope_between_them() {
@@ -204,6 +222,31 @@ fn stamps_that_repeat_are_refused_before_rows_are_trimmed() {
     }
 }
 
+/// Row 101 is written twice, and nothing else is wrong.
+#[test]
+fn of_rows_with_one_time_the_one_that_the_mapping_says_is_kept() {
+    let log = table("t,p,v", 301, |n| {
+        let (k, again) = if n > 100.0 { (n - 1.0, 0.5) } else { (n, 0.0) };
+        let again = if n == 101.0 { again } else { 0.0 };
+        format!("{},{},1", 0.01 * k, 0.01 * k + again)
+    });
+    let files = [("log.csv", log)];
+    let error = imported("duplicates", STAMPED, &files).unwrap_err();
+    assert!(error.contains("duplicates = \"keep_first\""), "{error}");
+    for (key, position) in [("keep_first", 1.0), ("keep_last", 1.5)] {
+        let mapping = STAMPED.replace("[time]", &format!("[time]\nduplicates = \"{key}\""));
+        let logs = imported("duplicates", &mapping, &files).unwrap();
+        let cycles = &logs.train[0].cycles;
+        assert_eq!((cycles.len(), cycles[299].trace.cycle), (300, 299));
+        assert!(near(&cycles[100].trace.pose[..1], &[position]), "{key}");
+        let told = logs.warnings.concat();
+        assert!(
+            told.contains("1 of 301 rows are left out, the first at 1.00000 s"),
+            "{told}"
+        );
+    }
+}
+
 /// A mapping that filters a position and a force.
 const FILTERED: &str = r#"
     files = { train = "log.csv" }
@@ -222,31 +265,6 @@ fn a_sweep_is_not_taken_for_the_noise_of_a_model_to_start_from() {
     let log = table("t,p,f", 8000, |n| {
         let t = 0.002 * n;
         // From 0 to 20 Hz.
-        /// Row 101 is written twice, and nothing else is wrong.
-        #[test]
-        fn of_rows_with_one_time_the_one_that_the_mapping_says_is_kept() {
-            let log = table("t,p,v", 301, |n| {
-                let (k, again) = if n > 100.0 { (n - 1.0, 0.5) } else { (n, 0.0) };
-                let again = if n == 101.0 { again } else { 0.0 };
-                format!("{},{},1", 0.01 * k, 0.01 * k + again)
-            });
-            let files = [("log.csv", log)];
-            let error = imported("duplicates", STAMPED, &files).unwrap_err();
-            assert!(error.contains("duplicates = \"keep_first\""), "{error}");
-            for (key, position) in [("keep_first", 1.0), ("keep_last", 1.5)] {
-                let mapping = STAMPED.replace("[time]", &format!("[time]\nduplicates = \"{key}\""));
-                let logs = imported("duplicates", &mapping, &files).unwrap();
-                let cycles = &logs.train[0].cycles;
-                assert_eq!((cycles.len(), cycles[299].trace.cycle), (300, 299));
-                assert!(near(&cycles[100].trace.pose[..1], &[position]), "{key}");
-                let told = logs.warnings.concat();
-                assert!(
-                    told.contains("1 of 301 rows are left out, the first at 1.00000 s"),
-                    "{told}"
-                );
-            }
-        }
-
         let (sin, rate) = ((PI * 1.25 * t * t).sin(), 2.0 * PI * 1.25 * t);
         let position = sin / (1.0 + rate * rate);
         format!("{t},{position},{}", -0.5 * sin + noise[n as usize])

@@ -133,9 +133,14 @@ impl Channels {
     }
 
     /// All signals that are mapped, with their names and units, in the order of
-    /// [`Self::signals_mut`].
-    pub(super) fn named(&self) -> Vec<(String, &'static str, &[f64])> {
-        const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+    /// [`Self::signals_mut`]; `unrolled`: an angle is in the place of w.
+    pub(super) fn named(&self, unrolled: bool) -> Vec<(String, &'static str, &[f64])> {
+        let (first, of_first) = if unrolled {
+            ("angle", "rad")
+        } else {
+            ("qw", "")
+        };
+        let quaternion = [first, "qx", "qy", "qz"];
         fn group<'a, const N: usize>(
             name: &str,
             keys: [&'static str; N],
@@ -152,7 +157,7 @@ impl Channels {
         let speed = ["m/s", "rad/s"];
         [
             group("position", POSITION_KEYS, ["m", "m"], &self.position),
-            group("orientation", QUATERNION, ["", ""], &self.quaternion),
+            group("orientation", quaternion, [of_first, ""], &self.quaternion),
             group("sent velocity", TWIST_KEYS, speed, &self.sent),
             group("executed velocity", TWIST_KEYS, speed, &self.executed),
             group("model velocity", TWIST_KEYS, speed, &self.model_velocity),

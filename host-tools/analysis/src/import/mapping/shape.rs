@@ -254,7 +254,7 @@ pub(super) fn roll(channels: &mut Channels, unrolled: Option<Unrolled>) {
 }
 
 /// A quaternion and its negative are the same orientation, but not for a filter.
-pub(super) fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
+fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
     for n in 1..quaternion[0].len() {
         let along: f64 = quaternion.iter().map(|part| part[n] * part[n - 1]).sum();
         if along < 0.0 {

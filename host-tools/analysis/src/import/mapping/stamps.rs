@@ -5,11 +5,11 @@
 
 use super::channels::Channels;
 use super::file::{Duplicates, Gaps, Resample, Time};
-use super::shape::{continue_signs, largest_turn, roll, sample_time_s, unroll};
+use super::shape::{largest_turn, roll, sample_time_s, unroll};
 use crate::import::checks::ensure_rising;
 use anyhow::{bail, ensure};
 use softdock_report::number;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 /// A step of more than so many median steps is a gap: a row is missing.
@@ -329,39 +329,49 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
         longest_s,
         std::slice::from_ref(&whole),
     );
-    // A quaternion and its negative are one orientation.
-    for quaternion in [&mut before, &mut back]
-        .into_iter()
-        .flat_map(|c| &mut c.quaternion)
-    {
-        continue_signs(quaternion);
+    let angle = [unroll(&mut before), unroll(&mut back)]
+        .iter()
+        .all(Option::is_some);
+    if let (Some(before), Some(back)) = (&before.quaternion, &mut back.quaternion) {
+        same_turn(before, back, angle);
     }
     let rms = |values: &dyn Fn(usize) -> f64| {
         let squares: f64 = (0..before.len()).map(|n| values(n).powi(2)).sum();
         (squares / before.len().max(1) as f64).sqrt()
     };
-    let lost =
-        before
-            .named()
-            .into_iter()
-            .zip(back.named())
-            .filter_map(|((channel, unit, a), (.., b))| {
-                let mean = a.iter().sum::<f64>() / a.len().max(1) as f64;
-                let whole = rms(&|n| a[n] - mean);
-                let changed = rms(&|n| a[n] - b[n]);
-                let part = 100.0 * changed / whole;
-                // Less is shown as nothing.
-                (part >= 0.005).then(|| {
-                    let space = if unit.is_empty() { "" } else { " " };
-                    format!(
-                        "{channel} {}{space}{unit} ({part:.2} %)",
-                        number::significant(changed, 2)
-                    )
-                })
-            });
+    let lost = before
+        .named(angle)
+        .into_iter()
+        .zip(back.named(angle))
+        .filter_map(|((channel, unit, a), (.., b))| {
+            let mean = a.iter().sum::<f64>() / a.len().max(1) as f64;
+            let whole = rms(&|n| a[n] - mean);
+            let changed = rms(&|n| a[n] - b[n]);
+            let part = 100.0 * changed / whole;
+            // Less is shown as nothing.
+            (part >= 0.005).then(|| {
+                let space = if unit.is_empty() { "" } else { " " };
+                format!(
+                    "{channel} {}{space}{unit} ({part:.2} %)",
+                    number::significant(changed, 2)
+                )
+            })
+        });
     match lost.collect::<Vec<_>>().as_slice() {
         [] => "nothing".to_owned(),
         lost => lost.join(", "),
+    }
+}
+
+/// Takes what [`unroll`] left of orientations to the turn of others: an angle and that of a turn more are one orientation, and so are a
+/// quaternion and its negative.
+fn same_turn(others: &[Vec<f64>; 4], unrolled: &mut [Vec<f64>; 4], angle: bool) {
+    let along: f64 = (0..4).map(|i| others[i][0] * unrolled[i][0]).sum();
+    let ahead = TAU * ((unrolled[0][0] - others[0][0]) / TAU).round();
+    match angle {
+        true => unrolled[0].iter_mut().for_each(|angle| *angle -= ahead),
+        false if along < 0.0 => unrolled.iter_mut().flatten().for_each(|q| *q = -*q),
+        false => {}
     }
 }
 
