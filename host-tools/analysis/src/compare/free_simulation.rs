@@ -189,12 +189,11 @@ impl Body {
     /// What a reading means along or about the axis.
     fn along(&self, reading: &Wrench<f64>, pose: &Pose<f64>) -> f64 {
         let at_m = reading.transferred(&self.load.m_from_s);
-        let part = if self.axis.is_rotation() {
-            at_m.torque
-        } else {
-            at_m.force
-        };
-        (pose.rotation * part).dot(&self.direction)
+        // A guide has its direction in C, a bearing in M.
+        match self.axis.is_rotation() {
+            true => at_m.torque.dot(&self.direction),
+            false => (pose.rotation * at_m.force).dot(&self.direction),
+        }
     }
 
     fn pose(&self, position: f64) -> Pose<f64> {

@@ -11,7 +11,7 @@ pub use docked::Docked;
 pub use guide::Guide;
 pub use laws::{in_motion, nominal_tool};
 pub use scene::{
-    Column, Scene, Touch, angles, count_turns, pose_of, positions, turned_since_first,
+    Column, Scene, Touch, angle_about, angles, count_turns, pose_of, positions, turned_since_first,
 };
 pub use wall::Wall;
 

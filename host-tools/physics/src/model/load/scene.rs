@@ -8,7 +8,7 @@ use softdock_control::wrench::Motion;
 use softdock_io::recording::Beginning;
 use softdock_mechanism::DockingSettings;
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// Six series, in the order fx fy fz tx ty tz. An empty one is zero throughout.
@@ -191,7 +191,7 @@ pub struct Scene {
     pub sensor: Vector3<f64>,
     /// Orientation of M in S.
     pub s_from_m: Matrix3<f64>,
-    /// The guide's free direction, in C; of a bearing, what it turns about.
+    /// The guide's free direction, in C; of a bearing, what it turns about, in M.
     pub axis: Vector3<f64>,
     /// The log is of a rig, not of any machine.
     pub of_a_rig: bool,
@@ -220,15 +220,33 @@ pub fn positions(poses: &[Pose<f64>], axis: &Vector3<f64>) -> Vec<f64> {
     poses.iter().map(along).collect()
 }
 
-/// How far each pose has turned about an axis of C, rad: the first with so many whole turns, each other with those that bring it
+/// How far each pose has turned about an axis of M, rad: the first with so many whole turns, each other with those that bring it
 /// nearest to the pose before.
 pub fn angles(poses: &[Pose<f64>], axis: &Vector3<f64>, whole_turns: i32) -> Vec<f64> {
-    let angle = |pose: &Pose<f64>| axis.dot(&pose.rotation.scaled_axis());
-    let mut angles: Vec<f64> = poses.iter().map(angle).collect();
+    let mut angles: Vec<f64> = poses.iter().map(|pose| angle_about(pose, axis)).collect();
     count_turns(angles.iter_mut());
     let before = TAU * f64::from(whole_turns);
     angles.iter_mut().for_each(|angle| *angle += before);
     angles
+}
+
+/// How far a pose is turned about an axis of M, rad, within half a turn, whatever else turns M: the twist that is left without the
+/// shortest turn that takes the axis where it points. Where it points against its direction in C, as that of a flange that hangs
+/// down, no turn is the shortest, and half a turn about an axis across comes first.
+pub fn angle_about(pose: &Pose<f64>, axis: &Vector3<f64>) -> f64 {
+    /// Cosine from which on it does: far from mountings at right angles, at which noise would change the form.
+    const AGAINST: f64 = -0.5;
+    let twist =
+        |rotation: UnitQuaternion<f64>| match 2.0 * rotation.imag().dot(axis).atan2(rotation.w) {
+            angle if angle > PI => angle - TAU,
+            angle if angle < -PI => angle + TAU,
+            angle => angle,
+        };
+    if axis.dot(&(pose.rotation * axis)) > AGAINST {
+        return twist(pose.rotation);
+    }
+    let across = Vector3::ith_axis((axis.iamax() + 1) % 3);
+    -twist(pose.rotation * UnitQuaternion::from_axis_angle(&across, PI).inverse())
 }
 
 /// How far each pose has turned since the first, rad, axes of M: rotation vectors from pose to pose, added, which after some turns an
@@ -354,8 +372,8 @@ impl Scene {
 
     /// Angle of a bearing with which the log began, rad.
     pub(super) fn first_angle(&self) -> f64 {
-        let first = pose_of(&self.began.pose).rotation.scaled_axis();
-        self.axis.dot(&first) + TAU * f64::from(self.began.whole_turns)
+        let first = pose_of(&self.began.pose);
+        angle_about(&first, &self.axis) + TAU * f64::from(self.began.whole_turns)
     }
 
     /// From a motion.
@@ -462,11 +480,9 @@ impl Scene {
 
     fn guided_at(&self, acts_at: f64) -> Guided {
         if self.model.bearing().is_some() {
-            // What turns about an axis of its own has it in M, too.
             let along = |motion: &Motion<f64>| self.axis.dot(&motion.velocity.angular);
-            let torque = |n: usize| self.s_from_m * self.m_from_c[n] * self.axis;
-            let unit = Column::of(self.len(), |n| {
-                let torque = torque(n);
+            let torque = self.s_from_m * self.axis;
+            let unit = Column::of(self.len(), |_| {
                 [0.0, 0.0, 0.0, torque.x, torque.y, torque.z]
             });
             return Guided::new(self.motion.iter().map(along).collect(), unit);
@@ -624,6 +640,59 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use softdock_control::frames::Twist;
+
+    /// A flange at any angle that turns about an axis of its own: the angle is that of the turn, but for a constant that is the same
+    /// in all logs; of a flange that is not tilted it is the angle itself.
+    #[test]
+    fn an_angle_is_about_the_axis_of_the_flange() {
+        for (tilt, axis) in [
+            ([0.0, 0.0, 0.0], 2),
+            ([PI, 0.0, 0.0], 2),
+            ([PI, 1e-9, -1e-9], 2),
+            ([0.0, PI / 2.0, 0.0], 2),
+            ([0.3, -0.8, 1.7], 0),
+            ([0.0, 0.0, PI - 0.01], 1),
+        ] {
+            let mounted = UnitQuaternion::from_scaled_axis(tilt.into());
+            let axis = Vector3::ith(axis, 1.0);
+            let at = |angle: f64| {
+                let turn = UnitQuaternion::from_scaled_axis(axis * angle);
+                Pose::from_parts(Vector3::zeros().into(), mounted * turn)
+            };
+            let about = |angle: f64| angle_about(&at(angle), &axis);
+            if tilt == [0.0; 3] {
+                assert!((about(0.4) - 0.4).abs() < 1e-12);
+            }
+            for angle in [-3.0, -0.1, 0.7, 2.9] {
+                let off = about(angle) - about(0.0) - angle;
+                let turns = (off / TAU).round();
+                assert!((off - TAU * turns).abs() < 1e-9, "{tilt:?} {angle}: {off}");
+            }
+        }
+    }
+
+    /// A flange that hangs down and turns about its z: friction opposes the velocity, a spring the angle.
+    #[test]
+    fn a_bearing_of_a_flange_that_hangs_down_has_its_velocity_its_angle_and_its_torque_alike() {
+        let mut model = Model::default();
+        model.rig.active_axes = vec![crate::model::Axis::Rz];
+        let down = UnitQuaternion::from_scaled_axis(Vector3::new(PI, 0.0, 0.0));
+        let pose = (0..10).map(|n| {
+            let turn =
+                UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.01 * f64::from(n)));
+            Pose::from_parts(Vector3::zeros().into(), down * turn)
+        });
+        let motion = Motion {
+            velocity: Twist::of(&[0.0, 0.0, 0.0, 0.0, 0.0, 2.5]),
+            acceleration: Twist::zero(),
+        };
+        let time_s = (0..10).map(|n| 0.004 * f64::from(n)).collect();
+        let scene = Scene::new(&model, 0.004, time_s, pose.collect(), vec![motion; 10]);
+        let torque = scene.guide_force(0.0, |n| scene.along(n, 0.0));
+        assert!((scene.position[9] - scene.position[0] - 0.09).abs() < 1e-12);
+        assert!((torque.at(5, 5) - 2.5).abs() < 1e-12);
+    }
 
     /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
     #[test]

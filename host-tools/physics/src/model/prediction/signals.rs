@@ -5,7 +5,7 @@ use super::differences::{
     velocity_of_means,
 };
 use super::robot_axes::{RobotAxes, Turned};
-use crate::model::load::{angles, pose_of};
+use crate::model::load::{angle_about, angles, pose_of, turned_since_first};
 use crate::model::prediction::{Six, six};
 use crate::model::{Model, NoiseModel};
 use anyhow::{bail, ensure};
@@ -135,22 +135,19 @@ impl<'a> Signals<'a> {
         Ok(signals)
     }
 
-    /// Whole turns of the pose of a cycle about the axis about which the poses before it turn most.
+    /// Whole turns of the pose of a cycle about the axis of M about which the poses before it turn most.
     pub fn whole_turns_at(&self, cycle: usize) -> i32 {
         let poses: Vec<Pose<f64>> = (0..=cycle).filter_map(|n| self.pose(n)).collect();
-        let farthest = |axis: usize| {
-            let about = poses
-                .iter()
-                .map(|pose| pose.rotation.scaled_axis()[axis].abs());
-            about.fold(0.0, f64::max)
-        };
-        let axis = (0..3).max_by(|a, b| farthest(*a).total_cmp(&farthest(*b)));
-        let axis = Vector3::ith(axis.unwrap_or(0), 1.0);
+        let farthest = turned_since_first(poses.iter().copied())
+            .fold(Vector3::zeros(), |most: Vector3<f64>, turned| {
+                most.sup(&turned.abs())
+            });
+        let axis = Vector3::ith(farthest.imax(), 1.0);
         let turned = angles(&poses, &axis, self.whole_turns);
         let (Some(turned), Some(pose)) = (turned.last(), poses.last()) else {
             return self.whole_turns;
         };
-        ((turned - axis.dot(&pose.rotation.scaled_axis())) / TAU).round() as i32
+        ((turned - angle_about(pose, &axis)) / TAU).round() as i32
     }
 
     /// The same signals with other values in their cycles.
