@@ -130,6 +130,7 @@ fn loads(
     let mut docked = Docked::new(&source.model.contact.docking, source.signals.cycle_s);
     (0..poses.len())
         .map(|n| {
+            docked.resume(source.signals.steps[n]);
             let at = source.signals.sampled_in(n)?;
             let motion = Moving {
                 velocity: Twist::of(&velocity[at]),

@@ -1,9 +1,10 @@
 //! Docking mechanisms over a log.
 //!
 //! They remember: friction that sticks, a ring that yields, latches. What they do follows from the way
-//! and not from an instant, so they are moved along the measured motion. A log has to begin before the
-//! contact.
+//! and not from an instant, so they are moved along the measured motion. A log, and each run of the robot in it, has to
+//! begin before the contact.
 
+use crate::model::prediction::signals::Step;
 use nalgebra::UnitQuaternion;
 use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::wrench::Motion;
@@ -12,6 +13,8 @@ use softdock_mechanism::{Docking, DockingSettings};
 /// The docking mechanisms of a model on their way.
 pub struct Docked {
     dockings: Vec<Docking>,
+    /// As they are before anything touches.
+    untouched: Vec<Docking>,
     last: Option<Pose<f64>>,
     cycle_s: f64,
     /// Steps of a cycle.
@@ -23,27 +26,32 @@ impl Docked {
     pub fn new(settings: &[DockingSettings], cycle_s: f64) -> Self {
         let longest = settings.iter().map(|d| d.kind.longest_step_s());
         let longest_s = longest.fold(cycle_s, f64::min);
+        let untouched: Vec<Docking> = settings.iter().flat_map(Docking::new).collect();
         Self {
             steps: (cycle_s / longest_s).ceil().max(1.0),
-            dockings: settings.iter().flat_map(Docking::new).collect(),
+            dockings: untouched.clone(),
+            untouched,
             last: None,
             cycle_s,
         }
     }
 
-    /// The wrench at M in axes of M of every cycle; empty without a mechanism.
+    /// The wrench at M in axes of M of every cycle; empty without a mechanism. `steps` are empty where each cycle follows the one
+    /// before.
     pub fn over(
         settings: &[DockingSettings],
         cycle_s: f64,
         pose: &[Pose<f64>],
         motion: &[Motion<f64>],
+        steps: &[Step],
     ) -> Vec<Wrench<f64>> {
         let mut docked = Self::new(settings, cycle_s);
         if docked.is_empty() {
             return Vec::new();
         }
-        let cycles = pose.iter().zip(motion);
-        let at = |(pose, motion): (_, &Motion<f64>)| {
+        let cycles = pose.iter().zip(motion).enumerate();
+        let at = |(n, (pose, motion)): (usize, (_, &Motion<f64>))| {
+            docked.resume(steps.get(n).copied().unwrap_or(Step::Next));
             docked.advance(pose);
             docked.wrench(pose, &motion.velocity)
         };
@@ -53,6 +61,19 @@ impl Docked {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.dockings.is_empty()
+    }
+
+    /// Before a cycle that follows the one before so: between two runs the robot was moved away, and the way over a hole is not
+    /// known.
+    pub fn resume(&mut self, step: Step) {
+        match step {
+            Step::Next | Step::Lost(_) => {}
+            Step::Hole => self.last = None,
+            Step::NewRun => {
+                self.last = None;
+                self.dockings.clone_from(&self.untouched);
+            }
+        }
     }
 
     /// Moves on to the pose of the next cycle, straight and evenly.
@@ -98,5 +119,36 @@ impl Docked {
             }
             self.wrench(&pose, &twist) - nominal
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+    use nalgebra::Vector3;
+
+    const MODEL: &str = include_str!("../../../../scenarios/probe-drogue.model.toml");
+
+    /// Into the mechanism until it holds, and 0.1 m away again: what it caught, another run has lost.
+    #[test]
+    fn each_run_meets_a_mechanism_that_nothing_has_touched() {
+        let model = Model::from_toml(MODEL, "model").unwrap();
+        let settings = &model.contact.docking;
+        let seat = Vector3::from(settings[0].position_m) - Vector3::from(settings[0].tip_m);
+        let at = |mm: i32| {
+            let ahead = Vector3::x() * (1e-3 * f64::from(mm));
+            Pose::from_parts((seat + ahead).into(), UnitQuaternion::identity())
+        };
+        let pulls_after = |step| {
+            let mut docked = Docked::new(settings, 0.004);
+            let way = (-200..10).chain((-100..10).rev());
+            way.for_each(|mm| docked.advance(&at(mm)));
+            docked.resume(step);
+            docked.advance(&at(-100));
+            docked.wrench(&at(-100), &Twist::zero()) != Wrench::zero()
+        };
+        let held = [Step::Next, Step::Hole, Step::NewRun].map(pulls_after);
+        assert_eq!(held, [true, true, false]);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Docked, LoadModel, Wall, tip_motion};
 use crate::model::Model;
+use crate::model::prediction::signals::Step;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use softdock_control::frames::{self, Pose, Wrench, orientation_from_abc};
 use softdock_control::wrench::Motion;
@@ -173,6 +174,8 @@ pub struct Scene {
     pub motion: Arc<[Motion<f64>]>,
     /// Orientation of C in M.
     pub m_from_c: Arc<[Matrix3<f64>]>,
+    /// How each cycle follows the one before; empty where each is the next.
+    steps: Arc<[Step]>,
     /// Contact with each wall.
     pub touches: Arc<[Touch]>,
     /// What the nominal docking mechanisms do at M, in axes of M; empty without one.
@@ -376,7 +379,7 @@ impl Scene {
         angle_about(&first, &self.axis) + TAU * f64::from(self.began.whole_turns)
     }
 
-    /// From a motion.
+    /// From a motion of which each cycle follows the one before.
     pub fn new(
         model: &Model,
         cycle_s: f64,
@@ -384,13 +387,25 @@ impl Scene {
         pose: Vec<Pose<f64>>,
         motion: Vec<Motion<f64>>,
     ) -> Self {
+        Self::of_steps(model, cycle_s, time_s, pose, motion, Vec::new())
+    }
+
+    /// From a motion, and how its cycles follow each other.
+    pub fn of_steps(
+        model: &Model,
+        cycle_s: f64,
+        time_s: Vec<f64>,
+        pose: Vec<Pose<f64>>,
+        motion: Vec<Motion<f64>>,
+        steps: Vec<Step>,
+    ) -> Self {
         let load = LoadModel::new(model);
         let walls = load.walls.iter().zip(1..);
         let touches = walls
             .map(|(wall, number)| Touch::of(wall, number, &pose, &motion))
             .collect();
         let m_from_c = pose.iter().map(|p| turned_back(&p.rotation)).collect();
-        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion);
+        let docked = Docked::over(&model.contact.docking, cycle_s, &pose, &motion, &steps);
         let nominal = Column::of(pose.len(), |n| {
             (load.wrench(&pose[n], &motion[n]) + load.docked(&docked, n)).get()
         });
@@ -403,6 +418,7 @@ impl Scene {
         let scene = Self {
             cycle_s,
             touches,
+            steps: steps.into(),
             docked: docked.into(),
             m_from_c,
             reading: nominal.clone(),
@@ -615,6 +631,7 @@ impl Scene {
             self.cycle_s,
             &self.pose,
             &self.motion,
+            &self.steps,
         ))
     }
 
@@ -624,7 +641,13 @@ impl Scene {
             return Column::default();
         }
         let s_from_m = self.m_from_s.inverse();
-        let other = Docked::over(settings, self.cycle_s, &self.pose, &self.motion);
+        let other = Docked::over(
+            settings,
+            self.cycle_s,
+            &self.pose,
+            &self.motion,
+            &self.steps,
+        );
         Column::of(self.len(), |n| match (other.get(n), self.docked.get(n)) {
             (Some(other), Some(nominal)) => (*other - *nominal).transferred(&s_from_m).get(),
             _ => [0.0; 6],

@@ -154,6 +154,7 @@ impl NoisyLoad {
 
     /// Wrench in S and the noise to expect, at the instant of cycle n, the one after the last call's.
     fn next(&mut self, signals: &Signals<'_>, n: usize, intervals_s: &[f64]) -> Option<(Six, Six)> {
+        self.docked.resume(signals.steps[n]);
         let (pose, motion) = (signals.pose(n)?, motion_of(signals, n, intervals_s)?);
         let s_from_m = self.load.m_from_s.inverse();
         let mut variance = self.free_variance;

@@ -74,7 +74,8 @@ pub(super) fn scene(
         })
         .unzip();
     let time_s = signals.cycles.iter().map(|c| c.trace.time_s).collect();
-    let scene = Scene::new(model, signals.cycle_s, time_s, pose, motion);
+    let steps = signals.steps.clone();
+    let scene = Scene::of_steps(model, signals.cycle_s, time_s, pose, motion, steps);
     let of_a_rig = signals.is_of_a_rig();
     Some(scene.of_log(of_a_rig, signals.whole_turns, &signals.began))
 }
