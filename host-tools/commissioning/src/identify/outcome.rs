@@ -4,6 +4,7 @@ use serde::Serialize;
 use softdock_actuator::Chain;
 use softdock_physics::model::{Axis, Channel};
 use softdock_report::number;
+use softdock_statistics::rms;
 
 /// What is left over the noise from which on something is missing in the structure.
 const MISFIT: f64 = 1.5;
@@ -295,6 +296,24 @@ impl Identification {
     }
 }
 impl AxisActuator {
+    /// Why these numbers say nothing of the robot: most of its motion is left by them.
+    pub(super) fn goes_elsewhere(&self) -> Option<String> {
+        /// Part of a motion (rms) that no actuator leaves which follows at all. Set by hand.
+        const MOST: f64 = 0.5;
+        let measured = &self.evidence.measured;
+        let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+        let moved = rms(&measured.iter().map(|p| p - mean).collect::<Vec<_>>());
+        (self.residual_rms > MOST * moved).then(|| {
+            format!(
+                "{} does not follow what it was sent: of {} m or rad rms of its motion {} are left (is the command of another \
+                 axis, or of the other sign?)",
+                self.axis,
+                number::significant(moved, 2),
+                number::significant(self.residual_rms, 2)
+            )
+        })
+    }
+
     fn remark_on_rivals(&self) -> Option<String> {
         (!self.rivals.is_empty()).then(|| {
             format!(
