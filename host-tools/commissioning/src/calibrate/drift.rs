@@ -1,11 +1,15 @@
 //! A zero that wanders while the poses are taken: no tool explains it, and no interval knows of it.
 
+use super::equations::{Group, Unknowns};
+use super::least_squares::{Drift, Solution, drifts};
 use super::outcome::Residual;
 use softdock_report::number;
 use softdock_statistics::autocorrelation;
 
-/// Poses from which on a drift can be told from chance.
+/// Poses from which on a zero that wanders any way can be told from chance; one that drifts straight can with any that suffice.
 const FEWEST: usize = 12;
+/// Probability of a straight drift by chance from which on it is told: once in 5,000 calibrations.
+const LEVEL: f64 = 1e-4;
 /// Standard deviations by which neighbours have to agree: once in 30,000 axes by chance.
 const AGREE: f64 = 4.0;
 /// Part of the poses over which the wandering zero is averaged.
@@ -14,21 +18,33 @@ const NAMES: [&str; 6] = [
     "force x", "force y", "force z", "torque x", "torque y", "torque z",
 ];
 
-/// A sentence for each axis whose zero wanders; only of poses at rest, whose order is by time and
+/// A sentence for each axis whose zero wanders, or for those that drift; only of poses at rest, whose order is by time and
 /// whose readings have no motion in common.
-pub(super) fn notes(residuals: &[Residual]) -> Vec<String> {
-    let used: Vec<&Residual> = residuals
+pub(super) fn notes(
+    residuals: &[Residual],
+    used: &[&Group],
+    unknowns: &Unknowns,
+    fit: &Solution,
+) -> Vec<String> {
+    let poses: Vec<&Residual> = residuals
         .iter()
         .filter(|r| r.used && r.pose.is_some())
         .collect();
-    if used.len() < FEWEST {
-        return Vec::new();
+    let of_axis = |axis: usize| {
+        let series: Vec<f64> = poses.iter().map(|r| r.wrench[axis]).collect();
+        wanders(&series).map(|range| sentence(axis, range))
+    };
+    let wandering: Vec<String> = (0..6)
+        .filter(|_| poses.len() >= FEWEST)
+        .filter_map(of_axis)
+        .collect();
+    if poses.is_empty() || !wandering.is_empty() {
+        return wandering;
     }
-    (0..6)
-        .filter_map(|axis| {
-            let series: Vec<f64> = used.iter().map(|r| r.wrench[axis]).collect();
-            wanders(&series).map(|range| sentence(axis, range))
-        })
+    let both = drifts(used, unknowns, fit).into_iter().flatten();
+    let told = both.zip([("forces", "N"), ("torques", "N·m")]);
+    told.filter(|(drift, _)| drift.p < LEVEL)
+        .map(|(drift, (what, unit))| straight(&drift, what, unit))
         .collect()
 }
 
@@ -49,14 +65,25 @@ fn wanders(series: &[f64]) -> Option<f64> {
     Some(high - low)
 }
 
+/// What to do about a zero that does not stay.
+const ADVICE: &str = "Its interval does not know of it. Let the sensor warm up, go through the poses in another order, and take \
+                      the zero (`zero`) before each test.";
+
 fn sentence(axis: usize, range: f64) -> String {
     let unit = if axis < 3 { "N" } else { "N·m" };
     format!(
         "What is left of {} wanders by {} {unit} from pose to pose: a drift of the zero, or poses \
-         that went one way. Its interval does not know of it. Let the sensor warm up, go through \
-         the poses in another order, and take the zero (`zero`) before each test.",
+         that went one way. {ADVICE}",
         NAMES[axis],
         number::significant(range, 2)
+    )
+}
+
+fn straight(drift: &Drift, what: &str, unit: &str) -> String {
+    let [x, y, z] = drift.over.map(|over| number::significant(over, 2));
+    format!(
+        "The zero of the {what} drifts by ({x}, {y}, {z}) {unit} from the first pose to the last, beside what the tool explains. \
+         {ADVICE}"
     )
 }
 

@@ -195,6 +195,60 @@ impl Solution {
     }
 }
 
+/// A straight drift of the zeros of three forces or of three torques.
+pub(super) struct Drift {
+    /// From the first group to the last, N or N·m.
+    pub over: [f64; 3],
+    /// Probability that chance explains as much.
+    pub p: f64,
+}
+
+/// Drifts of forces and torques over the time of the groups, as three more unknowns each beside a solution; None where too few
+/// readings or no time leave nothing to tell.
+pub(super) fn drifts(groups: &[&Group], unknowns: &Unknowns, fit: &Solution) -> Option<[Drift; 2]> {
+    use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+    let weights = vec![1.0; groups.len()];
+    let mut problem = Problem::new(
+        groups,
+        &weights,
+        unknowns,
+        &fit.gravity,
+        &fit.values,
+        fit.sigma,
+    );
+    let left = &problem.read - &problem.rows * &fit.values;
+    let middle = |group: &Group| 0.5 * (group.time_s[0] + group.time_s[1]);
+    let (first, last) = (middle(groups.first()?), middle(groups.last()?));
+    let shares = groups
+        .iter()
+        .flat_map(|g| vec![(middle(g) - first) / (last - first); g.observations.len()]);
+    let shares: Vec<f64> = shares.collect();
+    // What of a drift of an axis no other unknown takes.
+    let mut own = |axis: usize| {
+        problem.read.fill(0.0);
+        for (n, share) in shares.iter().enumerate() {
+            problem.read[6 * n + axis] = share / fit.sigma[axis / 3];
+        }
+        &problem.read - &problem.rows * problem.solve().values
+    };
+    let mut of = |part: usize| {
+        let columns = DMatrix::from_columns(&[0, 1, 2].map(|axis| own(3 * part + axis)));
+        let right = columns.tr_mul(&left);
+        let over = columns.tr_mul(&columns).cholesky()?.solve(&right);
+        let explained = over.dot(&right);
+        let squares = left.iter().enumerate().filter(|(i, _)| i % 6 / 3 == part);
+        let squares: f64 = squares.map(|(_, r)| r * r).sum();
+        let freedom = fit.freedom[part] - 3.0;
+        let times = explained / 3.0 / ((squares - explained) / freedom);
+        let by_chance = FisherSnedecor::new(3.0, freedom).ok()?.sf(times.max(0.0));
+        Some(Drift {
+            over: [over[0], over[1], over[2]],
+            p: by_chance,
+        })
+    };
+    Some([of(0)?, of(1)?])
+}
+
 /// Rows in units of the noise.
 struct Problem {
     rows: DMatrix<f64>,

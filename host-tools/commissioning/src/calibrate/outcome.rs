@@ -131,7 +131,8 @@ impl Calibration {
         let load = Load::new(&fit.values, unknowns);
         let residuals = residuals(fit, groups, kept, unknowns);
         let per_axis = rms_per_axis(&residuals);
-        let notes = drift::notes(&residuals);
+        let used: Vec<&Group> = kept.iter().map(|n| &groups[*n]).collect();
+        let notes = drift::notes(&residuals, &used, unknowns, fit);
         let left_out = (0..groups.len())
             .filter(|n| !kept.contains(n))
             .map(|n| left_out(fit, &groups[n], unknowns));

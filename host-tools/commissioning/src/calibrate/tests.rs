@@ -155,6 +155,25 @@ fn intervals_hold_what_they_promise() {
     }
 }
 
+/// The live guide ends with six poses: a sensor that warms up by 1 N meanwhile is told, and none that does not.
+#[test]
+fn a_zero_that_drifts_over_six_poses_is_told() {
+    let settings = tool();
+    let told = |seed: u64, drift_n: f64| {
+        let mut noise = RandomStream::new(seed, 3);
+        let orientations = orientations(6, &mut noise);
+        let mut readings = poses(&settings, &orientations, [0.03, 0.002], &mut noise);
+        for (n, reading) in readings.iter_mut().enumerate() {
+            reading.wrench.force.y += drift_n * n as f64 / 5.0;
+        }
+        let found = calibrate(&readings, &Mounting::new(&settings), &ask(&settings)).unwrap();
+        found.notes.concat()
+    };
+    let says = "The zero of the forces drifts by (";
+    let count = |drift_n: f64| (0..50).filter(|n| told(*n, drift_n).contains(says)).count();
+    assert_eq!([count(1.0), count(0.0)], [50, 0]);
+}
+
 /// Of a dozen poses someone leaned on the tool in three.
 #[test]
 fn poses_with_a_hand_on_the_tool_are_left_out_and_named() {
