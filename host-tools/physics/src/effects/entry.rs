@@ -195,6 +195,8 @@ pub struct Parameter {
     pub common: bool,
     /// What the values 0, 1, .. of a choice mean.
     pub words: &'static [&'static str],
+    /// Plausible range of the same of a rotation, in its unit, where that is another one.
+    pub of_rotations: Option<[f64; 2]>,
 }
 
 /// How a parameter enters the law of its effect.
@@ -290,6 +292,15 @@ impl Parameter {
             of_the_tool: 0.0,
             common: false,
             words: &[],
+            of_rotations: None,
+        }
+    }
+
+    /// The same of a rotation has another range: joints and shafts are not as fast in radians as flanges in metres.
+    pub(super) const fn of_rotations(self, low: f64, high: f64) -> Self {
+        Self {
+            of_rotations: Some([low, high]),
+            ..self
         }
     }
 

@@ -18,6 +18,7 @@ pub const EFFECT: Effect = Effect {
                 lags by half the width on either side",
     typical: "0.01 to 0.2 mm at the flange of a worn gear",
     parameters: &[Parameter::new("width_m", "m", 0.0, 0.002)
+        .of_rotations(0.0, 0.1)
         .hidden(2e-4, 5e-4)
         .pictured(0.0005)],
     confused_with: &[

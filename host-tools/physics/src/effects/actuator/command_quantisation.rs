@@ -17,6 +17,7 @@ pub const EFFECT: Effect = Effect {
                 pose drifts away from the integral of the command",
     typical: "0.25 mm/s for corrections of 1 um per 4 ms cycle; nothing where the rounding error is carried over",
     parameters: &[Parameter::new("step_m_s", "m/s", 0.0, 0.01)
+        .of_rotations(0.0, 1.0)
         .hidden(2e-3, 4e-3)
         .pictured(0.005)],
     confused_with: &["zero_cross_pause", "backlash"],

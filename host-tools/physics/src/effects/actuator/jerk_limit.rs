@@ -15,8 +15,9 @@ pub const EFFECT: Effect = Effect {
                dv/dt = sign(u - v) sqrt(2 max_jerk_m_s3 |u - v|), so that it arrives without overshoot",
     source: "textbook (time-optimal approach of a double integrator), as in jerk-limited interpolators",
     signature: "flanks of the executed velocity are S-shaped, and their time grows with the root of the height",
-    typical: "10 to 200 m/s^3 at the flange",
-    parameters: &[Parameter::new("max_jerk_m_s3", "m/s^3", 0.5, 1000.0)
+    typical: "10 to 200 m/s^3 at the flange; data sheets of joints say up to 12,500 rad/s^3",
+    parameters: &[Parameter::new("max_jerk_m_s3", "m/s^3", 0.5, 1e4)
+        .of_rotations(0.5, 1e5)
         .hidden(15.0, 30.0)
         .pictured(10.0)],
     confused_with: &[

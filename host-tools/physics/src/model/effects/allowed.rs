@@ -54,16 +54,30 @@ pub fn known(model: &Model, effect: &Effect) -> Vec<Allowed> {
     all
 }
 
-/// Adds the parameters of rotations where a stage has others than for translations, with the same
-/// range in their unit.
+/// Adds the parameters of rotations where a stage has others than for translations, with their own range or the same one in
+/// their unit.
 fn add_rotations(all: &mut Vec<Allowed>, effect: &Effect) {
     let stages = Stage::ALL.into_iter().filter(|s| s.id() == effect.id);
     for stage in stages.filter(|s| s.has_units_of_its_axes()) {
         let pairs = stage.parameters(true).iter().zip(stage.parameters(false));
         for ((name, unit), (linear, _)) in pairs {
-            if let Some(of) = all.iter().find(|p| p.name == *linear).copied() {
-                add(all, Allowed { name, unit, ..of });
-            }
+            let Some(of) = all.iter().find(|p| p.name == *linear).copied() else {
+                continue;
+            };
+            let catalogued = effect.parameters.iter().find(|p| p.name == *linear);
+            let [low, high] = catalogued
+                .and_then(|p| p.of_rotations)
+                .unwrap_or([of.low, of.high]);
+            add(
+                all,
+                Allowed {
+                    name,
+                    unit,
+                    low,
+                    high,
+                    ..of
+                },
+            );
         }
     }
 }

@@ -195,6 +195,21 @@ mod tests {
         ] {
             assert_eq!(refused("rate_limit", given), "nothing", "{given:?}");
         }
+        // A wrist of 720 deg/s, a joint's jerk, half a degree of play, a command in whole rpm.
+        for (id, name, value, linear) in [
+            (
+                "velocity_saturation",
+                "max_velocity_rad_s",
+                12.6,
+                "max_velocity_m_s",
+            ),
+            ("jerk_limit", "max_jerk_rad_s3", 12_500.0, "max_jerk_m_s3"),
+            ("backlash", "width_rad", 0.0087, "width_m"),
+            ("command_quantisation", "step_rad_s", 0.105, "step_m_s"),
+        ] {
+            assert_eq!(refused(id, &[(name, value)]), "nothing");
+            assert!(refused(id, &[(linear, value)]).contains("allowed is"));
+        }
         let said = refused("rate_limit", &[(angular, 1e9)]);
         assert!(said.contains("allowed is 0.001 to 1000"), "{said}");
     }
