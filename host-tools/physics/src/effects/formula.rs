@@ -37,7 +37,7 @@ const SIGNALS: [Signal; 9] = [
     ("velocity", ["m/s", "rad/s"], |s| s.velocity),
     ("acceleration", ["m/s^2", "rad/s^2"], |s| s.acceleration),
     ("direction", ["-"; 2], |s| s.direction),
-    ("force", ["N"; 2], |s| s.force),
+    ("force", ["N", "N·m"], |s| s.force),
     ("time", ["s"; 2], |s| s.time),
     ("depth", ["m"; 2], |s| s.depth),
     ("rate", ["m/s"; 2], |s| s.rate),

@@ -248,7 +248,7 @@ pub struct Penetration {
 /// Which wall it is, and how it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing {
-    /// Component of its outward normal along the guide, −1 to 1.
+    /// Component of its outward normal along the guide, of a bearing along the way of its tip, −1 to 1.
     pub along_axis: f64,
     /// Its number in the model, from 1.
     pub number: usize,

@@ -137,7 +137,7 @@ fn formula(scene: &Scene, law: &Formula, p: Values<'_>) -> Option<Column> {
         scene
             .touches
             .iter()
-            .map(move |t| t.force[n] * t.normal.dot(&scene.axis))
+            .map(move |t| t.force[n] * t.normal.dot(&scene.way_of(n, &t.tip)))
     };
     let moving = |n: usize| Signals {
         position: scene.position[n],
@@ -211,11 +211,16 @@ fn push(scene: &Scene, more: impl Fn(&Penetration, usize) -> f64) -> Column {
 fn depth(scene: &Scene, other: impl Fn(f64, &Facing) -> f64) -> Column {
     scene.wall_force(|t, n| {
         let facing = Facing {
-            along_axis: t.normal.dot(&scene.axis),
+            along_axis: t.normal.dot(&unit_or_zero(scene.way_of(n, &t.tip))),
             number: t.number,
         };
         t.push_at(n, other(t.penetration[n], &facing)).max(0.0) - t.force[n]
     })
+}
+
+/// A direction; none of a point that does not move.
+fn unit_or_zero(way: Vector3<f64>) -> Vector3<f64> {
+    way.try_normalize(0.0).unwrap_or_default()
 }
 
 /// A force of walls across their normals, given their push (N) and the sliding velocity (m/s).

@@ -518,6 +518,14 @@ impl Scene {
         }
     }
 
+    /// What a point of M moves in C by way of the guide; of a bearing by its angle, m/rad.
+    pub(super) fn way_of(&self, n: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        match self.model.bearing() {
+            Some(_) => self.pose[n].rotation * self.axis.cross(point),
+            None => self.axis,
+        }
+    }
+
     /// Number of cycles.
     pub fn len(&self) -> usize {
         self.pose.len()
@@ -663,6 +671,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::load::effects::LoadEffect;
     use softdock_control::frames::Twist;
 
     /// A flange at any angle that turns about an axis of its own: the angle is that of the turn, but for a constant that is the same
@@ -715,6 +724,40 @@ mod tests {
         let torque = scene.guide_force(0.0, |n| scene.along(n, 0.0));
         assert!((scene.position[9] - scene.position[0] - 0.09).abs() < 1e-12);
         assert!((torque.at(5, 5) - 2.5).abs() < 1e-12);
+    }
+
+    /// An arm of half a metre that turns against a wall: a push of 1 N has half a newton metre about the bearing, and the wall
+    /// stands across the way of the tip.
+    #[test]
+    fn a_wall_before_an_arm_that_turns_stands_in_the_way_of_its_tip() {
+        let text = "[rig]\nactive_axes = [\"rz\"]\n[[contact.walls]]\npoint_m = [0.0, 0.0, 0.0]\nnormal = [0.0, -1.0, 0.0]\n\
+                    tip_m = [0.5, 0.0, 0.0]\nstiffness_n_per_m = 1e4\n";
+        let model = Model::from_toml(text, "model").unwrap();
+        let pose = |n: i32| {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * (0.001 * f64::from(n)));
+            Pose::from_parts(Vector3::zeros().into(), turn)
+        };
+        let motion = Motion {
+            velocity: Twist::of(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.25]),
+            acceleration: Twist::zero(),
+        };
+        let time_s = (0..10).map(|n| 0.004 * f64::from(n)).collect();
+        let scene = Scene::new(
+            &model,
+            0.004,
+            time_s,
+            (0..10).map(pose).collect(),
+            vec![motion; 10],
+        );
+        let touch = &scene.touches[0];
+        let torque = touch.force[9] * touch.normal.dot(&scene.way_of(9, &touch.tip));
+        assert!(
+            (torque - scene.reading.at(5, 9)).abs() < 1e-9 && torque < -10.0,
+            "{torque}"
+        );
+        let shifted = LoadEffect::find(&model, "wall_position").unwrap();
+        let part = shifted.contribution(&scene, &[("shift_m".to_owned(), 0.001)].into());
+        assert!(part.at(5, 9) > 4.9, "{}", part.at(5, 9));
     }
 
     /// 2 rad from pose to pose, out over three turns and back: an orientation alone would be within half a turn.
