@@ -18,6 +18,7 @@ mod import_turns;
 mod joint;
 mod joint_friction;
 mod load_cell;
+mod messages;
 mod one_place;
 mod own_hypothesis;
 mod parts_of_logs;
