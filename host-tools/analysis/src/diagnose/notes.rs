@@ -228,17 +228,21 @@ impl Answer<'_> {
 /// What the noise of a channel is, other than that of the model file.
 fn of_noise(floor: &NoiseFloor, stages: &Stages) -> Option<String> {
     let ratio = floor.measured / floor.data_sheet;
-    if ratio < 1.0 / TOLERATED_NOISE {
-        return Some(format!(
-            "{} {}: what is faster than {SLOW_HZ} Hz is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
-            floor.channel, floor.axis
-        ));
-    }
     // The filter of an import leaves nothing that is faster than its cutoff; nor does a log have it beyond half of its rate.
     let filter = stages.wrench.iter().flat_map(|w| &w.prepared.logs);
     let mut filters = filter.filter_map(|log| log.scene.model.sensor.filter);
     let has_none = floor.channel == Channel::Wrench && filters.any(|f| f.cutoff_hz <= SLOW_HZ);
     let is_slow = 0.5 / stages.logs.shown().cycle_s <= SLOW_HZ;
+    if ratio < 1.0 / TOLERATED_NOISE {
+        let noise = match has_none || is_slow {
+            true => "the noise that the log shows".to_owned(),
+            false => format!("what is faster than {SLOW_HZ} Hz"),
+        };
+        return Some(format!(
+            "{} {}: {noise} is {ratio:.2} times the noise of the model file, which is too large: errors in its units look small. Evidence and intervals take the noise from the log.",
+            floor.channel, floor.axis
+        ));
+    }
     if has_none || is_slow || ratio <= TOLERATED_NOISE {
         return None;
     }

@@ -53,7 +53,7 @@ fn nothing_missing(diagnosis: &Diagnosis) -> String {
     let remainder = &diagnosis.remainder;
     if remainder.share > 0.0 {
         return format!(
-            "Nothing is missing that the catalogue knows: of what the model explains {} % is left with structure ({}), \
+            "The catalogue knows nothing more that is missing: of what the model explains {} % is left with structure ({}), \
              {level:.2} in units of the model file's noise.",
             number::significant(100.0 * remainder.share, 2),
             remainder.follows

@@ -102,6 +102,7 @@ fn docks(model: &Model, recording: &Recording) -> anyhow::Result<bool> {
     let mut docked = Docked::new(&model.contact.docking, signals.cycle_s);
     let mut cycles = (0..signals.len()).filter_map(|n| Some((n, signals.pose(n)?)));
     Ok(cycles.any(|(n, pose)| {
+        docked.resume(signals.steps[n]);
         docked.advance(&pose);
         let velocity = signals.velocity_at_pose(n).unwrap_or_else(Twist::zero);
         docked.wrench(&pose, &velocity) != Wrench::zero()

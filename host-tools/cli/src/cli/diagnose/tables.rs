@@ -62,6 +62,9 @@ pub(in crate::cli) fn levels(both: &BeforeAfter) -> Table {
         ]);
     }
     let (before, after) = (both.before.rms(), both.after.rms());
+    if before.max(after) <= ROUND_OFF {
+        return table;
+    }
     table.push(vec![
         Cell::text("all together (1 is noise)"),
         Cell::number(before, DIGITS),
