@@ -20,8 +20,10 @@ const SINGULAR: f64 = 1e-12;
 pub(super) struct Solution {
     /// Best values.
     pub values: Vec<f64>,
-    /// Their covariance, priors included.
+    /// Their covariance, priors included, as wide as what is left says.
     covariance: DMatrix<f64>,
+    /// The same by the curvature of χ² alone.
+    curvature: DMatrix<f64>,
 }
 
 impl Solution {
@@ -30,7 +32,26 @@ impl Solution {
         Self {
             values: free.iter().map(|p| p.value).collect(),
             covariance: DMatrix::zeros(free.len(), free.len()),
+            curvature: DMatrix::zeros(free.len(), free.len()),
         }
+    }
+
+    /// Best values of all, where the parameters at some places have these ones: χ² is a parabola about its minimum.
+    pub(super) fn given(&self, held: &[(usize, f64)]) -> Vec<f64> {
+        let of_held = DMatrix::from_fn(held.len(), held.len(), |i, k| {
+            self.curvature[(held[i].0, held[k].0)]
+        });
+        let away = held.iter().map(|(k, value)| value - self.values[*k]);
+        let away = DVector::from_iterator(held.len(), away);
+        let Some(pull) = of_held.cholesky().map(|factor| factor.solve(&away)) else {
+            return self.values.clone();
+        };
+        let moved = |other: usize| -> f64 {
+            let of = |((k, _), pull): (&(usize, f64), &f64)| self.curvature[(other, *k)] * pull;
+            held.iter().zip(pull.iter()).map(of).sum()
+        };
+        let values = self.values.iter().enumerate();
+        values.map(|(k, value)| value + moved(k)).collect()
     }
 
     /// Standard deviation of a parameter.
@@ -117,7 +138,8 @@ pub(super) fn minimise(
     let (found, _) = search.minimize(problem);
     let values = found.values();
     let columns = columns(residuals, model, free, &values);
-    let mut covariance = covariance(&columns, free);
+    let curvature = covariance(&columns, free);
+    let mut covariance = curvature.clone();
     let left = residuals.of(&with_values(model, free, &values));
     let tolerances: Vec<Option<f64>> = free.iter().map(|p| p.tolerance).collect();
     sandwich::widen(
@@ -127,7 +149,11 @@ pub(super) fn minimise(
         &residuals.parts(),
         &tolerances,
     );
-    Solution { values, covariance }
+    Solution {
+        values,
+        covariance,
+        curvature,
+    }
 }
 
 /// Inverse of the information of recording and priors.
@@ -221,5 +247,27 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
             }
         });
         jacobian.iter().all(|v| v.is_finite()).then_some(jacobian)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// χ² = (x − 1)² + (x + y − 3)²: with y held at 0, x is 2.
+    #[test]
+    fn what_is_held_moves_the_others() {
+        let information = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 1.0]);
+        let inverse = information.try_inverse().expect("regular");
+        let solution = Solution {
+            values: vec![1.0, 2.0],
+            covariance: inverse.clone(),
+            curvature: inverse,
+        };
+        let [x, y] = solution.given(&[(1, 0.0)])[..] else {
+            panic!("two values");
+        };
+        assert!((x - 2.0).abs() < 1e-12 && y.abs() < 1e-12, "{x} {y}");
+        assert_eq!(solution.given(&[]), [1.0, 2.0]);
     }
 }

@@ -41,6 +41,8 @@ use softdock_statistics::DEVIATIONS_95;
 const CONTROLLERS: &str = "kept: the controller's own";
 /// Why a file keeps its value: the new interval contains the old value.
 const NO_NEWS: &str = "kept: no significant change";
+/// Why a model keeps its value: it was not asked for.
+const EXACT: &str = "kept: as in the model";
 /// Each round gives the channels the weights that the last one found; two suffice.
 const ROUNDS: usize = 2;
 
@@ -105,7 +107,8 @@ pub fn refit(
     refit_those(model, recordings, &|_| true, progress)
 }
 
-/// [`refit`] of the model's effects from the place `first` on, beside the nominal parameters; the others are exact.
+/// [`refit`] of the model's effects from the place `first` on; the others are exact. Nominal parameters keep their values, and their
+/// tolerances are in the intervals.
 pub(crate) fn refit_effects(
     model: &Model,
     first: usize,
@@ -115,7 +118,8 @@ pub(crate) fn refit_effects(
         ParameterId::Effect(place, _) => place >= first,
         _ => true,
     };
-    refit_those(model, recordings, &those, &|_, _| {})
+    let fit = fitted(model, recordings, &those, &|_, _| {})?;
+    Ok(fit.result(model, Some(EXACT)))
 }
 
 /// [`refit`] of some of the parameters; the others are exact.
@@ -125,6 +129,26 @@ pub(crate) fn refit_those(
     those: &dyn Fn(&Parameter) -> bool,
     progress: &dyn Fn(f64, &str),
 ) -> anyhow::Result<Refit> {
+    Ok(fitted(model, recordings, those, progress)?.result(model, None))
+}
+
+/// What a fit ends in.
+struct Fitted {
+    /// What it has moved.
+    free: Vec<Parameter>,
+    /// What it has not, as the recordings do not determine it.
+    held: Vec<(Parameter, Doubt)>,
+    solution: Solution,
+    /// See [`Residuals`].
+    believed: bool,
+}
+
+fn fitted(
+    model: &Model,
+    recordings: &[&Recording],
+    those: &dyn Fn(&Parameter) -> bool,
+    progress: &dyn Fn(f64, &str),
+) -> anyhow::Result<Fitted> {
     let signals = recordings.iter().map(|recording| Signals::new(recording));
     let signals = signals.collect::<anyhow::Result<Vec<_>>>()?;
     let mut free = parameter::all(model);
@@ -154,7 +178,12 @@ pub(crate) fn refit_those(
         residuals.weigh(&solution.model(model, &free));
     }
     progress(1.0, "done");
-    Ok(result(model, &free, held, &solution, residuals.believed))
+    Ok(Fitted {
+        free,
+        held,
+        solution,
+        believed: residuals.believed,
+    })
 }
 
 /// Takes what is in doubt out of the fit, and its value out of the values from which that goes on.
@@ -172,69 +201,82 @@ fn hold(
     }
 }
 
-fn result(
-    model: &Model,
-    free: &[Parameter],
-    held: Vec<(Parameter, Doubt)>,
-    solution: &Solution,
-    believed: bool,
-) -> Refit {
-    let mut after = model.clone();
-    let mut parameters = Vec::new();
-    for (k, parameter) in free.iter().enumerate() {
-        let fitted = (rounded(solution.values[k]), solution.sigma(k));
-        let one = refitted(parameter, fitted, &held, believed);
-        if !one.kept {
-            parameter.write(&mut after, one.value);
-            parameter.set_interval(&mut after, [one.low, one.high]);
+impl Fitted {
+    /// The model with the values of what is not kept, which are the best ones beside what is; `nominal`: why nominal parameters are kept
+    /// in any case.
+    fn result(self, model: &Model, nominal: Option<&'static str>) -> Refit {
+        let kept = |k: usize| {
+            let why = nominal.filter(|_| self.free[k].tolerance.is_some());
+            why.or_else(|| self.keeps(k))
+        };
+        let why: Vec<Option<&'static str>> = (0..self.free.len()).map(kept).collect();
+        let kept = self.free.iter().zip(&why).enumerate();
+        let kept = kept.filter(|(_, (_, why))| why.is_some());
+        let kept: Vec<(usize, f64)> = kept.map(|(k, (one, _))| (k, one.value)).collect();
+        let beside_kept = self.solution.given(&kept);
+        let mut after = model.clone();
+        let mut parameters = Vec::new();
+        for (k, (parameter, why)) in self.free.iter().zip(why).enumerate() {
+            let value = match why {
+                Some(_) => self.solution.values[k],
+                None => beside_kept[k].clamp(parameter.low, parameter.high),
+            };
+            let one = self.refitted(k, rounded(value), why);
+            if !one.kept {
+                parameter.write(&mut after, one.value);
+                parameter.set_interval(&mut after, [one.low, one.high]);
+            }
+            parameters.push(one);
         }
-        parameters.push(one);
-    }
-    let undetermined = held
-        .into_iter()
-        .map(|(parameter, doubt)| Undetermined {
+        let undetermined = self.held.into_iter();
+        let undetermined = undetermined.map(|(parameter, doubt)| Undetermined {
             reason: doubt.reason(&parameter),
             name: parameter.name,
             unit: parameter.unit,
             value: parameter.value,
-        })
-        .collect();
-    Refit {
-        parameters,
-        undetermined,
-        after,
+        });
+        Refit {
+            parameters,
+            undetermined: undetermined.collect(),
+            after,
+        }
     }
-}
 
-/// A parameter of the fit with its value and standard deviation; `believed`: see [`Residuals`].
-fn refitted(
-    parameter: &Parameter,
-    (value, sigma): (f64, f64),
-    held: &[(Parameter, Doubt)],
-    believed: bool,
-) -> Refitted {
-    let reach = (DEVIATIONS_95 * sigma).max(parameter.resolution);
-    let [low, high] = [value - reach, value + reach].map(rounded);
-    let nominal = parameter.tolerance.is_some();
-    let kept = if believed && parameter.is_of_the_reading() {
-        Some(CONTROLLERS)
-    } else {
-        (nominal && (value - parameter.value).abs() < reach).then_some(NO_NEWS)
-    };
-    let mut partners = held.iter();
-    let partner = partners.find(|(_, doubt)| doubt.partner() == Some(&parameter.name));
-    let with = |(other, _): &(Parameter, Doubt)| format!("with {} as it is", other.name);
-    Refitted {
-        name: parameter.name.clone(),
-        unit: parameter.unit.to_owned(),
-        before: parameter.value,
-        value,
-        low,
-        high,
-        prior_share: parameter
-            .tolerance
-            .map_or(0.0, |t| (sigma / t).powi(2).min(1.0)),
-        kept: kept.is_some(),
-        note: kept.map(str::to_owned).or_else(|| partner.map(with)),
+    /// Half of the 95 % interval of a parameter.
+    fn reach(&self, k: usize) -> f64 {
+        (DEVIATIONS_95 * self.solution.sigma(k)).max(self.free[k].resolution)
+    }
+
+    /// Why the file keeps the value of a parameter, if it does.
+    fn keeps(&self, k: usize) -> Option<&'static str> {
+        let parameter = &self.free[k];
+        if self.believed && parameter.is_of_the_reading() {
+            return Some(CONTROLLERS);
+        }
+        let moved = (self.solution.values[k] - parameter.value).abs();
+        (parameter.tolerance.is_some() && moved < self.reach(k)).then_some(NO_NEWS)
+    }
+
+    /// A parameter with a value, and why the file keeps its own, if it does.
+    fn refitted(&self, k: usize, value: f64, kept: Option<&'static str>) -> Refitted {
+        let parameter = &self.free[k];
+        let reach = self.reach(k);
+        let [low, high] = [value - reach, value + reach].map(rounded);
+        let mut partners = self.held.iter();
+        let partner = partners.find(|(_, doubt)| doubt.partner() == Some(&parameter.name));
+        let with = |(other, _): &(Parameter, Doubt)| format!("with {} as it is", other.name);
+        Refitted {
+            name: parameter.name.clone(),
+            unit: parameter.unit.to_owned(),
+            before: parameter.value,
+            value,
+            low,
+            high,
+            prior_share: parameter
+                .tolerance
+                .map_or(0.0, |t| (self.solution.sigma(k) / t).powi(2).min(1.0)),
+            kept: kept.is_some(),
+            note: kept.map(str::to_owned).or_else(|| partner.map(with)),
+        }
     }
 }
