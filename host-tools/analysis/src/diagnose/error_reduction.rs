@@ -332,8 +332,8 @@ impl<'a> Known<'a> {
             let with = self.levels(effects)?.test;
             let mut worst: Option<(usize, f64)> = None;
             for &k in effects.iter() {
-                let less = self.error_without(effects, k)?;
-                if with > less && worst.is_none_or(|worst| less < worst.1) {
+                let (less, factor) = self.error_without(effects, k)?;
+                if with > factor * less && worst.is_none_or(|worst| less < worst.1) {
                     worst = Some((k, less));
                 }
             }
@@ -346,13 +346,13 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// Error on unseen data with the others alone: as they are, by so much that noise does not make it, or, where the likelihood
-    /// is not that of what is left, with the parameters that they have then. What the log of the fit is explained much worse without
-    /// has to raise the other error by more than noise does there, too.
-    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<f64> {
+    /// Error on unseen data with the others alone, and the factor by which it has to be larger with the effect: as they are, by so much
+    /// that noise does not make it, or, where the likelihood is not that of what is left, with the parameters that they have then and
+    /// by anything. What the log of the fit is explained much worse without has to raise the other error by more there, too.
+    fn error_without(&mut self, effects: &[usize], k: usize) -> anyhow::Result<(f64, f64)> {
         let others = without(effects, k);
         if !(self.is_refitted() && self.can_foretell) {
-            return Ok(RISES * self.levels(&others)?.test);
+            return Ok((self.levels(&others)?.test, RISES));
         }
         let with = self.levels(effects)?.train;
         let kept = (self.all.clone(), self.refitted);
@@ -361,7 +361,7 @@ impl<'a> Known<'a> {
         (self.all, self.refitted) = kept;
         self.predictions.clear();
         let factor = if train > FORETELLS * with { RISES } else { 1.0 };
-        Ok(factor * test)
+        Ok((test, factor))
     }
 
     /// The predictions themselves.

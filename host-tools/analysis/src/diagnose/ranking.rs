@@ -243,10 +243,19 @@ fn in_place(stages: &Stages) -> Vec<Ranked> {
     each.collect()
 }
 
-/// The best of the first round, and fewer of each later one, which gain less, and of what is refused; the answer in any case.
+/// The best of the first round, and fewer of each later one, which gain less, and of what is refused; what has most of the answer on
+/// its channel in any case.
 pub(super) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
     let first = all.iter().map(|one| one.beside.len()).min();
     let mut counts: BTreeMap<(usize, bool), usize> = BTreeMap::new();
+    let named = |one: &Ranked| {
+        let all = one.effects.iter().all(|id| answer.contains(id));
+        if all { one.effects.len() } else { 0 }
+    };
+    let most_named = |channel: Channel| {
+        let of_channel = all.iter().filter(|one| one.channel == channel);
+        of_channel.map(named).max().unwrap_or(0).max(1)
+    };
     let is_reported = |one: &&Ranked| {
         let (round, is_refused) = (one.beside.len(), one.refused.is_some());
         let most = match Some(round) == first && !is_refused {
@@ -255,8 +264,7 @@ pub(super) fn reported(all: &[Ranked], answer: &[String]) -> Vec<Ranked> {
         };
         let count = counts.entry((round, is_refused)).or_default();
         *count += 1;
-        let has_all = answer.iter().all(|id| one.effects.contains(id));
-        *count <= most || (has_all && one.effects.len() == answer.len())
+        *count <= most || named(one) == most_named(one.channel)
     };
     all.iter().filter(is_reported).cloned().collect()
 }

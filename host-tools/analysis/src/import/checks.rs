@@ -180,8 +180,8 @@ fn ensure_changes(cycles: &[CycleRecord], name: &str) -> Result<(), CheckError> 
         to_s: last.trace.time_s,
         remedy: match cycles.iter().any(sent) {
             true => {
-                "only what was sent does, to which nothing is compared: map what was measured as well, in \
-                 [executed_velocity], [position], [orientation] or [wrench]"
+                "only what was sent does, and nothing that was measured follows it: map what was measured, in \
+                 [executed_velocity], [position], [orientation] or [wrench], or take rows in which it moves"
             }
             false => {
                 "take other rows: [rows] of a mapping says which, and `train_share` of its [split] where the test part \

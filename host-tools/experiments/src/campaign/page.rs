@@ -293,19 +293,21 @@ fn judgement(summary: &Summary) -> (Mark, &'static str, String) {
     let Some(share) = summary.success else {
         return (Mark::Neutral, "no runs", String::new());
     };
-    let shown = share.low.unwrap_or(share.value);
+    let shown = match share.low {
+        None if !summary.exhaustive => 0.0,
+        low => low.unwrap_or(share.value),
+    };
     let (good, draws) = (GOOD * 100.0, summary.draws);
     match share.value {
         _ if shown >= GOOD => {
             let why = match share.low {
                 Some(_) => format!("The interval begins at {good} % or above."),
-                None => "Every combination was run once.".to_owned(),
+                None => "Every combination was run once, each with one noise.".to_owned(),
             };
             (Mark::Good, "kept", why)
         }
         value if value >= GOOD => {
-            let why =
-                format!("{draws} draws are too few to show {good} %: the interval begins below.");
+            let why = format!("{draws} draw(s) are too few to show {good} %.");
             (Mark::Neutral, "too few draws", why)
         }
         value if value < 1.0 - GOOD => (Mark::Bad, "not kept", String::new()),
@@ -459,17 +461,18 @@ mod tests {
 
     #[test]
     fn few_draws_show_no_99_percent() {
-        for (success, badge) in [
-            (share(400, 400, 400), "kept"),
-            // Every combination was run.
-            (share(8, 8, 1), "kept"),
-            (share(400, 400, 100), "too few draws"),
-            (share(3, 3, 3), "too few draws"),
-            (share(2, 3, 3), "partly kept"),
-            (share(0, 3, 3), "not kept"),
+        for (success, exhaustive, badge) in [
+            (share(400, 400, 400), false, "kept"),
+            (share(8, 8, 1), true, "kept"),
+            (share(8, 8, 1), false, "too few draws"),
+            (share(400, 400, 100), false, "too few draws"),
+            (share(3, 3, 3), false, "too few draws"),
+            (share(2, 3, 3), false, "partly kept"),
+            (share(0, 3, 3), false, "not kept"),
         ] {
             let summary = Summary {
                 success,
+                exhaustive,
                 ..Summary::default()
             };
             assert_eq!(judgement(&summary).1, badge, "{success:?}");

@@ -306,6 +306,12 @@ impl Plan {
         self.combinations
     }
 
+    /// Whether no factor is drawn: in one draw each combination of listed values is run once.
+    pub fn is_exhaustive(&self) -> bool {
+        let is_listed = |factor: &PlannedFactor| matches!(factor.source, Source::Levels(_));
+        self.factors.iter().all(is_listed)
+    }
+
     /// The draw of a row. Runs that are compared with each other are of one: they have values and noise in common.
     pub fn draw(&self, index: u64) -> u64 {
         index / self.combinations / self.runs_per_sample()

@@ -2,7 +2,7 @@
 //!
 //! All intervals hold with 95 %; none assumes a distribution of the outcome. Rows of one draw have values and noise in
 //! common, so that four of them may say no more than one: an interval is that of as many values as there are draws,
-//! whatever rows of a draw have to do with each other. A single draw has none: every combination was run, nothing drawn.
+//! whatever rows of a draw have to do with each other. A single draw has none.
 
 use serde::Serialize;
 use softdock_statistics::DEVIATIONS_95 as Z;

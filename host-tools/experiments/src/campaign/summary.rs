@@ -35,6 +35,8 @@ pub struct Summary {
     pub rows: usize,
     /// Draws that these rows are of; intervals are over draws.
     pub draws: usize,
+    /// No factor is drawn: these rows are all combinations.
+    pub exhaustive: bool,
     /// Rows that went to their end.
     pub completed: usize,
     /// Reasons of the others, with their counts.
@@ -280,6 +282,7 @@ pub fn summary(results: &Results<'_>, place: &Place) -> Result<Summary> {
         title: results.plan.campaign.title.clone(),
         rows: rows.len(),
         draws: results.draws(&rows),
+        exhaustive: results.plan.is_exhaustive(),
         completed: success.len() - failures.values().sum::<usize>(),
         failures,
         success: results.share(&rows, |row| success[row]),

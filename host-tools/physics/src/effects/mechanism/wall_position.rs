@@ -6,10 +6,10 @@ use crate::effects::{Effect, Facing, Group, Law, Naming, Parameter};
 pub const EFFECT: Effect = Effect {
     id: "wall_position",
     title: "Position of the walls",
-    summary: "the walls stand shifted along the axis, all in the same direction",
+    summary: "the walls stand shifted along the axis (of a bearing, the tip's way), all in one direction",
     group: Group::Mechanism,
     naming: Naming::Cause,
-    equation: "pen = pen_nominal + shift_m n_x, n_x: component of the wall's outward normal along the axis",
+    equation: "pen = pen_nominal + shift_m n_x, n_x: component of the wall's outward normal along the axis, or along the tip's way at that instant",
     source: "geometry (error of the measured base frame of the robot)",
     signature: "contact begins too early at one wall and too late at the other, by the same distance",
     typical: "0.1 to 2 mm after a base calibration by hand",
