@@ -34,7 +34,9 @@ pub(crate) struct Library {
     pub known: Vec<String>,
     /// Columns over all logs, in units of the noise.
     pub columns: Vec<Column>,
-    /// Products of all tolerances, the columns and the residual.
+    /// Tolerances that were open when the products were made.
+    tolerances: Vec<usize>,
+    /// Products of these, the columns and the residual.
     products: DMatrix<f64>,
     /// Products of the columns after the tolerances.
     pub gram: DMatrix<f64>,
@@ -82,6 +84,7 @@ impl Library {
             variants,
             known: known.map(|e| e.id.clone()).collect(),
             columns: store.columns,
+            tolerances: joint.open_tolerances().collect(),
             products,
             gram,
             right,
@@ -111,6 +114,7 @@ impl Library {
             .more_products(&self.open_products(joint), &self.columns);
         let (gram, right) = joint.problem.after_tolerances(&products);
         Some(Self {
+            tolerances: joint.open_tolerances().collect(),
             products,
             gram,
             right,
@@ -198,8 +202,11 @@ impl Library {
 
     /// Products without the tolerances that were taken away.
     fn open_products(&self, joint: &Joint) -> DMatrix<f64> {
-        let (all, open) = (joint.all_tolerances(), joint.open_tolerances());
-        let kept: Vec<usize> = open.chain(all..self.products.nrows()).collect();
+        let open: Vec<usize> = joint.open_tolerances().collect();
+        let known = self.tolerances.iter().enumerate();
+        let open = known.filter(|(_, tolerance)| open.contains(tolerance));
+        let columns = self.tolerances.len()..self.products.nrows();
+        let kept: Vec<usize> = open.map(|(row, _)| row).chain(columns).collect();
         self.products.select_rows(&kept).select_columns(&kept)
     }
 }
