@@ -292,3 +292,62 @@ fn combinations(effect: &LoadEffect, logs: Pace) -> Vec<Vec<f64>> {
     }
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::wrench::{Fits, white};
+    use softdock_control::frames::{Pose, Twist};
+    use softdock_control::wrench::Motion;
+    use softdock_physics::model::Model;
+    use softdock_physics::model::load::Scene;
+    use std::sync::Arc;
+
+    /// An axis that swings to and fro beside a sensor whose zero is off by 40 tolerances.
+    fn off_zero() -> Joint {
+        const CYCLE_S: f64 = 0.004;
+        let model = "[rig]\nactive_axes = [\"x\"]\n[tool]\nmass_kg = 2.0\n";
+        let model = Model::from_toml(model, "model.toml").unwrap();
+        let time_s: Vec<f64> = (0..800).map(|n| CYCLE_S * f64::from(n)).collect();
+        let along = |of: &dyn Fn(f64) -> f64| -> Vec<[f64; 6]> {
+            let swing = time_s.iter().map(|t| of(5.0 * t));
+            swing
+                .map(|value| [value, 0.0, 0.0, 0.0, 0.0, 0.0])
+                .collect()
+        };
+        let place = along(&|phase| 0.02 * phase.sin()).into_iter();
+        let pose = place.map(|[x, ..]| Pose::translation(x, 0.0, 0.0));
+        let velocity = along(&|phase| 0.1 * phase.cos());
+        let acceleration = along(&|phase| -0.5 * phase.sin());
+        let motion = velocity.iter().zip(&acceleration).map(|(v, a)| Motion {
+            velocity: Twist::of(v),
+            acceleration: Twist::of(a),
+        });
+        let (pose, motion) = (pose.collect(), motion.collect());
+        let scene = Scene::new(&model, CYCLE_S, time_s.clone(), pose, motion);
+        let rows = time_s.len();
+        let log = PreparedLog {
+            residual: Column::on_axis(0, std::iter::repeat_n(40.0 * model.tolerance.bias[0], rows)),
+            fresh: vec![true; rows],
+            noise_model: std::array::from_fn(|_| white(0.5)),
+            tolerances: crate::diagnose::wrench::nuisance::columns(&model, &scene),
+            sheet_sigma: [0.5; 6],
+            half_step: [0.0; 6],
+            has_own_origin: false,
+            scene,
+        };
+        Joint::new(vec![log], 1, &Arc::new(Fits::default()))
+    }
+
+    /// A library that is made after a tolerance was taken away, and one that was made before, are the same.
+    #[test]
+    fn products_are_those_of_the_tolerances_that_were_open() {
+        let mut joint = off_zero();
+        let before = Library::new(&joint, &|_| false);
+        assert!(joint.freeze_strained(None));
+        let (before, after) = (before.anew(&joint), Library::new(&joint, &|_| false));
+        let again = after.gram.clone();
+        assert_eq!(before.gram, again);
+        assert_eq!(after.anew(&joint).gram, again);
+    }
+}
