@@ -11,7 +11,7 @@ use softdock_physics::model::{Channel, Model};
 use softdock_tests::one_axis::OneAxis;
 
 /// Moment of inertia, kg·m², of which the model knows 0.35.
-const INERTIA: f64 = 0.4;
+pub(super) const INERTIA: f64 = 0.4;
 /// Gravity torque, N·m, and where the link hangs, rad.
 const GRAVITY: (f64, f64) = (6.0, 0.3);
 /// Dry and viscous friction, N·m and N·m·s/rad.

@@ -1,6 +1,6 @@
 //! How the dry friction of a joint turns round.
 
-use super::joint::{FRICTION, JOINT, MODEL, diagnosed, gear, log};
+use super::joint::{FRICTION, INERTIA, JOINT, MODEL, diagnosed, gear, log};
 use softdock_analysis::diagnose::{Diagnosis, Verdict};
 use softdock_physics::model::Model;
 use softdock_tests::one_axis::OneAxis;
@@ -186,4 +186,29 @@ fn clocks_that_are_apart_in_one_log_are_a_disagreement() {
     assert_eq!(found.verdict, Verdict::LogsDisagree, "{}", found.sentence);
     let about: Vec<&str> = found.disagreeing.iter().map(String::as_str).collect();
     assert_eq!(about, ["clock_offset"], "{}", found.sentence);
+}
+
+/// A dry friction and a constant are a friction of two sizes, of as many parameters; a latency beside them is neither.
+#[test]
+fn an_answer_with_fewer_effects_than_the_search_had_has_its_own_ties() {
+    let model = MODEL.replace("wrench = \"commanded\"", "wrench = \"measured\"");
+    let model = Model::from_toml(&model.replace("0.35", "0.4"), "model.toml").unwrap();
+    let late = OneAxis {
+        late_s: -0.008,
+        ..JOINT
+    };
+    let of = |seconds, phase, seed| {
+        let dry = |[_, v, a]: [f64; 3]| INERTIA * a + FRICTION.0 * v.signum() + 0.2;
+        late.record(seconds, phase, seed, dry)
+    };
+    let found = diagnosed(&model, &of(12.0, 0.0, 3), &of(8.0, 2.0, 4));
+    let ties = found.runner_up.iter().chain(&found.further_ties);
+    let of_latency: Vec<&String> = ties
+        .filter(|tie| tie.of == "ft_latency")
+        .map(|tie| &tie.effect)
+        .collect();
+    assert!(
+        !of_latency.iter().any(|id| id.contains("guide_")),
+        "{of_latency:?}"
+    );
 }

@@ -235,6 +235,10 @@ impl Work<'_> {
         }
         if let Some(accepted) = &accepted {
             ranked.extend(self.alike(accepted));
+            // A search that ends with fewer effects than it had may have begun from neither these nor any of them.
+            let fewer = self.fewer(accepted);
+            ranked.extend(self.tested(&fewer, fewer.len()));
+            ranked.push(accepted.clone());
             ranked.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         }
         let support = accepted.as_ref().map_or_else(Vec::new, |t| self.support(t));
