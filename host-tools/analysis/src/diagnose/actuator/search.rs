@@ -166,6 +166,17 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         best = climbed(best, &singles, &scopes, cost);
         ask.watch.tell(|| best.trial(&nominal));
     }
+    // What leaves less for its price than all that it could imitate is no imitation.
+    let imitation = singles
+        .iter()
+        .find(|c| c.priced(cost) + TOLD_APART < best.priced(cost));
+    if let Some(imitation) = imitation.filter(|c| is_a_servo(c) && unfinished(&best)) {
+        best = match ask.alone {
+            true => imitation.clone(),
+            false => climbed(imitation.clone(), &singles, &scopes, cost),
+        };
+        ask.watch.tell(|| best.trial(&nominal));
+    }
     let mut accepted = pruned(best, &nominal, cost);
     if ask.forced && accepted.is_none() {
         accepted = singles.first().cloned();
@@ -360,8 +371,14 @@ fn prefer_exact_nominal(candidate: &mut Candidate, cost: &Cost<'_>) {
     }
 }
 
+/// Whether it is a damped second order and nothing else.
+fn is_a_servo(candidate: &Candidate) -> bool {
+    let mut stages = candidate.terms.iter().map(|term| term.stage);
+    stages.all(|stage| matches!(stage, Stage::Servo | Stage::ServoForLag))
+}
+
 /// A damped second order imitates delay, lag and limits together: it is a cause only where it leaves
-/// nothing but noise. A structure rings.
+/// nothing but noise, or less than these. A structure rings.
 pub(super) fn is_a_cause(candidate: &Candidate, cost: &Cost<'_>) -> bool {
     /// Damping ratio up to which a mode rings.
     const RINGS: f64 = 0.25;
