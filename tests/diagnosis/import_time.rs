@@ -95,10 +95,38 @@ fn samples_between_which_turns_are_lost_are_refused() {
     imported("spindle", &mapping(70), &files).unwrap();
     let refused = imported("spindle", &mapping(60), &files).unwrap_err();
     assert!(
-        refused.contains("resample_hz makes 60.00 Hz")
-            && refused.ends_with("expected more than 63.66"),
+        refused.contains("at 60.00 Hz it turns by up to 3.33 rad")
+            && refused.contains("resample_hz of more than 63.66"),
         "{refused}"
     );
+}
+
+/// A swing of 50 rad, at the most 5 rad from row to row: of a column that counts turns samples between the rows are right; a column
+/// that begins again after each turn, and a quaternion, do not tell them.
+#[test]
+fn turns_between_rows_are_counted_by_their_column_or_not_at_all() {
+    let angle = |t: f64| 50.0 * t.sin();
+    let log = |shown: fn(f64) -> f64| {
+        let row = |n: f64| format!("{},{},{}", 0.1 * n, shown(angle(0.1 * n)), n.sin());
+        [("log.csv", table("t,q,u", 200, row))]
+    };
+    let mapping = "files = { train = \"log.csv\" }\ntime = { column = \"t\" }\nwrench = { tx = \"u\" }\n\
+                   orientation = { rx = { column = \"q\", unit = \"rad\" } }";
+    let counted = log(|q| q);
+    let refused = imported("turns_counted", mapping, &counted).unwrap_err();
+    let says = [
+        "at 10.00 Hz it turns by up to 5.00 rad",
+        "resample_hz of more than 15.9",
+    ];
+    assert!(says.iter().all(|says| refused.contains(says)), "{refused}");
+    let resampled = mapping.replace("\"t\"", "\"t\", resample_hz = 40");
+    let logs = imported("turns_counted", &resampled, &counted).unwrap();
+    let imported_at = Summary::of("log", &logs.train[0], &[]);
+    let pose = &imported_at.channels[0];
+    assert!((pose.low + 50.0).abs() < 0.1 && (pose.high - 50.0).abs() < 0.1);
+    let wrapped = log(|q| q.rem_euclid(2.0 * PI));
+    let refused = imported("turns_counted", &resampled, &wrapped).unwrap_err();
+    assert!(refused.contains("a column that counts turns"), "{refused}");
 }
 
 /// 40 Hz of 0.01 rad on a turn of 3 rad/s, sampled at 60 Hz: the whole of it is lost, which halves of its quaternion do not say.

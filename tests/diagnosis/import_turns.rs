@@ -103,3 +103,34 @@ fn logs_with_quaternions_are_on_the_same_turn() {
     let both = imported("turns_of_quaternions", &(mapping + files), &tables).unwrap();
     assert!(is_explained(&both.train[0]) && is_explained(&both.test[0]));
 }
+
+/// The same about z of a flange that hangs down, whose orientation turns about no axis of C.
+#[test]
+fn parts_and_logs_of_a_flange_that_hangs_down_are_on_the_same_turn() {
+    let mapping = MAPPING
+        .replace(
+            "rx = { column = \"q\", unit = \"rad\" }",
+            "quaternion = [\"w\", \"x\", \"y\", \"z\"]",
+        )
+        .replace("tx =", "tz =");
+    let swing = |about: f64, on: f64| {
+        table("t,w,x,y,z,u", 1000, |n| {
+            let q = about + 0.3 * (0.01 * n).sin() + on * n.min(500.0) / 500.0;
+            let (s, c) = (0.5 * q).sin_cos();
+            // Half a turn about x, then q about z of M.
+            format!("{},0,{c},{},0,{}", 0.004 * n, -s, -STIFFNESS * q)
+        })
+    };
+    let turned = |logs: &MappedLogs| {
+        let parts = [&logs.train[0], &logs.test[0]];
+        parts.map(|log| log.header.whole_turns)
+    };
+    let tables = [("a.csv", swing(2.7, 0.0)), ("b.csv", swing(3.6, 0.0))];
+    let files = "[files]\ntrain = \"a.csv\"\ntest = \"b.csv\"\n";
+    let both = imported("turns_hanging", &(mapping.clone() + files), &tables).unwrap();
+    assert_eq!(turned(&both), [0, 1]);
+    let tables = [("a.csv", swing(0.2, 4.0))];
+    let split = "[files]\ntrain = \"a.csv\"\n[split]\ntrain_share = 0.6\n";
+    let both = imported("turns_hanging_split", &(mapping + split), &tables).unwrap();
+    assert_eq!(turned(&both), [0, 1]);
+}

@@ -1,6 +1,6 @@
 //! What an import read: rows, time, and each channel with its range.
 
-use super::turns::turned;
+use super::turns::{OFF, turned};
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::{self, Pose};
@@ -74,7 +74,9 @@ fn poses(recording: &Recording) -> Vec<[f64; 6]> {
         [p.x, p.y, p.z, r.x, r.y, r.z]
     };
     let mut values: Vec<[f64; 6]> = recording.cycles.iter().map(vector).collect();
-    if let Some((axis, angles)) = turned(&recording.cycles, recording.header.whole_turns) {
+    let (axis, angles) = turned(&recording.cycles, recording.header.whole_turns);
+    let alone = |value: &[f64; 6]| (3..6).all(|i| i == axis + 3 || value[i].abs() < OFF);
+    if values.iter().all(alone) {
         let both = values.iter_mut().zip(angles);
         both.for_each(|(value, angle)| value[axis + 3] = angle);
     }

@@ -1,86 +1,231 @@
 //! Whole turns of an axis of a machine, which a pose does not hold: its orientation is the same after each, the torque of a
 //! spring or a cable is not.
 //!
-//! Within a log turns are counted from pose to pose ([`turned`]); what is to be found are those of its first pose. The column of the
-//! angle says them, if there is one and it does not start again after each turn ([`FirstAngle`]). If not, the logs of one
+//! Within a log turns are counted from row to row ([`Angles`], [`turned`]); what is to be found are those of its first pose. The
+//! column of the angle says them, if there is one and it does not begin again after each turn. If not, the logs of one
 //! import are of one machine: the middle of each is taken to be within half a turn of that of the first ([`Turning`]).
 
 use super::summary::pose;
-use nalgebra::Vector3;
+use anyhow::bail;
+use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::Pose;
-use softdock_physics::model::load::angles;
-use std::f64::consts::{PI, TAU};
+use softdock_physics::model::load::{angles, count_turns, turned_since_first};
+use softdock_report::number;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Range;
 
-/// The axis of C about which everything turns, if it is one, and the angle of each cycle, rad: the first with so many whole turns.
-pub(super) fn turned(cycles: &[CycleRecord], whole_turns: i32) -> Option<(usize, Vec<f64>)> {
-    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
-    let turns = |axis: &usize| poses.iter().any(|p| p.rotation.scaled_axis()[*axis] != 0.0);
-    let mut turning = (0..3).filter(turns);
-    let (axis, None) = (turning.next()?, turning.next()) else {
-        return None;
+/// Off an axis, of a unit quaternion or a rotation vector: round-off.
+pub(super) const OFF: f64 = 1e-9;
+
+/// Turns about one axis.
+#[derive(Clone, Debug)]
+pub(super) struct Angles {
+    /// Of M and of C.
+    pub(super) axis: Vector3<f64>,
+    /// With whole turns, rad.
+    pub(super) rad: Vec<f64>,
+    /// The column begins again after each turn, or there is none: then they are the same in all logs but for whole turns.
+    pub(super) begin_again: bool,
+}
+
+impl Angles {
+    /// Of columns of rotation vectors, if all turn about one axis of C. A column of more than a turn counts turns itself, however far
+    /// they take it from row to row.
+    pub(super) fn of_columns(columns: &[Vec<f64>; 3]) -> Option<Self> {
+        let turns = |axis: &usize| columns[*axis].iter().any(|v| *v != 0.0);
+        let mut turning = (0..3).filter(turns);
+        let (axis, None) = (turning.next()?, turning.next()) else {
+            return None;
+        };
+        let shown = &columns[axis];
+        let mut rad = shown.clone();
+        let begin_again = begins_again(shown);
+        if begin_again {
+            count_turns(rad.iter_mut());
+            let ahead = shown.iter().zip(&rad).map(|(shown, rad)| shown - rad);
+            let ahead = ahead.into_iter().find(|ahead| ahead.is_finite())?;
+            rad.iter_mut().for_each(|rad| *rad += ahead);
+        }
+        Some(Self {
+            axis: Vector3::ith(axis, 1.0),
+            rad,
+            begin_again,
+        })
+    }
+
+    /// Of quaternions w x y z, if all are turns about one axis.
+    pub(super) fn of_quaternions([w, x, y, z]: &[Vec<f64>; 4]) -> Option<Self> {
+        let rows = x.iter().zip(y).zip(z);
+        let vectors: Vec<Vector3<f64>> = rows.map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect();
+        let farthest = vectors
+            .iter()
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+        let axis = farthest.try_normalize(OFF)?;
+        let axis = axis * axis[axis.iamax()].signum();
+        if vectors
+            .iter()
+            .any(|v| (v - axis * v.dot(&axis)).norm() > OFF)
+        {
+            return None;
+        }
+        let angle = |(v, w): (&Vector3<f64>, &f64)| 2.0 * v.dot(&axis).atan2(*w);
+        let mut rad: Vec<f64> = vectors.iter().zip(w).map(angle).collect();
+        count_turns(rad.iter_mut());
+        Some(Self {
+            axis,
+            rad,
+            begin_again: true,
+        })
+    }
+}
+
+/// Whether an angle jumps back by whole turns somewhere: it stays within one, or each step that nobody would take for less than half
+/// a turn goes on as the one before but for whole turns. What else is that fast turns so.
+fn begins_again(shown: &[f64]) -> bool {
+    /// One turn, and what rounding makes of it, rad.
+    const ONE_TURN: f64 = 1.01 * TAU;
+    /// What a speed changes by from row to row, rad: far from what an encoder's zero that was set does by chance.
+    const GOES_ON: f64 = 0.125 * PI;
+    let finite = || shown.iter().copied().filter(|angle| angle.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let (mut jumps, mut goes_on, mut before) = (false, true, f64::NAN);
+    for (from, to) in finite().zip(finite().skip(1)) {
+        let mut step = to - from;
+        if step.abs() > PI {
+            let nearest = step - TAU * (step / TAU).round();
+            let is_jump = (nearest - before).abs() < GOES_ON;
+            (jumps, goes_on) = (true, goes_on && is_jump);
+            step = if is_jump { nearest } else { step };
+        }
+        before = step;
+    }
+    jumps && (goes_on || range < ONE_TURN)
+}
+
+/// Refuses rows of which nobody can tell how far it turns between them: at a steady speed of more than a quarter of a turn, the next
+/// step seems to be another by more than half a turn.
+pub(super) fn ensure_told(
+    rotations: &[UnitQuaternion<f64>],
+    pieces: &[Range<usize>],
+    name: &str,
+) -> anyhow::Result<()> {
+    let step = |pair: &[UnitQuaternion<f64>]| (pair[0].inverse() * pair[1]).scaled_axis();
+    let steps: Vec<Vector3<f64>> = rotations.windows(2).map(step).collect();
+    let another = |s: &[Vector3<f64>]| {
+        s[1].norm() > FRAC_PI_2 && (s[1] - s[0]).norm() < FRAC_PI_2 && (s[2] - s[1]).norm() > PI
     };
-    Some((axis, angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)))
+    let untold = |piece: &Range<usize>| {
+        let seems = |row: &usize| steps.get(row - 3..*row).is_some_and(another);
+        (piece.start + 3..piece.end).filter(seems)
+    };
+    let untold: Vec<usize> = pieces.iter().flat_map(untold).collect();
+    if let [first, ..] = untold.as_slice() {
+        let [before, after] = [2, 1].map(|n| number::significant(steps[first - n].norm(), 3));
+        bail!(
+            "{name}, row {}: it turns by {before} rad from a row to the next, and then by {after} rad the other way ({} such row(s)), as \
+             what turns by more than half a turn from row to row seems to do, and nobody can tell how far; expected rows \
+             closer together, or, in [orientation], a column that counts turns instead of beginning again after each",
+            first + 1,
+            untold.len()
+        );
+    }
+    Ok(())
+}
+
+/// The axis of M about which the cycles turn most.
+fn axis(cycles: &[CycleRecord]) -> usize {
+    let turned = turned_since_first(cycles.iter().map(pose));
+    let most = turned.fold(Vector3::zeros(), |most: Vector3<f64>, turned| {
+        most.sup(&turned.abs())
+    });
+    most.imax()
+}
+
+/// The angle of each cycle about an axis of M, rad: the first with so many whole turns.
+fn about(axis: usize, cycles: &[CycleRecord], whole_turns: i32) -> Vec<f64> {
+    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
+    angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)
+}
+
+/// The axis of M about which the cycles turn most, and the angle of each about it, rad: the first with so many whole turns.
+pub(super) fn turned(cycles: &[CycleRecord], whole_turns: i32) -> (usize, Vec<f64>) {
+    let axis = axis(cycles);
+    (axis, about(axis, cycles, whole_turns))
 }
 
 /// Whole turns of a later cycle, with which a part of the log begins, by those of the first.
 pub(super) fn later(cycles: &[CycleRecord], whole_turns: i32, cycle: usize) -> i32 {
-    let part = cycles.get(cycle..).unwrap_or_default();
-    match (turned(cycles, whole_turns), turned(part, 0)) {
-        (Some((_, all)), Some((_, own))) => ((all[cycle] - own[0]) / TAU).round() as i32,
-        _ => 0,
-    }
+    let (axis, all) = turned(cycles, whole_turns);
+    let own = cycles
+        .get(cycle)
+        .map_or(0.0, |at| about(axis, std::slice::from_ref(at), 0)[0]);
+    all.get(cycle)
+        .map_or(0.0, |angle| ((angle - own) / TAU).round()) as i32
 }
 
-/// An angle whose column counts turns, or starts again after each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FirstAngle {
-    /// In the first row, rad.
-    pub(super) rad: f64,
-    /// It jumps back by a turn somewhere: then it is the same in all logs but for whole turns.
-    jumps: bool,
-}
-
-impl FirstAngle {
-    /// Of rotation vectors that turn about one axis of C.
-    pub(super) fn of(vectors: &[Vec<f64>; 3]) -> Option<Self> {
-        let mut turning = vectors.iter().filter(|part| part.iter().any(|v| *v != 0.0));
-        let (angles, None) = (turning.next()?, turning.next()) else {
-            return None;
-        };
-        Some(Self {
-            rad: angles.iter().copied().find(|angle| angle.is_finite())?,
-            jumps: angles.windows(2).any(|pair| (pair[1] - pair[0]).abs() > PI),
-        })
-    }
-
-    /// Whole turns by which it is ahead of an angle, rad.
-    pub(super) fn ahead_of(&self, angle: f64) -> f64 {
-        ((self.rad - angle) / TAU).round()
-    }
-}
-
-/// The turns of the logs of one machine: of the first the middle of its angles, rad, and whether their column starts again after each
-/// turn, or does not exist.
+/// The turns of the logs of one machine: of the first its axis, the middle of its angles, rad, and whether their column begins again
+/// after each turn, or does not exist.
 #[derive(Debug, Default)]
-pub(super) struct Turning(Option<(f64, bool)>);
+pub(super) struct Turning(Option<(usize, f64, bool)>);
 
 impl Turning {
-    /// Whole turns of the first of some cycles, by what a column says of it.
-    pub(super) fn of_first(&mut self, cycles: &[CycleRecord], column: Option<FirstAngle>) -> i32 {
-        let Some((_, angles)) = turned(cycles, 0) else {
-            return 0;
-        };
+    /// Whole turns of the first of some cycles, by what their column says of it.
+    pub(super) fn of_first(&mut self, cycles: &[CycleRecord], column: Option<&Angles>) -> i32 {
+        let axis = self.0.map_or_else(|| axis(cycles), |(axis, ..)| axis);
+        let angles = about(axis, cycles, 0);
         let low = angles.iter().copied().fold(f64::INFINITY, f64::min);
         let high = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let said = column.map_or(0.0, |first| first.ahead_of(angles[0]));
-        let jumps = column.is_none_or(|first| first.jumps);
+        let column = column.filter(|column| column.axis[axis] == 1.0);
+        let said = column.map_or(0.0, |column| ((column.rad[0] - angles[0]) / TAU).round());
+        let begin_again = column.is_none_or(|column| column.begin_again);
         let middle = 0.5 * (low + high) + TAU * said;
-        let (of_first, first_jumps) = *self.0.get_or_insert((middle, jumps));
-        let ahead = match jumps || first_jumps {
+        let (_, of_first, first_begins) = *self.0.get_or_insert((axis, middle, begin_again));
+        let ahead = match begin_again || first_begins {
             true => ((middle - of_first) / TAU).round(),
             false => 0.0,
         };
         (said - ahead) as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Speeds below and above half a turn per row, as columns show them.
+    #[test]
+    fn a_column_begins_again_if_it_stays_within_a_turn_or_jumps_by_whole_ones() {
+        let swing = |amplitude: f64| -> Vec<f64> {
+            (0..400)
+                .map(|n| amplitude * (0.05 * f64::from(n)).sin())
+                .collect()
+        };
+        let shown_to = |turns: f64, angles: Vec<f64>| -> Vec<f64> {
+            let shown = |a: f64| a.rem_euclid(turns * TAU);
+            angles.into_iter().map(shown).collect()
+        };
+        let begins = |angles: Vec<f64>| begins_again(&angles);
+        // 0.05 rad from row to row for each of the amplitude.
+        assert!(!begins(swing(3.0)) && !begins(swing(30.0)) && !begins(swing(100.0)));
+        assert!(begins(shown_to(1.0, swing(30.0))) && begins(shown_to(3.0, swing(30.0))));
+        assert!(begins(shown_to(1.0, swing(100.0))));
+        // An encoder that is set to zero on its way has not turned.
+        let set = swing(30.0).into_iter().enumerate();
+        assert!(!begins(
+            set.map(|(n, a)| if n < 20 { a } else { a - 22.0 })
+                .collect()
+        ));
+        let [of_x, still] = [swing(30.0), vec![0.0; 400]];
+        let shown = shown_to(1.0, of_x.clone());
+        let ahead = Angles::of_columns(&[shown, still.clone(), still]).unwrap();
+        assert!(
+            ahead.begin_again
+                && ahead
+                    .rad
+                    .iter()
+                    .zip(of_x)
+                    .all(|(a, b)| (a - b).abs() < 1e-9)
+        );
     }
 }

@@ -6,9 +6,10 @@ use super::file::{
     WRENCH_KEYS,
 };
 use super::source::Source;
-use crate::import::turns::FirstAngle;
+use crate::import::turns::Angles;
 use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
+use softdock_control::frames;
 use softdock_report::number;
 
 /// A rotation vector longer than one turn and a bit is in degrees, rad.
@@ -24,10 +25,8 @@ pub(super) struct Channels {
     pub(super) running: Vec<bool>,
     /// Position of M in C, m.
     pub(super) position: Option<[Vec<f64>; 3]>,
-    /// Orientation of M in C, w x y z.
-    pub(super) quaternion: Option<[Vec<f64>; 4]>,
-    /// What a column says of whole turns; None where no single column holds the angle.
-    pub(super) angle: Option<FirstAngle>,
+    /// Orientation of M in C.
+    pub(super) orientation: Option<Rotation>,
     /// Velocity that was sent, m/s and rad/s.
     pub(super) sent: Option<[Vec<f64>; 6]>,
     /// Velocity that was executed.
@@ -36,6 +35,36 @@ pub(super) struct Channels {
     pub(super) model_velocity: Option<[Vec<f64>; 6]>,
     /// Raw wrench, N and N·m.
     pub(super) wrench: Option<[Vec<f64>; 6]>,
+}
+
+/// Orientations, one per row.
+#[derive(Clone, Debug)]
+pub(super) enum Rotation {
+    /// Turns about one axis.
+    Angles(Angles),
+    /// Quaternions w x y z.
+    Quaternions([Vec<f64>; 4]),
+}
+
+impl Rotation {
+    /// w x y z of a row.
+    pub(super) fn quaternion(&self, row: usize) -> [f64; 4] {
+        match self {
+            Self::Quaternions(parts) => parts.each_ref().map(|part| part[row]),
+            Self::Angles(Angles { axis, rad, .. }) => {
+                let (sine, cosine) = (0.5 * rad[row]).sin_cos();
+                let [x, y, z] = (axis * sine).into();
+                [cosine, x, y, z]
+            }
+        }
+    }
+
+    fn signals_mut(&mut self) -> &mut [Vec<f64>] {
+        match self {
+            Self::Quaternions(parts) => parts,
+            Self::Angles(angles) => std::slice::from_mut(&mut angles.rad),
+        }
+    }
 }
 
 /// What the axes of a velocity measure.
@@ -72,19 +101,13 @@ impl Channels {
             POSITION_KEYS,
             [Quantity::Length; 3],
         )?;
-        let (quaternion, angle) = match &mapping.orientation {
-            Some(orientation) => {
-                let (quaternion, angle) = quaternion(orientation, s, warnings)?;
-                (Some(quaternion), angle)
-            }
-            None => (None, None),
-        };
+        let orientation = mapping.orientation.as_ref();
+        let orientation = orientation.map(|columns| rotation(columns, s, warnings));
         let mut channels = Self {
             time_s,
             running: running(&mapping.mode, s, model_velocity.is_some())?,
             position,
-            quaternion,
-            angle,
+            orientation: orientation.transpose()?,
             sent: twist(s, "sent_velocity", mapping.sent_velocity.columns())?,
             executed: twist(s, "executed_velocity", mapping.executed_velocity.columns())?,
             model_velocity,
@@ -127,41 +150,72 @@ impl Channels {
         Ok(())
     }
 
+    /// Orientations of the rows if nothing counts their turns, else none.
+    pub(super) fn uncounted(&self) -> Vec<UnitQuaternion<f64>> {
+        let uncounted = self.orientation.as_ref().filter(|rotation| match rotation {
+            Rotation::Angles(angles) => angles.begin_again,
+            Rotation::Quaternions(_) => true,
+        });
+        let rows = |rotation: &Rotation| {
+            let row = |n| frames::pose(&[0.0; 3], &rotation.quaternion(n)).rotation;
+            (0..self.len()).map(row).collect()
+        };
+        uncounted.map(rows).unwrap_or_default()
+    }
+
     /// Number of rows.
     pub(super) fn len(&self) -> usize {
         self.time_s.len()
     }
 
     /// All signals that are mapped, with their names and units, in the order of
-    /// [`Self::signals_mut`]; `unrolled`: an angle is in the place of w.
-    pub(super) fn named(&self, unrolled: bool) -> Vec<(String, &'static str, &[f64])> {
-        let (first, of_first) = if unrolled {
-            ("angle", "rad")
-        } else {
-            ("qw", "")
-        };
-        let quaternion = [first, "qx", "qy", "qz"];
-        fn group<'a, const N: usize>(
+    /// [`Self::signals_mut`].
+    pub(super) fn named(&self) -> Vec<(String, &'static str, &[f64])> {
+        fn group<'a>(
             name: &str,
-            keys: [&'static str; N],
+            keys: &[&str],
             [linear, angular]: [&'static str; 2],
-            signals: &'a Option<[Vec<f64>; N]>,
+            signals: Option<&'a [Vec<f64>]>,
         ) -> Vec<(String, &'static str, &'a [f64])> {
-            let signals = signals.iter().flatten().zip(keys).enumerate();
+            let signals = signals.into_iter().flatten().zip(keys).enumerate();
             let named = signals.map(|(i, (values, key))| {
                 let unit = if i < 3 { linear } else { angular };
                 (format!("{name} {key}"), unit, values.as_slice())
             });
             named.collect()
         }
+        fn slice<const N: usize>(signals: &Option<[Vec<f64>; N]>) -> Option<&[Vec<f64>]> {
+            signals.as_ref().map(<[_; N]>::as_slice)
+        }
+        let orientation = match &self.orientation {
+            Some(Rotation::Angles(angles)) => {
+                let rad = std::slice::from_ref(&angles.rad);
+                group("orientation", &["angle"], ["rad"; 2], Some(rad))
+            }
+            Some(Rotation::Quaternions(parts)) => {
+                let keys = ["qw", "qx", "qy", "qz"];
+                group("orientation", &keys, [""; 2], Some(parts))
+            }
+            None => Vec::new(),
+        };
         let speed = ["m/s", "rad/s"];
         [
-            group("position", POSITION_KEYS, ["m", "m"], &self.position),
-            group("orientation", quaternion, [of_first, ""], &self.quaternion),
-            group("sent velocity", TWIST_KEYS, speed, &self.sent),
-            group("executed velocity", TWIST_KEYS, speed, &self.executed),
-            group("model velocity", TWIST_KEYS, speed, &self.model_velocity),
-            group("wrench", WRENCH_KEYS, ["N", "N·m"], &self.wrench),
+            group("position", &POSITION_KEYS, ["m"; 2], slice(&self.position)),
+            orientation,
+            group("sent velocity", &TWIST_KEYS, speed, slice(&self.sent)),
+            group(
+                "executed velocity",
+                &TWIST_KEYS,
+                speed,
+                slice(&self.executed),
+            ),
+            group(
+                "model velocity",
+                &TWIST_KEYS,
+                speed,
+                slice(&self.model_velocity),
+            ),
+            group("wrench", &WRENCH_KEYS, ["N", "N·m"], slice(&self.wrench)),
         ]
         .concat()
     }
@@ -175,9 +229,9 @@ impl Channels {
             &mut self.wrench,
         ];
         let position = self.position.iter_mut().flatten();
-        let quaternion = self.quaternion.iter_mut().flatten();
+        let orientation = self.orientation.iter_mut();
         position
-            .chain(quaternion)
+            .chain(orientation.flat_map(Rotation::signals_mut))
             .chain(six.into_iter().flatten().flatten())
     }
 
@@ -297,20 +351,20 @@ fn running(mode: &Mode, source: &mut Source, has_model: bool) -> anyhow::Result<
     })
 }
 
-/// Orientation of M in C, w x y z, and what its columns say of whole turns.
-fn quaternion(
+/// Orientation of M in C.
+fn rotation(
     orientation: &Orientation,
     source: &mut Source,
     warnings: &mut Vec<String>,
-) -> anyhow::Result<([Vec<f64>; 4], Option<FirstAngle>)> {
-    let rotation = group(
+) -> anyhow::Result<Rotation> {
+    let columns = group(
         source,
         "orientation",
         orientation.rotation_columns(),
         ROTATION_KEYS,
         [Quantity::Angle; 3],
     )?;
-    match (&orientation.quaternion, rotation) {
+    match (&orientation.quaternion, columns) {
         (Some(columns), None) if orientation.euler.is_none() => {
             let mut parts = [const { Vec::new() }; 4];
             for (part, column) in parts.iter_mut().zip(columns) {
@@ -321,16 +375,19 @@ fn quaternion(
             if orientation.order == Order::Xyzw {
                 parts.rotate_right(1);
             }
-            Ok((parts, None))
+            Ok(Rotation::Quaternions(parts))
         }
-        (None, Some(rotation)) => {
-            let [x, y, z] = &rotation;
+        (None, Some(columns)) => {
+            let [x, y, z] = &columns;
             let rows = x.iter().zip(y).zip(z);
             let vectors: Vec<Vector3<f64>> =
                 rows.map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect();
             warnings.extend(more_than_a_turn(orientation, &vectors, source));
-            let parts = turned(orientation.euler, &vectors);
-            Ok((parts, FirstAngle::of(&rotation)))
+            let angles = Angles::of_columns(&columns).map(Rotation::Angles);
+            Ok(
+                angles
+                    .unwrap_or_else(|| Rotation::Quaternions(turned(orientation.euler, &vectors))),
+            )
         }
         _ => anyhow::bail!(
             "[orientation] needs either `quaternion` with four columns, or `rx`, `ry`, `rz`, which with `euler` are angles of \

@@ -41,7 +41,7 @@ pub(super) fn cycles(
     );
     let base = mapping.wrench.frame == Frame::Base && channels.wrench.is_some();
     ensure!(
-        !base || channels.quaternion.is_some(),
+        !base || channels.orientation.is_some(),
         "[wrench] `frame = \"base\"`: the wrench is turned into the sensor's axes with the pose of \
          its row; map [orientation]"
     );
@@ -92,7 +92,7 @@ pub(super) fn derived(
 }
 
 fn has_pose(channels: &Channels) -> bool {
-    channels.position.is_some() || channels.quaternion.is_some()
+    channels.position.is_some() || channels.orientation.is_some()
 }
 
 fn cycle(channels: &Channels, n: usize) -> CycleRecord {
@@ -110,7 +110,8 @@ fn cycle(channels: &Channels, n: usize) -> CycleRecord {
     trace.executed_velocity = row(&channels.executed, n).unwrap_or_default();
     trace.model_velocity = row(&channels.model_velocity, n).unwrap_or_default();
     let [x, y, z] = row(&channels.position, n).unwrap_or_default();
-    let [qw, qx, qy, qz] = row(&channels.quaternion, n).unwrap_or([1.0, 0.0, 0.0, 0.0]);
+    let orientation = channels.orientation.as_ref();
+    let [qw, qx, qy, qz] = orientation.map_or([1.0, 0.0, 0.0, 0.0], |o| o.quaternion(n));
     trace.pose = [x, y, z, qw, qx, qy, qz];
     cycle
 }
@@ -150,7 +151,7 @@ fn integrate(
         if channels.position.is_none() {
             pose[..3].copy_from_slice(position.as_slice());
         }
-        if channels.quaternion.is_none() {
+        if channels.orientation.is_none() {
             let Quaternion { coords } = rotation.into_inner();
             pose[3..].copy_from_slice(&[coords.w, coords.x, coords.y, coords.z]);
         }

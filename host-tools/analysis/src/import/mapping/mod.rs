@@ -34,7 +34,7 @@ use super::checks::{self, Context as CheckContext};
 use super::starter::{Filtered, NoiseFloors, Told};
 use super::turns::{self, Turning};
 use anyhow::{Context, bail, ensure};
-use channels::Channels;
+use channels::{Channels, Rotation};
 use file::{Mapping, Part, Split};
 use nalgebra::UnitQuaternion;
 use softdock_app::record::CycleRecord;
@@ -326,8 +326,9 @@ impl Importer<'_> {
             Ok((cycles, channels))
         };
         let (cycles, channels) = shaped()?;
-        let whole_turns = match channels.quaternion {
-            Some(_) => self.turning.of_first(&cycles, channels.angle),
+        let whole_turns = match &channels.orientation {
+            Some(Rotation::Angles(angles)) => self.turning.of_first(&cycles, Some(angles)),
+            Some(Rotation::Quaternions(_)) => self.turning.of_first(&cycles, None),
             None => 0,
         };
         Ok(Stretch {

@@ -1,14 +1,14 @@
 //! From rows to those that count: a low-pass, every n-th row.
 
-use super::channels::Channels;
+use super::channels::{Channels, Rotation};
 use super::file::Filter;
 use super::stamps::pieces;
 use crate::import::starter::NoiseFloors;
+use crate::import::turns::Angles;
 use anyhow::{bail, ensure};
-use nalgebra::Vector3;
 use softdock_report::number;
 use softdock_statistics::{LowPass, LowPassed, noise_let_through, sample_time};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Highest order whose sections are still well conditioned.
@@ -32,9 +32,9 @@ pub(super) fn filter(
     let (decimate, trim_s) = (filter.decimate, filter.trim_s);
     let low_pass = LowPass::new(filter.order, filter.cutoff_hz / rate_hz);
     let pieces = pieces(&channels.time_s);
-    let unrolled = unroll(channels);
+    unroll(channels);
     let filtered = filter.as_modelled().on_samples(1.0 / rate_hz);
-    let noise = noise_behind(filtered, channels, &pieces, unrolled.is_some());
+    let noise = noise_behind(filtered, channels, &pieces);
     for signal in channels.signals_mut() {
         let parts = pieces
             .iter()
@@ -52,21 +52,15 @@ pub(super) fn filter(
         ));
     }
     if decimate > 1 {
-        less_than_half_a_turn(channels, unrolled.as_ref(), &kept, decimate)?;
+        less_than_half_a_turn(channels, &kept, decimate)?;
     }
     channels.keep(|n| kept[n]);
-    roll(channels, unrolled);
+    normalise(channels);
     Ok(noise)
 }
 
-/// What a filter will leave of the noise on what is measured, seen in the longest of the `pieces`; of orientations if they stand there
-/// as `angles`.
-fn noise_behind(
-    filter: LowPassed,
-    channels: &Channels,
-    pieces: &[Range<usize>],
-    angles: bool,
-) -> NoiseFloors {
+/// What a filter will leave of the noise on what is measured, seen in the longest of the `pieces`; of orientations if they are angles.
+fn noise_behind(filter: LowPassed, channels: &Channels, pieces: &[Range<usize>]) -> NoiseFloors {
     let longest = pieces.iter().max_by_key(|piece| piece.len());
     let largest = |signals: &[Vec<f64>]| {
         let noise = |signal: &Vec<f64>| noise_let_through(&signal[longest?.clone()], filter);
@@ -83,14 +77,14 @@ fn noise_behind(
             [linear, angular].map(largest)
         })
     };
-    let angle = channels.quaternion.as_ref().filter(|_| angles);
+    let angle = match &channels.orientation {
+        Some(Rotation::Angles(angles)) => largest(std::slice::from_ref(&angles.rad)),
+        _ => None,
+    };
     NoiseFloors {
         wrench: of_axes(&channels.wrench),
         velocity: of_axes(&channels.executed),
-        pose: [
-            channels.position.as_ref().and_then(|p| largest(p)),
-            angle.and_then(|[angle, ..]| largest(std::slice::from_ref(angle))),
-        ],
+        pose: [channels.position.as_ref().and_then(|p| largest(p)), angle],
     }
 }
 
@@ -136,50 +130,49 @@ fn rows_kept(pieces: &[Range<usize>], decimate: usize, trimmed: usize) -> Vec<bo
     pieces.iter().flat_map(|piece| kept(piece.len())).collect()
 }
 
-/// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles, in
-/// the place of w, or its velocity say so here for the last time.
+/// Of what turns about one axis by half a turn or more from one row that is kept to the next no pose says which way: its angles or its
+/// velocity say so here for the last time.
 fn less_than_half_a_turn(
     channels: &Channels,
-    unrolled: Option<&Unrolled>,
     kept: &[bool],
     decimate: usize,
 ) -> anyhow::Result<()> {
-    let most = largest_turn(channels, unrolled, |n| kept[n]);
+    let (most, _) = largest_turn(channels, |n| kept[n]);
+    let (of_rows, _) = largest_turn(channels, |_| true);
     ensure!(
         decimate == 1 || most < PI,
         "[filter] decimate is {decimate}: from a row that is kept to the next it turns by up to {} rad, and of half a turn or more \
          nobody can tell which way; allowed is up to {}",
         number::significant(most, 3),
-        ((PI / largest_turn(channels, unrolled, |_| true)).ceil() as usize)
-            .saturating_sub(1)
-            .max(1)
+        ((PI / of_rows).ceil() as usize).saturating_sub(1).max(1)
     );
     Ok(())
 }
 
-/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, rad: by the angles that [`unroll`] left,
-/// or by the velocity where no orientation is mapped; 0 if quaternions are left.
-pub(super) fn largest_turn(
-    channels: &Channels,
-    unrolled: Option<&Unrolled>,
-    kept: impl Fn(usize) -> bool,
-) -> f64 {
+/// How far it turns at the most from one of the rows that are `kept` to the next, gaps apart, rad, and after which time, s: by angles, or
+/// by the velocity where no orientation is mapped; 0 of quaternions.
+pub(super) fn largest_turn(channels: &Channels, kept: impl Fn(usize) -> bool) -> (f64, f64) {
+    let times = &channels.time_s;
     let speed = |[.., rx, ry, rz]: &[Vec<f64>; 6], n: usize| rx[n].hypot(ry[n]).hypot(rz[n]);
-    let turn = |from: usize, to: usize| match (&channels.quaternion, &channels.executed) {
-        (Some([angles, ..]), _) if unrolled.is_some() => (angles[to] - angles[from]).abs(),
+    let turn = |from: usize, to: usize| match (&channels.orientation, &channels.executed) {
+        (Some(Rotation::Angles(angles)), _) => (angles.rad[to] - angles.rad[from]).abs(),
         (None, Some(velocity)) => {
-            let mean = 0.5 * (speed(velocity, from) + speed(velocity, to));
-            mean * (channels.time_s[to] - channels.time_s[from])
+            0.5 * (speed(velocity, from) + speed(velocity, to)) * (times[to] - times[from])
         }
         _ => 0.0,
     };
     let of_piece = |piece: Range<usize>| {
         let rows: Vec<usize> = piece.filter(|n| kept(*n)).collect();
-        let turns = rows.windows(2).map(|pair| turn(pair[0], pair[1]));
-        turns.fold(0.0, f64::max)
+        let turns = rows
+            .windows(2)
+            .map(|pair| (turn(pair[0], pair[1]), times[pair[0]]));
+        turns.collect::<Vec<_>>()
     };
-    let pieces = pieces(&channels.time_s).into_iter();
-    pieces.map(of_piece).fold(0.0, f64::max)
+    let turns = pieces(times).into_iter().flat_map(of_piece);
+    turns.fold(
+        (0.0, 0.0),
+        |most, turn| if turn.0 > most.0 { turn } else { most },
+    )
 }
 
 /// Time from row to row, s: see [`sample_time`].
@@ -195,81 +188,34 @@ pub(super) fn sample_time_s(times: &[f64]) -> anyhow::Result<f64> {
     }
 }
 
-/// Axis of what turns about one, and by how much the column of angles is ahead of the turns, rad.
-pub(super) type Unrolled = ([f64; 3], f64);
-
-/// Makes orientations ready to be filtered or interpolated: quaternions without jumps to their negatives, or, if all of them
-/// are turns about one axis, angles in the place of w; a joint may turn fast, and its quaternion then swings.
-pub(super) fn unroll(channels: &mut Channels) -> Option<Unrolled> {
-    /// Off the axis, of a unit quaternion: round-off.
-    const OFF: f64 = 1e-9;
-    let quaternion = channels.quaternion.as_mut()?;
-    continue_signs(quaternion);
-    let [w, x, y, z] = quaternion;
-    let vectors = || {
-        x.iter()
-            .zip(&*y)
-            .zip(&*z)
-            .map(|((x, y), z)| Vector3::new(*x, *y, *z))
-    };
-    let farthest = vectors().max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
-    let axis = farthest.try_normalize(OFF)?;
-    let axis = axis * axis[axis.iamax()].signum();
-    if vectors().any(|v| (v - axis * v.dot(&axis)).norm() > OFF) {
-        return None;
-    }
-    let mut turned = 0.0;
-    let halves = vectors().zip(&*w).map(|(v, w)| {
-        let half = v.dot(&axis).atan2(*w);
-        turned += TAU * ((turned - half) / TAU).round() - (turned - half);
-        2.0 * turned
-    });
-    let angles: Vec<f64> = halves.collect();
-    let column = channels.angle;
-    let ahead = TAU * column.map_or(0.0, |first| first.ahead_of(angles[0]));
-    for part in [&mut *x, y, z] {
-        part.fill(0.0);
-    }
-    *w = angles;
-    Some((axis.into(), ahead))
-}
-
-/// Makes quaternions of what [`unroll`] left.
-pub(super) fn roll(channels: &mut Channels, unrolled: Option<Unrolled>) {
-    let Some(quaternion) = &mut channels.quaternion else {
+/// Makes orientations ready to be filtered or interpolated: angles, if all of them are turns about one axis; a joint may turn fast, and
+/// its quaternion then swings. Else quaternions without jumps to their negatives, which are the same orientation, but not for a filter.
+pub(super) fn unroll(channels: &mut Channels) {
+    let Some(Rotation::Quaternions(parts)) = &mut channels.orientation else {
         return;
     };
-    let Some((axis, ahead)) = unrolled else {
-        return normalise(quaternion);
-    };
-    if let Some(angle) = &mut channels.angle {
-        angle.rad = quaternion[0][0] + ahead;
+    if let Some(angles) = Angles::of_quaternions(parts) {
+        channels.orientation = Some(Rotation::Angles(angles));
+        return;
     }
-    for n in 0..quaternion[0].len() {
-        let (sine, cosine) = (0.5 * quaternion[0][n]).sin_cos();
-        let [x, y, z] = axis.map(|a| a * sine);
-        let parts = quaternion.iter_mut().zip([cosine, x, y, z]);
-        parts.for_each(|(part, value)| part[n] = value);
-    }
-}
-
-/// A quaternion and its negative are the same orientation, but not for a filter.
-fn continue_signs(quaternion: &mut [Vec<f64>; 4]) {
-    for n in 1..quaternion[0].len() {
-        let along: f64 = quaternion.iter().map(|part| part[n] * part[n - 1]).sum();
+    for n in 1..parts[0].len() {
+        let along: f64 = parts.iter().map(|part| part[n] * part[n - 1]).sum();
         if along < 0.0 {
-            quaternion.iter_mut().for_each(|part| part[n] = -part[n]);
+            parts.iter_mut().for_each(|part| part[n] = -part[n]);
         }
     }
 }
 
-/// Makes unit quaternions of them.
-fn normalise(quaternion: &mut [Vec<f64>; 4]) {
-    for n in 0..quaternion[0].len() {
-        let squares: f64 = quaternion.iter().map(|part| part[n] * part[n]).sum();
+/// Makes unit quaternions again of what a filter or an interpolation has made of them.
+pub(super) fn normalise(channels: &mut Channels) {
+    let Some(Rotation::Quaternions(parts)) = &mut channels.orientation else {
+        return;
+    };
+    for n in 0..parts[0].len() {
+        let squares: f64 = parts.iter().map(|part| part[n] * part[n]).sum();
         if squares > 0.0 {
             let length = squares.sqrt();
-            quaternion.iter_mut().for_each(|part| part[n] /= length);
+            parts.iter_mut().for_each(|part| part[n] /= length);
         }
     }
 }
@@ -288,19 +234,18 @@ mod tests {
             time_s: (0..1000).map(|n| 1e-3 * f64::from(n)).collect(),
             running: vec![false; 1000],
             position: None,
-            angle: None,
-            quaternion: Some([
+            orientation: Some(Rotation::Quaternions([
                 part(f64::cos, 1.0),
                 part(f64::sin, 0.6),
                 part(f64::sin, 0.0),
                 part(f64::sin, -0.8),
-            ]),
+            ])),
             sent: None,
             executed: None,
             model_velocity: None,
             wrench: None,
         };
-        let expected = channels.quaternion.clone().unwrap();
+        let expected = channels.orientation.clone().unwrap();
         let low_pass = Filter {
             cutoff_hz: 10.0,
             order: 4,
@@ -308,9 +253,10 @@ mod tests {
             trim_s: 0.1,
         };
         filter(&mut channels, &low_pass, "log.csv", &mut Vec::new()).unwrap();
-        let filtered = channels.quaternion.unwrap();
-        for n in 0..filtered[0].len() {
-            let along: f64 = (0..4).map(|i| filtered[i][n] * expected[i][n + 100]).sum();
+        let filtered = channels.orientation.unwrap();
+        for n in 0..channels.time_s.len() {
+            let [a, b] = [filtered.quaternion(n), expected.quaternion(n + 100)];
+            let along: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
             assert!(along.abs() > 1.0 - 1e-9, "{n}: {along}");
         }
     }
@@ -327,9 +273,10 @@ mod tests {
                 time_s: (0..1000).map(|n| f64::from(n) * 0.001).collect(),
                 running: vec![true; 1000],
                 position: None,
-                angle: None,
-                quaternion: (!by_velocity)
-                    .then(|| [half(f64::cos), half(f64::sin), still.clone(), still]),
+                orientation: (!by_velocity).then(|| {
+                    let parts = [half(f64::cos), half(f64::sin), still.clone(), still];
+                    Rotation::Quaternions(parts)
+                }),
                 sent: None,
                 executed: by_velocity.then_some(velocity),
                 model_velocity: None,

@@ -5,11 +5,12 @@
 
 use super::channels::Channels;
 use super::file::{Duplicates, Gaps, Resample, Time};
-use super::shape::{largest_turn, roll, sample_time_s, unroll};
+use super::shape::{largest_turn, normalise, sample_time_s, unroll};
 use crate::import::checks::ensure_rising;
+use crate::import::turns;
 use anyhow::{bail, ensure};
 use softdock_report::number;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// A step of more than so many median steps is a gap: a row is missing.
@@ -77,6 +78,7 @@ pub(super) fn regular(
     // Before any row is filtered, made up or left out for its time.
     ensure_rising(name, times)?;
     let median_s = sample_time_s(times)?;
+    turns::ensure_told(&channels.uncounted(), &pieces(times), name)?;
     match time.resample_hz {
         Some(rate) => {
             let step_s = match rate {
@@ -102,14 +104,14 @@ pub(super) fn regular(
                 time.gaps,
                 name,
                 told,
-            )?;
+            );
         }
         None => {
             ensure_equal(times, median_s, name)?;
             gaps(channels, median_s, time.gaps, name, told);
         }
     }
-    Ok(())
+    ensure_followed(channels, name)
 }
 
 /// Stretches of rows without a gap.
@@ -218,6 +220,7 @@ fn gaps(
                 }
                 samples.push(*time);
             }
+            unroll(channels);
             interpolate(
                 channels,
                 &samples,
@@ -245,7 +248,8 @@ fn resample(
     gaps: Option<Gaps>,
     name: &str,
     told: &mut Vec<String>,
-) -> anyhow::Result<()> {
+) {
+    unroll(channels);
     let before = channels.clone();
     let rows = before.time_s.as_slice();
     let found = split(rows, longest_s);
@@ -254,11 +258,10 @@ fn resample(
         _ => found.clone(),
     };
     let samples = equal_steps(rows, &pieces, step_s);
-    let turn = interpolate(channels, &samples, longest_s, &pieces);
-    ensure_followed(turn, step_s, name)?;
+    interpolate(channels, &samples, longest_s, &pieces);
     let share = interpolated(rows, &samples, step_s);
     if share <= 0.0 && samples.len() == rows.len() && found.len() == 1 {
-        return Ok(());
+        return;
     }
     let largest = rows.windows(2).map(|p| p[1] - p[0]).fold(0.0, f64::max);
     let what = match (found.len() - 1, gaps) {
@@ -278,7 +281,6 @@ fn resample(
         number::significant(0.5 / step_s, 3),
         losses(&before, channels, longest_s)
     ));
-    Ok(())
 }
 
 /// Times of equal steps from the first row on, s, as far as the pieces reach.
@@ -293,15 +295,18 @@ fn equal_steps(rows: &[f64], pieces: &[Range<usize>], step_s: f64) -> Vec<f64> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// Refuses steps from one to the next of which something turns by half a turn or more; `turn`: the most, rad.
-fn ensure_followed(turn: f64, step_s: f64, name: &str) -> anyhow::Result<()> {
+/// Refuses rows from one to the next of which something turns by half a turn or more.
+fn ensure_followed(channels: &Channels, name: &str) -> anyhow::Result<()> {
+    let (turn, after_s) = largest_turn(channels, |_| true);
+    let rate_hz = 1.0 / sample_time_s(&channels.time_s)?;
     ensure!(
         turn < PI,
-        "{name}: [time] resample_hz makes {} Hz: from a sample to the next it turns by up to {} rad, and of half a turn or more nobody \
-         can tell which way; expected more than {}",
-        number::significant(1.0 / step_s, 4),
+        "{name}: at {} Hz it turns by up to {} rad from a row to the next (after {} s), and of half a turn or more nobody can tell which \
+         way; expected [time] resample_hz of more than {}, or, if the angle is wrong there, other [rows]",
+        number::significant(rate_hz, 4),
         number::significant(turn, 3),
-        number::significant(turn / (PI * step_s), 4)
+        number::significant(after_s, 6),
+        number::significant(rate_hz * turn / PI, 4)
     );
     Ok(())
 }
@@ -320,7 +325,7 @@ fn interpolated(rows: &[f64], samples: &[f64], step_s: f64) -> f64 {
 
 /// What each channel lost: its rows against the samples, interpolated back.
 fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
-    let (mut before, mut back) = (before.clone(), after.clone());
+    let mut back = after.clone();
     let longest_s = longest_s.max(GAP * sample_time_s(&after.time_s).unwrap_or(longest_s));
     let whole = 0..after.len();
     interpolate(
@@ -329,62 +334,39 @@ fn losses(before: &Channels, after: &Channels, longest_s: f64) -> String {
         longest_s,
         std::slice::from_ref(&whole),
     );
-    let angle = [unroll(&mut before), unroll(&mut back)]
-        .iter()
-        .all(Option::is_some);
-    if let (Some(before), Some(back)) = (&before.quaternion, &mut back.quaternion) {
-        same_turn(before, back, angle);
-    }
     let rms = |values: &dyn Fn(usize) -> f64| {
         let squares: f64 = (0..before.len()).map(|n| values(n).powi(2)).sum();
         (squares / before.len().max(1) as f64).sqrt()
     };
-    let lost = before
-        .named(angle)
-        .into_iter()
-        .zip(back.named(angle))
-        .filter_map(|((channel, unit, a), (.., b))| {
-            let mean = a.iter().sum::<f64>() / a.len().max(1) as f64;
-            let whole = rms(&|n| a[n] - mean);
-            let changed = rms(&|n| a[n] - b[n]);
-            let part = 100.0 * changed / whole;
-            // Less is shown as nothing.
-            (part >= 0.005).then(|| {
-                let space = if unit.is_empty() { "" } else { " " };
-                format!(
-                    "{channel} {}{space}{unit} ({part:.2} %)",
-                    number::significant(changed, 2)
-                )
-            })
-        });
+    let lost =
+        before
+            .named()
+            .into_iter()
+            .zip(back.named())
+            .filter_map(|((channel, unit, a), (.., b))| {
+                let mean = a.iter().sum::<f64>() / a.len().max(1) as f64;
+                let whole = rms(&|n| a[n] - mean);
+                let changed = rms(&|n| a[n] - b[n]);
+                let part = 100.0 * changed / whole;
+                // Less is shown as nothing.
+                (part >= 0.005).then(|| {
+                    let space = if unit.is_empty() { "" } else { " " };
+                    format!(
+                        "{channel} {}{space}{unit} ({part:.2} %)",
+                        number::significant(changed, 2)
+                    )
+                })
+            });
     match lost.collect::<Vec<_>>().as_slice() {
         [] => "nothing".to_owned(),
         lost => lost.join(", "),
     }
 }
 
-/// Takes what [`unroll`] left of orientations to the turn of others: an angle and that of a turn more are one orientation, and so are a
-/// quaternion and its negative.
-fn same_turn(others: &[Vec<f64>; 4], unrolled: &mut [Vec<f64>; 4], angle: bool) {
-    let along: f64 = (0..4).map(|i| others[i][0] * unrolled[i][0]).sum();
-    let ahead = TAU * ((unrolled[0][0] - others[0][0]) / TAU).round();
-    match angle {
-        true => unrolled[0].iter_mut().for_each(|angle| *angle -= ahead),
-        false if along < 0.0 => unrolled.iter_mut().flatten().for_each(|q| *q = -*q),
-        false => {}
-    }
-}
-
-/// Takes all channels to other times, which rise; steps longer than `longest_s` by straight lines. Returns how far what turns
-/// about one axis does so from one sample to the next at the most, rad.
-fn interpolate(
-    channels: &mut Channels,
-    samples: &[f64],
-    longest_s: f64,
-    pieces: &[Range<usize>],
-) -> f64 {
+/// Takes all channels, whose orientations are [ready](unroll), to other times, which rise; steps longer than `longest_s` by straight
+/// lines.
+fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces: &[Range<usize>]) {
     let rows = std::mem::take(&mut channels.time_s);
-    let unrolled = unroll(channels);
     // The row at or before each sample and the piece that it is in.
     let mut places = Vec::with_capacity(samples.len());
     let (mut row, mut piece) = (0, 0);
@@ -416,9 +398,7 @@ fn interpolate(
         .map(|(row, _)| channels.running[*row])
         .collect();
     channels.time_s = samples.to_vec();
-    let turn = largest_turn(channels, unrolled.as_ref(), |_| true);
-    roll(channels, unrolled);
-    turn
+    normalise(channels);
 }
 
 /// Cubic Hermite interpolation whose slope at a row is that of the parabola through it and its
