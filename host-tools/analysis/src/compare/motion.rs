@@ -12,7 +12,9 @@ use softdock_control::frames::{Pose, Twist};
 use softdock_control::wrench::Motion as Moving;
 use softdock_physics::model::load::{Docked, LoadModel, turned_since_first};
 use softdock_physics::model::prediction::Six;
+use softdock_physics::model::prediction::signals::Step;
 use softdock_physics::model::{Axis, Channel};
+use std::ops::Range;
 
 /// Half width of the moving average that leads the integral to the measured pose, cycles.
 const LEAD: usize = 6;
@@ -104,7 +106,7 @@ fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
         .iter()
         .enumerate()
         .map(|(n, integral)| {
-            let near = &off[n.saturating_sub(LEAD)..(n + LEAD + 1).min(off.len())];
+            let near = &off[near(&source.signals.steps, n)];
             let known = near.iter().flatten().count() as f64;
             let sum = near.iter().flatten().fold(
                 (Vector3::zeros(), Vector3::zeros()),
@@ -120,6 +122,14 @@ fn poses(source: &Source<'_>, velocity: &[Six]) -> Vec<Option<Pose<f64>>> {
         .collect()
 }
 
+/// The cycles of the moving average about one; behind a hole or in another run the integral is off by something else.
+fn near(steps: &[Step], n: usize) -> Range<usize> {
+    let begins = |at: &usize| matches!(steps[*at], Step::Hole | Step::NewRun);
+    let (first, end) = (n.saturating_sub(LEAD), (n + LEAD + 1).min(steps.len()));
+    let from = (first..=n).rev().find(begins).unwrap_or(first);
+    from..(n + 1..end).find(begins).unwrap_or(end)
+}
+
 fn loads(
     source: &Source<'_>,
     poses: &[Option<Pose<f64>>],
@@ -128,10 +138,17 @@ fn loads(
 ) -> Vec<Six> {
     let load = LoadModel::new(source.model);
     let mut docked = Docked::new(&source.model.contact.docking, source.signals.cycle_s);
+    // The mechanism is where the sensor's sample is, which may be of the run before.
+    let mut followed = 0;
     (0..poses.len())
         .map(|n| {
-            docked.resume(source.signals.steps[n]);
             let at = source.signals.sampled_in(n)?;
+            let steps = source.signals.steps.get(followed..=at);
+            steps
+                .unwrap_or_default()
+                .iter()
+                .for_each(|step| docked.resume(*step));
+            followed = followed.max(at + 1);
             let motion = Moving {
                 velocity: Twist::of(&velocity[at]),
                 acceleration: Twist::of(&acceleration[at]),
@@ -160,4 +177,77 @@ fn moving(source: &Source<'_>, position: &[Six]) -> [bool; 6] {
         };
         high - low > MOVES * sigma
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use softdock_app::record::CycleRecord;
+    use softdock_control::io::Sequence;
+    use softdock_io::recording::Recording;
+    use softdock_physics::model::Model;
+    use softdock_physics::model::prediction::predict_signals;
+    use softdock_physics::model::prediction::signals::Signals;
+
+    const MODEL: &str = include_str!("../../../scenarios/probe-drogue.model.toml");
+
+    /// Runs along x, mm from the seat of the mechanism, with a sensor whose samples are a cycle old.
+    fn motion(model: &Model, runs: &[Range<i32>]) -> Motion {
+        let docking = &model.contact.docking[0];
+        let seat = Vector3::from(docking.position_m) - Vector3::from(docking.tip_m);
+        let mut cycles = Vec::new();
+        for run in runs {
+            for mm in run.clone() {
+                let mut cycle = CycleRecord::default();
+                let number = cycles.len() as u32;
+                let trace = &mut cycle.trace;
+                (trace.cycle, trace.time_s) = (number.into(), 0.004 * f64::from(number));
+                let x = seat.x + 1e-3 * f64::from(mm);
+                trace.pose = [x, seat.y, seat.z, 1.0, 0.0, 0.0, 0.0];
+                trace.executed_velocity[0] = 0.25;
+                trace.sensor_age = 1;
+                let robot = &mut cycle.inputs.robot;
+                robot.counter = u64::from(number) + 1;
+                robot.pose = Some([0.0; 6]);
+                robot.sequence = match mm == run.start {
+                    true => Sequence::NewRun,
+                    false => Sequence::Next,
+                };
+                cycles.push(cycle);
+            }
+        }
+        let recording = Recording {
+            cycles,
+            ..Recording::default()
+        };
+        let signals = Signals::new(&recording).unwrap();
+        let source = Source {
+            model,
+            signals: &signals,
+            prediction: &predict_signals(model, &signals),
+            phases: &[],
+        };
+        Motion::new(&source)
+    }
+
+    /// ... whose latches need no speed.
+    #[test]
+    fn a_run_behind_one_that_was_captured_moves_and_is_loaded_as_if_it_were_the_only_one() {
+        let socket = "[contact.docking.kind.probe_cone.socket]";
+        let model = MODEL.replace(socket, &format!("{socket}\ncapture_speed_m_s = 0.0"));
+        let model = Model::from_toml(&model, "model").unwrap();
+        let (captured, approach) = (-200..10, -100..-50);
+        let both = motion(&model, &[captured.clone(), approach.clone()]);
+        let alone = motion(&model, std::slice::from_ref(&approach));
+        let is_same = |(a, b): &(Six, Six)| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        // The sample of the first cycle of a log is unknown.
+        for n in 1..approach.len() {
+            let other = captured.len() + n;
+            let pairs = [
+                (both.load[other], alone.load[n]),
+                (both.position[other], alone.position[n]),
+            ];
+            assert!(pairs.iter().all(is_same), "{n}: {pairs:?}");
+        }
+    }
 }
