@@ -4,6 +4,7 @@ use softdock_analysis::import::checks::{CheckError, Context, check};
 use softdock_app::record::CycleRecord;
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
+use std::f64::consts::TAU;
 
 const TS: f64 = 0.004;
 
@@ -129,7 +130,7 @@ fn what_looks_wrong_is_told() {
         (|_, c| c.trace.executed_velocity[0] *= -1.0, "wrong sign"),
         (
             |_, c| c.trace.executed_velocity[3] = 90.0,
-            "degrees per second? Say `unit = \"deg/s\"` for it in [executed_velocity]",
+            "Say `unit = \"deg/s\"`, or \"rpm\", for it in [executed_velocity]",
         ),
         (
             |n, c| {
@@ -300,6 +301,13 @@ fn an_angular_velocity_in_degrees_is_told_by_the_angle() {
     assert!(refused.contains("`unit = \"deg/s\"` for rx"), "{refused}");
     let refused = told(1.0, 1.0_f64.to_radians()).unwrap_err().to_string();
     assert!(refused.contains("`unit = \"deg\"` for rx"), "{refused}");
+    for (factor, unit) in [(60.0 / TAU, "rpm"), (1.0 / TAU, "rev/s"), (TAU, "turn")] {
+        let told = told(1.0, factor).unwrap().concat();
+        assert!(
+            told.contains(&format!("`unit = \"{unit}\"` for rx")),
+            "{told}"
+        );
+    }
     // A motor's shaft turns faster than any spacecraft.
     assert_eq!(told(250.0, 1.0).unwrap(), nothing);
     let told = told(1200.0, 1.0).unwrap().concat();

@@ -105,13 +105,13 @@ fn samples_between_which_turns_are_lost_are_refused() {
 /// that begins again after each turn, and a quaternion, do not tell them.
 #[test]
 fn turns_between_rows_are_counted_by_their_column_or_not_at_all() {
-    let angle = |t: f64| 50.0 * t.sin();
+    let turns = |t: f64| 50.0 * t.sin() / (2.0 * PI);
     let log = |shown: fn(f64) -> f64| {
-        let row = |n: f64| format!("{},{},{}", 0.1 * n, shown(angle(0.1 * n)), n.sin());
+        let row = |n: f64| format!("{},{},{}", 0.1 * n, shown(turns(0.1 * n)), n.sin());
         [("log.csv", table("t,q,u", 200, row))]
     };
     let mapping = "files = { train = \"log.csv\" }\ntime = { column = \"t\" }\nwrench = { tx = \"u\" }\n\
-                   orientation = { rx = { column = \"q\", unit = \"rad\" } }";
+                   orientation = { rx = { column = \"q\", unit = \"turn\" } }";
     let counted = log(|q| q);
     let refused = imported("turns_counted", mapping, &counted).unwrap_err();
     let says = [
@@ -124,7 +124,7 @@ fn turns_between_rows_are_counted_by_their_column_or_not_at_all() {
     let imported_at = Summary::of("log", &logs.train[0], &[]);
     let pose = &imported_at.channels[0];
     assert!((pose.low + 50.0).abs() < 0.1 && (pose.high - 50.0).abs() < 0.1);
-    let wrapped = log(|q| q.rem_euclid(2.0 * PI));
+    let wrapped = log(|q| q.rem_euclid(1.0));
     let refused = imported("turns_counted", &resampled, &wrapped).unwrap_err();
     assert!(refused.contains("a column that counts turns"), "{refused}");
 }

@@ -6,6 +6,7 @@ use softdock_control::frames::{self, Pose, Twist};
 use softdock_physics::model::Axis;
 use softdock_report::number;
 use std::cmp::Ordering;
+use std::f64::consts::{PI, TAU};
 
 /// No docking rig reaches farther, m.
 const FARTHEST_M: f64 = 50.0;
@@ -19,7 +20,7 @@ const FASTEST_SHAFT_RAD_S: f64 = 1050.0;
 const LARGEST_LOAD: f64 = 1e5;
 /// A force that never exceeds this is below the resolution of any sensor of a rig, N.
 const SMALLEST_FORCE_N: f64 = 1e-3;
-/// Position over velocity, or the other way, from which on it is a matter of units: degrees make a factor of 57,
+/// Position over velocity, or the other way, from which on it is a matter of units alone: degrees make a factor of 57,
 /// millimetres one of 1000, and no gain or lever of a rig one of 10.
 const OTHER_UNITS: f64 = 10.0;
 /// How far a quaternion's length may be from 1: what four decimals leave.
@@ -115,8 +116,8 @@ fn velocities(cycles: &[CycleRecord], warn: &mut impl FnMut(String)) {
         }
         if angular > fastest_turn {
             warn(format!(
-                "an angular velocity {what} of {} rad/s: is it in degrees per second? Say `unit = \"deg/s\"` for it in \
-                 [{what}_velocity] of the mapping{or_angular}",
+                "an angular velocity {what} of {} rad/s: is it in degrees per second, or in rpm? Say `unit = \"deg/s\"`, or \"rpm\", \
+                 for it in [{what}_velocity] of the mapping{or_angular}",
                 rounded(angular)
             ));
         }
@@ -255,26 +256,42 @@ fn step(before: &[f64; 7], after: &[f64; 7]) -> [f64; 6] {
 
 /// What to do about a pose that changes so many times as fast as its velocity says; None if that may be.
 fn other_unit(axis: Axis, ratio: f64) -> Option<String> {
-    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-    let about = |factor: f64| (0.5..2.0).contains(&(ratio / factor));
-    let (section, length, speed, factor) = match axis.is_rotation() {
-        true => ("orientation", "deg", "deg/s", DEGREES),
-        false => ("position", "mm", "mm/s", 1e3),
+    const DEGREES: f64 = 180.0 / PI;
+    // Section, unit, what it makes of the ratio, and how far that may be off: those of turns are near each other, and near what a
+    // lever or a gear makes.
+    type Other = (&'static str, &'static str, f64, f64);
+    const OF_ROTATIONS: [Other; 5] = [
+        ("orientation", "deg", DEGREES, 2.0),
+        ("orientation", "turn", 1.0 / TAU, 1.05),
+        (VELOCITY, "deg/s", 1.0 / DEGREES, 2.0),
+        (VELOCITY, "rev/s", TAU, 1.05),
+        (VELOCITY, "rpm", PI / 30.0, 1.05),
+    ];
+    const OF_TRANSLATIONS: [Other; 2] =
+        [("position", "mm", 1e3, 2.0), (VELOCITY, "mm/s", 1e-3, 2.0)];
+    const VELOCITY: &str = "executed_velocity";
+    let others = match axis.is_rotation() {
+        true => &OF_ROTATIONS[..],
+        false => &OF_TRANSLATIONS[..],
     };
-    Some(match ratio {
-        r if r < 0.0 => "one of the two has the wrong sign; say `scale = -1.0` for it".to_owned(),
-        _ if about(factor) => {
-            format!(
-                "is the {section} in {length}? Say `unit = \"{length}\"` for {axis} in [{section}]"
-            )
-        }
-        _ if about(1.0 / factor) => format!(
-            "is the velocity in {speed}? Say `unit = \"{speed}\"` for {axis} in [executed_velocity]"
-        ),
-        r if !(0.7..1.4).contains(&r) => format!(
-            "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in \
-             [executed_velocity] of the mapping would make them agree"
-        ),
-        _ => return None,
+    if ratio < 0.0 {
+        return Some("one of the two has the wrong sign; say `scale = -1.0` for it".to_owned());
+    }
+    let about = |(.., factor, off): &&Other| (1.0 / off..*off).contains(&(ratio / factor));
+    if let Some((section, unit, ..)) = others.iter().find(about) {
+        let what = if *section == VELOCITY {
+            "velocity"
+        } else {
+            section
+        };
+        return Some(format!(
+            "is the {what} in {unit}? Say `unit = \"{unit}\"` for {axis} in [{section}]"
+        ));
+    }
+    (!(0.7..1.4).contains(&ratio)).then(|| {
+        format!(
+            "are their units and the sample time right? `scale = {ratio:.4}` for {axis} in [{VELOCITY}] of the mapping would make \
+             them agree"
+        )
     })
 }

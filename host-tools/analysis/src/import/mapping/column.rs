@@ -2,7 +2,7 @@
 
 use serde::de::{MapAccess, Visitor, value::MapAccessDeserializer};
 use serde::{Deserialize, Deserializer};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 /// A physical quantity.
@@ -55,10 +55,13 @@ const UNITS: &[(&str, Option<Quantity>, f64)] = &[
     ("um", Some(Quantity::Length), 1e-6),
     ("rad", Some(Quantity::Angle), 1.0),
     ("deg", Some(Quantity::Angle), PI / 180.0),
+    ("turn", Some(Quantity::Angle), TAU),
+    ("rev", Some(Quantity::Angle), TAU),
     ("m/s", Some(Quantity::Velocity), 1.0),
     ("mm/s", Some(Quantity::Velocity), 1e-3),
     ("rad/s", Some(Quantity::Rate), 1.0),
     ("deg/s", Some(Quantity::Rate), PI / 180.0),
+    ("rev/s", Some(Quantity::Rate), TAU),
     ("rpm", Some(Quantity::Rate), PI / 30.0),
     ("N", Some(Quantity::Force), 1.0),
     ("kN", Some(Quantity::Force), 1e3),
