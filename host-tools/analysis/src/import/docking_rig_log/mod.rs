@@ -15,7 +15,7 @@ mod tolerance;
 
 use super::ImportedLogs;
 use super::checks::{self, Context as CheckContext};
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use meta::Meta;
 use std::path::Path;
 
@@ -70,7 +70,9 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
             fewest_rows: None,
             model: Some(&model),
         };
-        warnings.extend(checks::check(&recording, &context)?);
+        let told =
+            checks::check(&recording, &context).map_err(|error| anyhow!(without_mapping(error)))?;
+        warnings.extend(told.into_iter().map(without_mapping));
         anyhow::Ok(recording)
     };
     let train = log(&meta.logs.train, train_csv)?;
@@ -81,4 +83,13 @@ fn logs(meta: &Meta, train_csv: &str, test_csv: &str) -> anyhow::Result<Imported
         test,
         warnings,
     })
+}
+
+/// What a check says, which names the lines of a mapping: this format has none.
+fn without_mapping(said: impl ToString) -> String {
+    let said = said.to_string();
+    match said.contains(" mapping") {
+        true => format!("{said} ({FORMAT} has no mapping and is in SI: change the log)"),
+        false => said,
+    }
 }

@@ -218,6 +218,25 @@ const LOG_MISTAKES: &[(&str, &str, &str)] = &[
     ),
 ];
 
+/// Numbers that look like millimetres: there is no mapping in which to say so.
+#[test]
+fn a_suspected_unit_is_a_matter_of_the_log() {
+    const PX: usize = 20;
+    let far = |line: &str| -> String {
+        let cells = line.split(',').enumerate();
+        let cells = cells.map(|(n, cell)| if n == PX && cell == "0" { "99" } else { cell });
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    let far: String = log(120).lines().map(far).collect();
+    let logs = from_text(&meta().to_string(), &log(100), &far).unwrap();
+    let told = logs.warnings.iter().find(|told| told.contains("in mm?"));
+    let told = told.expect("a position of 99 m is told");
+    assert!(
+        told.ends_with("has no mapping and is in SI: change the log)"),
+        "{told}"
+    );
+}
+
 #[test]
 fn errors_say_where_and_what() {
     let (json, log) = (meta().to_string(), log(100));
