@@ -131,6 +131,7 @@ fn mistakes_in_a_table_are_named_with_their_place() {
         ),
         ("\"0,05\",5,5", "decimal_comma"),
         ("0.03,5,5", "row 6: the time is 0.03 s after 0.04 s"),
+        ("0.03,5,5", "which [rows] of a mapping takes one"),
     ];
     for (row, expected) in broken {
         let log = good_log().replace("\n0.05,5,5\n", &format!("\n{row}\n"));

@@ -261,6 +261,14 @@ fn of_rows_with_one_time_the_one_that_the_mapping_says_is_kept() {
     let files = [("log.csv", log)];
     let error = imported("duplicates", STAMPED, &files).unwrap_err();
     assert!(error.contains("duplicates = \"keep_first\""), "{error}");
+    // Behind a row that is left out, rows have the numbers of the file; none is there twice where the time runs back.
+    let back = files[0].1.replace("\n2,", "\n1.5,");
+    let mapping = STAMPED.replace("[time]", "[time]\nduplicates = \"keep_first\"");
+    let error = imported("duplicates", &mapping, &[("log.csv", back)]).unwrap_err();
+    assert!(
+        error.contains("row 202: the time is 1.5 s") && !error.contains("keep"),
+        "{error}"
+    );
     for (key, position) in [("keep_first", 1.0), ("keep_last", 1.5)] {
         let mapping = STAMPED.replace("[time]", &format!("[time]\nduplicates = \"{key}\""));
         let logs = imported("duplicates", &mapping, &files).unwrap();

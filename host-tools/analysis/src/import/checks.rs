@@ -58,10 +58,8 @@ pub enum CheckError {
     },
     /// The time is the same in two rows, or runs backwards.
     #[error(
-        "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises in \
-         every row, counted from 1 as they are read (are two logs in one file, are its rows not in order, or have its stamps too few digits? With \
-         `sample_time_s` for `column` in [time] of a mapping the rows are equally far apart; with `duplicates = \"keep_first\"` one of \
-         several with the same time is kept)"
+        "{name}, row {row}: the time is {time_s} s after {before_s} s; expected a time that rises in every row, counted from 1 as \
+         they are in the file: {remedy}"
     )]
     TimeNotRising {
         /// The recording.
@@ -72,6 +70,8 @@ pub enum CheckError {
         time_s: f64,
         /// Time of the row before, s.
         before_s: f64,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The rows are not as far apart as promised.
     #[error(

@@ -104,10 +104,11 @@ fn begins_again(shown: &[f64]) -> bool {
 }
 
 /// Refuses rows of which nobody can tell how far it turns between them: at a steady speed of more than a quarter of a turn, the next
-/// step seems to be another by more than half a turn.
+/// step seems to be another by more than half a turn. `numbers`: what the rows are called.
 pub(super) fn ensure_told(
     rotations: &[UnitQuaternion<f64>],
     pieces: &[Range<usize>],
+    numbers: &[usize],
     name: &str,
 ) -> anyhow::Result<()> {
     let step = |pair: &[UnitQuaternion<f64>]| (pair[0].inverse() * pair[1]).scaled_axis();
@@ -126,7 +127,7 @@ pub(super) fn ensure_told(
             "{name}, row {}: it turns by {before} rad from a row to the next, and then by {after} rad the other way ({} such row(s)), as \
              what turns by more than half a turn from row to row seems to do, and nobody can tell how far; expected rows \
              closer together, or, in [orientation], a column that counts turns instead of beginning again after each",
-            first + 1,
+            numbers[*first],
             untold.len()
         );
     }

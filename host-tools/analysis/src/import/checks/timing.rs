@@ -23,7 +23,7 @@ pub(super) fn check(
     let name = context.name;
     let times: Vec<f64> = cycles.iter().map(|c| c.trace.time_s).collect();
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    ensure_rising(name, &times)?;
+    ensure_rising(name, &times, |n| n + 1)?;
     let median = typical(&steps);
     match context.sample_time_s {
         Some(expected_s) => ensure_rate(name, &steps, median, expected_s)?,
@@ -90,18 +90,32 @@ fn gaps(name: &str, cycles: &[CycleRecord], steps: &[f64], median: f64) -> Optio
     ))
 }
 
-/// Refuses times that do not rise in every row.
-pub(in crate::import) fn ensure_rising(name: &str, times: &[f64]) -> Result<(), CheckError> {
+/// Refuses times that do not rise in every row; `row`: what the n-th is called.
+pub(in crate::import) fn ensure_rising(
+    name: &str,
+    times: &[f64],
+    row: impl Fn(usize) -> usize,
+) -> Result<(), CheckError> {
     let rises = |pair: &[f64]| pair[0] < pair[1]; // not so for NaN
-    match times.windows(2).position(|pair| !rises(pair)) {
-        Some(n) => Err(CheckError::TimeNotRising {
-            name: name.to_owned(),
-            row: n + 2,
-            time_s: times[n + 1],
-            before_s: times[n],
-        }),
-        None => Ok(()),
-    }
+    let Some(n) = times.windows(2).position(|pair| !rises(pair)) else {
+        return Ok(());
+    };
+    let (before_s, time_s) = (times[n], times[n + 1]);
+    Err(CheckError::TimeNotRising {
+        name: name.to_owned(),
+        row: row(n + 1),
+        time_s,
+        before_s,
+        remedy: match time_s < before_s {
+            true => {
+                "are two logs in one file, of which [rows] of a mapping takes one, or are its rows not in order?"
+            }
+            false => {
+                "with `duplicates = \"keep_first\"` in [time] of a mapping one of several with the same time is kept; if its stamps \
+                 have too few digits, rows are equally far apart with `sample_time_s` for `column`"
+            }
+        },
+    })
 }
 
 /// Half of the log is sampled at another rate than the other half.

@@ -19,6 +19,8 @@ const MORE_THAN_A_TURN_RAD: f64 = 7.0;
 /// in a group that is, is zero.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
+    /// Numbers of the rows in their file, from 1; none of what is interpolated.
+    pub(super) rows: Vec<usize>,
     /// Time, s.
     pub(super) time_s: Vec<f64>,
     /// The loop is closed.
@@ -104,6 +106,7 @@ impl Channels {
         let orientation = mapping.orientation.as_ref();
         let orientation = orientation.map(|columns| rotation(columns, s, warnings));
         let mut channels = Self {
+            rows: s.numbers_of_rows().map(|n| n + 1).collect(),
             time_s,
             running: running(&mapping.mode, s, model_velocity.is_some())?,
             position,
@@ -243,6 +246,7 @@ impl Channels {
         }
         self.signals_mut()
             .for_each(|values| filter(values, &wanted));
+        filter(&mut self.rows, &wanted);
         filter(&mut self.time_s, &wanted);
         filter(&mut self.running, &wanted);
     }

@@ -231,6 +231,7 @@ mod tests {
         let part =
             |of: fn(f64) -> f64, scale: f64| (0..1000).map(|n| scale * of(half(n))).collect();
         let mut channels = Channels {
+            rows: Vec::new(),
             time_s: (0..1000).map(|n| 1e-3 * f64::from(n)).collect(),
             running: vec![false; 1000],
             position: None,
@@ -270,6 +271,7 @@ mod tests {
             let mut velocity = [(); 6].map(|()| still.clone());
             velocity[3].fill(1000.0);
             let mut channels = Channels {
+                rows: Vec::new(),
                 time_s: (0..1000).map(|n| f64::from(n) * 0.001).collect(),
                 running: vec![true; 1000],
                 position: None,

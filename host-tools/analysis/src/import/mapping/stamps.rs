@@ -76,9 +76,9 @@ pub(super) fn regular(
 ) -> anyhow::Result<()> {
     let times = channels.time_s.as_slice();
     // Before any row is filtered, made up or left out for its time.
-    ensure_rising(name, times)?;
+    ensure_rising(name, times, |n| channels.rows[n])?;
     let median_s = sample_time_s(times)?;
-    turns::ensure_told(&channels.uncounted(), &pieces(times), name)?;
+    turns::ensure_told(&channels.uncounted(), &pieces(times), &channels.rows, name)?;
     match time.resample_hz {
         Some(rate) => {
             let step_s = match rate {
@@ -398,6 +398,7 @@ fn interpolate(channels: &mut Channels, samples: &[f64], longest_s: f64, pieces:
         .map(|(row, _)| channels.running[*row])
         .collect();
     channels.time_s = samples.to_vec();
+    channels.rows.clear();
     normalise(channels);
 }
 
