@@ -111,7 +111,7 @@ fn a_wrench_of_the_base_is_turned_with_the_pose_of_its_row_and_files_stand_side_
     assert_eq!(logs.model.unwrap().1, AT_REST, "the user's own text");
 }
 
-/// The comment right above the numbers is a header, if it has a name for each column.
+/// Comments right above the numbers are a header, if they have a name for each column.
 #[test]
 fn names_of_columns_may_stand_behind_a_number_sign() {
     let mapping = r#"
@@ -121,10 +121,11 @@ fn names_of_columns_may_stand_behind_a_number_sign() {
         position = { x = "p" }
     "#;
     let log = |above: &str| table(above, 200, |n| format!("{} {}", 0.01 * n, n * n));
-    let named = [("log.csv", log("# a title\n# t  p"))];
-    let logs = imported("comment_header", mapping, &named).unwrap();
-    assert_eq!(logs.train[0].cycles.len(), 200);
-    for above in ["# t p u", "# t p\n", "# t p\n# end"] {
+    for above in ["# a title\n# t  p", "# t p\n# s m", "# t p\n# ----"] {
+        let logs = imported("comment_header", mapping, &[("log.csv", log(above))]).unwrap();
+        assert_eq!(logs.train[0].cycles.len(), 200, "{above}");
+    }
+    for above in ["# t p u", "# t p\n"] {
         let error = imported("comment_header", mapping, &[("log.csv", log(above))]);
         let error = error.unwrap_err();
         assert!(
@@ -132,6 +133,21 @@ fn names_of_columns_may_stand_behind_a_number_sign() {
             "{above}: {error}"
         );
     }
+}
+
+/// A column of words, and a delimiter at the end of each line.
+#[test]
+fn not_all_cells_below_a_comment_need_be_numbers() {
+    let mapping = "files = { train = \"log.csv\" }\ntime = { column = \"t\" }\nposition = { x = \"p\" }\n\
+                   mode = { column = \"state\", running = [\"run\"] }";
+    let log = table("# t,p,state,", 200, |n| {
+        format!("{},{},idle,", 0.01 * n, n * n)
+    });
+    imported("comment_words", mapping, &[("log.csv", log)]).unwrap();
+    let log = table("0,5;0,5;run", 200, |n| format!("{n},5;{n},5;run"));
+    let mapping = format!("{mapping}\ntable = {{ delimiter = \";\", decimal_comma = true }}");
+    let error = imported("comment_words", &mapping, &[("log.csv", log)]).unwrap_err();
+    assert!(error.contains("say `header = false` in [table]"), "{error}");
 }
 
 #[test]

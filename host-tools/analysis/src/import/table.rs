@@ -39,7 +39,7 @@ impl<'de> Deserialize<'de> for Delimiter {
 pub struct Dialect {
     /// Between two cells.
     pub delimiter: Delimiter,
-    /// The first line names the columns, or the comment right above it, where it holds numbers.
+    /// The first line names the columns, or the comments right above it, where it holds values.
     pub header: bool,
     /// `1,5` is one and a half.
     pub decimal_comma: bool,
@@ -152,6 +152,8 @@ pub struct Table {
     pub file: String,
     /// Names of the columns; `1`, `2`, ... where the file has no header.
     pub names: Vec<String>,
+    /// What comments farther above call them, the nearest first: right above the numbers may stand their units.
+    above: Vec<Vec<String>>,
     rows: Vec<csv::StringRecord>,
     /// The file's first row, also where it is not [kept](Self::keep).
     first: csv::StringRecord,
@@ -207,14 +209,15 @@ impl Table {
             }
             rows.push(row);
         }
-        let comment = comment_above(&text).map(|comment| cells(comment, delimiter));
-        Self::named(file, rows, comment, dialect)
+        let comments = comments_above(&text).into_iter();
+        let comments = comments.map(|comment| cells(comment, delimiter));
+        Self::named(file, rows, comments, dialect)
     }
 
     fn named(
         file: &str,
         mut rows: Vec<csv::StringRecord>,
-        comment: Option<Vec<String>>,
+        comments: impl Iterator<Item = Vec<String>>,
         dialect: &Dialect,
     ) -> Result<Self, TableError> {
         let no_row = || TableError::NoRow {
@@ -226,15 +229,16 @@ impl Table {
         if ends_empty(first) {
             first.truncate(first.len() - 1);
         }
-        let is_value = |cell: &str| {
-            parsed(cell.trim(), dialect.decimal_comma).is_ok() || date_ns(cell.trim()).is_some()
-        };
-        let names_these =
-            |names: &Vec<String>| names.len() == first.len() && first.iter().all(is_value);
-        let names: Vec<String> = match comment.filter(names_these) {
-            _ if !dialect.header => (1..=first.len()).map(|n| n.to_string()).collect(),
+        let holds_values = first
+            .iter()
+            .any(|cell| is_value(cell, dialect.decimal_comma));
+        let width = first.len();
+        let taken = dialect.header && holds_values;
+        let mut above = comments.filter(|names| taken && names.len() == width);
+        let names: Vec<String> = match above.next() {
             Some(names) => names,
-            None => rows.remove(0).iter().map(|n| n.trim().to_owned()).collect(),
+            None if dialect.header => rows.remove(0).iter().map(|n| n.trim().to_owned()).collect(),
+            None => (1..=width).map(|n| n.to_string()).collect(),
         };
         for row in &mut rows {
             if row.len() == names.len() + 1 && ends_empty(row) {
@@ -244,6 +248,7 @@ impl Table {
         Ok(Self {
             file: file.to_owned(),
             names,
+            above: above.collect(),
             first: rows.first().cloned().ok_or_else(no_row)?,
             rows,
             decimal_comma: dialect.decimal_comma,
@@ -280,6 +285,7 @@ impl Table {
         Self {
             file: self.file.clone(),
             names: self.names.clone(),
+            above: self.above.clone(),
             rows: vec![self.first.clone()],
             first: self.first.clone(),
             decimal_comma: self.decimal_comma,
@@ -302,30 +308,46 @@ impl Table {
     ///
     /// All names that do not exist, with the nearest that do; a name that exists twice.
     pub fn column_indices(&self, names: &[&str]) -> Result<Vec<usize>, TableError> {
-        let place = |name: &str| self.names.iter().position(|n| n == name);
         let missing: Vec<String> = names
             .iter()
-            .filter(|name| place(name).is_none())
+            .filter(|name| self.places(name).is_empty())
             .map(|name| self.missing(name, names))
             .collect();
         if !missing.is_empty() {
             return Err(TableError::MissingColumns {
                 file: self.file.clone(),
                 missing: missing.join(", "),
-                columns: self.names.join(", "),
+                columns: self.all_names().collect::<Vec<_>>().join(", "),
             });
         }
-        for name in names {
-            let count = self.names.iter().filter(|n| n == name).count();
-            if count > 1 {
-                return Err(TableError::Ambiguous {
-                    file: self.file.clone(),
-                    column: (*name).to_owned(),
-                    count,
-                });
-            }
-        }
-        Ok(names.iter().filter_map(|name| place(name)).collect())
+        let place = |name: &&str| match self.places(name).as_slice() {
+            [place] => Ok(*place),
+            places => Err(TableError::Ambiguous {
+                file: self.file.clone(),
+                column: (*name).to_owned(),
+                count: places.len(),
+            }),
+        };
+        names.iter().map(place).collect()
+    }
+
+    /// Places of the columns of a name, in the nearest line that has it.
+    pub fn places(&self, name: &str) -> Vec<usize> {
+        let mut lines = std::iter::once(&self.names).chain(&self.above);
+        let line = lines.find(|names| names.iter().any(|n| n == name));
+        let columns = line.into_iter().flatten().enumerate();
+        columns
+            .filter(|(_, n)| *n == name)
+            .map(|(place, _)| place)
+            .collect()
+    }
+
+    /// What the lines call the columns, the nearest line first.
+    pub fn all_names(&self) -> impl Iterator<Item = &str> {
+        self.names
+            .iter()
+            .chain(self.above.iter().flatten())
+            .map(String::as_str)
     }
 
     /// "no column `name` (did you mean `other`?)", where `other` is none of the wanted.
@@ -342,10 +364,7 @@ impl Table {
     }
 
     fn nearest_of(&self, name: &str, not: &[&str]) -> Option<&str> {
-        let free = || {
-            let names = self.names.iter().map(String::as_str);
-            names.filter(|n| !not.contains(n))
-        };
+        let free = || self.all_names().filter(|n| !not.contains(n));
         let same_letters = free().find(|n| n.eq_ignore_ascii_case(name));
         same_letters.or_else(|| nearest(name, free()))
     }
@@ -429,13 +448,15 @@ impl Table {
 
     /// What to do about columns whose names are the first row of numbers; empty where they are names.
     pub fn unnamed(&self) -> &'static str {
-        let is_number = |name: &String| name.parse::<f64>().is_ok();
         let counted = |(n, name): (usize, &String)| *name == (n + 1).to_string();
-        let names = || self.names.iter();
-        match names().all(is_number) && !names().enumerate().all(counted) {
+        let values = self
+            .names
+            .iter()
+            .filter(|name| is_value(name, self.decimal_comma));
+        match 2 * values.count() > self.names.len() && !self.names.iter().enumerate().all(counted) {
             true => {
                 "; these are numbers: if no line names the columns, say `header = false` in [table], and take them by \
-                 their numbers from 1"
+                 their numbers from 1; a comment right above names them if it has as many cells"
             }
             false => "",
         }
@@ -456,20 +477,34 @@ impl Table {
     }
 }
 
-/// The comment right above the first row.
-fn comment_above(text: &str) -> Option<&str> {
+/// The comments right above the first row, the nearest first.
+fn comments_above(text: &str) -> Vec<&str> {
     let above = text
         .lines()
         .take_while(|line| line.is_empty() || line.starts_with('#'));
-    above.last()?.strip_prefix('#')
+    let mut above: Vec<&str> = above.collect();
+    above.reverse();
+    above
+        .into_iter()
+        .map_while(|line| line.strip_prefix('#'))
+        .collect()
 }
 
 /// Names between delimiters.
 fn cells(line: &str, delimiter: u8) -> Vec<String> {
     let cells = line.trim().split(char::from(delimiter));
-    cells
+    let mut cells: Vec<String> = cells
         .map(|cell| cell.trim().trim_matches('"').to_owned())
-        .collect()
+        .collect();
+    if cells.len() > 1 && cells.last().is_some_and(String::is_empty) {
+        cells.pop();
+    }
+    cells
+}
+
+/// Whether a cell holds a number or a date, and no name.
+fn is_value(cell: &str, decimal_comma: bool) -> bool {
+    parsed(cell.trim(), decimal_comma).is_ok() || date_ns(cell.trim()).is_some()
 }
 
 fn parsed(cell: &str, decimal_comma: bool) -> Result<f64, ParseFloatError> {

@@ -115,14 +115,14 @@ impl Source {
         if self.missing.is_empty() {
             return Ok(());
         }
-        let names = self.tables.iter().flat_map(|t| t.names.iter());
-        let names: Vec<&str> = names.map(String::as_str).collect();
+        let names: Vec<&str> = self.tables.iter().flat_map(Table::all_names).collect();
+        let mut unnamed = self.tables.iter().map(Table::unnamed);
         bail!(
             "{}: {}; the columns are {}{}",
             self.name(),
             self.missing.join(", "),
             names.join(", "),
-            self.tables.first().map_or("", Table::unnamed)
+            unnamed.find(|hint| !hint.is_empty()).unwrap_or_default()
         )
     }
 
@@ -198,10 +198,11 @@ impl Source {
 
     fn by_name(&self, name: &str) -> anyhow::Result<Option<(usize, usize)>> {
         let tables = self.tables.iter().enumerate();
-        let mut found = tables.flat_map(|(table, t)| {
-            let places = t.names.iter().enumerate().filter(|(_, n)| *n == name);
-            places.map(move |(place, _)| (table, place))
-        });
+        let places = |(table, t): (usize, &Table)| {
+            let places = t.places(name).into_iter();
+            places.map(move |place| (table, place))
+        };
+        let mut found = tables.flat_map(places);
         let first = found.next();
         ensure!(
             found.next().is_none(),
