@@ -104,6 +104,90 @@ fn incomplete_rows_are_refused_or_left_out() {
     );
 }
 
+/// As a program writes them that puts topics of 250 Hz and of 100 Hz side by side.
+#[test]
+fn channels_of_several_rates_are_interpolated_each_through_its_own_rows() {
+    let position = (0..500).map(|n| (0.004 * f64::from(n), true));
+    let force = (0..200).map(|n| (0.0013 + 0.01 * f64::from(n), false));
+    let mut rows: Vec<(f64, bool)> = position.chain(force).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let row = |(t, is_position): &(f64, bool)| match is_position {
+        // A quaternion and its negative are one orientation.
+        true => {
+            let q = if t.fract() < 0.3 { 0.5 } else { -0.5 };
+            format!("{t},{},,{q},{q},{q},{q}\n", 100.0 * t.sin())
+        }
+        false => format!("{t},,{},,,,\n", (3.0 * t).sin()),
+    };
+    let rows: String = rows.iter().map(row).collect();
+    let log = format!("time,pos_x,fx,w,x,y,z\n{rows}");
+    let orientation = "[orientation]\nquaternion = [\"w\", \"x\", \"y\", \"z\"]";
+    let mapping = GOOD.replace(
+        "[time]",
+        &format!("{orientation}\n[time]\nresample_hz = 250"),
+    );
+    let left_out = format!("{mapping}\n[rows]\nincomplete = \"leave_out\"");
+    let expected = "say `incomplete = \"interpolate\"` in [rows]";
+    refused("mapping_merged", &left_out, log.clone(), expected);
+    let mapping = left_out.replace("leave_out", "interpolate");
+    let as_they_are = mapping.replace("resample_hz = 250", "");
+    refused(
+        "mapping_merged",
+        &as_they_are,
+        log.clone(),
+        "say `resample_hz` in [time]",
+    );
+    let logs = imported("mapping_merged", &mapping, &[("log.csv", log)]).unwrap();
+    let told = logs.warnings.concat();
+    for filled in ["position x 200, ", ", wrench fx 497"] {
+        assert!(told.contains(filled), "{told}");
+    }
+    for cycle in &logs.train[0].cycles {
+        let t = cycle.trace.time_s;
+        let off = [
+            cycle.trace.pose[0] - 0.1 * t.sin(),
+            cycle.inputs.sensor.wrench[0] - (3.0 * t).sin(),
+            cycle.trace.pose[3..].iter().sum::<f64>().abs() - 2.0,
+        ];
+        assert!(off.iter().all(|off| off.abs() < 1e-3), "{t}: {off:?}");
+    }
+}
+
+#[test]
+fn rows_of_variables_are_told_and_turned_round() {
+    let columns = [("time", 0.01, 0.0), ("pos_x", 1.0, 0.0), ("fx", 1.0, 1.0)];
+    let row = |(name, scale, offset): &(&str, f64, f64)| {
+        let cells = (0..200).map(|n| format!(",{}", scale * f64::from(n) + offset));
+        format!("{name}{}\n", cells.collect::<String>())
+    };
+    let log: String = columns.iter().map(row).collect();
+    let expected = "2 rows of 201 cells; expected a row for each instant";
+    refused("mapping_transposed", GOOD, log.clone(), expected);
+    let mapping = format!("{GOOD}\n[table]\ntransposed = true");
+    let logs = imported("mapping_transposed", &mapping, &[("log.csv", log.clone())]).unwrap();
+    let last = &logs.train[0].cycles[199];
+    assert_eq!(
+        (last.trace.pose[0], last.inputs.sensor.wrench[0]),
+        (0.199, 200.0)
+    );
+    let broken = log.replace(",50,", ",fifty,");
+    refused(
+        "mapping_transposed",
+        &mapping,
+        broken,
+        "line 52, column `pos_x`",
+    );
+}
+
+#[test]
+fn a_wrench_alone_is_told_to_show_nothing_that_moves() {
+    let log = table("time,fx", 200, |n| format!("{},{}", 0.01 * n, n.sin()));
+    let mapping =
+        "files = { train = \"log.csv\" }\ntime = { column = \"time\" }\nwrench = { fx = \"fx\" }";
+    let logs = imported("mapping_wrench", mapping, &[("log.csv", log)]).unwrap();
+    assert!(logs.warnings[0].contains("no motion is mapped"));
+}
+
 #[test]
 fn mistakes_in_a_mapping_are_named() {
     imported("mapping_good", GOOD, &[("log.csv", good_log())]).unwrap();

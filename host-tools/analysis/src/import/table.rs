@@ -6,6 +6,10 @@ use softdock_io::input::nearest;
 use std::borrow::Cow;
 use std::num::ParseFloatError;
 
+/// Of fewer rows than any log needs, with more columns than any table has, each is a variable.
+const FEWEST_ROWS: usize = 12;
+const MOST_COLUMNS: usize = 100;
+
 /// What stands between two cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Delimiter {
@@ -45,6 +49,8 @@ pub struct Dialect {
     pub decimal_comma: bool,
     /// Lines before the table that are not read.
     pub skip_lines: usize,
+    /// A column stands in each row.
+    pub transposed: bool,
 }
 
 impl Default for Dialect {
@@ -54,6 +60,7 @@ impl Default for Dialect {
             header: true,
             decimal_comma: false,
             skip_lines: 0,
+            transposed: false,
         }
     }
 }
@@ -76,6 +83,19 @@ pub enum TableError {
         missing: String,
         /// Names of those that exist.
         columns: String,
+    },
+    /// A variable stands in each row.
+    #[error(
+        "{file}: {rows} rows of {columns} cells; expected a row for each instant: if each row holds a variable, say \
+         `transposed = true` in [table]"
+    )]
+    Wide {
+        /// File.
+        file: String,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
     },
     /// Two columns of one name.
     #[error(
@@ -209,6 +229,9 @@ impl Table {
             }
             rows.push(row);
         }
+        if dialect.transposed {
+            rows = transposed(file, &rows)?;
+        }
         let comments = comments_above(&text).into_iter();
         let comments = comments.map(|comment| cells(comment, delimiter));
         Self::named(file, rows, comments, dialect)
@@ -244,6 +267,13 @@ impl Table {
             if row.len() == names.len() + 1 && ends_empty(row) {
                 row.truncate(names.len());
             }
+        }
+        if rows.len() < FEWEST_ROWS && names.len() > MOST_COLUMNS {
+            return Err(TableError::Wide {
+                file: file.to_owned(),
+                rows: rows.len(),
+                columns: names.len(),
+            });
         }
         Ok(Self {
             file: file.to_owned(),
@@ -317,7 +347,7 @@ impl Table {
             return Err(TableError::MissingColumns {
                 file: self.file.clone(),
                 missing: missing.join(", "),
-                columns: self.all_names().collect::<Vec<_>>().join(", "),
+                columns: listed(self.all_names()),
             });
         }
         let place = |name: &&str| match self.places(name).as_slice() {
@@ -477,6 +507,41 @@ impl Table {
     }
 }
 
+/// Rows of the columns; their line is their place in the lines.
+fn transposed(
+    file: &str,
+    lines: &[csv::StringRecord],
+) -> Result<Vec<csv::StringRecord>, TableError> {
+    let width = lines.first().map_or(0, csv::StringRecord::len);
+    if let Some(other) = lines.iter().find(|cells| cells.len() != width) {
+        return Err(TableError::Ragged {
+            file: file.to_owned(),
+            line: line(other),
+            expected: width,
+            received: other.len(),
+            hint: ragged(&[]),
+        });
+    }
+    let row = |place: usize| {
+        let mut row: csv::StringRecord = lines.iter().map(|cells| &cells[place]).collect();
+        let mut position = csv::Position::new();
+        position.set_line(place as u64 + 1);
+        row.set_position(Some(position));
+        row
+    };
+    Ok((0..width).map(row).collect())
+}
+
+/// Names in an error, of many the first.
+pub fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const MOST: usize = 50;
+    let names: Vec<&str> = names.collect();
+    match names.get(..MOST) {
+        Some(first) => format!("{} .. ({} in all)", first.join(", "), names.len()),
+        None => names.join(", "),
+    }
+}
+
 /// The comments right above the first row, the nearest first.
 fn comments_above(text: &str) -> Vec<&str> {
     let above = text
@@ -568,8 +633,8 @@ fn hint(cell: &str, is_number: bool, decimal_comma: bool) -> &'static str {
         return "if this is the time of the row, say `unit = \"date\"` in [time] column";
     }
     if cell.is_empty() || is_number {
-        "leave the row out (a mapping does with `incomplete = \"leave_out\"` in [rows]), or repair it: a gap that is \
-         filled in silently looks like an effect"
+        "leave the row out (a mapping does with `incomplete = \"leave_out\"` in [rows]; where each row has some of the channels, \
+         `\"interpolate\"`), or repair it: a gap that is filled in silently looks like an effect"
     } else if !decimal_comma && cell.contains(',') {
         "if this is a decimal comma, say `decimal_comma = true`"
     } else {

@@ -58,9 +58,8 @@ impl Angles {
     pub(super) fn of_quaternions([w, x, y, z]: &[Vec<f64>; 4]) -> Option<Self> {
         let rows = x.iter().zip(y).zip(z);
         let vectors: Vec<Vector3<f64>> = rows.map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect();
-        let farthest = vectors
-            .iter()
-            .max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
+        let known = vectors.iter().filter(|v| v.norm().is_finite());
+        let farthest = known.max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
         let axis = farthest.try_normalize(OFF)?;
         let axis = axis * axis[axis.iamax()].signum();
         if vectors

@@ -2,10 +2,11 @@
 
 use super::column::{Column, Quantity};
 use super::file::{
-    Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Span, TWIST_KEYS, Turns,
-    WRENCH_KEYS,
+    Incomplete, Mapping, Mode, Order, Orientation, POSITION_KEYS, ROTATION_KEYS, Span, TWIST_KEYS,
+    Turns, WRENCH_KEYS,
 };
 use super::source::Source;
+use super::stamps;
 use crate::import::turns::Angles;
 use anyhow::{Context, bail, ensure};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -118,7 +119,12 @@ impl Channels {
         };
         let name = source.name();
         source.finish()?;
+        if mapping.rows.incomplete == Incomplete::Interpolate {
+            let resamples = mapping.time.resample_hz.is_some();
+            stamps::fill_in(&mut channels, resamples, &name, warnings)?;
+        }
         channels.leave_incomplete_out(&name, warnings)?;
+        warnings.extend(channels.lacks_motion(&name));
         Ok(channels)
     }
 
@@ -142,7 +148,7 @@ impl Channels {
         ensure!(
             incomplete < rows,
             "{name}: in each of {rows} rows a cell of a column that is mapped holds no number; map columns that the \
-             table has values for"
+             table has values for, or, where each row has some of the channels, say `incomplete = \"interpolate\"` in [rows]"
         );
         if incomplete > 0 {
             self.keep(|n| whole[n]);
@@ -151,6 +157,18 @@ impl Channels {
             ));
         }
         Ok(())
+    }
+
+    /// Says so where nothing that moves is mapped.
+    fn lacks_motion(&self, name: &str) -> Option<String> {
+        let motions = [&self.executed, &self.sent];
+        let poses = self.position.is_some() || self.orientation.is_some();
+        (!poses && motions.iter().all(|motion| motion.is_none())).then(|| {
+            format!(
+                "{name}: no motion is mapped, so nothing that depends on one can show: map [position], [orientation] or \
+                 [executed_velocity], if the table has them"
+            )
+        })
     }
 
     /// Orientations of the rows if nothing counts their turns, else none.

@@ -326,6 +326,8 @@ pub(super) enum Incomplete {
     Refuse,
     /// They are left out, which makes gaps.
     LeaveOut,
+    /// The cell is interpolated between those of its column that hold one: rows have some of the channels each.
+    Interpolate,
 }
 
 /// A zero-phase Butterworth low-pass on every channel, then every n-th row.

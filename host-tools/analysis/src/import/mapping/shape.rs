@@ -198,10 +198,15 @@ pub(super) fn unroll(channels: &mut Channels) {
         channels.orientation = Some(Rotation::Angles(angles));
         return;
     }
-    for n in 1..parts[0].len() {
-        let along: f64 = parts.iter().map(|part| part[n] * part[n - 1]).sum();
+    // Rows that hold none yet are passed over.
+    let mut last = 0;
+    for n in 0..parts[0].len() {
+        let along: f64 = parts.iter().map(|part| part[n] * part[last]).sum();
         if along < 0.0 {
             parts.iter_mut().for_each(|part| part[n] = -part[n]);
+        }
+        if parts.iter().all(|part| part[n].is_finite()) {
+            last = n;
         }
     }
 }

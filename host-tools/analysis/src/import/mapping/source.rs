@@ -2,7 +2,7 @@
 
 use super::column::{Column, ColumnName, Quantity};
 use super::file::{Incomplete, Mapping};
-use crate::import::table::{Table, TableError};
+use crate::import::table::{Table, TableError, listed};
 use anyhow::{Context, bail, ensure};
 use std::path::Path;
 
@@ -115,13 +115,12 @@ impl Source {
         if self.missing.is_empty() {
             return Ok(());
         }
-        let names: Vec<&str> = self.tables.iter().flat_map(Table::all_names).collect();
         let mut unnamed = self.tables.iter().map(Table::unnamed);
         bail!(
             "{}: {}; the columns are {}{}",
             self.name(),
             self.missing.join(", "),
-            names.join(", "),
+            listed(self.tables.iter().flat_map(Table::all_names)),
             unnamed.find(|hint| !hint.is_empty()).unwrap_or_default()
         )
     }
@@ -143,7 +142,9 @@ impl Source {
             Some((table, index)) if column.is_date() => self.tables[table].dates(index)?,
             Some((table, index)) => match self.incomplete {
                 Incomplete::Refuse => self.tables[table].numbers(index)?,
-                Incomplete::LeaveOut => self.tables[table].numbers_or_nan(index)?,
+                Incomplete::LeaveOut | Incomplete::Interpolate => {
+                    self.tables[table].numbers_or_nan(index)?
+                }
             },
             None => vec![0.0; self.rows()],
         };

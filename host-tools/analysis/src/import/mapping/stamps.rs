@@ -61,6 +61,79 @@ pub(super) fn without_duplicates(
     ));
 }
 
+/// Interpolates each signal where its row holds none, between rows of its own that are not too far apart; how many went so is told.
+///
+/// # Errors
+///
+/// Rows of several rates, one behind the other, that are not resampled.
+pub(super) fn fill_in(
+    channels: &mut Channels,
+    resamples: bool,
+    name: &str,
+    told: &mut Vec<String>,
+) -> anyhow::Result<()> {
+    let times = channels.time_s.clone();
+    ensure!(
+        resamples || are_even(&times),
+        "{name}: rows of several channels, one behind the other, are not equally far apart: say `resample_hz` in [time], the rate \
+         of the fastest"
+    );
+    unroll(channels);
+    let counts = channels.signals_mut().map(|signal| fill(signal, &times));
+    let counts: Vec<usize> = counts.collect();
+    normalise(channels);
+    let filled = channels.named().into_iter().zip(counts);
+    let filled = filled.filter(|(_, count)| *count > 0);
+    let filled: Vec<String> = filled
+        .map(|((of, ..), count)| format!("{of} {count}"))
+        .collect();
+    if !filled.is_empty() {
+        told.push(format!(
+            "{name}: of {} rows values are interpolated from those of the same column: {}",
+            times.len(),
+            filled.join(", ")
+        ));
+    }
+    Ok(())
+}
+
+/// [`fill_in`] of one signal; how many values it now has more.
+fn fill(signal: &mut [f64], times: &[f64]) -> usize {
+    let own = (0..times.len()).filter(|n| signal[*n].is_finite() && times[*n].is_finite());
+    let (own_times, values): (Vec<f64>, Vec<f64>) = own.map(|n| (times[n], signal[n])).unzip();
+    let longest_s = RESAMPLED_GAP * sample_time_s(&own_times).unwrap_or(0.0);
+    let pieces = split(&own_times, longest_s);
+    let cubic = Cubic {
+        times: &own_times,
+        values: &values,
+        longest_s,
+    };
+    let between = |time: f64| {
+        let row = own_times
+            .partition_point(|own| *own <= time)
+            .checked_sub(1)?;
+        let piece = &pieces[pieces.partition_point(|piece| piece.end <= row)];
+        (row + 1 < piece.end).then(|| cubic.at(time, row, piece))
+    };
+    let mut count = 0;
+    let rows = signal.iter_mut().zip(times);
+    for (value, time) in rows.filter(|(value, _)| !value.is_finite()) {
+        if let Some(filled) = between(*time) {
+            (*value, count) = (filled, count + 1);
+        }
+    }
+    count
+}
+
+/// Whether nearly all steps are about the median one.
+fn are_even(times: &[f64]) -> bool {
+    /// Farthest from it, as a part of it.
+    const ABOUT: f64 = 0.25;
+    let median_s = sample_time_s(times).unwrap_or(f64::INFINITY);
+    let off = |pair: &&[f64]| ((pair[1] - pair[0]) / median_s - 1.0).abs() > ABOUT;
+    times.windows(2).filter(off).count() as f64 <= FEW * times.len() as f64
+}
+
 /// Makes equal steps of the rows where the mapping says how; what was done goes to `told`. `cutoff_hz`: of the low-pass
 /// that the rows go through afterwards.
 ///
@@ -302,7 +375,7 @@ fn ensure_followed(channels: &Channels, name: &str) -> anyhow::Result<()> {
     ensure!(
         turn < PI,
         "{name}: at {} Hz it turns by up to {} rad from a row to the next (after {} s), and of half a turn or more nobody can tell which \
-         way; expected [time] resample_hz of more than {}, or, if the angle is wrong there, other [rows]",
+         way; expected [time] resample_hz of more than {}, other [rows] if the angle is wrong there, or the angle as a [position]",
         number::significant(rate_hz, 4),
         number::significant(turn, 3),
         number::significant(after_s, 6),
