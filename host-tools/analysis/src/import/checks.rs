@@ -8,7 +8,7 @@ mod causality;
 mod force;
 mod timing;
 
-pub(super) use timing::ensure_rising;
+pub(super) use timing::{GAP, ensure_rising};
 mod units;
 
 use softdock_app::record::CycleRecord;

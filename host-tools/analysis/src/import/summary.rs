@@ -3,9 +3,9 @@
 use super::turns::{OFF, turned};
 use serde::Serialize;
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::{self, Pose};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Axis;
+use softdock_physics::model::load::pose_of;
 use softdock_report::{Cell, Column, Table, number};
 use softdock_statistics::sample_time;
 
@@ -69,7 +69,7 @@ const GROUPS: [Group; 5] = [
 /// Positions and rotation vectors; where everything turns about one axis, angles that count whole turns.
 fn poses(recording: &Recording) -> Vec<[f64; 6]> {
     let vector = |c: &CycleRecord| {
-        let pose = pose(c);
+        let pose = pose_of(&c.trace.pose);
         let (p, r) = (pose.translation.vector, pose.rotation.scaled_axis());
         [p.x, p.y, p.z, r.x, r.y, r.z]
     };
@@ -81,11 +81,6 @@ fn poses(recording: &Recording) -> Vec<[f64; 6]> {
         both.for_each(|(value, angle)| value[axis + 3] = angle);
     }
     values
-}
-
-pub(super) fn pose(cycle: &CycleRecord) -> Pose<f64> {
-    let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
-    frames::pose(&[x, y, z], &[qw, qx, qy, qz])
 }
 
 /// Name of the velocity that may be derived.

@@ -5,12 +5,11 @@
 //! column of the angle says them, if there is one and it does not begin again after each turn. If not, the logs of one
 //! import are of one machine: the middle of each is taken to be within half a turn of that of the first ([`Turning`]).
 
-use super::summary::pose;
 use anyhow::bail;
 use nalgebra::{UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
 use softdock_control::frames::Pose;
-use softdock_physics::model::load::{angles, count_turns, turned_since_first};
+use softdock_physics::model::load::{angles, count_turns, pose_of, turned_since_first};
 use softdock_report::number;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
@@ -135,7 +134,7 @@ pub(super) fn ensure_told(
 
 /// The axis of M about which the cycles turn most.
 fn axis(cycles: &[CycleRecord]) -> usize {
-    let turned = turned_since_first(cycles.iter().map(pose));
+    let turned = turned_since_first(cycles.iter().map(|c| pose_of(&c.trace.pose)));
     let most = turned.fold(Vector3::zeros(), |most: Vector3<f64>, turned| {
         most.sup(&turned.abs())
     });
@@ -144,7 +143,7 @@ fn axis(cycles: &[CycleRecord]) -> usize {
 
 /// The angle of each cycle about an axis of M, rad: the first with so many whole turns.
 fn about(axis: usize, cycles: &[CycleRecord], whole_turns: i32) -> Vec<f64> {
-    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
+    let poses: Vec<Pose<f64>> = cycles.iter().map(|c| pose_of(&c.trace.pose)).collect();
     angles(&poses, &Vector3::ith(axis, 1.0), whole_turns)
 }
 

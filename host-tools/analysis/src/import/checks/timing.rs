@@ -7,8 +7,8 @@ use softdock_statistics::median;
 
 /// How far the mean step may be from the promised one, relative: clocks are better than that.
 const SAME_RATE: f64 = 0.01;
-/// A step of more than so many median steps is a gap.
-const GAP: f64 = 1.5;
+/// A step of more than so many median steps is a gap: a row is missing.
+pub(in crate::import) const GAP: f64 = 1.5;
 /// A log of motions with slower rows than this was probably written in other units, s.
 const SLOWEST_S: f64 = 0.5;
 /// ... and one with faster rows, s.

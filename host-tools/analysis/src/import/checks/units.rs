@@ -2,8 +2,9 @@
 
 use super::{CheckError, Context};
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::{self, Pose, Twist};
+use softdock_control::frames::Twist;
 use softdock_physics::model::Axis;
+use softdock_physics::model::load::pose_of;
 use softdock_report::number;
 use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
@@ -242,11 +243,7 @@ fn velocities_of_positions(cycles: &[CycleRecord], sample_time_s: f64) -> Vec<(A
 
 /// How far the pose moved in C and turned in M.
 fn step(before: &[f64; 7], after: &[f64; 7]) -> [f64; 6] {
-    let pose = |p: &[f64; 7]| -> Pose<f64> {
-        let [x, y, z, qw, qx, qy, qz] = *p;
-        frames::pose(&[x, y, z], &[qw, qx, qy, qz])
-    };
-    let (before, after) = (pose(before), pose(after));
+    let (before, after) = (pose_of(before), pose_of(after));
     Twist {
         linear: after.translation.vector - before.translation.vector,
         angular: (before.rotation.inverse() * after.rotation).scaled_axis(),

@@ -62,6 +62,13 @@ impl Rotation {
         }
     }
 
+    fn signals(&self) -> &[Vec<f64>] {
+        match self {
+            Self::Quaternions(parts) => parts,
+            Self::Angles(angles) => std::slice::from_ref(&angles.rad),
+        }
+    }
+
     fn signals_mut(&mut self) -> &mut [Vec<f64>] {
         match self {
             Self::Quaternions(parts) => parts,
@@ -191,54 +198,38 @@ impl Channels {
 
     /// All signals that are mapped, with their names and units, in the order of
     /// [`Self::signals_mut`].
-    pub(super) fn named(&self) -> Vec<(String, &'static str, &[f64])> {
-        fn group<'a>(
-            name: &str,
-            keys: &[&str],
-            [linear, angular]: [&'static str; 2],
-            signals: Option<&'a [Vec<f64>]>,
-        ) -> Vec<(String, &'static str, &'a [f64])> {
-            let signals = signals.into_iter().flatten().zip(keys).enumerate();
-            let named = signals.map(|(i, (values, key))| {
-                let unit = if i < 3 { linear } else { angular };
-                (format!("{name} {key}"), unit, values.as_slice())
-            });
-            named.collect()
-        }
+    pub(super) fn named<'a>(&'a self) -> Vec<(String, &'static str, &'a [f64])> {
+        type Group<'a> = (
+            &'a str,
+            &'a [&'a str],
+            [&'static str; 2],
+            Option<&'a [Vec<f64>]>,
+        );
         fn slice<const N: usize>(signals: &Option<[Vec<f64>; N]>) -> Option<&[Vec<f64>]> {
             signals.as_ref().map(<[_; N]>::as_slice)
         }
-        let orientation = match &self.orientation {
-            Some(Rotation::Angles(angles)) => {
-                let rad = std::slice::from_ref(&angles.rad);
-                group("orientation", &["angle"], ["rad"; 2], Some(rad))
-            }
-            Some(Rotation::Quaternions(parts)) => {
-                let keys = ["qw", "qx", "qy", "qz"];
-                group("orientation", &keys, [""; 2], Some(parts))
-            }
-            None => Vec::new(),
+        let (parts, unit) = match &self.orientation {
+            Some(Rotation::Angles(_)) => (&["angle"][..], "rad"),
+            _ => (&["qw", "qx", "qy", "qz"][..], ""),
         };
-        let speed = ["m/s", "rad/s"];
-        [
-            group("position", &POSITION_KEYS, ["m"; 2], slice(&self.position)),
-            orientation,
-            group("sent velocity", &TWIST_KEYS, speed, slice(&self.sent)),
-            group(
-                "executed velocity",
-                &TWIST_KEYS,
-                speed,
-                slice(&self.executed),
-            ),
-            group(
-                "model velocity",
-                &TWIST_KEYS,
-                speed,
-                slice(&self.model_velocity),
-            ),
-            group("wrench", &WRENCH_KEYS, ["N", "N·m"], slice(&self.wrench)),
-        ]
-        .concat()
+        let orientation = self.orientation.as_ref().map(Rotation::signals);
+        let (speed, twist) = (["m/s", "rad/s"], &TWIST_KEYS[..]);
+        let groups: [Group<'_>; 6] = [
+            ("position", &POSITION_KEYS, ["m"; 2], slice(&self.position)),
+            ("orientation", parts, [unit; 2], orientation),
+            ("sent velocity", twist, speed, slice(&self.sent)),
+            ("executed velocity", twist, speed, slice(&self.executed)),
+            ("model velocity", twist, speed, slice(&self.model_velocity)),
+            ("wrench", &WRENCH_KEYS, ["N", "N·m"], slice(&self.wrench)),
+        ];
+        let named = |(name, keys, units, signals): Group<'a>| {
+            let signals = signals.into_iter().flatten().zip(keys).enumerate();
+            signals.map(move |(i, (values, key))| {
+                let unit = units[usize::from(i >= 3)];
+                (format!("{name} {key}"), unit, values.as_slice())
+            })
+        };
+        groups.into_iter().flat_map(named).collect()
     }
 
     /// All signals but time and mode.

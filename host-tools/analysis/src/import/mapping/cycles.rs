@@ -17,8 +17,9 @@ use crate::import::summary::EXECUTED;
 use anyhow::ensure;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use softdock_app::record::CycleRecord;
-use softdock_control::frames::{self, Pose, Twist, Wrench};
+use softdock_control::frames::{Pose, Twist, Wrench};
 use softdock_control::modes::Mode;
+use softdock_physics::model::load::pose_of;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -60,7 +61,7 @@ pub(super) fn cycles(
     }
     if base {
         for cycle in &mut cycles {
-            let c_from_s = pose(cycle).rotation * m_from_s;
+            let c_from_s = pose_of(&cycle.trace.pose).rotation * m_from_s;
             let wrench = &mut cycle.inputs.sensor.wrench;
             let in_base = Wrench::of(wrench);
             *wrench = Wrench {
@@ -121,11 +122,6 @@ fn row<const N: usize>(signals: &Option<[Vec<f64>; N]>, n: usize) -> Option<[f64
     Some(std::array::from_fn(|i| signals[i][n]))
 }
 
-fn pose(cycle: &CycleRecord) -> Pose<f64> {
-    let [x, y, z, qw, qx, qy, qz] = cycle.trace.pose;
-    frames::pose(&[x, y, z], &[qw, qx, qy, qz])
-}
-
 /// Fills in the parts of the pose that are not mapped.
 fn integrate(
     cycles: &mut [CycleRecord],
@@ -160,7 +156,7 @@ fn integrate(
 
 /// Executed velocity as the difference of two poses; the first cycle of a piece repeats the second.
 fn differentiate(cycles: &mut [CycleRecord], sample_time_s: f64) {
-    let poses: Vec<Pose<f64>> = cycles.iter().map(pose).collect();
+    let poses: Vec<Pose<f64>> = cycles.iter().map(|c| pose_of(&c.trace.pose)).collect();
     let rate = 1.0 / sample_time_s;
     let velocity = |from: &Pose<f64>, to: &Pose<f64>| Twist {
         linear: (to.translation.vector - from.translation.vector) * rate,

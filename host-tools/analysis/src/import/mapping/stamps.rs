@@ -6,16 +6,14 @@
 use super::channels::Channels;
 use super::file::{Duplicates, Gaps, Resample, Time};
 use super::shape::{largest_turn, normalise, sample_time_s, unroll};
-use crate::import::checks::ensure_rising;
+use crate::import::checks::{GAP, ensure_rising};
 use crate::import::turns;
 use anyhow::{bail, ensure};
 use softdock_report::number;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// A step of more than so many median steps is a gap: a row is missing.
-const GAP: f64 = 1.5;
-/// ... and where steps of any length are resampled: longer than what a cubic through four rows
+/// A gap, in median steps, where steps of any length are resampled: longer than what a cubic through four rows
 /// bridges, half a period of the fastest motion, if that takes ten rows.
 const RESAMPLED_GAP: f64 = 5.0;
 /// Longest step that a cubic bridges, in periods of the fastest motion: what is faster than the low-pass behind it is
