@@ -43,7 +43,7 @@ pub(super) fn notes(
     }
     let both = drifts(used, unknowns, fit).into_iter().flatten();
     let told = both.zip([("forces", "N"), ("torques", "N·m")]);
-    told.filter(|(drift, _)| drift.p < LEVEL)
+    told.filter_map(|(drift, of)| Some((drift.filter(|drift| drift.p < LEVEL)?, of)))
         .map(|(drift, (what, unit))| straight(&drift, what, unit))
         .collect()
 }

@@ -3,6 +3,7 @@
 use super::equations::{AT_REST, BIAS, Group, MASS, MOMENT, Observation, Unknowns};
 use super::gravity::Gravity;
 use nalgebra::{DMatrix, DVector};
+use softdock_statistics::f_p;
 use std::borrow::Borrow;
 
 /// Steps in which noise and direction of gravity settle; each step is a linear problem, and a tilt
@@ -203,10 +204,13 @@ pub(super) struct Drift {
     pub p: f64,
 }
 
-/// Drifts of forces and torques over the time of the groups, as three more unknowns each beside a solution; None where too few
-/// readings or no time leave nothing to tell.
-pub(super) fn drifts(groups: &[&Group], unknowns: &Unknowns, fit: &Solution) -> Option<[Drift; 2]> {
-    use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+/// Drifts of forces and torques over the time of the groups, as three more unknowns each beside a solution; None of that of which too
+/// few readings leave nothing to tell, of both without any time.
+pub(super) fn drifts(
+    groups: &[&Group],
+    unknowns: &Unknowns,
+    fit: &Solution,
+) -> Option<[Option<Drift>; 2]> {
     let weights = vec![1.0; groups.len()];
     let mut problem = Problem::new(
         groups,
@@ -233,20 +237,27 @@ pub(super) fn drifts(groups: &[&Group], unknowns: &Unknowns, fit: &Solution) -> 
     };
     let mut of = |part: usize| {
         let columns = DMatrix::from_columns(&[0, 1, 2].map(|axis| own(3 * part + axis)));
-        let right = columns.tr_mul(&left);
-        let over = columns.tr_mul(&columns).cholesky()?.solve(&right);
-        let explained = over.dot(&right);
-        let squares = left.iter().enumerate().filter(|(i, _)| i % 6 / 3 == part);
-        let squares: f64 = squares.map(|(_, r)| r * r).sum();
+        let over = columns.tr_mul(&columns).cholesky()?;
+        let over = over.solve(&columns.tr_mul(&left));
+        // A tilt of gravity joins both parts: what the drift explains of the other has another number of readings and unknowns.
+        let [without, with] = [&left, &(&left - &columns * &over)].map(|left| squares(left, part));
         let freedom = fit.freedom[part] - 3.0;
-        let times = explained / 3.0 / ((squares - explained) / freedom);
-        let by_chance = FisherSnedecor::new(3.0, freedom).ok()?.sf(times.max(0.0));
+        let times = (without - with) / 3.0 / (with / freedom);
         Some(Drift {
             over: [over[0], over[1], over[2]],
-            p: by_chance,
+            p: f_p(times.max(0.0), 3.0, freedom),
         })
     };
-    Some([of(0)?, of(1)?])
+    Some([of(0), of(1)])
+}
+
+/// Sum of the squares of the forces or of the torques among residuals.
+fn squares(residual: &DVector<f64>, part: usize) -> f64 {
+    let own = residual
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| i % 6 / 3 == part);
+    own.map(|(_, r)| r * r).sum()
 }
 
 /// Rows in units of the noise.
@@ -384,13 +395,8 @@ impl Problem {
     fn left(&self, values: &DVector<f64>) -> Left {
         let residual = &self.read - &self.rows * values;
         let of = |part: usize, unknowns: usize| {
-            let numbers = residual
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| i % 6 / 3 == part);
-            let squares: f64 = numbers.map(|(_, r)| r * r).sum();
             let freedom = (residual.len() as f64 / 2.0 - unknowns as f64).max(1.0);
-            let sigma = self.sigma[part] * (squares / freedom).sqrt();
+            let sigma = self.sigma[part] * (squares(&residual, part) / freedom).sqrt();
             (sigma.max(LEAST_SIGMA[part]), freedom)
         };
         let (force, torque) = (
