@@ -46,25 +46,36 @@ pub fn identify(recording: &Recording) -> Result<Identification> {
     // In a closed loop the motion follows the force, not the force the motion.
     let modes = recording.cycles.iter().map(|c| c.trace.mode);
     let is_jog = modes.into_iter().all(|mode| mode != Mode::Running);
-    let found: Vec<AxisActuator> = tracks
+    let found: Vec<Result<AxisActuator, String>> = tracks
         .par_iter()
         .map(|track| {
             let mut found = structure::found(track);
+            if let Some(reason) = found.goes_elsewhere(track) {
+                return Err(reason);
+            }
             if is_jog {
                 found.feedback_latency = latency::feedback(&log, track, &found);
             }
-            found
+            Ok(found)
         })
         .collect();
-    refused.extend(found.iter().filter_map(AxisActuator::goes_elsewhere));
-    let axes: Vec<AxisActuator> = found
-        .into_iter()
-        .filter(|axis| axis.goes_elsewhere().is_none())
-        .collect();
+    let mut axes = Vec::new();
+    for found in found {
+        match found {
+            Ok(axis) => axes.push(axis),
+            Err(reason) => refused.push(reason),
+        }
+    }
     if axes.is_empty() {
+        // Of what moved, a jog was recorded: each reason says what to look at.
+        let remedy = match tracks.is_empty() {
+            true => {
+                ". Record a jog in free space (`softdock identify actuator --rehearse` shows one) with velocities that jump"
+            }
+            false => "",
+        };
         bail!(
-            "no axis of this recording shows how the robot follows: {}. Record a jog in free space \
-             (`softdock identify actuator --rehearse` shows one) with velocities that jump",
+            "no axis of this recording shows how the robot follows: {}{remedy}",
             refused.join("; ")
         );
     }
@@ -75,24 +86,27 @@ pub fn identify(recording: &Recording) -> Result<Identification> {
 mod tests {
     use super::*;
     use softdock_app::record::CycleRecord;
+    use softdock_statistics::RandomStream;
 
-    /// Out, and back by half, five cycles late, in the direction of `sign`.
-    fn jogged(sign: f64) -> Recording {
+    /// Out, and back by half, five cycles late, by so many times what was sent; with so much noise of the pose, m.
+    fn jogged(times: f64, noise_m: f64) -> Recording {
         let speed = |n: i32| match n {
             20..70 => 0.1,
             90..115 => -0.1,
             _ => 0.0,
         };
+        let mut noise = RandomStream::new(1, 0);
         let mut place = 0.0;
         let cycle = |n: i32| {
             let mut cycle = CycleRecord::default();
-            let moved = sign * speed(n - 5);
+            let moved = times * speed(n - 5);
             place += 0.004 * moved;
             cycle.trace.cycle = n as u64;
             cycle.trace.time_s = 0.004 * f64::from(n);
             cycle.trace.sent_velocity[0] = speed(n);
             cycle.trace.executed_velocity[0] = moved;
-            cycle.trace.pose = [place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            let measured = noise.around(place, noise_m);
+            cycle.trace.pose = [measured, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
             cycle
         };
         Recording {
@@ -104,16 +118,29 @@ mod tests {
     /// Numbers of an actuator that leaves all of the motion are none of the robot, and are not offered as settings.
     #[test]
     fn an_axis_that_goes_elsewhere_is_not_identified() {
-        let found = identify(&jogged(1.0)).unwrap();
+        let found = identify(&jogged(1.0, 0.0)).unwrap();
         assert!(
             (found.mean_delay_s.value - 0.02).abs() < 0.004,
             "{}",
             found.sentence()
         );
-        let refused = identify(&jogged(-1.0)).unwrap_err().to_string();
-        assert!(
-            refused.contains("x does not follow what it was sent"),
-            "{refused}"
-        );
+        for (times, noise_m, expected) in [
+            (
+                -1.0,
+                0.0,
+                "x does not follow what it was sent (it moves by -1.0 times that: is the command of the other sign?)",
+            ),
+            (
+                3.0,
+                0.0,
+                "it moves by 3.0 times that: is the command in another unit",
+            ),
+            (0.0, 1e-3, "x moves by no more than its noise"),
+        ] {
+            let refused = identify(&jogged(times, noise_m)).unwrap_err().to_string();
+            assert!(refused.contains(expected), "{refused}");
+            // It is a jog.
+            assert!(!refused.contains("Record a jog"), "{refused}");
+        }
     }
 }

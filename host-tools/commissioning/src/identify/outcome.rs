@@ -1,5 +1,6 @@
 //! The answer of an identification.
 
+use super::track::{Track, centred};
 use serde::Serialize;
 use softdock_actuator::Chain;
 use softdock_physics::model::{Axis, Channel};
@@ -295,23 +296,41 @@ impl Identification {
         })
     }
 }
+
 impl AxisActuator {
-    /// Why these numbers say nothing of the robot: most of its motion is left by them.
-    pub(super) fn goes_elsewhere(&self) -> Option<String> {
+    /// Why these numbers say nothing of the robot: most of its motion is left by them; and what to look at.
+    pub(super) fn goes_elsewhere(&self, track: &Track) -> Option<String> {
         /// Part of a motion (rms) that no actuator leaves which follows at all. Set by hand.
         const MOST: f64 = 0.5;
-        let measured = &self.evidence.measured;
-        let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-        let moved = rms(&measured.iter().map(|p| p - mean).collect::<Vec<_>>());
-        (self.residual_rms > MOST * moved).then(|| {
-            format!(
-                "{} does not follow what it was sent: of {} m or rad rms of its motion {} are left (is the command of another \
-                 axis, or of the other sign?)",
-                self.axis,
-                number::significant(moved, 2),
-                number::significant(self.residual_rms, 2)
-            )
-        })
+        /// Correlation from which on a motion is that of the command, but for sign or scale. Set by hand.
+        const ALIKE: f64 = 0.9;
+        let moved = rms(&centred(&self.evidence.measured));
+        if self.residual_rms <= MOST * moved {
+            return None;
+        }
+        let axis = self.axis;
+        if self.residual_rms <= MISFIT * self.noise_rms {
+            return Some(format!(
+                "{axis} moves by no more than its noise ({} m or rad rms): jog it further",
+                number::significant(self.noise_rms, 2)
+            ));
+        }
+        let (ratio, correlation) = track.followed();
+        let times = number::significant(ratio, 2);
+        let suspicion = match correlation {
+            c if c.abs() < ALIKE => "is the command of another axis?".to_owned(),
+            c if c < 0.0 => {
+                format!("it moves by {times} times that: is the command of the other sign?")
+            }
+            _ => format!(
+                "it moves by {times} times that: is the command in another unit, or the robot's override not 100 %?"
+            ),
+        };
+        Some(format!(
+            "{axis} does not follow what it was sent ({suspicion}): of {} m or rad rms of its motion {} are left",
+            number::significant(moved, 2),
+            number::significant(self.residual_rms, 2)
+        ))
     }
 
     fn remark_on_rivals(&self) -> Option<String> {

@@ -59,6 +59,37 @@ impl Track {
         self.position.len() - self.first
     }
 
+    /// What the judged positions have of those that were sent, and how alike both are (-1 to 1): of the delay that makes them most alike,
+    /// whatever follows it.
+    pub(super) fn followed(&self) -> (f64, f64) {
+        let sent = self.sent.iter().scan(0.0, |place, velocity| {
+            *place += velocity * self.cycle_s;
+            Some(*place)
+        });
+        let sent: Vec<f64> = sent.collect();
+        let measured = centred(&self.position[self.first..]);
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let late = |cycles: usize| {
+            let at = |n: usize| sent[n.saturating_sub(cycles)];
+            let told = centred(&(self.first..sent.len()).map(at).collect::<Vec<_>>());
+            let [both, own] = [&measured, &told].map(|other| product(&told, other));
+            (
+                both / own,
+                both / (own * product(&measured, &measured)).sqrt(),
+            )
+        };
+        let delays = 0..=(PAST_S / self.cycle_s) as usize;
+        let most = delays.map(late).filter(|(_, alike)| alike.is_finite());
+        // Of a motion that repeats itself the least delay.
+        most.fold((0.0, 0.0), |most, now| {
+            if now.1.abs() > most.1.abs() {
+                now
+            } else {
+                most
+            }
+        })
+    }
+
     /// The same with room for what is not known of the reversals: the axis is `late_s` late, and its
     /// positions have this `noise`, m or rad.
     pub(super) fn with_uncertain_reversals(&self, late_s: f64, noise: f64) -> Self {
@@ -78,6 +109,12 @@ impl Track {
             "rad/s"
         }
     }
+}
+
+/// Values without their mean.
+pub(super) fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| value - mean).collect()
 }
 
 /// The axes that move and are told to, and why the others do not count.
