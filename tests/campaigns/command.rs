@@ -133,12 +133,19 @@ fn conditions_that_cannot_be_are_rows_with_their_reason() {
         "{reason}"
     );
     assert_eq!((failures.len(), count), (1, &1.into()));
-    // One of four is a finding; nothing but such rows is a mistake, and a script stops.
-    let alone = softdock(&folder, &words("campaign run c --shard 0/4 --json"));
-    assert_eq!(alone.code, Some(1));
-    assert!(alone.stdout.contains("\"failed\": 1"), "{}", alone.stdout);
-    let says = "none of the 1 rows was carried out to its end";
-    assert!(alone.stderr.contains(says), "{}", alone.stderr);
+    // One of four is a finding, also where it is a shard of its own, which no cluster has to try again; nothing but such rows is a
+    // mistake, and a script stops.
+    let alone = json(&folder, &words("campaign run c --shard 0/4"));
+    assert_eq!((&alone["rows"], &alone["failed"]), (&1.into(), &1.into()));
+    let none = factors.replace("0.03", "0.0").replace("0.001", "0.0");
+    let campaign = format!("scenario = \"scenario.toml\"\n{none}");
+    fs::write(folder.join("none.toml"), campaign).unwrap();
+    done(&folder, &words("campaign plan none.toml -o none"));
+    let none = softdock(&folder, &words("campaign run none --json"));
+    assert_eq!(none.code, Some(1));
+    assert!(none.stdout.contains("\"failed\": 4"), "{}", none.stdout);
+    let says = "none of the 4 rows was carried out to its end";
+    assert!(none.stderr.contains(says), "{}", none.stderr);
     let error = refused(
         &folder,
         &["campaign", "rerun", "c", "--index", "0", "-o", "r.mcap"],
