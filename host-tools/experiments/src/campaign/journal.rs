@@ -105,13 +105,13 @@ fn rows(plan: &Plan, path: &Path) -> Option<Vec<Row>> {
     Some(reader.deserialize().flatten().filter(own).collect())
 }
 
-/// Removes the journals of a shard that is done.
+/// Removes the journals of shards that are done, in whatever division: no row that they may still get is missing.
 ///
 /// # Errors
 /// They cannot be removed.
-pub fn remove(folder: &Path, shard: Shard) -> Result<()> {
-    let own = journals(folder)?.into_iter().filter(|(of, _)| *of == shard);
-    for (_, path) in own {
+pub fn remove(folder: &Path, is_done: impl Fn(Shard) -> bool) -> Result<()> {
+    let done = journals(folder)?.into_iter().filter(|(of, _)| is_done(*of));
+    for (_, path) in done {
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(error).with_context(|| format!("cannot remove {}", path.display()));

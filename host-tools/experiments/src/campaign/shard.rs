@@ -10,7 +10,7 @@ use anyhow::{Result, ensure};
 use cpu_time::ProcessTime;
 use rayon::prelude::*;
 use softdock_io::data_table::DataTable;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Display, Formatter};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -103,7 +103,7 @@ pub fn run(
     let begin = ProcessTime::now();
     let journals = place.journals();
     if let Some(part) = read_part(plan, place, shard)? {
-        journal::remove(journals, shard)?;
+        remove_journals(plan, place)?;
         return finished(&part, rows);
     }
     let mut known = journal::read(plan, journals, shard)?;
@@ -123,7 +123,7 @@ pub fn run(
     let failed = failed.count() as u64;
     let all: Vec<(u64, Outcome)> = known.into_iter().collect();
     place.add(&shard.part(), table(plan, &all).to_parquet()?)?;
-    journal::remove(journals, shard)?;
+    remove_journals(plan, place)?;
     Ok(Done {
         rows,
         carried_out,
@@ -141,6 +141,24 @@ fn finished(part: &DataTable, rows: u64) -> Result<Done> {
         failed: super::status::failed(part)?,
         cycles: 0,
         processor_s: 0.0,
+    })
+}
+
+/// Removes the journals of all whose rows stand in parts. A campaign that was divided anew leaves some of other divisions.
+fn remove_journals(plan: &Plan, place: &Place) -> Result<()> {
+    let names = place.names()?;
+    let parts: BTreeSet<Shard> = names.iter().filter_map(|n| Shard::of_part(n)).collect();
+    let divisions: BTreeSet<u64> = parts.iter().map(|part| part.of).collect();
+    let in_part = |index: u64| {
+        let one = |of: &u64| Shard {
+            number: index % of,
+            of: *of,
+        };
+        divisions.iter().map(one).any(|part| parts.contains(&part))
+    };
+    journal::remove(place.journals(), |shard| {
+        let mut own = (0..plan.rows()).filter(|index| shard.has(*index));
+        own.all(in_part)
     })
 }
 

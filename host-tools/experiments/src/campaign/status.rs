@@ -21,9 +21,11 @@ pub struct Progress {
     pub done: u64,
     /// Rows in parts that are not completed.
     pub failed: u64,
-    /// Rows without a part that shards have kept on this machine, interrupted or still at work: the same command goes on behind them.
+    /// Rows without a part that shards have kept on this machine, interrupted or still at work: whatever the division, a shard goes on
+    /// behind those of them that are its own.
     pub kept: u64,
-    /// Into how many shards the rows were divided: the largest number that a part has, or a journal where there is none.
+    /// Into how many shards the rows were divided: the largest number that a part has; where there is none that a journal has, which
+    /// may be an interrupted one of a division that was given up.
     pub shards: u64,
     /// Those of them of which a row is missing.
     pub missing_shards: Vec<u64>,
@@ -106,6 +108,8 @@ mod tests {
     use super::*;
     use crate::campaign::journal::Journal;
     use crate::campaign::outcome::Outcome;
+    use crate::campaign::shard;
+    use crate::campaign::table::table;
 
     /// Before any part there is, journals say how the rows were divided; whoever divides them anew keeps what was done.
     #[test]
@@ -125,5 +129,32 @@ mod tests {
             let rows = journal::read(&plan, folder.path(), shard.parse().unwrap()).unwrap();
             assert!(rows.into_keys().eq(kept), "{shard}");
         }
+    }
+
+    /// Journals of a division that was given up do not stay once all their rows have parts; one of which a row has none does.
+    #[test]
+    fn journals_of_another_division_go_with_the_last_of_their_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("campaign.toml");
+        std::fs::write(&file, "bench = \"delay\"\nsamples = 1").unwrap();
+        let (plan, place) = (Plan::new(&file).unwrap(), Place::folder(folder.path()));
+        for shard in ["1/4", "0/2"] {
+            Journal::start(&plan, folder.path(), shard.parse().unwrap()).unwrap();
+        }
+        let rows: Vec<_> = (0..plan.rows())
+            .filter(|index| index % 2 == 1)
+            .map(|index| (index, Outcome::default()))
+            .collect();
+        let shard: Shard = "1/2".parse().unwrap();
+        place
+            .add(&shard.part(), table(&plan, &rows).to_parquet().unwrap())
+            .unwrap();
+        shard::run(&plan, &place, shard, 1, &false.into(), &|| ()).unwrap();
+        let left = journal::all(&plan, folder.path()).unwrap();
+        assert!(
+            left.into_iter()
+                .map(|(shard, _)| shard.to_string())
+                .eq(["0/2"])
+        );
     }
 }
