@@ -3,10 +3,11 @@
 use super::folder::{Folder, Found};
 use super::problem::Problem;
 use super::recordings::About;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use softdock_io::recording::Recording;
 use softdock_physics::model::Model;
 use softdock_physics::model::prediction::{Prediction, predict};
+use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -37,10 +38,22 @@ impl Files {
     }
 
     /// What is to be known of a listed recording; it is looked at once, and again when it changes.
-    pub(super) fn about(&self, found: &Found, look: impl FnOnce() -> About) -> Option<About> {
+    ///
+    /// # Errors
+    ///
+    /// It cannot be opened, which nothing of the file has to change for to end: nothing is kept.
+    pub(super) fn about(
+        &self,
+        found: &Found,
+        look: impl FnOnce() -> About,
+    ) -> Result<About, Problem> {
         let key = (found.id.clone(), found.bytes, found.changed_s);
-        let about = self.abouts.get(key, || Ok(look()), |_| 1).ok()?;
-        Some((*about).clone())
+        let opened = || {
+            let open = File::open(&found.path);
+            open.with_context(|| format!("cannot read {}", found.path.display()))?;
+            Ok(look())
+        };
+        Ok((*self.abouts.get(key, opened, |_| 1)?).clone())
     }
 
     /// What a model predicts of a recording.
@@ -115,5 +128,36 @@ impl<K: PartialEq, V> Recent<K, V> {
         }
         kept.push((key, value.clone(), size));
         Ok(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder over the network that is away for a moment changes neither size nor time of a file; what is wrong in the file stays.
+    #[test]
+    fn a_file_that_could_not_be_opened_is_looked_at_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let found = Found {
+            id: "run.mcap".to_owned(),
+            path: folder.path().join("run.mcap"),
+            bytes: 3,
+            changed_s: 0,
+        };
+        let files = Files::default();
+        let broken = |error: &str| About::Broken {
+            error: error.to_owned(),
+        };
+        let said = |about: About| serde_json::to_value(about).unwrap()["error"].clone();
+        let problem = files.about(&found, || broken("not opened")).unwrap_err();
+        assert!(problem.sentence().contains("cannot read"), "{problem:?}");
+        std::fs::write(&found.path, "???").unwrap();
+        for now in ["no recording", "not looked at"] {
+            assert_eq!(
+                said(files.about(&found, || broken(now)).unwrap()),
+                "no recording"
+            );
+        }
     }
 }

@@ -60,12 +60,14 @@ impl About {
                 firmware: outline.header.identity,
                 truncated: outline.cut,
             },
-            Err(problem) => Self::Broken {
-                error: problem
-                    .without(&bench.folder.prefix())
-                    .sentence()
-                    .to_owned(),
-            },
+            Err(problem) => Self::broken(bench, problem),
+        }
+    }
+
+    fn broken(bench: &Workbench, problem: Problem) -> Self {
+        let problem = problem.without(&bench.folder.prefix());
+        Self::Broken {
+            error: problem.sentence().to_owned(),
         }
     }
 }
@@ -73,21 +75,19 @@ impl About {
 pub(super) async fn list(State(bench): State<Shared>) -> Result<Json<Vec<Listed>>, Problem> {
     let of = move || {
         let found = bench.folder.list("mcap").into_iter();
-        Ok(Json(
-            found.filter_map(|found| listed(&bench, found)).collect(),
-        ))
+        Ok(Json(found.map(|found| listed(&bench, found)).collect()))
     };
     work(of).await
 }
 
-fn listed(bench: &Workbench, found: Found) -> Option<Listed> {
-    let about = bench.files.about(&found, || About::of(bench, &found))?;
-    Some(Listed {
+fn listed(bench: &Workbench, found: Found) -> Listed {
+    let about = bench.files.about(&found, || About::of(bench, &found));
+    Listed {
+        about: about.unwrap_or_else(|problem| About::broken(bench, problem)),
         id: found.id,
         bytes: found.bytes,
         when: found.changed_s,
-        about,
-    })
+    }
 }
 
 pub(super) async fn channels(
