@@ -25,7 +25,9 @@ pub struct Pieces {
     open: Option<Piece>,
     /// Number of the cycle that comes next, if none is lost.
     next: Option<u64>,
-    /// Cycles that were lost before or between those of the open file.
+    /// Number of the open file's first cycle.
+    first: u64,
+    /// Cycles that were lost between those of the open file, or since the file before.
     lost: u64,
     paths: Vec<PathBuf>,
 }
@@ -39,6 +41,7 @@ impl Pieces {
             header: Header::default(),
             open: None,
             next: None,
+            first: 0,
             lost: 0,
             paths: Vec::new(),
         }
@@ -66,16 +69,20 @@ impl Pieces {
             self.next_piece()?;
         }
         let cycle = record.trace.cycle;
-        let expected = self.next.replace(cycle + 1).unwrap_or(cycle);
-        self.lost += cycle.saturating_sub(expected);
+        // A board may count from any number.
+        let expected = self.next.replace(cycle.saturating_add(1));
+        let missing = expected.map_or(0, |expected| cycle.saturating_sub(expected));
+        self.lost = self.lost.saturating_add(missing);
         let piece = self.open.as_mut().context("no file of the recording")?;
         if piece.cycles() == 0 && self.time == Time::Real {
             piece.note_wall_clock(record)?;
+            self.first = cycle;
         }
         piece.push(record, truth, &mut self.budget)
     }
 
-    /// Ends the present file. It says how many cycles it lacks, as one does that was recorded over the network.
+    /// Ends the present file. Where time is real it says how many cycles it lacks, also that it lacks none, as one does that was
+    /// recorded over the network.
     ///
     /// # Errors
     /// It cannot be written.
@@ -84,8 +91,12 @@ impl Pieces {
             return Ok(());
         };
         let lost = std::mem::take(&mut self.lost);
-        if lost > 0 {
-            let numbers = [("cycles", piece.cycles()), ("lost_cycles", lost)];
+        if self.time == Time::Real {
+            let numbers = [
+                ("first_cycle", self.first),
+                ("cycles", piece.cycles()),
+                ("lost_cycles", lost),
+            ];
             let entries = numbers.map(|(key, number)| (key.to_owned(), number.to_string()));
             piece.note(METADATA, entries.into())?;
         }
@@ -195,7 +206,7 @@ mod tests {
         }
     }
 
-    /// A disk that stalls loses cycles: the file that lacks them says so, and the next one nothing.
+    /// A disk that stalls loses cycles: the file that lacks them says so, and the next one that it lacks none.
     #[test]
     fn a_file_says_how_many_cycles_it_lacks() {
         let folder = tempfile::tempdir().unwrap();
@@ -212,7 +223,9 @@ mod tests {
             bytes.windows(part.len()).any(|window| window == part)
         };
         assert!(has(first, METADATA.as_bytes()) && has(first, b"lost_cycles\x01\0\0\x005"));
-        assert!(!has(second, METADATA.as_bytes()));
+        assert!(
+            has(second, b"lost_cycles\x01\0\0\x000") && has(second, b"first_cycle\x02\0\0\x0010")
+        );
     }
 
     /// Files that end before their size is looked at.
