@@ -116,6 +116,8 @@ fn two_runs_are_laid_over_each_other_and_aligned() {
             };
             window.shifts = [[run(0, 10, 5), run(0, 100, 60)], [run(0, 200, 150.7), run(3, 203, 120.123)]]
                 .map(([first, second]) => bestShift(first, second));
+            const [time, values] = run(0, 10, 5);
+            window.shifts.push(bestShift(run(0, 10, 5), [time, values.map((value, n) => n % 5 ? NaN : value)]));
         })",
     );
     browser.until("window.shifts");
@@ -124,6 +126,8 @@ fn two_runs_are_laid_over_each_other_and_aligned() {
         let found = shifts[place].as_f64().unwrap();
         assert!((found - expected).abs() < 0.005, "{shifts}");
     }
+    // Of a run with gaps over most of it.
+    assert!(shifts[2].is_null(), "{shifts}");
     assert_eq!(browser.look().console, Vec::<String>::new());
 }
 

@@ -76,7 +76,7 @@ function correlation(pairs, length) {
 }
 
 /** The shift of the second run, s, with the least difference, as a part of what both runs have in the overlap: a rest laid over a rest
- * differs little, and says nothing. At least half of the shorter run overlaps. */
+ * differs little, and says nothing. At least half of the shorter run overlaps; null where it has not as many values. */
 export function bestShift([time, measured], [otherTime, other]) {
   const last = (times) => times[times.length - 1] - times[0];
   const cycle = last(time) / (time.length - 1);
@@ -99,6 +99,7 @@ export function bestShift([time, measured], [otherTime, other]) {
     const now = products[place] / squares[place];
     if (counts[place] > least - 0.5 && squares[place] > some && now > best) [best, near] = [now, lag];
   }
+  if (best === -Infinity) return null;
   const cost = (shift) => {
     const second = interpolated(otherTime, other, time, shift);
     let [sum, whole] = [0, 0];

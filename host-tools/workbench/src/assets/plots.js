@@ -97,7 +97,7 @@ function overlayBar() {
       onchange: (event) => shift(Number(event.target.value) || 0),
     }), 's',
     h('button', { class: 'quiet', onclick: () => shift(state.overlay.shift + cycle), title: 'One cycle later (])' }, '+'),
-    h('button', { onclick: () => shift(bestShift(data.run, data.second)), title: 'Where the difference of the two is the least part of what both have' }, 'Align'),
+    h('button', { onclick: () => shift(bestShift(data.run, data.second) ?? state.overlay.shift), title: 'Where the difference of the two is the least part of what both have' }, 'Align'),
     h('button', { class: 'quiet', onclick: () => { state.overlay.id = null; changed('folder'); changed('overlay'); } }, 'Take away'));
 }
 
