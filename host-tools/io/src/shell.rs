@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-/// A word as a POSIX shell reads it: a path with a space stays one word, and nothing in it is expanded.
+/// A word as a POSIX shell reads it: a path with a space stays one word, and nothing in it is expanded. What begins with `-` is still
+/// an option to the command.
 pub fn quoted(word: impl Display) -> String {
     let text = word.to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-%+=:,@".contains(c);

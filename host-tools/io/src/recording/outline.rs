@@ -18,7 +18,8 @@ pub struct Outline {
     pub cut: Option<String>,
     /// Number of cycles.
     pub cycles: usize,
-    /// From the first cycle to the last, s.
+    /// From the least time to the largest, s: those of the first and last cycle of a recording that a board made. In the ends of a
+    /// file, times before zero are zero.
     pub duration_s: f64,
 }
 
