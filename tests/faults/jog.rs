@@ -214,6 +214,27 @@ fn a_silent_sensor_ends_a_jog<S: Scalar>() {
     assert_eq!(fault, Some(FaultCode::SensorStale));
 }
 
+/// Wherever in a jog the sensor stops, nothing gets faster on old data, though the jog is about to jump to another velocity.
+fn no_jog_gets_faster_on_old_data<S: Scalar>() {
+    for fresh in 1..150 {
+        let mut driver = holding::<S>(&flying(0.01));
+        driver.command(Command::Jog(Jog::X));
+        for _ in 0..fresh {
+            driver.step();
+        }
+        let records = (0..5).map(|_| driver.step_stale(|_| {}));
+        let speeds: Vec<f64> = records
+            .map(|record| record.trace.sent_velocity[0].abs())
+            .collect();
+        // A reading lives for three cycles.
+        assert!(
+            speeds[1..].is_sorted_by(|a, b| a >= b),
+            "after {fresh} cycles: {speeds:?}"
+        );
+        assert!(speeds[4] < 1e-9, "after {fresh} cycles: {speeds:?}");
+    }
+}
+
 in_three_scalars! {
     jog_out_and_back: a_jog_goes_out_and_comes_back,
     room: a_jog_without_room_is_refused,
@@ -221,6 +242,7 @@ in_three_scalars! {
     faults: what_faults_a_closed_loop_faults_a_jog,
     clamping_robot: a_clamping_robot_ends_a_jog,
     silent_sensor: a_silent_sensor_ends_a_jog,
+    old_data: no_jog_gets_faster_on_old_data,
 }
 
 /// The settings say how far and how fast; beside the limits, what does not fit is refused by name.

@@ -415,8 +415,8 @@ impl<S: Scalar> Run<S> {
         Ok(())
     }
 
-    /// Sends this velocity, without the model and the delay law. `freeze` takes the velocity away as
-    /// it does in a closed loop.
+    /// Sends this velocity, without the model and the delay law. `freeze` takes the last one before it away, as it does in a closed
+    /// loop: a jog jumps from one velocity to the next.
     pub(crate) fn jog(
         &mut self,
         plan: &Plan<S>,
@@ -424,8 +424,12 @@ impl<S: Scalar> Run<S> {
         freeze: LimitFlags,
         trace: &mut Trace,
     ) -> Result<(), Fault> {
-        let authority = self.next_authority(plan, freeze != LimitFlags::default());
-        self.send(plan, *velocity * authority, freeze, trace)
+        let frozen = freeze != LimitFlags::default();
+        if !frozen {
+            self.held = *velocity;
+        }
+        let authority = self.next_authority(plan, frozen);
+        self.send(plan, self.held * authority, freeze, trace)
     }
 
     /// The part of the rate that is sent in this cycle: it falls while there is a reason not to
