@@ -94,6 +94,38 @@ pub struct Status {
     pub can_losses: u32,
 }
 
+/// Of the state, what is told of as soon as it happens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// The robot sends telegrams, or it does no more.
+    Connected(bool),
+    /// Another mode.
+    Mode(Mode),
+    /// A fault was latched.
+    Fault(Fault),
+    /// A command was refused.
+    Refusal(Command, Refusal),
+    /// Another state of the sensor's driver.
+    Sensor(SensorState),
+}
+
+impl Status {
+    /// What has changed since.
+    pub fn changes_since(&self, last: &Self) -> impl Iterator<Item = Change> + use<> {
+        let fault = self.fault.filter(|_| self.fault != last.fault);
+        let refusal = self.refusal.filter(|_| self.refusal != last.refusal);
+        let sensor = self.sensor.filter(|_| self.sensor != last.sensor);
+        let changes = [
+            (self.connected != last.connected).then_some(Change::Connected(self.connected)),
+            (self.mode != last.mode).then_some(Change::Mode(self.mode)),
+            fault.map(Change::Fault),
+            refusal.map(|(command, refusal)| Change::Refusal(command, refusal)),
+            sensor.map(Change::Sensor),
+        ];
+        changes.into_iter().flatten()
+    }
+}
+
 /// How the board itself is, see [`softdock_link::service::Machine`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineState {

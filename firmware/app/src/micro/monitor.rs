@@ -4,7 +4,7 @@
 use super::SHARED;
 use super::clock::UptimeClock;
 use crate::board::Clock;
-use crate::shared::{LinkCounters, Status};
+use crate::shared::{Change, LinkCounters, Status};
 use defmt::{Debug2Format, Display2Format, error, info, warn};
 use softdock_link::sensor::SensorCounters;
 use softdock_link::service::StackUse;
@@ -39,7 +39,7 @@ pub async fn monitor() -> ! {
             look_at_stack();
         }
         let now = shared.status();
-        report_changes(&last, &now);
+        now.changes_since(&last).for_each(report);
         let robot_left = last.connected && !now.connected;
         last = now;
         // Cycles are counted while all is well; they are logged with the others.
@@ -104,34 +104,24 @@ impl<T: PartialEq> Counted<T> {
     }
 }
 
-fn report_changes(last: &Status, now: &Status) {
-    if now.connected != last.connected {
-        match now.connected {
-            true => info!("robot connected"),
-            false => info!("robot silent"),
-        }
-    }
-    if now.mode != last.mode {
-        info!("mode {}", Debug2Format(&now.mode));
-    }
-    if let Some(fault) = now.fault.filter(|_| now.fault != last.fault) {
-        error!(
+fn report(change: Change) {
+    match change {
+        Change::Connected(true) => info!("robot connected"),
+        Change::Connected(false) => info!("robot silent"),
+        Change::Mode(mode) => info!("mode {}", Debug2Format(&mode)),
+        Change::Fault(fault) => error!(
             "fault {}, {}: expected {=f64}, received {=f64}; `reset` when it is mended",
             Debug2Format(&fault.code),
             Display2Format(&fault.code),
             fault.expected,
             fault.received
-        );
-    }
-    if let Some((command, refusal)) = now.refusal.filter(|_| now.refusal != last.refusal) {
-        warn!(
+        ),
+        Change::Refusal(command, refusal) => warn!(
             "{=str} refused: {}",
             command.word(),
             Display2Format(&refusal)
-        );
-    }
-    if let Some(sensor) = now.sensor.filter(|_| now.sensor != last.sensor) {
-        info!("sensor {}", Debug2Format(&sensor));
+        ),
+        Change::Sensor(sensor) => info!("sensor {}", Debug2Format(&sensor)),
     }
 }
 

@@ -8,10 +8,10 @@ use crate::checksum::CHECKSUM;
 use crate::image::schema;
 use crate::processor::Processor;
 use crate::settings::BoardSettings;
-use crate::shared::Status;
+use crate::shared::{Change, Status};
 use crate::store::{Block, Boot, Origin, Trial};
 use heapless::{String, Vec};
-use softdock_control::modes::Command;
+use softdock_control::modes::{Command, Fault};
 use softdock_link::service::{
     ENCODED_MAX_BYTES, Frame, Kind, PAYLOAD_MAX_BYTES, PROTOCOL, Refusal, SelfTest,
 };
@@ -207,38 +207,28 @@ impl Session {
 
     /// Notes what has changed since the last look. To be called often.
     pub fn watch(&mut self, now: &Now) {
-        let (last, status) = (self.seen, &now.status);
-        if status.connected {
+        if now.status.connected {
             self.heard_us = now.us;
         }
-        if status.connected != last.connected {
-            let says = match status.connected {
-                true => "robot connected",
-                false => "robot silent",
-            };
-            self.note(now.us, format_args!("{says}"));
-        }
-        if status.mode != last.mode {
-            self.note(now.us, format_args!("mode {:?}", status.mode));
-        }
-        if let Some(fault) = status.fault.filter(|_| status.fault != last.fault) {
-            self.note(
-                now.us,
-                format_args!(
-                    "fault: {}: expected {}, received {}",
-                    fault.code, fault.expected, fault.received
+        for change in now.status.changes_since(&self.seen) {
+            match change {
+                Change::Connected(true) => self.note(now.us, format_args!("robot connected")),
+                Change::Connected(false) => self.note(now.us, format_args!("robot silent")),
+                Change::Mode(mode) => self.note(now.us, format_args!("mode {mode:?}")),
+                Change::Fault(Fault {
+                    code,
+                    expected,
+                    received,
+                }) => self.note(
+                    now.us,
+                    format_args!("fault: {code}: expected {expected}, received {received}"),
                 ),
-            );
-        }
-        if let Some((command, refusal)) = status.refusal.filter(|_| status.refusal != last.refusal)
-        {
-            self.note(
-                now.us,
-                format_args!("{} refused: {refusal}", command.word()),
-            );
-        }
-        if let Some(sensor) = status.sensor.filter(|_| status.sensor != last.sensor) {
-            self.note(now.us, format_args!("sensor {sensor:?}"));
+                Change::Refusal(command, refusal) => self.note(
+                    now.us,
+                    format_args!("{} refused: {refusal}", command.word()),
+                ),
+                Change::Sensor(sensor) => self.note(now.us, format_args!("sensor {sensor:?}")),
+            }
         }
         self.seen = now.status;
     }
