@@ -191,16 +191,20 @@ impl Named {
 
     /// Shapes, such as a time constant, that stand where a search ends, in words; none if there are none.
     pub(super) fn at_its_end(&self, found: &WrenchFinding) -> Option<String> {
-        /// Part of the end that is the end.
+        /// Part of an end that is the end.
         const END: f64 = 0.99;
         let joint = &found.prepared;
         let effect = LoadEffect::find(&joint.logs.first()?.scene.model, &self.effect.id)?;
         let ends = self.estimates.iter().filter_map(|(name, estimate)| {
             let parameter = effect.parameters.iter().find(|p| p.name == name)?;
             let is_shape = matches!(parameter.role, Role::Shape(_));
-            let [_, end] = effect.searched(parameter, joint.pace());
-            let is_at_end = is_shape && estimate.value >= END * end;
-            is_at_end.then(|| {
+            let [least, most] = effect.searched(parameter, joint.pace());
+            let value = estimate.value;
+            let end = match value > 0.0 && value <= least / END {
+                true => Some(least),
+                false => (value >= END * most).then_some(most),
+            };
+            end.filter(|_| is_shape).map(|end| {
                 let end = number::significant(end, 3);
                 format!(
                     "{name} reaches the end of what the search tries, {end} {}",

@@ -215,9 +215,11 @@ impl Answer<'_> {
             )
         });
         let mut notes: Vec<String> = late.chain(refitted).collect();
+        let named = || reduction.named.iter().map(|(named, _)| named);
         if !matches!(self.verdict, Verdict::Unexplained | Verdict::LogsDisagree) {
-            let named = || reduction.named.iter().map(|(named, _)| named);
             notes.extend(named().filter_map(|one| one.choice(of_a_rig(self.stages))));
+        }
+        if self.verdict != Verdict::LogsDisagree {
             let wrench = self.stages.wrench.iter();
             notes.extend(wrench.flat_map(|found| named().filter_map(|one| one.at_its_end(found))));
         }
