@@ -37,7 +37,7 @@ impl Pause {
         // What does not keep its velocity lasts for a whole cycle.
         let at = |t: f64| start + (end - start) * t;
         let between = |from: f64, to: f64| 0.5 * (at(from) + at(to)) * (to - from);
-        if self.left >= duration - SAME_INSTANT {
+        if self.left > 0.0 && self.left >= duration - SAME_INSTANT {
             self.stand_still(duration);
             return 0.0;
         }

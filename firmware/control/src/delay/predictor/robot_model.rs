@@ -249,6 +249,8 @@ mod tests {
             (2.75, 1.0),
             (1.1, 2.9),
             (1.1, 0.0),
+            // What is left of a delay that was changed to and fro.
+            (2.0 + 1e-14, 3.0),
         ] {
             for again in [false, true] {
                 if again && pause < 1.0 {
