@@ -254,10 +254,11 @@ fn is_in_another(other: &str, id: &str, named: &[String]) -> bool {
     details.any(|detail_of| detail_of.iter().any(|(of, _)| *of == other))
 }
 
-/// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much.
+/// Whether a rival does half of what an effect does beside the others: else it is behind by little because neither does much. What
+/// is not behind does all of it; the others alone may have been tried beside another noise.
 fn does_as_much(id: &str, winner: &Ranked, rival: &Ranked, ranked: &[Ranked]) -> bool {
     let rest = without_it(id, winner, ranked);
-    rival.fall() - rest > AS_MUCH * (winner.fall() - rest)
+    rival.fall() >= winner.fall() || rival.fall() - rest > AS_MUCH * (winner.fall() - rest)
 }
 
 /// Whether an effect explains anything beside the others of a hypothesis: what explains nothing there has rivals in
@@ -333,6 +334,22 @@ mod tests {
         assert!(tells(1e3, 1e3 - 13.0));
         assert!(!tells(1e5, 1e5 - 99.0));
         assert!(tells(1e5, 1e5 - 101.0));
+    }
+
+    /// What fits better than the answer is not told from it, also where the others alone seem to fit best, beside another noise.
+    #[test]
+    fn what_falls_by_as_much_is_not_told_apart() {
+        let named = ["guide_coulomb", "clock_offset"];
+        let drift = Ranked {
+            as_good_as: Some("clock_offset".to_owned()),
+            ..tried(&["guide_coulomb", "ft_bias_drift"], 1010.0, 2)
+        };
+        let alone = tried(&["guide_coulomb"], 1100.0, 1);
+        let rival = of(&named, &[tried(&named, 1000.0, 2), drift, alone]);
+        assert_eq!(
+            (rival.effect.as_str(), rival.told_apart),
+            ("ft_bias_drift", false)
+        );
     }
 
     /// Of two named effects each has its tie: one is the runner-up, the other is told as well.
