@@ -310,6 +310,11 @@ fn a_weight_and_the_spring_that_balances_it_are_added_together() {
     let (report, _) = add_effects(&model, &ids, &logs, false).unwrap();
     let said = &report.diagnosis.parameters["cable_stiffness"]["stiffness_n_m_per_rad"];
     assert!((said.low..said.high).contains(&spring), "{said:?}");
+    let notes = &report.diagnosis.notes;
+    assert!(
+        notes.iter().any(|note| note.contains("nearly cancel")),
+        "{notes:?}"
+    );
 }
 
 /// A viscous friction that was fitted alone has taken the dry one and more, so that what is left of that has a sign that physics

@@ -6,6 +6,7 @@ use super::error_reduction::ErrorReduction;
 use super::evidence::NAMED;
 use super::finding::{Equivalent, NoiseFloor, Verdict};
 use super::log_to_log::LogToLog;
+use super::named::Named;
 use super::ranking;
 use super::structure::SLOW_HZ;
 use super::unaccounted::Unaccounted;
@@ -13,9 +14,12 @@ use super::wrench::{Disagreement, PreparedLog, Ripple};
 use crate::compare::TOLERATED_NOISE;
 use crate::compare::sentence::listed;
 use softdock_physics::effects::CATALOGUE;
+use softdock_physics::model::load::Column;
+use softdock_physics::model::load::effects::LoadEffect;
 use softdock_physics::model::prediction::Prediction;
 use softdock_physics::model::{Channel, Model};
 use softdock_report::number;
+use softdock_statistics::dot;
 
 /// An answer of which something is said.
 pub(super) struct Answer<'a> {
@@ -222,8 +226,46 @@ impl Answer<'_> {
         if self.verdict != Verdict::LogsDisagree {
             let wrench = self.stages.wrench.iter();
             notes.extend(wrench.flat_map(|found| named().filter_map(|one| one.at_its_end(found))));
+            notes.extend(self.cancelling());
         }
         notes
+    }
+
+    /// Effects of which each takes most of another back.
+    fn cancelling(&self) -> Vec<String> {
+        /// Times what two effects do together that each of them does alone: its amount is that much less certain than both together.
+        /// Set by hand.
+        const CANCELS: f64 = 5.0;
+        let wrench = self.stages.wrench.as_ref();
+        let Some(log) = wrench.and_then(|found| found.prepared.logs.first()) else {
+            return Vec::new();
+        };
+        let part = |named: &Named| {
+            let effect = LoadEffect::find(&log.scene.model, &named.effect.id)?;
+            let part = effect.contribution(&log.scene, &named.effect.parameters);
+            (!effect.is_late()).then_some((effect.id, part))
+        };
+        let named = self.reduction.named.iter();
+        let parts: Vec<(&str, Column)> = named.filter_map(|(named, _)| part(named)).collect();
+        let size = |column: &Column| {
+            let axes = column.0.iter().zip(log.sheet_sigma);
+            let squares = axes.map(|(series, sigma)| dot(series, series) / (sigma * sigma));
+            squares.sum::<f64>().sqrt()
+        };
+        let pairs = (0..parts.len()).flat_map(|one| (0..one).map(move |other| (other, one)));
+        let said = pairs.filter_map(|(one, other)| {
+            let [(one, part), (other, counter)] = [&parts[one], &parts[other]];
+            let mut both = part.clone();
+            both.add(&counter.0);
+            let times = size(part).min(size(counter)) / size(&both);
+            (times > CANCELS).then(|| {
+                format!(
+                    "`{one}` and `{other}` nearly cancel: each alone is {times:.0} times or more what both are together on the log of the fit, so that their sum is known much \
+                     better than either; elsewhere, or at larger angles and displacements, they may not cancel."
+                )
+            })
+        });
+        said.collect()
     }
 }
 
