@@ -263,9 +263,10 @@ fn beside_rivals(finding: &mut WrenchFinding, asking: &mut Asking<'_>) {
     let Some(now) = tried.iter().find(|t| t.is_same(&answer)) else {
         return;
     };
-    // χ² beside another noise is no evidence for or against what was tried now.
+    // χ² beside another noise is no evidence for or against what was tried now, and what was tried anew stands once.
     let (to_explain, count) = (now.to_explain, answer.effects.len());
     let ranked = &mut finding.found.ranked;
+    ranked.retain(|other| !tried.iter().any(|anew| anew.is_same(other)));
     ranked.retain(|other| {
         let is_curve = other.effects.iter().any(|e| is_shape(e.id));
         other.effects.len() != count
