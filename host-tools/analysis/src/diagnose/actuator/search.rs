@@ -167,13 +167,12 @@ fn searched(cost: &Cost<'_>, ask: &Ask<'_>) -> Search {
         ask.watch.tell(|| best.trial(&nominal));
     }
     // What leaves less for its price than all that it could imitate is no imitation.
-    let imitation = singles
-        .iter()
-        .find(|c| c.priced(cost) + TOLD_APART < best.priced(cost));
-    if let Some(imitation) = imitation.filter(|c| is_a_servo(c) && unfinished(&best)) {
+    let leaves_less = |c: &&Candidate| c.priced(cost) + TOLD_APART < best.priced(cost);
+    let mut servos = singles.iter().filter(|c| is_a_servo(c));
+    if let Some(servo) = servos.find(leaves_less).filter(|_| unfinished(&best)) {
         best = match ask.alone {
-            true => imitation.clone(),
-            false => climbed(imitation.clone(), &singles, &scopes, cost),
+            true => servo.clone(),
+            false => climbed(servo.clone(), &singles, &scopes, cost),
         };
         ask.watch.tell(|| best.trial(&nominal));
     }
